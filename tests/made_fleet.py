@@ -107,7 +107,7 @@ def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1
                             if refused
                             else "hertz"
                             if verdict == "HOLDS"
-                            else "strip_method"
+                            else "strip"
                             if seen < -2.0
                             else "OPEN",
                             "reason": "the wheel does not run on the rail" if refused else None,

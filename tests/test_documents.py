@@ -13,6 +13,7 @@ import pytest
 from cyclopts import App
 
 from fecontact.cli import app, call
+from fecontact.fleet.model import read_fleet
 from fecontact.guide.pages import page, titles
 from fecontact.regression.tables import read_tolerances
 from fecontact.runs.casefile import toml_cases
@@ -122,7 +123,8 @@ def test_files_that_are_shown_can_be_read(page, tmp_path):
     path = tmp_path / "shown.toml"
     for block in fenced(TEXTS[page], "toml"):
         path.write_text(block, "utf-8")
-        (read_tolerances if block.startswith("[kinds") else toml_cases)(path)
+        read = read_fleet if "[wheels]" in block else read_tolerances if block.startswith("[kinds") else toml_cases
+        read(path)
 
 
 @pytest.mark.parametrize("page", [page for page in TEXTS if "```python" in TEXTS[page]])
@@ -156,7 +158,7 @@ def test_a_page_of_the_guide_needs_nothing_but_itself(topic):
     for program, command, *words in pasted(topic):
         assert program == "fecontact"
         for before, word in zip([command, *words], words, strict=False):
-            if before in WRITTEN or command == "init":
+            if before in WRITTEN or command == "init" or before == "examples":
                 written.append(word)
             elif A_FILE.fullmatch(word):
                 assert any(f"{word}/".startswith(f"{path}/") for path in written), (command, word)

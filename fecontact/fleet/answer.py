@@ -30,7 +30,7 @@ _SHARES = f"""
 # Columns of profiles that are no property of a wheel or a rail.
 _NO_CLASSES = {"body", "name", "file", "content_hash", "status", "reason", "remedy", "filter_mm", "weight"}
 # A text with more values is a name and no class; numbers with more values are put into quarters.
-_MOST_TEXTS, _MOST_NUMBERS = 12, 6
+_MOST_TEXTS, _MOST_NUMBERS, _QUARTERS = 12, 6, 4
 # More shifts or loads, as where they are drawn at random, are rounded to these steps.
 _MOST_SHIFTS, _SHIFT_STEP_MM = 41, 0.5
 _MOST_LOADS, _LOAD_STEP_KN = 12, 10.0
@@ -251,13 +251,15 @@ def _network(tables: DuckDBPyConnection, whole: Part) -> Share | None:
 
 
 def _columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
-    """Columns of profiles that make classes, by body."""
+    """Columns of profiles that make classes, by body: a class has two profiles or more on average."""
     names = [row["column_name"] for row in asked(tables, "DESCRIBE profiles") if row["column_name"] not in _NO_CLASSES]
+    counts = {body: len(_values(tables, body, "name")) for body in ("wheel", "rail")}
     found = []
-    for body in ("wheel", "rail"):
+    for body, profiles in counts.items():
         for name in names:
             values = len(_values(tables, body, name))
-            if values > 1 and (values <= _MOST_TEXTS or _is_number(tables, name)):
+            classes = _QUARTERS if _is_number(tables, name) and values > _MOST_NUMBERS else values
+            if 1 < classes <= min(_MOST_TEXTS, profiles / 2):
                 found.append((body, name))
     return found
 
@@ -279,7 +281,7 @@ def _groups(tables: DuckDBPyConnection, body: str, column: str) -> dict[str, Par
     if _is_number(tables, column):
         value = f"format('{{:g}}', CAST({own} AS DOUBLE))"
         if len(values) > _MOST_NUMBERS:
-            edges = np.quantile(values, [0.0, 0.25, 0.5, 0.75, 1.0])
+            edges = np.quantile(values, np.linspace(0.0, 1.0, _QUARTERS + 1))
             cases = [
                 f"WHEN {own} <= {float(top)!r} THEN '{_rounded(low)} to {_rounded(top)}'"
                 for low, top in pairwise(edges)

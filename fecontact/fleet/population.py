@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,6 +18,7 @@ from fecontact.profiles.library import is_known
 from fecontact.profiles.readers.columns import file_bytes
 
 Body = Literal["wheel", "rail"]
+BODIES: tuple[Body, ...] = ("wheel", "rail")
 Pair = tuple[str, str]
 """Names of a wheel and a rail."""
 MOST_FILES, MOST_PAIRS = 100_000, 1_000_000
@@ -164,7 +165,7 @@ def _named(one: Candidate, taken: dict[str, str]) -> Candidate:
     path = Path(one.spec)
     choices = (one.name, path.name, f"{path.parent.name}/{path.name}")
     numbered = (f"{one.name}#{number}" for number in range(2, MOST_FILES + 3))
-    name = next(name for name in (*choices, *numbered) if name not in taken)
+    name = next(name for name in chain(choices, numbered) if name not in taken)
     taken[name] = one.spec
     return replace(one, name=name)
 

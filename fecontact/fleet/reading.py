@@ -1,4 +1,4 @@
-"""The profiles of a fleet: each file is read and smoothed once, and kept; one that is refused is kept with its reason."""
+"""The profiles of a fleet: each file is read and smoothed once, and kept, as is the reason of one that is refused."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ from fecontact.runs.identity import json_digest
 from fecontact.runs.sources import digests
 
 _RECORD, _LINES = "profile.json", "lines.npz"
-# Lines that a worker keeps at hand; each has some hundreds of kB with the tables that are made of it.
-_AT_HAND = 300
+TILE = 16
+"""Wheels, and rails, that are screened at a time."""
+# Lines that a worker keeps at hand: two of each; a line has 1 MB with the tables that are made of it.
+_AT_HAND = 4 * TILE + 4
 _FEWEST = 20
 
 

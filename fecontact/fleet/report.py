@@ -172,7 +172,7 @@ def report_parts(answer: Answer, pictures: Path) -> Iterator[Part]:
 
 
 def _screen_words(answer: Answer) -> Iterator[str]:
-    theory = answer.about.get("theory", "the screen")
+    theory = THEORIES[answer.about["theory"]].words
     if not answer.whole.drawn:
         yield f"No position was solved by finite elements: nothing is known of how right {theory} is."
         return

@@ -9,7 +9,6 @@ the run was interrupted, and wherever it ran.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
@@ -20,8 +19,8 @@ from fecontact.case import Case, case_record
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_atomically, write_sealed, write_text
 from fecontact.fleet.model import Fleet, read_fleet
-from fecontact.fleet.population import Body, Candidate, Pair, candidates, of_arrow, pairs_of
-from fecontact.fleet.reading import Kept, ReadingProfile, origin, read_record
+from fecontact.fleet.population import BODIES, Candidate, Pair, candidates, of_arrow, pairs_of
+from fecontact.fleet.reading import TILE, Kept, ReadingProfile, origin, read_record
 from fecontact.fleet.screening import PART, Row, ScreeningPair, refused, schema
 from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
@@ -29,8 +28,10 @@ from fecontact.jobs.workers import Done, Job, Work
 from fecontact.profiles.library import is_known
 from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import json_digest
+from fecontact.runs.study import prepare
 
 FLEET, TABLE, PROFILES, SCREEN = "fleet.json", "fleet.toml", "profiles.parquet", "screen"
+VERDICTS = ("HOLDS", "FAILS", "OPEN", "REFUSED")
 _OF_PAIR = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
 # A library profile that stands for a file in a case whose lines are handed in.
 _STANDS_FOR = {"wheel": "S1002", "rail": "60E1"}
@@ -110,15 +111,16 @@ def run_fleet(
     ------
     InputError
         For a file that does not describe a fleet, one of which no wheel or no rail can be read, and a folder that
-        another run has. A profile that cannot be read is a row of `profiles.parquet`, a position that cannot be placed a
-        row of the screen with its reason.
+        another run has, or that holds other results. A profile that cannot be read is a row of `profiles.parquet`, a
+        position that cannot be placed is a row of the screen with its reason.
     """
     path, folder = Path(fleet), Path(out)
     of_arrow("parquet")
     asked, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     if settings.part is not None:
         raise InputError("fleets have no parts; give --scheduler for many machines")
-    found = [one for body in ("wheel", "rail") for one in candidates(asked, _body(body))]
+    found = [_usable(asked, one) for body in BODIES for one in candidates(asked, body)]
+    prepare(folder, FLEET, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as by:
         profiles = _read(asked, found, folder, by)
         _write(PROFILES, [one.row for one in profiles], folder)
@@ -132,7 +134,7 @@ def run_fleet(
             out=folder,
             pairs=len(pairs),
             positions=len(pairs) * len(asked.shifts_mm) * len(asked.loads_kN),
-            verdicts={name: counted[name] for name in ("HOLDS", "FAILS", "OPEN", "REFUSED") if counted[name]},
+            verdicts={name: share for name, share in counted.items() if share},
             profiles=len(profiles),
             refused={f"{one.given.body} {one.given.name}": _why(one) for one in profiles if one.kept is None},
             reused=len(run.reused) - read,
@@ -142,15 +144,23 @@ def run_fleet(
     return screened
 
 
-def _body(name: str) -> Body:
-    return "wheel" if name == "wheel" else "rail"
-
-
 def _why(one: ReadProfile) -> str:
     return str(one.record["reason"])
 
 
 # --- Files.
+
+
+def _usable(fleet: Fleet, one: Candidate) -> Candidate:
+    """A wheel whose radius no case can have has a problem."""
+    if (radius := one.known.get("rolling_radius_mm")) is None or one.problem:
+        return one
+    try:
+        replace(fleet.case, rolling_radius_mm=radius)
+    except InputError as error:
+        reason, _, remedy = str(error).partition("; ")
+        return replace(one, problem=reason, remedy=remedy)
+    return one
 
 
 def _reading(fleet: Fleet, one: Candidate) -> Reading:
@@ -230,13 +240,20 @@ def _population(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
     return pairs_of(fleet, weights["wheel"], weights["rail"], known)
 
 
-def _case_of(fleet: Fleet, wheel: ReadProfile, rail: ReadProfile) -> Case:
+Stand = tuple[str, str, float | None]
+"""What stands for wheel and rail in the case of a pair, and the radius of the wheel where its table has one."""
+
+
+def _stand(wheel: Candidate, rail: Candidate) -> Stand:
+    specs = (one.spec if is_known(one.spec) else _STANDS_FOR[one.body] for one in (wheel, rail))
+    return *specs, wheel.known.get("rolling_radius_mm")  # type: ignore[return-value]
+
+
+def _case_of(fleet: Fleet, stand: Stand) -> Case:
     """The case of a pair, whose lines are handed in: its files are not read again."""
-    radius = wheel.given.known.get("rolling_radius_mm")
-    specs = {one.given.body: one.given.spec for one in (wheel, rail)}
-    stands = {body: spec if is_known(spec) else _STANDS_FOR[body] for body, spec in specs.items()}
-    case = replace(fleet.case, **stands, rail_file=Reading(), wheel_file=Reading())
-    return case if radius is None else replace(case, rolling_radius_mm=float(radius))
+    wheel, rail, radius = stand
+    case = replace(fleet.case.with_profiles({"wheel": wheel, "rail": rail}), rail_file=Reading(), wheel_file=Reading())
+    return case if radius is None else replace(case, rolling_radius_mm=radius)
 
 
 def _names(
@@ -245,34 +262,43 @@ def _names(
     """The pairs with the ids of their jobs, and those."""
     by_name = {(one.given.body, one.given.name): one for one in profiles}
     shifts, loads = tuple(fleet.shifts_mm), tuple(fleet.loads_kN)
-    every = {}
+    cases: dict[Stand, tuple[Case, str]] = {}
     for pair in pairs:
         wheel, rail = by_name["wheel", pair[0]], by_name["rail", pair[1]]
         assert wheel.kept is not None
         assert rail.kept is not None
-        case = _case_of(fleet, wheel, rail)
-        if (key := (case.wheel, case.rail, case.rolling_radius_mm)) not in every:
-            every[key] = json_digest([case_record(case), shifts, loads, fleet.theory])
-        decides = [every[key], wheel.kept.folder.name, rail.kept.folder.name]
+        if (stand := _stand(wheel.given, rail.given)) not in cases:
+            case = _case_of(fleet, stand)
+            cases[stand] = case, json_digest([case_record(case), shifts, loads, fleet.theory])
+        case, decides = cases[stand]
         work = ScreeningPair(
             wheel=wheel.kept, rail=rail.kept, case=case, shifts_mm=shifts, loads_kN=loads, theory=fleet.theory
         )
-        yield pair, json_digest(decides)[:20], work
+        yield pair, json_digest([decides, wheel.kept.folder.name, rail.kept.folder.name])[:20], work
 
 
 def _screen(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], out: Path, by: OpenRun
 ) -> dict[Pair, str]:
     """Screen what is not screened; why pairs failed."""
-    named = list(_names(fleet, profiles, pairs))
+    named = list(_names(fleet, profiles, _in_tiles(pairs)))
     labels = {name: f"{wheel} on {rail}" for (wheel, rail), name, _ in named}
     done = _do({name: work for _, name, work in named}, labels, out / "pairs", None, by)
     return {pair: why for pair, name, _ in named if (why := done[name].failure) is not None}
 
 
+def _in_tiles(pairs: Iterable[Pair]) -> list[Pair]:
+    """Pairs in an order in which few wheels meet few rails at a time, whose lines a worker keeps at hand."""
+    given = list(pairs)
+    wheels, rails = (
+        {name: k // TILE for k, name in enumerate(dict.fromkeys(pair[body] for pair in given))} for body in (0, 1)
+    )
+    return sorted(given, key=lambda pair: (wheels[pair[0]], rails[pair[1]], pair))
+
+
 def _write_screen(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], failed: Mapping[Pair, str], out: Path
-) -> Counter[str]:
+) -> dict[str, float]:
     """Write a part for each wheel, from what its pairs kept, with names and weights; the weight of each verdict."""
     parquet, lib = of_arrow("parquet"), of_arrow("lib")
     positions = [
@@ -280,7 +306,7 @@ def _write_screen(
         for shift, by_shift in fleet.shifts_mm.items()
         for load, by_load in fleet.loads_kN.items()
     ]
-    counted: Counter[str] = Counter()
+    counted: dict[str, float] = {name: 0.0 for name in VERDICTS}
     written = set()
     for number, (_, own) in enumerate(groupby(_names(fleet, profiles, sorted(pairs)), key=lambda one: one[0][0])):
         path = out / SCREEN / f"part-{number:06d}.parquet"
@@ -344,7 +370,7 @@ def _words(fleet: Fleet, screened: Screened) -> str:
     how = "listed" if fleet.pairing.table else "drawn at random" if fleet.pairing.draw else "every wheel on every rail"
     ends = [f"{min(one):g} to {max(one):g}" for one in (fleet.shifts_mm, fleet.loads_kN)]
     return (
-        f"{screened.pairs} pairs ({how}) of the wheels {', '.join(fleet.wheels)} and the rails {', '.join(fleet.rails)},"
+        f"{screened.pairs} pairs ({how}) of the wheels {', '.join(fleet.wheels)} and rails {', '.join(fleet.rails)},"
         f" each at {len(fleet.shifts_mm)} shifts ({ends[0]} mm) and {len(fleet.loads_kN)} loads ({ends[1]} kN) by their"
         " weights"
     )
@@ -352,8 +378,9 @@ def _words(fleet: Fleet, screened: Screened) -> str:
 
 # --- A fleet before it is screened, and one that was.
 
-# CPU seconds of a file, of a pair with one shift on one line, of a position on one line; MB of a worker.
-_FILE_S, _PAIR_S, _PLACE_S, _POSITION_S, _WORKER_MB, _PAIR_KB = 1.2, 0.1, 0.05, 0.05, 350.0, 4.0
+# CPU seconds of a file, of a pair, of a shift and of a position on each line of it; MB of a worker, kB of a pair in the
+# process that hands them out. A fleet of 100 measured pairs, each at 10 positions, took 157 s on a busy machine.
+_FILE_S, _PAIR_S, _PLACE_S, _POSITION_S, _WORKER_MB, _PAIR_KB = 0.6, 0.15, 0.04, 0.04, 250.0, 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -383,7 +410,7 @@ def check_fleet(fleet: str | Path) -> Checked:
         As `run_fleet` does, as far as no profile must be read for it.
     """
     asked = read_fleet(Path(fleet))
-    found = {body: [one for one in candidates(asked, _body(body)) if not one.problem] for body in ("wheel", "rail")}
+    found = {body: [one for one in candidates(asked, body) if not one.problem] for body in BODIES}
     weights = {body: {one.name: one.weight for one in given} for body, given in found.items()}
     known = {f"{body} {name}" for body, names in weights.items() for name in names}
     pairs = len(pairs_of(asked, weights["wheel"], weights["rail"], known))
@@ -411,13 +438,13 @@ class Opened:
 
     def case(self, wheel: str, rail: str, shift_mm: float, load_kN: float) -> Case:
         """The case of a position, with the names of wheel and rail in `profiles.parquet`."""
-        rows = {"wheel": self._rows["wheel", wheel], "rail": self._rows["rail", rail]}
         given: dict[str, Any] = {}
-        for body, row in rows.items():
+        for body, named in zip(BODIES, (wheel, rail), strict=True):
+            row = self._rows[body, named]
             own = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
-            one = Candidate(body=_body(body), name=row["name"], spec=row["file"], known=own)
+            one = Candidate(body=body, name=named, spec=row["file"], known=own)
             given |= {body: row["file"], f"{body}_file": _reading(self.fleet, one)}
-        radius = rows["wheel"].get("rolling_radius_mm")
+        radius = self._rows["wheel", wheel].get("rolling_radius_mm")
         if radius is not None and math.isfinite(radius):
             given["rolling_radius_mm"] = float(radius)
         return replace(self.fleet.case, **given, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)

@@ -29,7 +29,7 @@ from fecontact.comparison.measures import (
 )
 from fecontact.comparison.patch import standing_peaks
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded, of_many
-from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, answer_of, judge
+from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fleet.model import Screen
 from fecontact.fleet.population import of_arrow
@@ -52,7 +52,7 @@ COLUMN = {
     "separate_load": "separate",
     "misplaced_load": "misplaced",
 }
-"""What begins the columns of each measure, all in percent: of the screen's value, of Hertz's b, of the peak, of the load."""
+"""What the columns of each measure begin with; in percent of the screen's value, of Hertz's b, the peak, the load."""
 _FIRST = ("place_y_mm", "touch_angle_mrad", "conicity", "contact_concentration", "hertz_p_max_MPa", "screen_p_max_MPa")
 NUMBERS = (
     *("shift_mm", "load_kN", *_FIRST),
@@ -251,14 +251,16 @@ def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
 
     The conicity is by harmonic linearisation (EN 15302). The concentration is the largest part of equally likely
     shifts at which first touch lies within a band of `BAND_MM` on the rail: 1 where it does not move, small where wear
-    is spread. It is a definition of this program: the formula of the index of Polach and Nicklisch (2016) was not found.
+    is spread. It is a definition of this program: the formula of Polach and Nicklisch's (2016) index was not found.
     NaN where a wheel does not stand over its rail.
     """
     count = round(AMPLITUDE_MM / _STEP_MM)
     shifts = [round(_STEP_MM * k, 9) for k in range(-count, count + 1)]
     left = {shift: wheelset.left.standing(shift, 0.0, 0.0) for shift in shifts}
-    radius = {shift: math.nan if one is None else one.radius_mm for shift, one in left.items()}
-    conicity = harmonic_conicity(lambda shift: radius[shift] - radius[-shift], AMPLITUDE_MM, shifts)
+    right = left if wheelset.symmetric else {shift: wheelset.right.standing(shift, 0.0, 0.0) for shift in shifts}
+    radii = [{k: math.nan if one is None else one.radius_mm for k, one in side.items()} for side in (left, right)]
+    # what is nearer to the one rail is farther from the other
+    conicity = harmonic_conicity(lambda shift: radii[0][shift] - radii[1][-shift], AMPLITUDE_MM, shifts)
     # the place on the rail, which does not move
     places = np.sort([one.y_mm for one in left.values() if one is not None])
     inside = np.searchsorted(places, places + BAND_MM, side="right") - np.arange(places.size)

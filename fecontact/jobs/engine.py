@@ -159,6 +159,7 @@ class _Report:
         self._durations: list[float] = []
         self._done: set[str] = set()
         self._labels = {job.name: job.label or job.name for job in jobs}
+        self._folders = {job.name: job.folder for job in jobs}
 
     @property
     def open(self) -> list[Job]:
@@ -189,7 +190,7 @@ class _Report:
         # a cluster is handed all jobs, and begins with the first ones
         self._begun = {name: self._begun.get(name, now) for name in names[:workers]}
         if self._by.progress is not None:
-            parts = {job.name: part_done(job.folder, job.name) for job in self._jobs if job.name in self._begun}
+            parts = {name: part_done(self._folders[name], name) for name in self._begun}
             labels = (f"{self._labels[name]} {parts[name][1] if name in parts else ''}".strip() for name in names)
             text = ", ".join(labels) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
             done, total = len(self._done), len(self._labels)

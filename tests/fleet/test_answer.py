@@ -121,12 +121,14 @@ def test_a_screen_that_changed_is_not_judged_by_an_old_sample(fleet, sampled):
 
 
 def test_an_empty_part_is_told(tmp_path):
-    # a fleet that the screen refuses altogether has no causes, no margins and no worst pairs
+    # a fleet that the screen refuses altogether has no margins and no worst pairs
     made = made_fleet(tmp_path / "one", wheels=2, rails=2, parts=1)
     path = made.folder / "screen" / "part-0.parquet"
     write(path, [row | {"verdict": "REFUSED", "margin": None} for row in rows_of(path)])
     found = answer_of(made.folder)
-    assert (found.network, found.causes, found.worst) == (None, [], [])
+    assert (found.network, found.worst, found.theories) == (None, [], [])
+    assert [row["verdicts"] for row in found.causes] == ["refused"] * len(found.causes)
+    assert sum(row["share"] for row in found.causes) == pytest.approx(1.0)
     assert found.whole.bounds == (0.0, pytest.approx(1.0))
     write_report(found, made.folder)
 

@@ -42,7 +42,11 @@ def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
     known = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
     found = pairs_of(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, known)
     # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
-    assert found == {("a", "x"): pytest.approx(2 / 12), ("a", "y"): pytest.approx(4 / 12), ("b", "x"): pytest.approx(0.5)}
+    assert found == {
+        ("a", "x"): pytest.approx(2 / 12),
+        ("a", "y"): pytest.approx(4 / 12),
+        ("b", "x"): pytest.approx(0.5),
+    }
 
 
 def test_quantiles_of_a_normal_distribution_are_equally_likely(tmp_path):
@@ -78,6 +82,8 @@ def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
         ('files = "wheels.csv"', 'files = "none/*.csv"', "has no file"),
         ("[wheels]", "[case]\nrail = '60E1'\n[wheels]", r"\[case\]: rail stand in tables of their own"),
         ("[wheels]", "[case]\ninclination = ['1:40', '1:20']\n[wheels]", "make 2 cases"),
+        ("[wheels]", "[case]\nroll = 'loaded'\n[wheels]", "roll_load_kN"),
+        ("[wheels]", "[case]\nrail_irregularity = 'chord:length_mm=40'\n[wheels]", "smooth bodies"),
         ("[wheels]", "filters_mm = [4]\n[wheels]", "two or more lengths"),
         ("[wheels]", "theory = 'hertz'\n[wheels]", "strip"),
         ("[wheels]", "thoery = 'strip'\n[wheels]", "thoery: there is no such key"),
@@ -111,9 +117,9 @@ def test_an_empty_folder_and_too_many_pairs_are_refused(tmp_path):
     path = written(tmp_path, FLEET.replace("wheels.csv", "empty"))
     with pytest.raises(InputError, match="empty has no file"):
         fecontact.check_fleet(path)
+    fleet, many = read_fleet(written(tmp_path)), {str(k): 1.0 for k in range(1001)}
     with pytest.raises(InputError, match="1002001 pairs; allowed: up to 1000000; draw some"):
-        many = {str(k): 1.0 for k in range(1001)}
-        pairs_of(read_fleet(written(tmp_path)), many, many, set())
+        pairs_of(fleet, many, many, set())
 
 
 def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
@@ -144,7 +150,9 @@ def test_without_pyarrow_the_command_names_the_remedy(tmp_path, monkeypatch, cap
 
 def test_examples_are_the_same_for_a_seed_and_say_what_they_are(tmp_path):
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
-        assert call(["fleet", "examples", str(tmp_path / name), "--wheels", "1", "--rails", "1", "--seed", str(seed)]) == 0
+        assert (
+            call(["fleet", "examples", str(tmp_path / name), "--wheels", "1", "--rails", "1", "--seed", str(seed)]) == 0
+        )
     texts = [(tmp_path / name / "rails" / "rail00000.csv").read_bytes() for name in "abc"]
     assert texts[0] == texts[1] != texts[2]
     assert np.loadtxt(tmp_path / "a/rails/rail00000.csv", delimiter=",", skiprows=2).shape[1] == 2

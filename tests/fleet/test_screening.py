@@ -22,7 +22,7 @@ from fecontact import Case
 from fecontact.comparison.measures import deviations_of
 from fecontact.comparison.theories import HERTZ, THEORIES, Loaded, of_many
 from fecontact.errors import InputError
-from fecontact.fleet import running, screening
+from fecontact.fleet import reading, running, screening
 from fecontact.fleet.model import read_fleet
 from fecontact.fleet.reading import Kept, ReadingProfile
 from fecontact.profiles.examples import write_examples
@@ -165,8 +165,8 @@ def test_kept_lines_are_those_that_were_smoothed_to_the_last_bit(tmp_path):
         ReadingProfile(**given, content_hash="")(folder, None)
         kept = Kept(**given, folder=folder)
         for filter_mm in (4.0, 8.0):
-            reading = Reading(filter_mm=filter_mm)
-            line = resolve_rail(str(path), reading) if body == "rail" else resolve_wheel(str(path), reading).profile
+            how = Reading(filter_mm=filter_mm)
+            line = resolve_rail(str(path), how) if body == "rail" else resolve_wheel(str(path), how).profile
             u = np.linspace(0.0, len(line.segments), 500)
             for name in ("y", "z", "dy", "dz", "ddz"):
                 own, wanted = (getattr(one.evaluate(u), name) for one in (kept.line(filter_mm), line))
@@ -236,6 +236,29 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
         run(path, tmp_path / "out")
 
 
+def test_a_wheel_has_the_radius_of_its_table_and_no_other_than_a_case_can_have(tmp_path, monkeypatch):
+    cases = {}
+    monkeypatch.setattr(
+        screening.ScreeningPair, "rows", lambda self: cases.update({self.case.rolling_radius_mm: 1}) or []
+    )
+    monkeypatch.setattr(running, "_write_screen", lambda *given: {"HOLDS": 1.0})
+    path = file_of(tmp_path, ["60E1"])
+    path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"wheels.csv"'))
+    rows = ("S1002,a,425", "EN13715_1in40,b,-3", "CONE40,c,")
+    (tmp_path / "wheels.csv").write_text("file,name,rolling_radius_mm\n" + "\n".join(rows) + "\n")
+    found = run(path, tmp_path / "out")
+    assert set(cases) == {425.0, 460.0}
+    assert found.refused["wheel b"].startswith("rolling radius is -3")
+
+
+def test_few_wheels_meet_few_rails_at_a_time():
+    pairs = [(f"w{wheel:02d}", f"r{rail:02d}") for wheel in range(40) for rail in range(40)]
+    ordered = running._in_tiles(pairs)
+    assert sorted(ordered) == sorted(pairs)
+    first = ordered[: reading.TILE**2]
+    assert {len({pair[body] for pair in first}) for body in (0, 1)} == {reading.TILE}
+
+
 def test_a_position_that_cannot_be_has_its_reason(tmp_path):
     path = file_of(tmp_path, ["60E1"], values="[0, 40]")
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"S1002"'))
@@ -253,7 +276,12 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     far = replace(line, off=lambda theory: {**line.off(theory), "p_max_MPa": 0.2})
     assert screening._row([line, line])["verdict"] == "HOLDS"
     row = screening._row([line, far])
-    assert (row["verdict"], row["cause"], row["lines_holding"], row["cheapest_theory"]) == ("OPEN", "profile", 1, "OPEN")
+    assert (row["verdict"], row["cause"], row["lines_holding"], row["cheapest_theory"]) == (
+        "OPEN",
+        "profile",
+        1,
+        "OPEN",
+    )
     assert row["p_max_uncertainty_percent"] == pytest.approx(abs(20.0 - row["p_max_percent"]) + 0.5, abs=1e-6)
     assert screening._row([far, far])["verdict"] == "FAILS"
     assert screening._row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)

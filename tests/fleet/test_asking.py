@@ -1,0 +1,53 @@
+"""The commands `fleet sample` and `fleet report`."""
+
+import json
+
+import pytest
+
+from fecontact.cli import call
+from fecontact.fleet import running
+from fecontact.fleet.answer import answer_of
+from fecontact.fleet.report import headline
+
+
+@pytest.fixture
+def opened(fleet, known, monkeypatch):
+    """A fleet whose cases and finite elements are stood in for, as its folder in words."""
+    monkeypatch.setattr(running, "open_fleet", lambda folder: fleet)
+    known(fleet)
+    return str(fleet.folder)
+
+
+def test_sample_and_report(fleet, opened, capsys):
+    assert call(["fleet", "sample", opened, "--finite-elements", "60"]) == 0
+    said = capsys.readouterr()
+    assert "60 positions, 60 of them new" in said.err
+    assert f"next: fecontact fleet report {opened}" in said.out
+    assert call(["fleet", "sample", opened, "--finite-elements", "60"]) == 0
+    assert "60 positions, 0 of them new" in capsys.readouterr().err
+    assert call(["fleet", "report", opened]) == 0
+    said = capsys.readouterr().out
+    found = answer_of(fleet.folder)
+    assert said.startswith(headline(found) + ".")
+    assert f"report: {fleet.folder / 'report.html'}" in said
+    assert call(["fleet", "report", opened, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert (rows[0]["value"], rows[0]["drawn"]) == ("all", 60)
+    assert len(rows) == 1 + len(found.groups)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["sample", "--finite-elements", "1"], "--finite-elements is 1; allowed: 2 and more"),
+        (["sample", "--part", "1/2"], "--part is 1/2; a sample is solved as a whole"),
+    ],
+)
+def test_what_cannot_be_is_refused(opened, capsys, words, said):
+    assert call(["fleet", words[0], opened, *words[1:]]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_folder_without_a_fleet_is_refused(tmp_path, capsys):
+    assert call(["fleet", "report", str(tmp_path)]) == 2
+    assert "has no screened fleet" in capsys.readouterr().err
