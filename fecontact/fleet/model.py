@@ -215,6 +215,13 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
     if not isinstance(inner, dict) or (told := [key for key in _GIVEN_ELSEWHERE if key in inner]):
         named = f"{', '.join(told)} stand" if isinstance(inner, dict) else "it is no table, or stands"
         raise InputError(f"[case]: {named} in tables of their own: [wheels], [rails], [shifts_mm], [loads_kN]")
+    case = case_of(inner)
+    if case.irregularities:
+        raise InputError("[case]: it has an irregularity along the track; allowed: smooth bodies; leave it out")
+    if case.roll == "loaded" and case.roll_load_N is None:
+        raise InputError(
+            "[case]: a position has one roll for all loads; say under which load it is found: roll_load_kN"
+        )
     points = {}
     for name in ("shifts_mm", "loads_kN"):
         try:
@@ -227,7 +234,7 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
         rails=read["rails"].texts,
         pairing=read["pairs"],
         **points,
-        case=case_of(inner),
+        case=case,
         theory=asked.theory,
         filters_mm=tuple(sorted(set(map(float, asked.filters_mm)))),
         seed=int(asked.seed),

@@ -18,6 +18,7 @@ from fecontact.profiles.library import is_known
 from fecontact.profiles.readers.columns import file_bytes
 
 Body = Literal["wheel", "rail"]
+BODIES: tuple[Body, ...] = ("wheel", "rail")
 Pair = tuple[str, str]
 """Names of a wheel and a rail."""
 MOST_FILES, MOST_PAIRS = 100_000, 1_000_000

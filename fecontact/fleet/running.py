@@ -19,7 +19,7 @@ from fecontact.case import Case, case_record
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_atomically, write_sealed, write_text
 from fecontact.fleet.model import Fleet, read_fleet
-from fecontact.fleet.population import Body, Candidate, Pair, candidates, of_arrow, pairs_of
+from fecontact.fleet.population import BODIES, Candidate, Pair, candidates, of_arrow, pairs_of
 from fecontact.fleet.reading import TILE, Kept, ReadingProfile, origin, read_record
 from fecontact.fleet.screening import PART, Row, ScreeningPair, refused, schema
 from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
@@ -119,7 +119,7 @@ def run_fleet(
     asked, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     if settings.part is not None:
         raise InputError("fleets have no parts; give --scheduler for many machines")
-    found = [_usable(asked, one) for body in ("wheel", "rail") for one in candidates(asked, _body(body))]
+    found = [_usable(asked, one) for body in BODIES for one in candidates(asked, body)]
     prepare(folder, FLEET, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as by:
         profiles = _read(asked, found, folder, by)
@@ -142,10 +142,6 @@ def run_fleet(
         )
         _seal(asked, screened)
     return screened
-
-
-def _body(name: str) -> Body:
-    return "wheel" if name == "wheel" else "rail"
 
 
 def _why(one: ReadProfile) -> str:
@@ -413,7 +409,7 @@ def check_fleet(fleet: str | Path) -> Checked:
         As `run_fleet` does, as far as no profile must be read for it.
     """
     asked = read_fleet(Path(fleet))
-    found = {body: [one for one in candidates(asked, _body(body)) if not one.problem] for body in ("wheel", "rail")}
+    found = {body: [one for one in candidates(asked, body) if not one.problem] for body in BODIES}
     weights = {body: {one.name: one.weight for one in given} for body, given in found.items()}
     known = {f"{body} {name}" for body, names in weights.items() for name in names}
     pairs = len(pairs_of(asked, weights["wheel"], weights["rail"], known))
@@ -441,13 +437,13 @@ class Opened:
 
     def case(self, wheel: str, rail: str, shift_mm: float, load_kN: float) -> Case:
         """The case of a position, with the names of wheel and rail in `profiles.parquet`."""
-        rows = {"wheel": self._rows["wheel", wheel], "rail": self._rows["rail", rail]}
         given: dict[str, Any] = {}
-        for body, row in rows.items():
+        for body, named in zip(BODIES, (wheel, rail), strict=True):
+            row = self._rows[body, named]
             own = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
-            one = Candidate(body=_body(body), name=row["name"], spec=row["file"], known=own)
+            one = Candidate(body=body, name=named, spec=row["file"], known=own)
             given |= {body: row["file"], f"{body}_file": _reading(self.fleet, one)}
-        radius = rows["wheel"].get("rolling_radius_mm")
+        radius = self._rows["wheel", wheel].get("rolling_radius_mm")
         if radius is not None and math.isfinite(radius):
             given["rolling_radius_mm"] = float(radius)
         return replace(self.fleet.case, **given, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)

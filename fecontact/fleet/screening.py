@@ -257,8 +257,10 @@ def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
     count = round(AMPLITUDE_MM / _STEP_MM)
     shifts = [round(_STEP_MM * k, 9) for k in range(-count, count + 1)]
     left = {shift: wheelset.left.standing(shift, 0.0, 0.0) for shift in shifts}
-    radius = {shift: math.nan if one is None else one.radius_mm for shift, one in left.items()}
-    conicity = harmonic_conicity(lambda shift: radius[shift] - radius[-shift], AMPLITUDE_MM, shifts)
+    right = left if wheelset.symmetric else {shift: wheelset.right.standing(shift, 0.0, 0.0) for shift in shifts}
+    radii = [{k: math.nan if one is None else one.radius_mm for k, one in side.items()} for side in (left, right)]
+    # what is nearer to the one rail is farther from the other
+    conicity = harmonic_conicity(lambda shift: radii[0][shift] - radii[1][-shift], AMPLITUDE_MM, shifts)
     # the place on the rail, which does not move
     places = np.sort([one.y_mm for one in left.values() if one is not None])
     inside = np.searchsorted(places, places + BAND_MM, side="right") - np.arange(places.size)

@@ -302,8 +302,8 @@ def what_would_decide(record: Record) -> str:
     if (unmeshed_ := _unmeshed(record)) is not None:
         beside, open_ = (WORDS[measure].off(size, size=True) for size in unmeshed_)
         return (
-            f"no finer mesh decides it: it is {beside} beside its limit, and reading it and the bodies' cut planes leave"
-            f" {open_} open"
+            f"no finer mesh decides it: it is {beside} beside its limit, and reading it and the bodies' cut planes"
+            f" leave {open_} open"
         )
     case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
     if case["resolution"] in names[:-1]:

@@ -672,13 +672,13 @@ def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measu
     if reading.nominal == "none":
         return by_itself[0]
     if reading.nominal != "auto":
-        found = [_deviation(one, given.points, smooth) for one in near]
-        if not found or found[0] is None:
+        named = [_deviation(one, given.points, smooth) for one in near]
+        if not named or named[0] is None:
             raise InputError(
                 f"{given.name}: the points do not lie over {reading.nominal} within {_FARTHEST_MM:g} mm, or reach"
                 " beyond its ends; give another nominal profile, or none"
             )
-        return found[0][0]
+        return named[0][0]
     close = [one for one in near if one.farthest_mm < _MOST_WEAR_MM]
     found = [(one, *made) for one in close if (made := _deviation(one, given.points, smooth)) is not None]
     certain = [

@@ -82,6 +82,8 @@ def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
         ('files = "wheels.csv"', 'files = "none/*.csv"', "has no file"),
         ("[wheels]", "[case]\nrail = '60E1'\n[wheels]", r"\[case\]: rail stand in tables of their own"),
         ("[wheels]", "[case]\ninclination = ['1:40', '1:20']\n[wheels]", "make 2 cases"),
+        ("[wheels]", "[case]\nroll = 'loaded'\n[wheels]", "roll_load_kN"),
+        ("[wheels]", "[case]\nrail_irregularity = 'chord:length_mm=40'\n[wheels]", "smooth bodies"),
         ("[wheels]", "filters_mm = [4]\n[wheels]", "two or more lengths"),
         ("[wheels]", "theory = 'hertz'\n[wheels]", "strip"),
         ("[wheels]", "thoery = 'strip'\n[wheels]", "thoery: there is no such key"),
