@@ -327,8 +327,13 @@ class Measures:
         floor=0.0025,
         cut_planes=0.0019,
     )
+    # two lobes far apart for their length are 0.1 % longer on both meshes: 81 of 100 were inside without what is common
     a_mm: float = _measure(
-        lambda patch, rung: patch.a_mm, lambda theory: theory.half_widths_mm[0], floor=0.0004, cut_planes=0.0009
+        lambda patch, rung: patch.a_mm,
+        lambda theory: theory.half_widths_mm[0],
+        floor=0.0004,
+        cut_planes=0.0009,
+        meshes=0.0005,
     )
     b_mm: float = _measure(
         lambda patch, rung: patch.b_mm,
