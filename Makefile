@@ -22,7 +22,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz paraview-check docs lint lock clean
+.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz mutants paraview-check docs lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -70,13 +70,13 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	@different=; for csv in studies/baselines/*.csv; do \
 	  name=$$(basename "$$csv" .csv); out=out/regress/$$name; rm -rf "$$out"; echo "== $$name"; \
 	  $(BIN)/fecontact run "studies/$$name.py" --quick --out "$$out"; \
-	  $(BIN)/fecontact compare "$$csv" "$$out" --json "$$out/comparison.json" --html "$$out/comparison.html" \
+	  $(BIN)/fecontact compare "$$csv" "$$out" --out "$$out" \
 	    || different="$$different $$name"; \
 	done; \
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
 	echo "regress: all the same as their baselines"
 
-validate: setup ## run the studies at full size and write VALIDATION.md; one to two hours
+validate: setup ## run the studies at full size and write VALIDATION.md with its pages; one to two hours
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
 
 # What only the site needs is no part of the lock.
@@ -105,6 +105,9 @@ fuzz: setup ## mutate profile files of every format, study files, results and co
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
+
+mutants: setup ## change one operator, constant or sign of the physics at a time and see whether a test notices; two hours
+	PYTHONPATH=$(CURDIR) $(BIN)/python tests/mutants.py
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy; how large the program is
 	$(BIN)/python -m ruff check .

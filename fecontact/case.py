@@ -181,7 +181,7 @@ class Case:
     roll: Roll | None = choice(
         None,
         "Roll of the wheelset: that at which both wheels touch their rails, that with both pressed into them by the"
-        " wheel loads, or a given one (0 for circles, cylinders and crane rails, which make no wheelset)",
+        " wheel loads, or a given one (0 for circles, cylinders and crane rails, which have no wheelset)",
         get_args(Roll),
         group="standing",
     )
@@ -220,8 +220,8 @@ class Case:
     size: BodySize = part(BodySize, group="mesh")
     resolution: str | tuple[float, float] = custom(
         "quick",
-        f"Elements a semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes along"
-        " x and across: what the solution begins with",
+        f"Elements per semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes"
+        " along x and across: what the solution begins with",
         known=tuple(RESOLUTIONS),
         group="mesh",
         domain=f"{', '.join(RESOLUTIONS)}, or two element sizes in mm such as 0.5,0.4 (mm, finite and > 0)",
@@ -274,7 +274,7 @@ class Case:
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
             raise InputError(
-                f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset is that of vertical wheel loads;"
+                f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset comes from vertical wheel loads;"
                 " give load_kind = 'vertical', the wheel load as roll_load_kN, or another roll"
             )
 

@@ -11,7 +11,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
+from cyclopts import App, CoercionError, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__, features
 from fecontact.commands import looking, results, solving, start
@@ -45,7 +45,12 @@ for group, commands in {
     _DEVELOPMENT: (solving.validate,),
 }.items():
     for place, command in enumerate((*commands, *features.commands(group.name))):
-        app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=place)
+        if isinstance(command, App):
+            # it has commands of its own
+            command.group, command.sort_key = (group,), place
+            app.command(command)
+        else:
+            app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=place)
 baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.", group=_DEVELOPMENT)
 baseline_app.command(results.baseline_update, name="update")
 app.command(baseline_app)
@@ -108,9 +113,13 @@ def _misunderstood(error: CycloptsError) -> str:
         if of_each:
             return f"--{name}: each body has an option of its own: {' and '.join(of_each)}"
         return renamed(name.replace("-", "_")) or str(error)
+    if isinstance(error, CoercionError) and error.target_type is bool and error.token:
+        return f"{error.token.keyword}: it is a flag, and {error.token.value} behind it is too much; leave it out"
     if isinstance(error, UnusedCliTokensError):
         command = " ".join(("fecontact", *(error.command_chain or ())))
         unused = " ".join(error.unused_tokens or ())
+        if unused.endswith(".json"):
+            return f"{unused}: --json is a flag, and JSON goes to standard output; write: --json > {unused}"
         return (
             f"{unused}: {command} does not know what to do with it; values stand behind their options: {command} --help"
         )

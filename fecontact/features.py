@@ -5,7 +5,7 @@ command, and may use every room; no room imports it, but asks here for what feat
 names that by its places, so that a thing is imported once it is used:
 
 `COMMANDS`
-    Groups of the command line's help, and the commands in each.
+    Groups of the command line's help, and the commands in each; an `App` has commands of its own.
 `NAMES`
     Functions and classes of `fecontact`, which bear their own names there.
 `LOADED_CONICITIES`
@@ -46,7 +46,7 @@ from typing import Any
 
 from fecontact.errors import InputError
 
-FEATURES = ("creeping", "curves", "irregularities", "maps")
+FEATURES = ("creeping", "curves", "fleet", "irregularities", "maps")
 """The folders of all features."""
 
 

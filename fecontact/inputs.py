@@ -95,6 +95,7 @@ _OPPOSITE = "--opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=... has
 _HALF_LENGTH = "rail and rim have one half_length_mm"
 _NO_NAME = "a material has no name any more; leave it out"
 _RENAMED = {
+    **dict.fromkeys(("html", "png"), "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
     "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
     "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
     **dict.fromkeys(("refine_degrees_of_freedom", "evidence"), _FINER),

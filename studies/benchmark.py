@@ -7,8 +7,10 @@ further load over the first one, assembly by scalar forms over the plain vector 
 unknowns (also by multigrid), the files of a case over its solution, and a nine-position study on two processes over
 one, with what its own process has of all CPU seconds. Nothing here is asserted: tests protect results, not times.
 
-`python studies/benchmark.py [--quick] [--study] [--million] [--out DIR]`; `--study` adds the nine-position study, and
-`--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; both take minutes, the latter 3.5 GB.
+`python studies/benchmark.py [--quick] [--study] [--million] [--before] [--out DIR]`; `--study` adds the nine-position
+study, and `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; both take minutes, the latter 3.5 GB.
+`--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, reading and smoothing of a
+measured pair, and, but for `--quick`, whole commands.
 
 Found (one thread, PARDISO): 38, 61, 93 and 165 thousand unknowns take 1.1, 2.1, 4.0 and 11.1 CPU s and 0.37, 0.57, 0.86
 and 1.6 GB; peak -0.03, +0.13, +0.19, +0.23 %, area -1.7, -0.9, -0.4, -0.2 %. The peak stays at +0.23 %, because
@@ -22,6 +24,7 @@ positions of `make study` take 22 s, maps of 13 and 25 by 7 cells 1 min 35 s and
 
 import argparse
 import csv
+import json
 import math
 import multiprocessing
 import os
@@ -178,6 +181,84 @@ def study_seconds(workers: int, out: Path, quick: bool) -> float:
     return time.perf_counter() - start
 
 
+# What the times are compared with: the state before lines became polynomials in arrays.
+BEFORE = "5231ed3"
+# In one process, once everything is loaded; CPU seconds each. Run with the code of either commit.
+GEOMETRY = """
+import json, sys, time
+from dataclasses import replace
+from fecontact.case import Case
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.solving.placing import place_case
+try:
+    from fecontact.solving.position import hertz_alone
+except ImportError:
+    from fecontact.solving.hertz_alone import hertz_alone
+exact, measured = Case(), Case(rail=sys.argv[1], wheel=sys.argv[2])
+def seconds(function, *values):
+    start = time.process_time()
+    for value in values:
+        function(value)
+    return (time.process_time() - start) / len(values)
+def at(case, *shifts):
+    return [replace(case, lateral_shift_mm=shift) for shift in shifts]
+place_case(exact)
+reading = seconds(lambda _: (resolve_rail(sys.argv[1]), resolve_wheel(sys.argv[2])), 0)
+place_case(measured)
+told = {
+    "place": seconds(place_case, *at(exact, -3.0, -1.0, 1.0, 2.5, 4.0)),
+    "place, measured pair": seconds(place_case, *at(measured, -3.0, -1.0, 1.0, 2.5, 4.0)),
+    "read and smooth a pair": reading,
+    "Hertz, measured pair, the first": seconds(hertz_alone, *at(measured, 3.0)),
+    "Hertz, measured pair": seconds(hertz_alone, *at(measured, -1.0, 2.5)),
+}
+print(json.dumps(told))
+"""
+COMMANDS = ("solve --shift 3", "solve --shift 5 --load-kN 50", "solve --shift 3 --resolution standard")
+
+
+def beside(quick: bool) -> str:
+    """CPU seconds of the commit before and of this code, of the same things, and their ratio; on one thread."""
+    here, before = Path(__file__).resolve().parents[1], TemporaryDirectory()
+    with before as folder:
+        tree, pair = Path(folder) / "before", Path(folder) / "pair"
+        git = ["git", "-C", str(here), "worktree"]
+        subprocess.run([*git, "add", "--quiet", "--detach", str(tree), BEFORE], check=True)
+        try:
+            subprocess.run(
+                [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=here
+            )
+            files = [str(pair / f"{body}.csv") for body in ("rail", "wheel")]
+            # one after the other, twice, so that both have the same machine; the least of each
+            runs = [(_geometry(tree, files), _geometry(here, files)) for _ in range(2)]
+            rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
+            for command in () if quick else COMMANDS:
+                rows[command] = [_child_seconds(root, ["-m", "fecontact", *command.split()]) for root in (tree, here)]
+        finally:
+            subprocess.run([*git, "remove", "--force", str(tree)], check=True)
+    lines = [f"{'CPU ms':40} {BEFORE:>9} {'now':>9} {'ratio':>6}"]
+    lines += [f"{name:40} {1e3 * a:9.1f} {1e3 * b:9.1f} {b / a:6.2f}" for name, (a, b) in rows.items()]
+    return "\n".join(lines)
+
+
+def _of_commit(root: Path) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+def _geometry(root: Path, files: list[str]) -> dict[str, float]:
+    command = [sys.executable, "-c", GEOMETRY, *files]
+    made = subprocess.run(command, check=True, cwd=root, env=_of_commit(root), stdout=subprocess.PIPE, text=True)
+    return dict(json.loads(made.stdout))
+
+
+def _child_seconds(root: Path, command: list[str]) -> float:
+    """CPU seconds of a process of its own; 3 is the exit code of an open verdict."""
+    start = os.times()
+    subprocess.run([sys.executable, *command], cwd=root, env=_of_commit(root), stdout=subprocess.DEVNULL)
+    end = os.times()
+    return end.children_user + end.children_system - start.children_user - start.children_system
+
+
 def exponent(rows: list[dict[str, Any]], column: str) -> float:
     """Growth of a time with the number of unknowns: the slope in logarithms."""
     x = np.log([row["degrees_of_freedom"] for row in rows])
@@ -241,7 +322,11 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="two meshes only")
     parser.add_argument("--study", action="store_true", help="the nine-position study on one and two processes too")
     parser.add_argument("--million", action="store_true", help="up to a million unknowns by multigrid too")
+    parser.add_argument("--before", action="store_true", help=f"compare with commit {BEFORE}, and do nothing else")
     given = parser.parse_args()
+    if given.before:
+        print(beside(given.quick))
+        return
     given.out.mkdir(parents=True, exist_ok=True)
     chosen = cases(given.quick)
     rows = [alone(measure, case) for case in chosen]

@@ -44,6 +44,7 @@ class FakeWork:
     case: Case
     name: str
     settings: Mapping[str, Any]
+    loads: object = None
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
         out = folder.parent.parent

@@ -12,7 +12,7 @@ from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
 from fecontact.errors import InputError
 from fecontact.inputs import parse_inclination
-from fecontact.normal.gap_line import GapLine, StripContact, under_load
+from fecontact.normal.gap_line import GapLine, StripContact, _around, under_load
 from fecontact.normal.hertz import ellipse_shape, hertz_ellipse
 from fecontact.normal.strip_method import Line, Load, Search, Strips, influence, solve_strips
 from fecontact.normal.strips import (
@@ -440,3 +440,11 @@ def test_strips_are_the_half_space_on_real_pairs(inclination, shift_mm, load_kN,
         assert abs(off(value, reference)) < limit
     # positions count along the surface, as on the half-space's grid
     assert found.centre_t_mm == pytest.approx(patch.centre_y_mm, abs=0.02 * patch.b_mm)
+
+
+@pytest.mark.parametrize(("wanted", "index", "run"), [("0110", 1, "11"), ("1011", 2, "11"), ("111", 0, "111")])
+def test_a_line_ends_where_the_gap_is_too_wide_on_each_side_of_the_touch_point(wanted, index, run):
+    places = np.array([letter == "1" for letter in wanted])
+    found = _around(places, index)
+    assert found.start <= index < found.stop
+    assert "".join("01"[int(each)] for each in places[found]) == run

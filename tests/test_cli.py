@@ -107,7 +107,7 @@ def test_solve_as_json_prints_the_result_alone(capsys):
     assert call([*arguments, "--resolution", "2.0,1.8", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["status"] == "converged"
-    # p0 ~ F^(1/3); 2 %: a mesh of 2.8 elements a semi-axis
+    # p0 ~ F^(1/3); 2 %: a mesh of 2.8 elements per semi-axis
     assert record["fe"]["p_max_MPa"] == pytest.approx(1237.559 * 0.5 ** (1 / 3), rel=0.02)
 
 

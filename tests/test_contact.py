@@ -320,7 +320,7 @@ def test_misfit_of_a_shifted_line_load(steps):
 def test_half_space_peak_against_hertz(rail):
     pressure, solution = rung_q(rail, 8)
     exact = hertz(rail)
-    # piecewise constant pressures with a node on the peak: measured 0.11, 0.13 and 0.15 % at 8 nodes a semi-axis
+    # piecewise constant pressures with a node on the peak: measured 0.11, 0.13 and 0.15 % at 8 nodes per semi-axis
     assert pressure.max() == pytest.approx(exact.p0_MPa, rel=2e-3)
     # the approach is a mean over the whole patch: measured 0.03 %
     assert solution.approach_mm == pytest.approx(exact.approach_mm, rel=1e-3)
@@ -486,7 +486,7 @@ def test_peak_grows_with_the_cube_root_of_the_load():
     solutions = [solve_contact(problem, load) for load in loads]
     peak = np.polyfit(np.log(loads), np.log([q.pressure_MPa.max() for q in solutions]), 1)[0]
     approach = np.polyfit(np.log(loads), np.log([q.approach_mm for q in solutions]), 1)[0]
-    # on one grid the patch has 12 to 16 nodes a semi-axis, where the peak is 0.05 % off
+    # on one grid the patch has 12 to 16 nodes per semi-axis, where the peak is 0.05 % off
     assert peak == pytest.approx(1.0 / 3.0, abs=1e-3)
     assert approach == pytest.approx(2.0 / 3.0, abs=1e-3)
 

@@ -127,8 +127,41 @@ def test_positions_without_a_contact_are_lines_too(tmp_path, capsys):
     assert "+40.00 mm, 50 kN: lateral shift 40 mm of the wheelset" in told
     good, bad = csv.DictReader(out.read_text("utf-8").splitlines())
     assert float(good["strip_p_max_MPa"]) == pytest.approx(908, abs=2)
-    assert "shifts between -6 and 6 mm" in bad["problem"]
+    assert "shifts between -49.5 and 6 mm" in bad["problem"]
+    # nothing is known between a line and none
+    assert "strip_approach_between_percent" not in good
     assert bad["strip_p_max_MPa"] == ""
+
+
+def test_a_table_says_what_interpolation_between_its_lines_misses():
+    # between 5 and 6 mm two patches share the load: steps of 1 mm and 20 kN
+    rows = fecontact.table(WHEELSET, [4.0, 5.0, 6.0], [20e3, 40e3])
+    by_place = {(row["lateral_shift_mm"], row["load_kN"]): row for row in rows}
+    missed = {}
+    for shift in (4.5, 5.5):
+        (middle,) = fecontact.table(WHEELSET, [shift], [30e3])
+        corners = [by_place[shift + side, load] for side in (-0.5, 0.5) for load in (20.0, 40.0)]
+        for name in ("strip_approach_mm", "strip_stiffness_N_per_mm"):
+            missed[shift, name] = 100.0 * abs(np.mean([row[name] for row in corners]) / middle[name] - 1.0)
+    for row in rows:
+        shifts = {4.0: (4.5,), 5.0: (4.5, 5.5), 6.0: (5.5,)}[row["lateral_shift_mm"]]
+        for name, column in (("strip_approach_mm", "approach"), ("strip_stiffness_N_per_mm", "stiffness")):
+            told = row[f"strip_{column}_between_percent"]
+            assert told == pytest.approx(max(missed[shift, name] for shift in shifts), rel=1e-9)
+    assert max(missed.values()) > 10.0
+    _, said = contact_table_lines(rows)
+    worst = max(row["strip_approach_between_percent"] for row in rows)
+    assert f"approach is off by up to {worst:.2g} %" in said
+    # each patch has its place and angle: at 5 mm the second one lies on the gauge side, and is steeper
+    two = by_place[5.0, 40.0]
+    assert two["strip_patches"] == 2
+    forces = [two[f"patch{n}_normal_force_N"] for n in (1, 2)]
+    assert sum(forces) == pytest.approx(two["strip_normal_force_N"], rel=1e-9)
+    assert forces[0] > forces[1] > 0.0
+    for n in (1, 2):
+        angle = two[f"touch{n}_contact_angle_rad"]
+        near = min((1, 2), key=lambda k: abs(two[f"patch{k}_rail_y_mm"] - two[f"touch{n}_rail_y_mm"]))
+        assert two[f"patch{near}_contact_angle_rad"] == pytest.approx(angle, abs=0.1)
 
 
 def test_a_table_as_json_is_the_table_alone(capsys):

@@ -12,6 +12,7 @@ from fecontact.bodies import STEEL, Material, RollingPair
 from fecontact.errors import InputError
 from fecontact.rolling.fastsim import (
     CELLS,
+    Strips,
     ellipse_strips,
     fastsim,
     fastsim_strips,
@@ -431,7 +432,7 @@ PAIR = RollingPair(friction=0.3, shear_MPa=82e3, poisson=0.28)
 def test_strips_over_hertzs_pressure_are_the_ellipse(bound):
     x, y = np.linspace(-8.3, 8.3, 97), np.linspace(-4.4, 4.4, 93)
     (lobe,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR)
-    # 32 nodes a semi-axis and more read a Hertz ellipse to some 1e-3
+    # 32 nodes per semi-axis and more read a Hertz ellipse to some 1e-3
     assert (lobe.contact.a_mm, lobe.contact.b_mm) == pytest.approx((8.0, 4.0), rel=4e-3)
     assert lobe.contact.normal_force_N == pytest.approx(LONG.normal_force_N, rel=1e-3)
     for creepages in (Creepages(xi=1e-3), Creepages(eta=-6e-4, spin_per_mm=6e-4), Creepages(xi=5e-4, eta=5e-4)):
@@ -468,6 +469,25 @@ def test_separate_patches_have_an_ellipse_each_and_one_together():
     (alone,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR, strips=y.size)
     single, *_ = one_ellipse([alone])
     assert (single.a_mm, single.b_mm) == pytest.approx((alone.contact.a_mm, alone.contact.b_mm), rel=1e-9)
+
+
+@pytest.mark.parametrize("cuts", [[], [0.3], [0.1, 0.45, 0.8]])
+def test_the_width_of_a_strip_is_part_of_the_second_moment(cuts):
+    # the same load on each mm2 of a rectangle, however it is cut: width / sqrt(12) across, and the half length of an
+    # ellipse's strip, sqrt(x^2) = half / 2, along
+    wide, half = 6.0, 4.0
+    ends = wide * np.array([0.0, *cuts, 1.0])
+    every = np.ones(ends.size - 1)
+    strips = Strips.of(
+        PAIR,
+        y_mm=0.5 * (ends[1:] + ends[:-1]),
+        width_mm=np.diff(ends),
+        middle_x_mm=0.0 * every,
+        half_length_mm=half * every,
+        force_N_per_mm=100.0 * every,
+    )
+    assert strips.centre_y_mm == pytest.approx(0.5 * wide, rel=1e-12)
+    assert strips.contact.b_mm / strips.contact.a_mm == pytest.approx(wide / math.sqrt(12.0) / (0.5 * half), rel=1e-12)
 
 
 # creepages over curved surfaces

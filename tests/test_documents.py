@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from cyclopts import App
 
 from fecontact.cli import app, call
 from fecontact.guide.pages import page, titles
@@ -25,13 +26,13 @@ TOPICS = [path.stem for path in sorted(GUIDE.glob("*.md"))]
 PLACEHOLDER = re.compile(r"\b(FOLDER|FILE|BASELINE|NEW|COLUMNS|NAME|TOPIC)\b")
 
 
-OPTIONS = {
-    name
-    for command in [app[name] for name in app if not name.startswith("-") and name != "baseline"]
-    + [app["baseline"]["update"]]
-    for argument in command.assemble_argument_collection()
-    for name in argument.names
-}
+def leaves(one: App) -> list[App]:
+    """A command, or the commands below it."""
+    below = [one[name] for name in one if not name.startswith("-")]
+    return [leaf for each in below for leaf in leaves(each)] or [one]
+
+
+OPTIONS = {name for one in leaves(app) for argument in one.assemble_argument_collection() for name in argument.names}
 
 
 def without_breaks(text: str) -> str:
@@ -138,7 +139,7 @@ def test_what_is_imported_in_an_example_exists(page):
 
 # what is done in a second or two
 QUICK = {"check", "creep", "doctor", "hertz", "init", "place", "profiles", "table", "theories", "theory"}
-WRITTEN = {"--examples", "--out", "--png", "--write"}
+WRITTEN = {"--examples", "--out", "--write"}
 A_FILE = re.compile(r"[\w.+-]*/[\w./+-]+|[\w+-]+\.[a-z]+")
 
 

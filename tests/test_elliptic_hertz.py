@@ -23,7 +23,7 @@ def elliptic(radius: int, resolution: str | tuple[float, float] = "quick", load_
     return solve(case)
 
 
-# Largest deviations in parts: reading 16 nodes a semi-axis leaves 0.03, 0.3 and 0.08 % (peak, area, half-widths), the
+# Largest deviations in parts: reading 16 nodes per semi-axis leaves 0.03, 0.3 and 0.08 % (peak, area, half-widths), the
 # finite bodies (cut at 60 mm) 0.1 %, and what elements miss of a half-space farther than five nodes from a load grows
 # with the slenderness of the elements: 0.2 % in the peak at a / b = 1, 0.4 % at 3.
 LIMITS = {
@@ -57,7 +57,7 @@ def check_own_nodes(result: CaseResult, limits: dict[str, float] = LIMITS) -> No
     """The contact on the elements' own nodes against Hertz, within what such nodes read of his own pressure.
 
     A nodal pressure is the mean over the node's hat, which has a variance of h^2 / 6 along x and across. So the peak of
-    a paraboloid is lower by 1 / (6 n^2) with n elements a semi-axis, and sqrt(5 <x^2>) longer by 5 / (12 n^2). The
+    a paraboloid is lower by 1 / (6 n^2) with n elements per semi-axis, and sqrt(5 <x^2>) longer by 5 / (12 n^2). The
     bodies themselves are off Hertz by as much as the finer nodes are allowed.
     """
     own, hertz = result.load.ladder.rungs["elements"], result.comparison.hertz
@@ -155,6 +155,6 @@ def test_finer_elements_change_hardly_anything():
 def test_peak_grows_with_the_cube_root_of_the_load():
     loads = np.array([25e3, 50e3, 100e3])
     peaks = [elliptic(300, "quick", load_N=float(load)).comparison.fe.p_max_MPa for load in loads]
-    # each on a mesh of its own with the same elements a semi-axis: only the finite bodies break the similarity
+    # each on a mesh of its own with the same elements per semi-axis: only the finite bodies break the similarity
     # measured 1e-4
     assert np.polyfit(np.log(loads), np.log(peaks), 1)[0] == pytest.approx(1.0 / 3.0, abs=1e-3)

@@ -129,7 +129,7 @@ def test_kinks_of_rounded_data_are_none(tmp_path, kink_rad):
 
 
 def opened(rail: str = "circle:300", load_N: float = 10e3) -> tuple[TrueGap, HertzContact, ContactGrid]:
-    """A cylinder on a circular head, and 16.4 nodes a semi-axis; a small load, so that both are parabolas."""
+    """A cylinder on a circular head, and 16.4 nodes per semi-axis; a small load, so that both are parabolas."""
     case = Case(rail=rail, wheel="cylinder:460", inclination_rad=0.0, load_N=load_N)
     placement = place_case(case)
     hertz = hertz_ellipse(

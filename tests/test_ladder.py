@@ -86,8 +86,8 @@ def test_quadratic_rung_is_hertz(hessian, load_N):
     rung, hertz = quadratic_of(hessian, load_N)
     assert rung.status == "converged"
     assert rung.normal_force_N == pytest.approx(load_N, rel=1e-8)
-    # 16 nodes a semi-axis, of the box where it is turned; measured 0.03 % (peak), 0.22 % (area, where 40 degrees turn a
-    # slender one 0.35 %), 0.08 % (half-widths), 0.6 % (extents), 0.02 % (approach), 0.4 % (misplaced load)
+    # 16 nodes per semi-axis, of the box where it is turned; measured 0.03 % (peak), 0.22 % (area, where 40 degrees turn
+    # a slender one 0.35 %), 0.08 % (half-widths), 0.6 % (extents), 0.02 % (approach), 0.4 % (misplaced load)
     limits = dict.fromkeys(MEASURES, 1e-3) | {"p_max_MPa": 6e-4, "approach_mm": 4e-4, "area_mm2": 4e-3}
     limits |= {"extent_x_mm": 0.01, "extent_y_mm": 0.01}
     limits |= {"centre_over_b": 3e-4, "valley": 0.0, "separate_load": 0.0, "misplaced_load": 7e-3}
@@ -535,7 +535,7 @@ def test_conforming_pair():
     assert (hertz.p0_MPa, hertz.area_mm2) == pytest.approx((912.68, 164.35), rel=1e-5)
     assert hertz.approach_mm == pytest.approx(0.09089, rel=2e-4)
     quadratic = measures_of(quadratic_rung(placement.first, hertz, half=True))
-    # 16 nodes a semi-axis: the discretisation's own 0.03 and 0.3 %
+    # 16 nodes per semi-axis: the discretisation's own 0.03 and 0.3 %
     assert quadratic.p_max_MPa == pytest.approx(912.8, rel=6e-4)
     assert quadratic.area_mm2 == pytest.approx(164.3, rel=0.004)
 

@@ -1,6 +1,7 @@
 """Verdicts on measured profiles: the deviation has the uncertainty, line by line."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -81,6 +82,22 @@ def test_what_hertz_has_no_value_of_moves_by_what_is_added():
     found = Moves(by_line={OWN_LINE: {"valley": 0.0}, "filter 8 mm": {"valley": 0.06}})
     verdict, stated = judge_on_lines({"valley": 0.05}, {"valley": 0.001}, found, Criteria(judged_by=("valley",)))
     assert (verdict.lines["filter 8 mm"], stated["valley"]) == ("FAILS", pytest.approx(0.061))
+
+
+def test_a_filter_at_its_end_has_the_noise_of_the_points_too():
+    """The farthest of seven lines is not the farthest that points allow: its own points have noise as well."""
+    of_lines = {OWN_LINE: 1.0, "filter 4 mm": 0.98, "filter 8 mm": 1.05, "noise 1": 1.02, "noise 2": 0.97}
+    found = Moves(
+        by_line={label: {"p_max_MPa": by, "valley": by - 1.0} for label, by in of_lines.items()}, peaks=of_lines
+    )
+    assert found.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1000.0 * 1.05 * 1.02))
+    assert found.farthest("p_max_MPa", 0.1) == pytest.approx(1.1 * (1.05 * 1.02 - 1.0))
+    assert found.farthest("valley", 0.1) == pytest.approx(0.05 + 0.02)
+    # lines that do not have the contact say nothing, and where none has it nothing is known
+    missing = replace(found, peaks=of_lines | {"noise 1": float("nan")})
+    assert missing.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1050.0))
+    assert math.isnan(Moves(by_line={"noise 1": {}}).farthest("p_max_MPa", 0.1))
+    assert EXACT.band(1000.0) is None
 
 
 # --- a load that was solved, with lines that are planted -----------------------------------------------------------

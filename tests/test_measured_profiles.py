@@ -106,7 +106,7 @@ def test_what_is_taken_for_granted_of_a_measured_rail_is_said_with_the_way_back(
         line = read(sampled("60E1", 0.01, moved=Registration(turn_rad=turn_rad)), **reading)
         return " ".join(line.notes)
 
-    kept = "where the curvature of 60E1 jumps, that of the rail is taken to jump too: --rail-nominal none"
+    kept = "where the curvature of 60E1 jumps, the curvature of the rail is taken to jump too: --rail-nominal none"
     assert kept in notes(0.0)
     assert kept not in notes(0.0, nominal="none")
     for turn_rad, asked in ((0.0, ""), (0.01, ""), (0.025, "1:40"), (-0.0245, "1:40"), (0.05, "1:20")):
@@ -241,7 +241,11 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert "the measured profiles leave ±" in out
     assert (tmp_path / "seen.png").exists()
     assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--json"]) == 0
-    part = json.loads(capsys.readouterr().out)["uncertainty_of_profile"]
+    record = json.loads(capsys.readouterr().out)
+    # which body a note is about
+    assert record["notes"]
+    assert all(note.startswith("rail: ") for note in record["notes"])
+    part = record["uncertainty_of_profile"]
     assert 0.0 < part["p_max_MPa"] < 0.05
     assert call(["profiles", "mine.csv", "--kind", "rail", "--write", "again.csv", "--out", "mine.png"]) == 0
     out = capsys.readouterr().out

@@ -15,7 +15,7 @@ from fecontact.case import BodySize, Track
 from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh, corner_jacobians, mesh_volume, surface_normals
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
-from fecontact.fe.section import Stretch, Zone, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import Stretch, Zone, _all_convex, layer_depths, mesh_section, polygon_area
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -307,6 +307,23 @@ def test_section_that_recombination_turns_inside_out():
     d1, d2 = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
     total = 0.5 * float(np.sum(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]))
     assert total == pytest.approx(section.outline_area_mm2, rel=1e-12)
+
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+DART = np.array([[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]])
+BOW_TIE = SQUARE[[0, 2, 1, 3]]
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 2.0, 4.0])
+def test_cells_that_fold_are_seen_in_any_direction_and_order(turn):
+    axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+    square, dart, tie = (3.0 * shape @ axes + 50.0 for shape in (SQUARE, DART, BOW_TIE))
+    assert _all_convex(np.array([square, square + 1.0]))
+    assert _all_convex(square[None, ::-1])
+    for wrong in (dart, tie, dart[::-1]):
+        assert not _all_convex(np.array([square, wrong]))
+    # two cells of unlike order overlap
+    assert not _all_convex(np.array([square, square[::-1]]))
 
 
 @pytest.mark.parametrize(("first", "total", "ratio"), [(0.5, 6.0, 1.2), (1.0, 1.5, 1.2), (0.1, 20.0, 1.35)])

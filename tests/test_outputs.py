@@ -928,11 +928,11 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
     )
     assert not [line for line in lines if line.startswith(("it fails", "open", "to decide"))]
     assert everything[: len(lines) - 1] == lines[:-1]
-    assert "decided on 2 meshes of 4.2 and 2.8 elements a semi-axis, not refined" in everything
+    assert "decided on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in everything
     misfit, off = (100.0 * record["elements"][name] for name in ("misfit", "compliance_error"))
     assert (
-        f"the elements' own nodes carry {misfit:.1f} % of the load elsewhere: they are coarser; their compliance is"
-        f" {off:+.1f} % off that of a half-space"
+        f"the elements' own, coarser nodes place {misfit:.1f} % of the load differently; their compliance"
+        f" differs from a half-space by {off:+.1f} %"
     ) in everything
     numbers = {line.split()[0]: line.split()[-1] for line in everything if len(line.split()) == 2}
     assert float(numbers["hertz_stiffness_GN_per_m15"]) == pytest.approx(
@@ -959,7 +959,7 @@ def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     record = judged_by(elliptic_quick, strict)
     lines = shown_case(record)
     assert lines[0].startswith("Hertz UNRESOLVED; open: peak pressure -0.")
-    assert "open on 2 meshes of 4.2 and 2.8 elements a semi-axis, not refined" in lines
+    assert "open on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in lines
     assert "to decide it: --resolution standard or fine, or --refine verdict" in lines
     # where finer meshes were allowed, something else kept them away
     allowed = shown_case(judged_by(elliptic_quick, strict, refine="verdict"))

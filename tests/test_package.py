@@ -85,7 +85,8 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
 
 def test_every_package_that_is_imported_is_declared_and_locked():
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    needed = [*declared["dependencies"], *declared["optional-dependencies"]["cluster"]]
+    extras = declared["optional-dependencies"]
+    needed = [*declared["dependencies"], *extras["cluster"], *extras["fleet"]]
     names = {re.match(r"[\w.-]+", one)[0].lower() for one in needed}
     imported = {
         (node.module if isinstance(node, ast.ImportFrom) else alias.name).partition(".")[0]
@@ -98,7 +99,7 @@ def test_every_package_that_is_imported_is_declared_and_locked():
     # type checkers alone have the first, VTK comes with pyvista, which says of which version it can be, and whoever
     # wants data sets of xarray installs it
     foreign = imported - sys.stdlib_module_names - {"fecontact", "_typeshed", "vtk", "vtkmodules", "xarray"}
-    assert declared["optional-dependencies"]["xarray"]
+    assert extras["xarray"]
     assert {module for module in foreign if not {home.lower() for home in homes[module]} & names} == set()
     locked = (ROOT / "requirements.lock").read_text("utf-8")
     assert names <= set(re.findall(r"^([\w.-]+)==", locked, re.MULTILINE))

@@ -47,7 +47,7 @@ def rung_of(pressure: Field) -> Rung:
 
 
 def sampled(count: float, *, turn: float = 0.0, offset: tuple[float, float] = (0.0, 0.0)):
-    """Ellipsoidal pressure on a grid of `count` nodes a semi-axis; `offset` moves the grid by parts of a step."""
+    """Ellipsoidal pressure on a grid of `count` nodes per semi-axis; `offset` moves the grid by parts of a step."""
     dx, ds = A / count, B / count
     k = int(1.8 * A / min(dx, ds) if turn else 1.3 * count) + 2
     x, s = dx * (np.arange(-k, k + 1) + offset[0]), ds * (np.arange(-k, k + 1) + offset[1])
@@ -64,12 +64,12 @@ def sampled(count: float, *, turn: float = 0.0, offset: tuple[float, float] = (0
 def test_measures_of_an_exact_ellipsoid(count, offset):
     patch = measure_patch(field(*sampled(count, offset=offset)))
     # the outline is a polygon between nodes: its chords cut off the square of a step, in units of the semi-axis
-    # measured: 1.3 % at 5 nodes a semi-axis, 0.45 % at 8, 0.2 % at 12
+    # measured: 1.3 % at 5 nodes per semi-axis, 0.45 % at 8, 0.2 % at 12
     assert patch.area_mm2 == pytest.approx(math.pi * A * B, rel=0.4 / count**2)
     assert patch.extent_x_mm == pytest.approx(2.0 * A, rel=0.3 / count**2)
     assert patch.extent_y_mm == pytest.approx(2.0 * B, rel=0.3 / count**2)
     # sums over nodes of a pressure that rises as a root at its edge: cells there count wholly or not; measured 2.9 % at
-    # 5 nodes a semi-axis with a node on the edge
+    # 5 nodes per semi-axis with a node on the edge
     assert (patch.a_mm, patch.b_mm) == pytest.approx((A, B), rel=0.35 / count**1.5)
     assert (patch.centre_x_mm, patch.centre_y_mm) == pytest.approx((0.0, 0.0), abs=0.1 * A / count**1.5)
     # p^2 is a paraboloid, so that its top is exact wherever the nodes lie
@@ -525,7 +525,7 @@ def test_comparison_is_made_of_the_same_readings():
     found = compare(rung, hertz)
     assert (found.fe, found.hertz, found.patch) == (measures_of(rung), hertz_measures(hertz), patch_of(rung))
     assert found.deviation == deviations(rung, hertz)
-    # 6 nodes a semi-axis: measured 3.5 %
+    # 6 nodes per semi-axis: measured 3.5 %
     assert found.pressure_l2 < 0.045
     assert found.overlap > 0.97
 

@@ -150,7 +150,7 @@ def test_a_layer_left_out_is_seen(position, monkeypatch):
 def test_elements_that_lock_are_seen_by_their_own_contact(monkeypatch):
     """Poisson 0.49 for 0.3: a stiffer material and what locking does to the far field cancel there by chance.
 
-    With six elements a semi-axis, that is; with four of them the far field sees 6 %.
+    With six elements per semi-axis, that is; with four of them the far field sees 6 %.
     """
     position = position_of(replace(ROUND, resolution=(7.16 / 6.25, 5.39 / 6.25)))
     poisson(0.49)(monkeypatch)
@@ -195,7 +195,7 @@ def test_the_side_of_a_head_begins_where_its_corner_has_turned_by_a_sixth_of_a_c
 def test_what_is_not_told_from_the_sides_of_a_narrow_head_is_not_seen():
     """Healthy elements would be read as 19 % too soft on a tongue of 20 mm; 0.7 % are on 30 mm.
 
-    With four elements a semi-axis a head of 25 mm is narrow for them too, and is not seen; with six 1.1 % were read.
+    With four elements per semi-axis a head of 25 mm is narrow for them too, and is not seen; with six 1.1 % were read.
     """
     assert math.isnan(compliance_error(tongue(20)))
     assert abs(compliance_error(tongue(30))) < 0.75 * COMPLIANCE_LIMIT
@@ -254,7 +254,7 @@ def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(monkeypatch
         return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
 
     monkeypatch.setattr(meshes, "coupled_problem", planted)
-    # three elements a semi-axis are enough for that
+    # three elements per semi-axis are enough for that
     coarse = position_of(replace(ROUND, resolution=(2.4, 2.2)))
     judged = judge_load(Meshes(coarse).solve(coarse), coarse.placement)
     # the patch runs to the edge, and what the elements carry is elsewhere altogether
@@ -270,7 +270,7 @@ def test_the_elements_say_by_themselves_what_hertz_is_worth(elliptic_quick):
     """Their own nodes against Hertz's closed form, which is exact here: by measures read here, not by the judge's."""
     load = elliptic_quick.load
     judged, nodal = load.by_elements, load.level.nodal
-    # where the edge of the patch is, is a matter of chance on four elements a semi-axis
+    # where the edge of the patch is, is a matter of chance on four elements per semi-axis
     assert judged.verdict.each == dict.fromkeys(load.case.criteria.limits, "HOLDS") | {"area_mm2": "UNRESOLVED"}
     x = nodal.pressure.whole().grid.x_mm
     rows = nodal.pressure.whole().values.sum(axis=1)
@@ -342,7 +342,7 @@ def test_elements_that_look_off_are_made_finer(elliptic_quick):
 
 
 def test_elements_that_look_off_on_the_first_meshes_decide_on_finer_ones():
-    """60E2 upright at 5.15 mm, 80 kN: 2.5 % too soft with four elements a semi-axis, 0.4 with six, 0.3 with nine."""
+    """60E2 upright at 5.15 mm, 80 kN: 2.5 % too soft with four elements per semi-axis, 0.4 with six, 0.3 with nine."""
     load = solve(Case(rail="60E2", inclination_rad=0.0, lateral_shift_mm=5.15, load_N=80e3, roll="given")).load
     assert (load.status, load.verdict.answer, len(load.solved.levels)) == ("converged", "FAILS", 3)
     assert abs(load.level.compliance_error) < 0.01

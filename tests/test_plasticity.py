@@ -159,7 +159,7 @@ def sphere(ratio: float, **more) -> Case:
         load_N=FORCE,
         rail_material=steel,
         wheel_material=steel,
-        # six elements a semi-axis
+        # six elements per semi-axis
         resolution=(1.11, 1.11),
         refine="never",
     )
@@ -174,7 +174,7 @@ needs_factors = pytest.mark.skipif(not pardiso_available(), reason="minutes by m
 
 
 # Peak, area and approach over those of elastic bodies, largest plastic strain E / Y: axisymmetric elements, 32 a radius
-# (each known to 0.3, 0.5, 0.2 %). Reached here with six elements a semi-axis: 0.3, 0.3, 0.1 % and 2 %.
+# (each known to 0.3, 0.5, 0.2 %). Reached here with six elements per semi-axis: 0.3, 0.3, 0.1 % and 2 %.
 @needs_factors
 def test_a_sphere_at_two_and_a_half_times_its_yield_stress(loaded):
     level = loaded.load.level
@@ -188,7 +188,7 @@ def test_a_sphere_at_two_and_a_half_times_its_yield_stress(loaded):
     # both bodies are alike
     rail, wheel = level.yielded.bodies.values()
     assert rail.largest_strain == pytest.approx(wheel.largest_strain, rel=0.04)
-    # Johnson (1985), section 4.2: 1.613 of the yield stress at nu 0.3; four elements a semi-axis lie below that patch
+    # Johnson (1985), section 4.2: 1.613 of the yield stress at nu 0.3; four elements per semi-axis lie below that patch
     exact = FORCE * (1.613 / 2.5) ** 3
     assert rail.first_yield_N == pytest.approx(exact, rel=0.06)
     assert abs(rail.first_yield_N / exact - 1.0) < loaded.load.plastic.first_yield_uncertainty < 0.2
@@ -243,14 +243,14 @@ def test_the_step_is_known_as_well_as_it_says(loaded):
     for name, exact in (("p_max_MPa", 0.780), ("area_mm2", 1.073), ("approach_mm", 1.023)):
         # the table's own error besides
         assert abs(step[name] - (exact - 1.0)) < unsure[name] + 0.004
-    # of meshes with 6 and 4 elements a semi-axis
+    # of meshes with 6 and 4 elements per semi-axis
     assert 0.002 < unsure["p_max_MPa"] < 0.02
     # a load of so many of first yield takes up 5 % of the peak (the table between 1.8 and 2.0 yield stresses)
     assert load.plastic.plastic_measure == "p_max_MPa"
-    # the patch of that load has four elements a semi-axis
+    # the patch of that load has four elements per semi-axis
     assert load.plastic.plastic_load_N == pytest.approx(1.5 * FORCE / 3.723, rel=0.08)
     low, high = load.plastic.band["p_max_MPa"]
-    # d ln p / d ln Y is 0.72 there; told by 4 elements a semi-axis
+    # d ln p / d ln Y is 0.72 there; told by 4 elements per semi-axis
     assert np.log((1 + high) / (1 + low)) / np.log(1.15 / 0.85) == pytest.approx(0.72, abs=0.2)
 
 
@@ -289,7 +289,7 @@ def lobes(solved):
             roll="given",
             rail_material=steel,
             wheel_material=steel,
-            # three elements a semi-axis of the expected patch, a quarter fewer than of quick
+            # three elements per semi-axis of the expected patch, a quarter fewer than of quick
             resolution=(1.58, 1.43),
             refine="never",
             criteria=criteria,

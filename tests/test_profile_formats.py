@@ -290,7 +290,7 @@ def test_a_wheel_is_no_rail_and_a_rail_no_wheel(write):
     rail = str(write("r.csv", csv_text(load("60E1"))))
     with pytest.raises(InputError, match="as the flange of a wheel does; a rail is wanted"):
         resolve_rail(wheel)
-    with pytest.raises(InputError, match="as those of a rail do; a wheel is wanted"):
+    with pytest.raises(InputError, match="as on a rail; a wheel is wanted"):
         resolve_wheel(rail)
 
 

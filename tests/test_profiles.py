@@ -214,7 +214,8 @@ def test_rails_are_continuous_and_tangent(name):
     assert np.abs(left.y - right.y).max() < 1e-12
     assert np.abs(left.z - right.z).max() < 1e-12
     assert np.abs(left.angle_rad - right.angle_rad).max() < 1e-12
-    assert rail.height(0.0) == pytest.approx(0.0, abs=1e-15)
+    # coordinates of some 50 mm carry 1e-14
+    assert rail.height(0.0) == pytest.approx(0.0, abs=1e-13)
     assert rail.slope(0.0) == pytest.approx(0.0, abs=1e-15)
 
 
@@ -543,3 +544,21 @@ def test_a_rail_that_ends_above_the_gauge_names_the_options(tmp_path):
     np.savetxt(tmp_path / "head.csv", np.column_stack([y, load("60E1").height(y)]), delimiter=",")
     with pytest.raises(InputError, match=r"--gauge-depth-mm.*--rail-crown-y-mm"):
         place_case(Case(rail=str(tmp_path / "head.csv")))
+
+
+@pytest.mark.parametrize("name", names())
+def test_pieces_are_the_segments(name):
+    profile, v = load(name), np.random.default_rng(3).random(400)
+    for k, segment in enumerate(profile.segments):
+        exact, found = segment.evaluate(v), profile.evaluate(k + v)
+        assert np.hypot(exact.y - found.y, exact.z - found.z).max() < 5e-13
+        speed = np.hypot(exact.dy, exact.dz)
+        # by 1e-15; polynomials through the points themselves in place of the second derivatives lose nine digits
+        assert (np.hypot(exact.dy - found.dy, exact.dz - found.dz) / speed).max() < 5e-15
+        assert np.abs(exact.curvature_per_mm - found.curvature_per_mm).max() < 3e-14
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    lengths = []
+    for segment in profile.segments:
+        points = segment.evaluate((np.arange(20.0)[:, None] + 0.5 * (1.0 + nodes)) / 20.0)
+        lengths.append(float((np.hypot(points.dy, points.dz) @ weights).sum()) / 40.0)
+    assert profile.length_mm == pytest.approx(sum(lengths), abs=1e-11)

@@ -51,7 +51,7 @@ def check(result: CaseResult) -> None:
 
 # By other readings of the elements' own nodes on finer meshes: shift (mm), answer, and in per cent what Hertz is off in
 # peak, area, a and b; centre of pressure over b; valley and misplaced load in per cent. The area at 4 mm, where a thin
-# tail was lost on those nodes (-1.0 %), is that of a half-space with 64 nodes a semi-axis.
+# tail was lost on those nodes (-1.0 %), is that of a half-space with 64 nodes per semi-axis.
 FACTS = [
     (-4.0, "HOLDS", -0.3, -2.1, 0.6, -2.5, -0.07, 0.0, 4.8),
     pytest.param(-2.0, "HOLDS", -0.1, -4.8, 1.7, -6.0, -0.11, 0.0, 7.1, marks=pytest.mark.slow),

@@ -10,6 +10,7 @@ from fecontact.jobs.engine import _Report
 from fecontact.jobs.remaining import duration, seconds_left, watched
 from fecontact.jobs.store import Origin, new_folder, part_done, tell_part
 from fecontact.jobs.workers import Done, Job
+from fecontact.solving.meshes import Meshes
 
 
 def schedule(durations: list[float], workers: int) -> list[tuple[float, float]]:
@@ -126,3 +127,25 @@ def test_results_are_watched_with_the_time_that_is_left(monkeypatch):
     said = []
     assert list(watched("abc", 3, lambda *one: said.append(one), "lines")) == ["a", "b", "c"]
     assert said == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
+
+
+def test_meshes_say_how_long_they_take_by_what_the_finest_ones_took(monkeypatch):
+    """A power of the unknowns, as the cost of a case before it is solved; nothing where steel yields."""
+    clock = SimpleNamespace(stage="")
+    position = SimpleNamespace(clock=clock, case=SimpleNamespace(may_yield=False))
+    meshes, said = Meshes(position), []
+    now = iter([0.0, 8.0, 8.0, 10.0, 10.0, 26.0])
+    monkeypatch.setattr("fecontact.solving.meshes.time.perf_counter", lambda: next(now))
+    monkeypatch.setattr(meshes, "_solved", lambda position, coarser: said.append(clock.stage))
+    level = SimpleNamespace(degrees_of_freedom={"rail": 10_000, "wheel": 20_000})
+    for coarser, unknowns in ((1.0, None), (1.5, 15_000.0), (1 / 1.5, 60_000.0)):
+        meshes._level(position, coarser, unknowns and meshes._left_s([level], unknowns))
+    assert said == [
+        "first meshes",
+        f"coarser meshes, for the uncertainty, about {8.0 * 0.5**1.1:.0f} s left",
+        f"finer meshes, because the verdict is open, about {8.0 * 2.0**1.1:.0f} s left if these decide it",
+    ]
+    # the finest ones count from then on
+    assert meshes._left_s([level], 30_000.0) == pytest.approx(16.0)
+    position.case.may_yield = True
+    assert meshes._left_s([level], 30_000.0) is None

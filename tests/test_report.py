@@ -230,7 +230,7 @@ def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path
     write_csv(document["rows"], other / "study.csv")
     write_sealed(other / "study.json", document, [other / "study.csv"])
     page = tmp_path / "comparison.html"
-    assert call(["compare", str(study), str(other), "--html", str(page)]) == 1
+    assert call(["compare", str(study), str(other), "--out", str(tmp_path)]) == 1
     found = assert_readable(page, tmp_path)
     texts = [text for text, _, _ in found["cells"]]
     # what differs is seen, by a name that can be read; all that is equal is folded away

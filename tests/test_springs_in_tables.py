@@ -81,7 +81,7 @@ def printed(rows, width=200):
 def test_the_table_shows_them_where_there_are_any(two, single):
     rows = [load_row(*single), load_row(*two)]
     text = printed(rows)
-    assert "; roll of the wheelset" in text.splitlines()[0]
+    assert "; rolled until both wheels touch" in text.splitlines()[0]
     assert (
         "+5.00 mm, 50 kN: the cheapest theory that holds: Hertz at all touch points, as springs (p_max +3.5 %, area"
         in text

@@ -113,12 +113,12 @@ def test_the_first_study_stands_on_both_rails():
 @pytest.mark.parametrize(
     ("case", "words"),
     [
-        (WHEELSET, "roll of the wheelset"),
-        (Case(), "roll of the wheelset"),
+        (WHEELSET, "rolled until both wheels touch"),
+        (Case(), "rolled until both wheels touch"),
         (Case(roll_rad=0.0), "roll fixed at 0 mrad"),
         (Case(roll_rad=4e-4), "roll fixed at 0.4 mrad"),
-        (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii make no wheelset)"),
-        (Case(rail="A75"), "roll fixed at 0 mrad (a crane rail makes no wheelset)"),
+        (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii have no wheelset)"),
+        (Case(rail="A75"), "roll fixed at 0 mrad (a crane rail has no wheelset)"),
         (Case(roll="loaded"), "roll of the loaded wheelset"),
         (Case(roll_load_N=80e3), "roll of the wheelset under 80 kN a wheel"),
         (
@@ -141,20 +141,20 @@ def test_what_is_said_of_the_rolls_of_a_table():
     ]
     fixed = [input_columns(case) for case in (ALONE, replace(ALONE, lateral_shift_mm=3.0), Case(roll_rad=1e-3))]
     assert free[1]["roll_mrad"] != 0.0
-    assert roll_words_of_rows(free) == "roll of the wheelset"
+    assert roll_words_of_rows(free) == "rolled until both wheels touch"
     # as a table on disk has them
     assert roll_words_of_rows(
         [{name: str(value) for name, value in row.items()} for row in free]
     ) == roll_words_of_rows(free)
     assert roll_words_of_rows(fixed[:2]) == "roll fixed at 0 mrad"
     assert roll_words_of_rows(fixed) == "roll fixed case by case"
-    assert roll_words_of_rows([*free, *fixed]) == "roll of the wheelset, or fixed"
+    assert roll_words_of_rows([*free, *fixed]) == "rolled until both wheels touch, or fixed"
     loaded = Case(roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3))
     under = [input_columns(case, place_case(case)) for case in (loaded, Case(roll="loaded"))]
     assert roll_words_of_rows(under[:1]) == roll_words(loaded)
     assert roll_words_of_rows([{name: str(value) for name, value in under[0].items()}]) == roll_words(loaded)
     assert roll_words_of_rows(under) == "roll of the loaded wheelset"
-    assert roll_words_of_rows([*free, *under]) == "roll of the wheelset, loaded or not"
+    assert roll_words_of_rows([*free, *under]) == "rolled until both wheels touch, loaded or not"
     # of a wheelset that could not be placed nothing is known
     assert roll_words_of_rows([{"roll": "touching", "roll_mrad": None}, {}]) == ""
 
@@ -167,4 +167,4 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
     ]
     assert [one.label for one in series(rows)] == ["left", "right"]
     alone = [input_columns(replace(ALONE, lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
-    assert [one.label for one in series([*rows[:2], *alone])] == ["roll of the wheelset", "fixed roll"]
+    assert [one.label for one in series([*rows[:2], *alone])] == ["both wheels touch", "fixed roll"]

@@ -172,7 +172,7 @@ def test_05_rail_and_inclination(quick, tmp_path):
 
 def test_18_finite_elements_alone(quick, tmp_path):
     rows, said = quick("18_finite_elements_alone", tmp_path)
-    # measured 0.2 % at six elements a semi-axis, 0.02 % at nine
+    # measured 0.2 % at six elements per semi-axis, 0.02 % at nine
     for row in rows:
         assert abs(row["elements_p_max_MPa"] / row["fe_p_max_MPa"] - 1.0) < (
             5e-3 if row["resolution"] == "quick" else 1e-3
@@ -194,7 +194,7 @@ def test_12_exact_contacts_on_the_elements_own_nodes(number, monkeypatch):
     for name in study.JUDGED:
         # one of them is not, in the misplaced load
         assert study.outside_percent(own, name) <= (100.0 / number if name == "misplaced_load" else 0.0)
-    # what means over hats read of an ellipse with four elements a semi-axis: peak 1 / (6 n^2), half-widths 5 / (12 n^2)
+    # what means over hats read with four elements per semi-axis: peak 1 / (6 n^2), half-widths 5 / (12 n^2)
     count = study.FEWEST * study.MESH_RATIO
     for name, limit in (
         ("p_max_MPa", 1.0 / (6.0 * count**2)),
@@ -257,7 +257,7 @@ def test_08_switch_rail(tmp_path):
 def test_08_the_wheel_need_not_face_all_of_a_wide_zone():
     """Off the centre of a narrow head the flat wheel's surface misses the zone's ends on the corner of the head."""
     (off,) = (case for case in load_study(STUDIES / "08_switch_rail.py").cases if case.lateral_shift_mm)
-    # six elements a semi-axis, whose zone is wider than the head
+    # six elements per semi-axis, whose zone is wider than the head
     position = position_of(replace(off, resolution=(0.915, 0.703)))
     zone = fine_zone(position.expected, tuple(MESH_RATIO * step for step in position.element_size_mm))
     with pytest.raises(NotCovered):

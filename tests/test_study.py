@@ -4,6 +4,7 @@ import contextlib
 import csv
 import json
 import os
+import pickle
 import re
 import shutil
 import signal
@@ -29,13 +30,14 @@ from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.engine import RunSettings, parse_part
-from fecontact.jobs.workers import Crew, Job, default_workers, run_job, thread_environment
+from fecontact.jobs.workers import Crew, Job, default_workers, groups_of, run_job, thread_environment
 from fecontact.runs import identity
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.runs.sources import digests
-from fecontact.runs.store import case_folder, job_of
-from fecontact.runs.study import StudyOutcome, run_study, varied_words
+from fecontact.runs.store import Solving, case_folder, job_of
+from fecontact.runs.study import StudyOutcome, _shared, run_study, varied_words
+from fecontact.solving.solve import SharedLoads
 
 LOADS_KN = (50, 60, 70, 80, 90)
 HERE = Path(__file__).parent
@@ -273,6 +275,38 @@ def job(out: Path, load_kN: float = 50, **more: Any) -> Job:
     name = case_id(case(load_kN))
     work = fake_solve.FakeWork(case=case(load_kN), name=name, settings={})
     return replace(job_of(case(load_kN), case_folder(out, name), work), **more)
+
+
+def test_a_group_is_done_in_turn_and_shares_its_works_objects_after_pickling(tmp_path):
+    shared = SharedLoads(case=case(50), loads_N=(50e3, 60e3))
+    works = [Solving(case=case(load), name=f"{load}", loads=shared) for load in (50, 60)]
+    jobs = tuple(replace(job(tmp_path, load), work=work) for load, work in zip((50, 60), works, strict=True))
+    again = pickle.loads(pickle.dumps(jobs))
+    assert again[0].work.loads is again[1].work.loads
+
+
+@pytest.mark.parametrize(("workers", "sizes"), [(1, [3, 2, 1]), (3, [3, 2, 1]), (4, [2, 1, 1, 1, 1]), (9, [1] * 6)])
+def test_groups_are_split_only_where_they_are_fewer_than_workers(tmp_path, workers, sizes):
+    jobs = [job(tmp_path, load, group=group) for load, group in zip(range(50, 56), "aaabbc", strict=True)]
+    groups = groups_of(jobs, workers)
+    assert [len(one) for one in groups] == sizes
+    assert [one for group in groups for one in group] == jobs
+
+
+def test_loads_of_a_position_are_one_group_and_what_else_varies_is_another():
+    cases = {
+        f"{number}": replace(case(load), lateral_shift_mm=shift, **more)
+        for number, (load, shift, more) in enumerate(
+            [(60, 0.0, {}), (50, 0.0, {}), (50, 1.0, {}), (50, 0.0, {"resolution": "fine"})]
+        )
+    }
+    shared = _shared(cases)
+    assert shared["0"] == shared["1"]
+    assert shared["0"][1].loads_N == (50e3, 60e3)
+    assert [name for name, (_, loads) in shared.items() if loads is None] == ["2", "3"]
+    assert len({where for where, _ in shared.values()}) == 3
+    rolled = {f"{load}": replace(case(load), roll="loaded") for load in (50, 60)}
+    assert all(loads is None for _, loads in _shared(rolled).values())
 
 
 @pytest.mark.parametrize(("second", "times"), [("one", 1), ("two", 2)])

@@ -117,7 +117,7 @@ def test_block_nodes_go_straight_into_the_body(elliptic_quick: CaseResult, name)
 
 @pytest.mark.parametrize("body", ["rail", "wheel"])
 def test_the_peak_is_that_of_the_closed_form(solved, body):
-    # six elements a semi-axis; the four of `quick` find the stress within 0.7 %, its depth 3.6 and 4.6 % too small
+    # six elements per semi-axis; the four of `quick` find the stress within 0.7 %, its depth 3.6 and 4.6 % too small
     sizes = (7.162 / 6.25, 5.387 / 6.25)
     made = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution=sizes)
     case: CaseResult = solved(replace(made, refine="never"))

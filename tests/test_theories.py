@@ -4,6 +4,7 @@ import io
 import json
 import math
 import pickle
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 
@@ -19,7 +20,8 @@ from fecontact.comparison.measures import MEASURES, MISFITS, Approximation, Theo
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory
 from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
-from fecontact.creeping.maps import LAW_MAP
+from fecontact.features import offered
+from fecontact.maps.views import CAUSES
 from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_study_report
 from fecontact.outputs.records.results import load_record, load_row, result_record
@@ -292,12 +294,17 @@ def test_a_theory_that_has_no_contact_says_why(judged, another, monkeypatch):
     assert not [name for name in load_row(load, judged.placement) if name.startswith("block_")]
 
 
-def test_letters_of_maps_are_told_apart_and_h_is_hertz():
-    letters = [theory.letter for theory in THEORIES.values()]
-    assert len({*letters}) == len(letters)
-    assert (THEORIES["hertz"].letter, THEORIES["strip"].letter) == ("H", "S")
-    areas = {words.letter for name, words in WORDS_OF_MEASURES.items() if name.startswith("area")}
-    assert areas == {"A"}
-    assert areas.isdisjoint(letters)
-    assert LAW_MAP.marks["strips"][0] == THEORIES["strip"].letter
-    assert LAW_MAP.marks["multi_hertz"][0] == THEORIES["multi_hertz"].letter
+def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
+    """Theories, laws, measures, causes, causes of features, and signs of answers."""
+    meanings = [
+        *((theory.letter, theory.words) for theory in THEORIES.values()),
+        *((letter, name) for laws in offered("LAWS").values() for name, (letter, _) in laws.marks.items()),
+        *((words.letter, words.name) for words in WORDS_OF_MEASURES.values()),
+        *CAUSES.values(),
+        *(cause for maps in offered("MAPS").values() for cause in maps.causes.values()),
+        *(("+", "holds"), ("x", "fails"), ("?", "open"), ("!", "lost"), ("*", "out of its range")),
+    ]
+    letters = Counter(letter for letter, _ in meanings)
+    assert len(meanings) > 40
+    assert [(letter, what) for letter, what in meanings if letters[letter] > 1] == []
+    assert THEORIES["hertz"].letter == "H"

@@ -13,11 +13,11 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
-from fecontact.profiles.segments import Arc, Line, Spline
+from fecontact.profiles.segments import Arc, CurvePoints, Line, Spline
 from fecontact.solving.placing import place_case, wheelset_of_case
 from fecontact.wheel_rail import placement as placement_module
 from fecontact.wheel_rail.placement import REACH_MM, Pair, Placement, pair_of
-from fecontact.wheel_rail.poses import search_parameters
+from fecontact.wheel_rail.poses import search_points
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 STEP_MM = 4e-3
@@ -179,11 +179,12 @@ def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monke
     here = [pair.placed(shift, 1e-4, 0.0) for shift in shifts]
     move = np.random.default_rng(seed).uniform(0.1, 0.9)
 
-    def moved(profile: Profile) -> np.ndarray:
-        u = search_parameters(profile)
-        return np.concatenate([u[:1], u[:-1] + move * np.diff(u), u[-1:]])
+    def moved(profile: Profile) -> tuple[np.ndarray, CurvePoints]:
+        u, _ = search_points(profile)
+        u = np.concatenate([u[:1], u[:-1] + move * np.diff(u), u[-1:]])
+        return u, profile.evaluate(u)
 
-    monkeypatch.setattr(placement_module, "search_parameters", moved)
+    monkeypatch.setattr(placement_module, "search_points", moved)
     for one, shift in zip(here, shifts, strict=True):
         other = pair.placed(shift, 1e-4, 0.0)
         assert len(one.touch_points) == len(other.touch_points)

@@ -1,13 +1,15 @@
 """Checks of results against references, and the table that they make."""
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 from inline import inline_crew
 from pictures import draw_nothing
 
 from fecontact.cli import call
-from fecontact.regression.checks import Check, discretisation_check, report
+from fecontact.regression.checks import Check, discretisation_check, reports
 
 
 def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **more: object) -> Check:
@@ -40,17 +42,44 @@ def test_a_check_passes_within_its_limit(value, expected, passed):
     assert check(value, expected).passed == passed
 
 
-def test_report_has_a_line_for_each_check_and_says_what_failed():
+def test_each_study_has_a_page_and_a_line_that_says_what_failed():
     checks = {"01_one": [check(101.0, uncertainty_percent=0.5), check(105.0)], "02_two": [check(1.0, None)]}
-    text = report(checks, {"fecontact": "1", "absent": None}, ["03_three: some_case"])
+    asked = {"01_one": "Is it right?"}
+    files = reports(checks, asked, {"fecontact": "1", "absent": None}, ["03_three: some_case"])
+    assert list(files) == ["VALIDATION.md", "validation/01_one.md", "validation/02_two.md"]
+    text, first, second = files.values()
     assert "3 checks, 1 failed" in text
-    lines = text.splitlines()
-    assert "| p_max, MPa | one | a book | analytic | 101 | 100 | +1.00 % | 2 % | 0.5 % | pass |" in lines
+    # 5 % of 2 %; 1 % over 0.5 %
+    assert "| [01_one](validation/01_one.md) | Is it right? | 2 | 1 | 2.5 | 2 |" in text.splitlines()
+    assert "| [02_two](validation/02_two.md) |  | 1 | 0 | 0.5 |  |" in text.splitlines()
+    assert first.startswith("# Validation: 01_one\n\nIs it right?\n\n2 checks, 1 failed.")
+    assert "## Against a book (analytic; no uncertainty)" in first
+    lines = [*first.splitlines(), *second.splitlines()]
+    assert "| p_max, MPa | one | 100 | 101 | 0.5 % | +1.00 % | 2 | 2 % | pass |" in lines
     assert sum(line.endswith("| **FAIL** |") for line in lines) == 1
     assert sum(line.endswith("| pass |") for line in lines) == 2
     assert "fecontact 1" in text
     assert "absent" not in text
     assert "**No usable result: 03_three: some_case**" in text
+
+
+def test_a_check_without_a_number_stands_out():
+    """It is the largest of its study, and limits of nothing and uncertainties of nothing are no divisors."""
+    own = [check(math.nan, uncertainty_percent=0.5), check(101.0, uncertainty_percent=0.0), check(0.0, None, 0.0)]
+    (line,) = [one for one in reports({"one": own}, {}, {}, [])["VALIDATION.md"].splitlines() if "[one]" in one]
+    assert line.endswith("| 3 | 1 | nan | nan |")
+
+
+def test_the_table_links_to_a_page_of_each_study():
+    root = Path(__file__).parents[1]
+    links = re.findall(r"\(validation/(\w+)\.md\)", (root / "VALIDATION.md").read_text("utf-8"))
+    assert sorted(links) == sorted(path.stem for path in (root / "validation").glob("*.md"))
+    assert all((root / "studies" / f"{name}.py").exists() for name in links)
+    counts = [
+        int(one) for one in re.findall(r"^\| \[.*? \| (\d+) \| \d+ \|", (root / "VALIDATION.md").read_text(), re.M)
+    ]
+    pages = [(root / "validation" / f"{name}.md").read_text("utf-8") for name in links]
+    assert counts == [page.count("| pass |") + page.count("**FAIL**") for page in pages]
 
 
 def test_discretisation_is_checked_on_the_worst_row():
@@ -96,6 +125,7 @@ def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys, monkeypa
     options = ["--out", str(tmp_path / "out"), "--workers", "1"]
     assert call(["validate", str(tmp_path / "good.py"), *options]) == 0
     assert "1 checks, 0 failed" in (tmp_path / "out" / "VALIDATION.md").read_text("utf-8")
+    assert "| R 300 |" in (tmp_path / "out" / "validation" / "good.md").read_text("utf-8")
     written = tmp_path / "table.md"
     assert call(["validate", str(tmp_path / "bad.py"), *options, "--report", str(written)]) == 1
     assert "1 checks, 1 failed" in written.read_text("utf-8")

@@ -1,5 +1,6 @@
 """Both wheels on both rails: the roll against another code's and closed forms, mirror images, ids, refusals."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -12,12 +13,13 @@ from fecontact.case import Case, Opposite, Track
 from fecontact.errors import InputError
 from fecontact.normal.hertz import hertz_ellipse, hertz_from_hessian
 from fecontact.outputs.records.results import case_inputs, hertz_record, input_columns
+from fecontact.outputs.records.stored import placement_from_record, placement_record
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.store import copy_profiles, stored_case
 from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
 from fecontact.solving.position import hertz_alone, hertz_points_of_case
-from fecontact.wheel_rail.placement import pair_of
+from fecontact.wheel_rail.placement import SIGN, pair_of
 from fecontact.wheel_rail.wheelset import Wheelset
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
@@ -198,7 +200,7 @@ def test_the_loaded_roll_grows_with_the_load_and_begins_at_the_touching_one():
     [
         (lambda: Case(roll="loaded", load_kind="normal"), "vertical wheel loads"),
         (lambda: Case(roll="loaded", roll_rad=1e-4), "roll angle is 0.1 mrad, but the roll is 'loaded'"),
-        (lambda: place_case(Case(roll="loaded", lateral_shift_mm=9.0)), "shifts between -6 and 6 mm"),
+        (lambda: place_case(Case(roll="loaded", lateral_shift_mm=9.0)), "shifts between -49.5 and 6 mm"),
     ],
 )
 def test_a_loaded_roll_is_refused_where_there_is_none(make, says):
@@ -347,8 +349,10 @@ def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
 @pytest.mark.parametrize(
     ("case", "says"),
     [
-        (Case(lateral_shift_mm=9.0, roll="touching"), r"derails.*shifts between -6 and 6 mm"),
-        (Case(lateral_shift_mm=-40.0, roll="touching"), r"shift -40 mm of the wheelset.*shifts between -6 and 6 mm"),
+        (Case(lateral_shift_mm=9.0, roll="touching"), r"left side: the wheel derails.*between -49\.5 and 6 mm"),
+        (Case(lateral_shift_mm=-9.0, side="right"), r"right side: the wheel derails.*between -6 and 49\.5 mm"),
+        # the other wheel stands on the top of its flange
+        (Case(lateral_shift_mm=-52.0), r"right side: the wheel derails.*top of its flange.*between -49\.5 and 6 mm"),
         (Case(roll="touching", track=Track(gauge_mm=1400.0)), "on a gauge 20 to 80 mm wider, or with a back-to-back"),
         (Case(roll="touching", track=Track(gauge_mm=1600.0)), "on a gauge 30 to 80 mm narrower.*that much larger"),
         (Case(roll="touching", track=Track(gauge_mm=1000.0)), "nor would it on a gauge up to 80 mm wider or narrower"),
@@ -361,6 +365,31 @@ def test_wheelsets_that_cannot_stand_are_refused_in_one_line(case, says):
     with pytest.raises(InputError, match=says) as refused:
         place_case(case)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("shift", [-6.5, -7.0, -9.0, -12.0])
+def test_a_wheel_is_placed_and_told_where_the_flange_of_the_other_one_climbs(shift):
+    left, right = (Case(lateral_shift_mm=SIGN[side] * shift, side=side) for side in ("left", "right"))
+    placed = place_case(left)
+    assert_same_placement(placed, place_case(right), tolerance=1e-12)
+    assert placed.first.contact_angle_rad < 0.02
+    assert roll_of_case(left, placed) == pytest.approx(-roll_of_case(right, place_case(right)), abs=1e-15)
+    # the roll is that of flanges that may climb, which stands against CONTACT's above
+    both = place_wheelset_of_case(replace(left, flange_climb=True))
+    assert both.right.climbs
+    assert_same_placement(placed, both.left, tolerance=0.0)
+    for one in (placed, place_case(right)):
+        assert not one.climbs
+        (note,) = (note for note in one.notes if "derails" in note)
+        assert "the wheelset derails on its other side" in note
+        again = placement_from_record(
+            json.loads(json.dumps(placement_record(one))), one.rail.profile, one.wheel.profile
+        )
+        assert again.notes == one.notes
+    assert not any("derails" in note for note in place_case(replace(left, lateral_shift_mm=-6.0)).notes)
+    # the wheel whose own flange climbs is refused as ever
+    with pytest.raises(InputError, match="right side: the wheel derails"):
+        place_case(replace(left, side="right"))
 
 
 def test_a_pair_over_itself_is_symmetric():

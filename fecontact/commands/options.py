@@ -149,7 +149,7 @@ def _help(slots: Sequence[Slot], *, both: bool) -> str:
         return f"Other side of the wheelset, if it is another one: {names}, of which some; {default}."
     if both:
         return f"{described.help} (both bodies): {described.domain}; {default}."
-    of_both = ", or that of both bodies" if slot.both else ""
+    of_both = ", or the value of both bodies" if slot.both else ""
     return f"{described.help}{f' ({slot.body})' if slot.body else ''}: {described.domain}; {default}{of_both}."
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from fecontact.commands.console import announce, many, width
 from fecontact.commands.options import CaseOptions, takes
-from fecontact.outputs.terminal import show
+from fecontact.outputs.terminal import answer, show
 
 if TYPE_CHECKING:
     from fecontact.runs.judging import Judged
@@ -88,9 +88,8 @@ def compare(
     *,
     match: str | None = None,
     tolerance: Path | None = None,
-    json: Path | None = None,
-    html: Path | None = None,
-    png: Path | None = None,
+    out: Path | None = None,
+    json: bool = False,
 ) -> int:
     """Compare two sets of results, case by case; exit code 1 if they differ by more than the tolerances.
 
@@ -108,15 +107,12 @@ def compare(
         yaw.
     tolerance
         TOML file with [kinds.NAME] and [columns.NAME] tables of relative and absolute tolerances.
+    out
+        Folder for comparison.json, comparison.html, and comparison.png with both verdicts over shift and load.
     json
-        File for the comparison as JSON.
-    html
-        File for the comparison as HTML.
-    png
-        File for a picture of both verdicts over shift and load.
+        Print the comparison as JSON and nothing else.
     """
-    from fecontact.files import write_json, write_text
-    from fecontact.outputs.comparison import comparison_html, comparison_lines, comparison_record
+    from fecontact.outputs.comparison import comparison_lines, comparison_record, write_comparison
     from fecontact.regression.compare import compare_tables
     from fecontact.regression.tables import load_table, read_tolerances
 
@@ -124,15 +120,8 @@ def compare(
     comparison = compare_tables(
         load_table(baseline), load_table(new), tolerances, match=() if match is None else match.split(",")
     )
-    if json is not None:
-        write_json(json, comparison_record(comparison))
-    if html is not None:
-        write_text(html, comparison_html(comparison))
-    if png is not None:
-        from fecontact.outputs.figures.verdicts import verdicts_figure
-
-        verdicts_figure(comparison, png)
-    show(comparison_lines(comparison))
+    folder = None if out is None else write_comparison(comparison, out)
+    answer(comparison_record(comparison), lambda _: comparison_lines(comparison), json=json, comparison=folder)
     return 0 if comparison.same else 1
 
 

@@ -234,7 +234,8 @@ def validate(
     out
         Folder for the results, one folder a study; finished cases are reused.
     report
-        Markdown file for the table of all checks; VALIDATION.md in `out`, if not given.
+        Markdown file with a line for each study; VALIDATION.md in `out`, if not given. The pages that it links to are
+        in the folder validation beside it.
     quick
         The small version of each study.
     workers

@@ -47,6 +47,7 @@ from fecontact.comparison.solved_load import (
     elements_uncertainties,
     step_uncertainty,
     uncertainties,
+    unmeshed_uncertainties,
     unmeshed_uncertainty,
 )
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded
@@ -75,7 +76,7 @@ from fecontact.wheel_rail.poses import TouchPoint
 
 # --- Every patch of a contact, and every lobe of a joined one, as a contact of its own beside Hertz's ellipse.
 
-# What is read off a lobe; its approach is that of the bodies, and its extents end where the next one begins.
+# What is read off a lobe; its approach is the approach of the bodies, and its extents end where the next one begins.
 _READ = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
 
 
@@ -440,7 +441,7 @@ class JudgedLoad:
 
     @property
     def limit_used(self) -> float:
-        """By how much the measure that uses most of its limit does so, on the worst side; Hertz is off from 1 on."""
+        """Largest part of a limit that Hertz uses, on the worst side; above 1 Hertz fails."""
         used = [side.limit_used for side in self.sides.values()]
         return math.nan if any(math.isnan(part) for part in used) else max(used)
 
@@ -456,7 +457,7 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
     level, sides = load.level, load.sides
     if len(sides) > 1:
         said = (
-            f"with that of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
+            f"with the ellipse of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
             f" pressure, {one.deviation['area_mm2']:+.1%} in area)"
             for side, one in sides.items()
         )
@@ -482,14 +483,9 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
 def position_notes(placement: Placement, comparison: Comparison) -> Iterator[str]:
     """What is to be known of the profiles and of the contact as a whole."""
     rail = placement.rail.profile
-    yield from (*rail.notes, *placement.wheel.profile.notes)
+    yield from placement.notes
     if not rail.outline:
         yield f"rail {rail.name}: only its running surface is known; the body below it is a block down to the cut"
-    if placement.climbs:
-        yield (
-            f"the flange climbs: it touches the rail beyond its steepest place, at"
-            f" {math.degrees(placement.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
-        )
     if placement.first.at_junction:
         yield (
             "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
@@ -568,6 +564,7 @@ def judge_hertz(
     lines: Lines | None,
     *,
     by: Evidence = "fe",
+    refinements: int | None = None,
 ) -> dict[str, Judgement]:
     """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
     found = {}
@@ -576,15 +573,33 @@ def judge_hertz(
             Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
         if isinstance(made, Approximation):
-            found[name] = judge_theory(case, levels, made, EXACT if lines is None else lines.moves(name), by=by)
+            moves = EXACT if lines is None else lines.moves(name)
+            found[name] = judge_theory(case, levels, made, moves, by=by, refinements=refinements)
     return found
 
 
 def profiles_leave_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
-    """Whether Hertz is open by the lines that measured points allow alone: no mesh decides that."""
+    """Whether Hertz is open by the lines that measured points allow alone."""
     if lines is None:
         return False
     return worst_of(judge_hertz(case, levels, placement, lines, by="profiles")).answer == "UNRESOLVED"
+
+
+def no_mesh_decides(
+    case: Case,
+    levels: Sequence[Level],
+    placement: Placement,
+    lines: Lines | None,
+    *,
+    by: Evidence = "fe",
+    refinements: int = 0,
+) -> bool:
+    """Whether Hertz stays open by what so many finer meshes leave as it is, if their numbers are those of today's.
+
+    These are the lines that measured points allow, reading a measure off its nodes, and the bodies' cut planes.
+    """
+    worst = worst_of(judge_hertz(case, levels, placement, lines, by=by, refinements=refinements))
+    return worst.answer == "UNRESOLVED" and (lines is not None or not worst.unknown)
 
 
 def _judge_theories(
@@ -616,6 +631,7 @@ def judge_theory(
     moves: Moves = EXACT,
     *,
     by: Evidence = "fe",
+    refinements: int | None = None,
 ) -> Judgement:
     """Judge a theory against the finest level, by the criteria of a case.
 
@@ -626,14 +642,27 @@ def judge_theory(
     by
         The contact on the finer nodes, that on the elements' own ones, or the finer one as if its meshes were exact, by
         the uncertainty of the profiles alone.
+    refinements
+        If given, the deviations are those of the finer nodes, and their uncertainty is what so many finer meshes would
+        leave of it.
     """
 
     def read(rung: Rung) -> dict[str, float]:
         return values_of(rung, made)
 
-    if by == "elements":
+    if refinements is not None:
+        deviation = deviations_of(levels[0].fe, made)
+        on_elements = refinements if by == "elements" else None
+        left = unmeshed_uncertainties(levels[0], read, deviation, on_elements=on_elements)
+        # of what meshes know less well than that finer ones may say anything
+        known = {
+            name: left[name] if value <= 2.0 * left[name] else 0.0
+            for name, value in uncertainties(levels, read, deviation).items()
+            if name in left
+        }
+    elif by == "elements":
         deviation = deviations_of(levels[0].on_elements, made)
-        # of (Hertz - FE) / FE, from that of the finite-element measure
+        # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
         known = {
             name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
             for name, value in elements_uncertainties(levels, read).items()
@@ -641,8 +670,8 @@ def judge_theory(
     else:
         deviation = deviations_of(levels[0].fe, made)
         known = uncertainties(levels, read, deviation)
-    exact = by == "profiles"
     slope = sum(line.largest_slope for line in case.irregularities)
+    exact = by == "profiles"
     numerical = {
         name: (0.0 if exact else value) + unmeshed_uncertainty(name, deviation[name], slope=slope)
         for name, value in known.items()

@@ -195,10 +195,11 @@ def cause_of(
     told_by = "valley" if measure == "separate_load" else measure
     counted = (step for step in STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC))
     moved_most = max(counted, key=lambda step: abs(steps[step.name][told_by]))
-    return _cause_in_gap(geometry) if moved_most is GAP else moved_most.cause
+    return cause_in_gap(geometry) if moved_most is GAP else moved_most.cause
 
 
-def _cause_in_gap(geometry: PatchGeometry) -> str:
+def cause_in_gap(geometry: PatchGeometry) -> str:
+    """Why Hertz is off where the shape of the gap moved most."""
     if geometry.pieces > 1:
         return "second patch"
     if geometry.lobes > 1:

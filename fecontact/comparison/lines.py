@@ -10,12 +10,17 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from fecontact.arrays import Floats
 from fecontact.comparison.measures import MEASURES
 
 Deviations = Mapping[str, float]
 _UNKNOWN: Deviations = {}
 FILTER = "filter"
 """With what the label of a line begins that was smoothed over another length; that length in mm comes next."""
+NOISE = "noise"
+"""With what the label of a line begins that has another draw of noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,11 +74,11 @@ class Moves:
         What 1 + the deviation is multiplied by, for each of `MEASURES`; what is added to the others. Empty where a line
         does not have the contact.
     peaks
-        Peak pressures over the peak pressure of the case's line.
+        Peak pressures over the peak pressure of the case's line, by the label of the line; NaN without a contact.
     """
 
     by_line: Mapping[str, Deviations] = field(default_factory=dict)
-    peaks: tuple[float, ...] = ()
+    peaks: Mapping[str, float] = field(default_factory=dict)
 
     def deviations(self, deviation: Deviations) -> dict[str, dict[str, float]]:
         """Deviations from the finite elements on each line, from those on the own line."""
@@ -87,13 +92,30 @@ class Moves:
             for label, move in self.by_line.items()
         }
 
+    def farthest(self, name: str, value: float) -> float:
+        """By how much a deviation moves at most from its value on the own line."""
+        moves = {label: move.get(name, math.nan) for label, move in self.by_line.items()}
+        by = (1.0 + value) * (_together(moves, np.multiply) - 1.0) if name in MEASURES else _together(moves, np.add)
+        return float(np.abs(by).max()) if by.size else math.nan
+
     def band(self, p_max_MPa: float, unsure: float = 0.0) -> tuple[float, float] | None:
         """Least and largest peak over the lines, from that on the own line; None of exact lines.
 
         `unsure` is what meshes leave open of it (relative).
         """
-        least, largest = min(self.peaks, default=math.nan), max(self.peaks, default=math.nan)
-        return (p_max_MPa * least * (1.0 - unsure), p_max_MPa * largest * (1.0 + unsure)) if self.peaks else None
+        moved = p_max_MPa * _together(self.peaks, np.multiply)
+        return (float(moved.min()) * (1.0 - unsure), float(moved.max()) * (1.0 + unsure)) if moved.size else None
+
+
+def _together(moves: Mapping[str, float], both: np.ufunc) -> Floats:
+    """Moves to every line, with those by another filter and by other noise taken together: neither knows of the other.
+
+    The filter may lie at an end of what is usual, and the points have their noise there too.
+    """
+    known = {label: move for label, move in moves.items() if math.isfinite(move)}
+    drawn = [move for label, move in known.items() if label.startswith(NOISE)]
+    smoothed = [move for label, move in known.items() if not label.startswith(NOISE)]
+    return np.asarray(both.outer(smoothed, [both.identity, *drawn])).ravel()
 
 
 EXACT = Moves()
@@ -138,5 +160,4 @@ def _moves(read: Mapping[str, tuple[Deviations, float]]) -> Moves:
         }
         for label, (deviation, _) in read.items()
     }
-    peaks = tuple(peak / first_peak for _, peak in read.values() if math.isfinite(peak / first_peak))
-    return Moves(by_line=by_line, peaks=peaks)
+    return Moves(by_line=by_line, peaks={label: peak / first_peak for label, (_, peak) in read.items()})

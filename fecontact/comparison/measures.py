@@ -7,7 +7,7 @@ is read, and how well. All that judges, tells or draws measures goes through the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, Protocol
@@ -306,7 +306,7 @@ def _measure(
 class Measures:
     """Peak pressure, area, half-widths (a along x, b across), full extents and approach of one contact.
 
-    `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes a semi-axis; None where it
+    `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes per semi-axis; None where it
     is not known. The approach is measured down to the bodies' cut planes: a deeper rail moves it, and no mesh says
     by how much. `cut_planes` is how much the other measures change at most when one cut plane is moved out by half
     (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 81 or
@@ -404,7 +404,7 @@ class Misfit:
     )
     # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse. On finer
     # elements the change from mesh to mesh does not show it: of 63 slender exact contacts on meshes of 6, 4 and 2.7
-    # elements a semi-axis 86 % were inside the floor alone; with what is common all, and all of 59 others
+    # elements per semi-axis 86 % were inside the floor alone; with what is common all, and all of 59 others
     # (studies/12_uncertainty.py)
     misplaced_load: float = _measure(
         lambda patch, rung, theory: _misplaced_load(rung, theory),
@@ -509,23 +509,33 @@ def _own_valley(rung: Rung, theory: Approximation) -> float:
 
 
 def _unknown_load(rung: Rung, theory: Approximation) -> float:
+    """Part of the force on separate patches of a contact that a theory does not know (`unknown_load`)."""
+    whole = rung.pressure.whole()
+    s, step = whole.grid.s_mm, whole.grid.steps_mm[1]
+    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
+    ends = [s[(pieces == k).any(axis=0)][[0, -1]] for k in range(1, count + 1)]
+    loads = np.array([whole.values[pieces == k].sum() for k in range(1, count + 1)])
+    return unknown_load([(low - step, high + step) for low, high in ends], loads, theory)
+
+
+def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: Approximation) -> float:
     """Part of the force on separate patches that are none of a theory's, and of its patches that the contact has not.
 
     A patch of a theory has one of the contact at most: of those below it the heaviest that a heavier one has not taken,
     or, where all are taken, the heaviest, which they then share. Several would fail for every second patch that they
     rightly have, if they were judged as a single one is: whether they give it the right load is the misplaced load's
     matter, and the peak's.
+
+    Parameters
+    ----------
+    ends_mm, loads
+        Where each patch of the contact begins and ends across, and its load in any unit.
     """
-    whole = rung.pressure.whole()
-    s, step = whole.grid.s_mm, whole.grid.steps_mm[1]
-    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
-    ends = [s[(pieces == k).any(axis=0)][[0, -1]] for k in range(1, count + 1)]
-    loads = np.array([whole.values[pieces == k].sum() for k in range(1, count + 1)])
     taken: set[int] = set()
     missing = 0.0
     for one in sorted(theory.patches, key=lambda one: -one.normal_force_N):
         low, high = one.low_mm[1], one.high_mm[1]
-        below = [k for k, (first, last) in enumerate(ends) if first - step <= high and low <= last + step]
+        below = [k for k, (first, last) in enumerate(ends_mm) if first <= high and low <= last]
         if not below:
             missing += one.normal_force_N / theory.normal_force_N
             continue

@@ -230,7 +230,8 @@ def uncertainty(
     Parameters
     ----------
     values
-        The measure on two or more meshes, the finest first, each MESH_RATIO coarser than the one before.
+        The measure on two or more meshes, the finest first, each MESH_RATIO coarser than the one before; on a single
+        one it is as if coarser ones had the same value.
     otherwise
         The measure on the finest one with another idea of what is the elements' and what the bodies'.
 
@@ -253,6 +254,11 @@ def reading_uncertainty(measure: str, value: float) -> float | None:
         return None
     # what is read is the root of the sum of both squares
     return floor + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
+
+
+def unmeshed(measure: str, value: float, *, shared: bool) -> float | None:
+    """What no mesh takes away of the uncertainty of a measure; relative or absolute, None where it is not known."""
+    return uncertainty(measure, [value], Solved(shared=shared))
 
 
 def step_uncertainty(
@@ -286,7 +292,9 @@ def _change(values: Sequence[float]) -> float:
 
     A last change that is small by chance does not hide them.
     """
-    return max(abs(finer - coarser) / MESH_RATIO**k for k, (finer, coarser) in enumerate(pairwise(values)))
+    return max(
+        (abs(finer - coarser) / MESH_RATIO**k for k, (finer, coarser) in enumerate(pairwise(values))), default=0.0
+    )
 
 
 def _cut_planes(measure: str, value: float, shared: bool) -> float:
@@ -334,7 +342,7 @@ def elements_uncertainty(
 def unmeshed_uncertainty(measure: str, deviation: float, *, slope: float) -> float:
     """Uncertainty of a deviation that is left as irregularities along the track are in the gap and in no mesh.
 
-    What a body gives way below a pressure along its own normals differs from that of the smooth one by about the
+    What a body gives way below a pressure along its own normals differs from the smooth body's part by about the
     largest slope: in plane strain, waves of 14 and 30 mm with slopes of 0.002 to 0.022, by 0.15 to 1.6 % of the shape
     below the patch, and by 0.4 % at a flat of 60 mm with 0.05. What Hertz has nothing of has that part of its value.
     """
@@ -353,13 +361,13 @@ Status = Literal[
 ]
 # Of the peak between two lobes, or of the patch's width between two patches: less is little.
 _LITTLE = 0.1
-# The elements' own contact may be so many times as far from that of the finer nodes as both are unsure.
+# Most that the elements' own contact may be off the contact of the finer nodes, in uncertainties of both.
 _APART = 2.0
 # The centres of pressure of both contacts may be apart by what both are unsure of: of 80 contacts with healthy elements
 # by 0.38 of it at most; elements with a gap 0.2 mm beside the finer nodes' by 2.2.
 _CENTRES_APART = 1.0
 ELEMENTS_OFF: Status = "elements too soft or too stiff"
-"""Status of a load whose elements are not those of the bodies' material, or of too poor a shape."""
+"""Status of a load whose elements do not behave as the bodies' material does, or have too poor a shape."""
 REFERENCES_OFF: Status = "references disagree"
 """Status of a load on which Hertz, the half-space or the gap are wrong (`ladder.reference_error`)."""
 CONTRADICTION: Status = "verdicts contradict"
@@ -375,7 +383,7 @@ class Level:
     nodal
         Contact between the finite bodies, as the nodes of their elements carry it.
     fe
-        Contact of the finite bodies on finer nodes: that of the true gap on a half-space, opened by what the bodies of
+        Contact of the finite bodies on finer nodes: the true gap on a half-space, opened by what the bodies of
         `nodal` open more than a half-space of the same elements. That is smooth and known well on coarse meshes, so
         that the fine pressure has neither the elements' softness nor their size.
     otherwise
@@ -454,7 +462,7 @@ class SolvedLoad:
     turned
         The true gap on a half-space with each pressure along its own normal; None for a single lobe.
     quadratic
-        Hertz's gap on a half-space, with as many nodes a semi-axis.
+        Hertz's gap on a half-space, with as many nodes per semi-axis.
     lines
         Theories against the half-space on each line that measured points allow; None where both profiles are exact.
     limits
@@ -545,8 +553,7 @@ def elements_uncertainties(
     Relative, or absolute where Hertz has no value of a measure.
     """
     finest, rungs = levels[0], [level.on_elements for level in levels]
-    patch, (step_x, step_s) = patch_of(rungs[0]), rungs[0].grid.steps_mm
-    elements = min(patch.a_mm / step_x, patch.b_mm / step_s / len(patch.lobes))
+    elements = _elements(finest)
     measured = [read(rung) for rung in rungs]
     found = {
         name: elements_uncertainty(
@@ -561,6 +568,35 @@ def elements_uncertainties(
     return {name: value for name, value in found.items() if value is not None}
 
 
+def _elements(level: Level) -> float:
+    """Elements on the semi-axis."""
+    patch, (step_x, step_s) = patch_of(level.on_elements), level.on_elements.grid.steps_mm
+    return min(patch.a_mm / step_x, patch.b_mm / step_s / len(patch.lobes))
+
+
+def unmeshed_uncertainties(
+    level: Level,
+    read: Callable[[Rung], Mapping[str, float]],
+    deviation: Mapping[str, float],
+    *,
+    on_elements: int | None,
+) -> dict[str, float]:
+    """What no finer meshes take away of the uncertainty of each deviation, where it is known.
+
+    Of the elements' own contact what so many refinements leave, if its measures are those of the finer nodes.
+    """
+    measured, shared, found = read(level.fe), patch_of(level.fe).pieces > 1, {}
+    for name in deviation:
+        if on_elements is None:
+            known = unmeshed(name, measured[name], shared=shared)
+        else:
+            elements = _elements(level) * MESH_RATIO**on_elements
+            known = elements_uncertainty(name, [measured[name]], elements=elements, compliance_error=0.0)
+        if known is not None:
+            found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
+    return found
+
+
 def uncertainties(
     levels: Sequence[Level], read: Callable[[Rung], Mapping[str, float]], deviation: Mapping[str, float]
 ) -> dict[str, float]:
@@ -571,7 +607,7 @@ def uncertainties(
     for name in deviation:
         known = uncertainty(name, [one[name] for one in measured], solved, otherwise=otherwise[name])
         if known is not None:
-            # of (Hertz - FE) / FE, from that of the finite-element measure
+            # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
             found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
     return found
 

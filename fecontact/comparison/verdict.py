@@ -101,8 +101,8 @@ def judge_on_lines(
 ) -> tuple[Verdict, dict[str, float]]:
     """Judge on every line that measured points allow; with the uncertainty that the lines make of the one given.
 
-    The measure that decided is the one that has the answer on most lines. What is stated covers all lines that have the
-    contact; one that does not have it leaves the answer on it open.
+    The measure that decided is the one that has the answer on most lines. What is stated covers every filter with every
+    noise, of lines that have the contact; one that does not have it leaves the answer on it open.
     """
     own, stated = judge(deviation, uncertainty, criteria), dict(uncertainty)
     if not moves.by_line:
@@ -117,8 +117,7 @@ def judge_on_lines(
         }
         on_lines[label] = judge(moved, known, criteria)
     for name in stated:
-        moved_by = (abs(moved[name] - deviation[name]) for moved in there.values())
-        stated[name] += max((by for by in moved_by if not math.isnan(by)), default=math.nan)
+        stated[name] += moves.farthest(name, deviation[name])
     each = {name: _of_lines([one.each[name] for one in on_lines.values()]) for name in own.each}
     answer = _of_lines([one.answer for one in on_lines.values()])
 
@@ -229,7 +228,7 @@ class Judgement:
 
     @property
     def limit_used(self) -> float:
-        """By how much the measure that uses most of its limit does so; the theory is off from 1 on."""
+        """Largest part of a limit that the theory uses; above 1 it fails."""
         used = [abs(self.deviation[name]) / limit for name, limit in self.limits.items()]
         return math.nan if any(math.isnan(part) for part in used) else max(used)
 
@@ -264,8 +263,8 @@ NOT_IN_IT = "first loading of virgin steel: shakedown, residual stress, friction
 """What the plastic rung does not say, wherever its numbers stand."""
 # Of the change from half as many load steps: what is left is 0.3 to 0.5 of it.
 _OF_THE_STEPS = 0.5
-# Of the step itself, over the elements a semi-axis squared: two coarse meshes may agree by chance. With 4 elements peak
-# and area of spheres at 1.8 to 3.5 yield stresses are up to 8 % of their step off, and two meshes put it to half that.
+# Of the step itself, over the elements per semi-axis squared: two coarse meshes may agree by chance. With 4 elements
+# peak and area of spheres at 1.8 to 3.5 yield stresses are up to 8 % of their step off, and two meshes say half of it.
 _OF_ELEMENTS = 1.6
 # What corrections leave of the peak, relative.
 _OF_CORRECTIONS = 1e-4

@@ -32,7 +32,7 @@ MBench_UIC60, one and two lobes, with and without yaw): -0.8 to 0.4 %, median 0.
 # Near the node a response is the elements' part plus a quadratic function of the place; further away only the first
 # term of the elements' part is left. The limit is this part of the nodes seen to each side, and at least so many nodes.
 # This leaves an error of 0.05 to 0.2 % of Hertz's peak (R 80 and R 13 under loads so small that bodies are half-spaces,
-# 4 to 14 elements a semi-axis); five nodes without the first term left 0.1 to 0.6 %, and more on finer meshes.
+# 4 to 14 elements per semi-axis); five nodes without the first term left 0.1 to 0.6 %, and more on finer meshes.
 _REACH = 0.75
 _LEAST_REACH_NODES = 5.0
 # With fewer nodes to each side a half-space's 1/r cannot be told from a smooth function.

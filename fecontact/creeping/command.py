@@ -52,7 +52,7 @@ def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -
     """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
 
     Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
-    are those of the wheel against the rail: positive xi gives negative Fx.
+    are the wheel's against the rail: positive xi gives negative Fx.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ FORCE_MAP = MappedVerdicts(
     short="creep forces",
     read=_force_of,
     judge=force_verdict,
-    causes={PLACE: ("P", "centre of pressure beside\nthe touch point"), SHAPE: ("F", SHAPE)},
+    causes={PLACE: ("D", "centre of pressure beside\nthe touch point"), SHAPE: ("F", SHAPE)},
     missing="the map has no friction coefficient; give one too, for example --friction 0.3 (fecontact judge FOLDER"
     " takes it for a map that was made without, and solves nothing again)",
 )
@@ -69,12 +69,12 @@ LAW_MAP = MappedLaws(
     read=lambda load: load.features.get("creep_laws", {}),
     # blue where Hertz's ellipse is enough, green for several, orange where the real patch is needed; darker: dearer
     marks={
-        "polach": ("P", "#d3ebf8"),
-        "fastsim": ("F", "#8fcbed"),
-        "exact": ("E", "#56a5d8"),
-        "multi_hertz": ("M", "#66c2a5"),
-        "strips": ("S", "#f5b878"),
-        "real": ("R", "#d55e00"),
+        "polach": ("Po", "#d3ebf8"),
+        "fastsim": ("FA", "#8fcbed"),
+        "exact": ("EX", "#56a5d8"),
+        "multi_hertz": ("FM", "#66c2a5"),
+        "strips": ("FS", "#f5b878"),
+        "real": ("ER", "#d55e00"),
     },
     note="the cheapest theory of creep forces within {within}, and by how much of µN it is off, %",
     number="off by at most, % of µN",

@@ -27,13 +27,15 @@ from fecontact.inputs import given, inputs, number
 from fecontact.jobs.remaining import Progress
 from fecontact.rolling.laws import rolling_pair
 from fecontact.wheel_rail.placement import Pair
-from fecontact.wheel_rail.poses import search_parameters
+from fecontact.wheel_rail.poses import search_points
 from fecontact.wheel_rail.wheelset import SIDES, Wheelset
 
 # --- Track and running conditions of a curve: cant, speed, friction, and the pair of wheel and rail.
 
 # Trams run in tighter curves, with guard rails.
 _LEAST_RADIUS_M = 50.0
+MOST_UNBALANCED_M_S2 = 2.0
+"""Largest lateral acceleration: from 2.2 on Newton's method stalls where a wheelset goes from tread to flange."""
 _STEP_MM, _FARTHEST_MM = 0.1, 30.0
 
 
@@ -50,9 +52,9 @@ class Conditions:
         0.0,
         "Lateral acceleration in the plane of the track, outwards positive",
         label="unbalanced acceleration",
-        low=-3.0,
-        high=10.0,
-        remedy="usual limits are 0.65 to 1 m/s2",
+        low=-MOST_UNBALANCED_M_S2,
+        high=MOST_UNBALANCED_M_S2,
+        remedy="usual limits are 0.65 to 1 m/s2, those of tilting trains 2",
     )
     speed_km_h: float | None = number(None, "Running speed", remedy="leave it out for a balanced one")
 
@@ -138,7 +140,7 @@ def _speed_m_s(conditions: Conditions, curvature_per_mm: float, tilt_rad: float,
     across = part * conditions.unbalanced_m_s2 + GRAVITY_M_S2 * math.sin(tilt_rad)
     if across < 0.0:
         raise InputError(
-            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: not below that of a vehicle that"
+            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: no less than a vehicle has that"
             f" stands on the cant of {conditions.cant_mm:g} mm; give a larger one, or more cant"
         )
     return math.sqrt(across / (1e3 * abs(curvature_per_mm) * math.cos(tilt_rad)))
@@ -177,8 +179,8 @@ def _largest_shift_mm(pair: Pair) -> float:
     return low
 
 
-def check_overturning(vehicle: Vehicle, line: Line) -> None:
-    """Refuse a speed at which the inner wheels carry nothing.
+def check_speed(vehicle: Vehicle, line: Line) -> None:
+    """Refuse a speed at which the inner wheels carry nothing, or that is not what curves are run through with.
 
     Raises
     ------
@@ -192,17 +194,17 @@ def check_overturning(vehicle: Vehicle, line: Line) -> None:
         masses = (body.mass_kg, 2.0 * frame.mass_kg, 4.0 * vehicle.wheelset.mass_kg)
         heights = (body.height_m, frame.height_m, height_m)
         height_m = sum(m * h for m, h in zip(masses, heights, strict=True)) / sum(masses)
-    if abs(across) * height_m < abs(down) * 0.5e-3 * BASE_MM:
-        return
-    most = math.sqrt(
-        GRAVITY_M_S2
-        * math.tan(math.atan(0.5e-3 * BASE_MM / height_m) + abs(line.cant_rad))
-        / (1e3 * abs(line.curvature_per_mm))
-    )
-    raise InputError(
-        f"speed is {3.6 * line.speed_m_s:.0f} km/h at R {1e-3 / abs(line.curvature_per_mm):.0f} m; allowed: below"
-        f" {3.6 * most:.0f} km/h, where the vehicle overturns; run slower"
-    )
+    curvature, cant = 1e3 * abs(line.curvature_per_mm), abs(line.cant_rad)
+    said = f"speed is {3.6 * line.speed_m_s:.0f} km/h at R {1.0 / curvature:.0f} m; allowed: below"
+    if abs(across) * height_m >= abs(down) * 0.5e-3 * BASE_MM:
+        most = math.sqrt(GRAVITY_M_S2 * math.tan(math.atan(0.5e-3 * BASE_MM / height_m) + cant) / curvature)
+        raise InputError(f"{said} {3.6 * most:.0f} km/h, where the vehicle overturns; run slower")
+    if abs(across) > MOST_UNBALANCED_M_S2 + _ROUNDING_M_S2:
+        most = math.sqrt((MOST_UNBALANCED_M_S2 + GRAVITY_M_S2 * math.sin(cant)) / (curvature * math.cos(cant)))
+        raise InputError(
+            f"{said} {3.6 * most:.0f} km/h, where cant leaves {MOST_UNBALANCED_M_S2:g} m/s2 over; run slower, or give"
+            " more cant"
+        )
 
 
 # --- What a vehicle does in curves: positions and forces of all wheels at several radii, by a theory of the contact.
@@ -210,7 +212,8 @@ def check_overturning(vehicle: Vehicle, line: Line) -> None:
 CurveStatus = Literal["equilibrium", "no equilibrium", "derails"]
 # A contact so near to the steepest place of the flange climbs.
 _STEEPEST_RAD = math.radians(0.5)
-# A wheel whose steepest place is flatter has no flange; those of flanges are 60 to 75 degrees.
+_ROUNDING_M_S2 = 1e-9
+# A wheel whose steepest place is flatter has no flange; flanges have 60 to 75 degrees.
 _FLANGE_RAD = math.radians(40.0)
 
 
@@ -314,7 +317,7 @@ def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float], progress: Pro
         if own:
             lines = lines_of(ride, widest_per_mm=min(map(abs, own.values())))
             for curvature in own.values():
-                check_overturning(vehicle, lines(curvature))
+                check_speed(vehicle, lines(curvature))
             equilibria = path(vehicle, lines, list(own.values()), progress)
             found |= {radius: _run(radius, vehicle, ride, one) for radius, one in zip(own, equilibria, strict=True)}
     return [found[radius] for radius in radii_m]
@@ -378,7 +381,7 @@ def _derailing(runs: Sequence[WheelsetRun], wheelset: Wheelset, friction: float)
 def steepest_rad(wheelset: Wheelset, side: TrackSide) -> float:
     """Largest angle of a wheel's flange."""
     profile = (wheelset.left if side == "left" else wheelset.right).pair.wheel
-    points = profile.evaluate(search_parameters(profile)[1:-1])
+    points = search_points(profile)[1].taken(slice(1, -1))
     return float(np.max(np.where(points.y < 0.0, np.arctan2(points.dz, points.dy), 0.0)))
 
 

@@ -43,7 +43,7 @@ def radius_differences_mm(
     materials: tuple[Material, Material] = (STEEL, STEEL),
     progress: Progress | None = None,
 ) -> list[float]:
-    """Rolling radius of the left wheel less that of the right one, at the centres of pressure, at many shifts.
+    """Rolling radii, left less right, at the centres of pressure, at many shifts.
 
     The wheelset has no yaw, both its wheels are under one vertical load, and there is no friction.
 

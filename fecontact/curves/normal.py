@@ -305,7 +305,7 @@ def _start_of_strips(
 def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = False) -> tuple[Pressed, ...]:
     """The half-space on a uniform grid; separate patches feel each other.
 
-    The half length is that of an elliptic pressure with the strip's second moment. On a `fine` grid slopes over small
+    The half length belongs to an elliptic pressure with the strip's second moment. On a `fine` grid slopes over small
     motions are good to some percent.
 
     Notes

@@ -89,6 +89,7 @@ def curve(
     straight = tuple(one[1] for one in found)
     return Curves(
         vehicle=made,
+        case=case,
         conditions=conditions,
         radii_m=radii,
         share=share,

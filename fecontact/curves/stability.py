@@ -39,12 +39,13 @@ _SPEED_WITHIN_M_S = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class StraightTrack:
-    """How a vehicle runs on straight track.
+    """How a vehicle runs on straight track; of its stability in curves nothing is known.
 
     Attributes
     ----------
     critical_speed_km_h
-        From which on an oscillation grows; None if there is none, or no equilibrium.
+        From which on an oscillation grows; None if there is none, if one grows at `slow_km_h` already, the lowest speed
+        that is searched, or without an equilibrium.
     frequency_Hz, wavelength_m
         Of the least damped oscillation: of hunting, where it begins, or else at `slow_km_h`.
     slow_wavelength_m
@@ -107,7 +108,7 @@ def linear_model(vehicle: Vehicle, line: Line) -> LinearModel:
         If a contact beside it is not solved.
     """
     if line.curvature_per_mm != 0.0:
-        raise InputError("stability is that of straight track; allowed: curvature 0")
+        raise InputError("stability is computed on straight track alone; allowed: curvature 0")
     found = solve_at(straight_start(vehicle, line), vehicle, line)
     if found.status != "equilibrium":
         why = "; ".join(found.notes) or f"{found.left_over_N:.0f} N left; check profiles"
@@ -175,7 +176,9 @@ def straight_track(theory: str, vehicle: Vehicle, line: Line) -> StraightTrack:
         model = linear_model(vehicle, line)
     except (InputError, ConvergenceError) as error:
         return StraightTrack(theory=theory, problem=str(error))
-    critical, slow = critical_speed_m_s(model), hunting(model, _SLOWEST_M_S)
+    found, slow = critical_speed_m_s(model), hunting(model, _SLOWEST_M_S)
+    # at the lowest speed it is not known from which on
+    critical = None if found == _SLOWEST_M_S else found
     at = slow if critical is None else hunting(model, critical)
     return StraightTrack(
         theory=theory,
@@ -183,18 +186,19 @@ def straight_track(theory: str, vehicle: Vehicle, line: Line) -> StraightTrack:
         frequency_Hz=at.frequency_Hz,
         wavelength_m=at.wavelength_m,
         slow_wavelength_m=slow.wavelength_m,
-        problem=_said_of(critical),
+        problem=_said_of(found),
     )
 
 
 def _said_of(critical_m_s: float | None) -> str:
     if critical_m_s is None:
-        return f"no oscillation grows up to {3.6 * _FASTEST_M_S:g} km/h"
-    return f"an oscillation grows at all speeds from {3.6 * critical_m_s:g} km/h on" * (critical_m_s == _SLOWEST_M_S)
+        return f"no oscillation grows up to {3.6 * _FASTEST_M_S:g} km/h, the highest speed searched"
+    slowest = f"the critical speed is below {3.6 * _SLOWEST_M_S:g} km/h, the lowest speed searched"
+    return slowest * (critical_m_s == _SLOWEST_M_S)
 
 
 def critical_speed_m_s(model: LinearModel) -> float | None:
-    """The lowest speed above 2 m/s from which on an oscillation grows; None if there is none up to 250 m/s.
+    """The lowest speed from which on an oscillation grows, 2 m/s if one grows there already; None up to 250 m/s.
 
     Of a model about the equilibrium: motions with amplitudes of their own may persist below it (limit cycles).
     """

@@ -2,10 +2,10 @@
 
 Otero Yugat's equation of motion (Part I, eq. 15), M qdd + Cq^T lambda = Qv + Qext with the constraints C(q, t) = 0, is
 taken for each body in a track frame that runs along, turned with the track. Steady motion has a constant position there
-(eq. 16), and M qdd - Qv are the centripetal and gyroscopic terms (`without_rails`). Qext are weight, suspension
-(`_external`) and the forces of the rails (`wheel_force`). The constraints are the rigid wheelset and the given speed;
-the force lambda of the latter is the pull that the curve costs (`Balance.pull_N`). Projected on the five directions
-that are left to each wheelset, and on three of a frame, nothing but algebra remains.
+(eq. 16, whose dot on lambda is a misprint), and M qdd - Qv are the centripetal and gyroscopic terms (`without_rails`).
+Qext are weight, suspension (`_external`) and the forces of the rails (`wheel_force`). The constraints are the rigid
+wheelset and the given speed; the force lambda of the latter is the pull that the curve costs (`Balance.pull_N`).
+Projected on the five directions that are left to each wheelset, and on three of a frame, nothing but algebra remains.
 """
 
 from __future__ import annotations

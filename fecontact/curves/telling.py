@@ -20,7 +20,7 @@ from fecontact.outputs.style import (
     save_figure,
     series_style,
 )
-from fecontact.outputs.tables import Record, Table, flat, number, number_text, picked, table_of, text, told
+from fecontact.outputs.tables import Record, Table, flat, number, number_text, pair_words, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
 
 if TYPE_CHECKING:
@@ -32,14 +32,17 @@ _SHARES: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
     "cheapest_theory_percent": "cheapest_theory",
 }
 _OF_MAPS = "the map's wheels have no yaw"
+_OF_STABILITY = "the critical speed is that of straight track; whether the motion in a curve is stable is not looked at"
 
 
 def curves_record(found: Curves) -> Record:
     """All runs, with units in the keys; each wheelset is told in the frame of its place on the track."""
     record: Record = {
         "schema": "fecontact/curve/1",
+        "pair": pair_words(found.case),
         **picked(found, "vehicle conditions differences"),
         "straight_track": told(found.straight),
+        "stability_notes": [_OF_STABILITY],
         "curves": [told(run) for runs in found.runs.values() for run in runs],
     }
     if found.columns:
@@ -88,6 +91,8 @@ def difference_words(one: Difference) -> str:
         parts.append(f"Y/Q by up to {one.y_over_q:.3f} (R {one.y_over_q_at_m:g} m)")
     if one.critical_speed is not None:
         parts.append(f"the critical speed by {1e2 * one.critical_speed:+.0f} %")
+    elif one.without_speed:
+        parts.append(f"critical speeds are not compared ({one.without_speed})")
     return f"{one.theory} against {one.reference}: {', '.join(parts) or 'nothing to compare'}"
 
 
@@ -139,10 +144,12 @@ def curves_figure(found: Curves, path: str | Path) -> Path:
         if ax.lines:
             ax.legend(fontsize=8)
     headline = [difference_words(one) for one in found.differences]
-    figure.suptitle(
-        "\n".join([*headline, f"{found.vehicle.name}, friction {found.conditions.friction:g}"]), fontsize=10
-    )
+    figure.suptitle("\n".join([*headline, f"{_title(found)}, friction {found.conditions.friction:g}"]), fontsize=10)
     return save_figure(figure, Path(path))
+
+
+def _title(found: Curves) -> str:
+    return f"{found.vehicle.name}, {pair_words(found.case)}"
 
 
 def visits_figure(found: Curves, path: str | Path) -> Path:
@@ -155,7 +162,7 @@ def visits_figure(found: Curves, path: str | Path) -> Path:
     axes.set(xlabel="lateral shift towards the wheel's own rail, mm", ylabel="vertical force, kN")
     finish(axes)
     axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    axes.set_title(f"{found.vehicle.name}: all wheels on the map; numbers are radii in m", fontsize=10)
+    axes.set_title(f"{_title(found)}:\nall wheels on the map; numbers are radii in m", fontsize=10)
     return save_figure(figure, Path(path))
 
 
@@ -219,6 +226,7 @@ def curves_lines(found: Curves) -> Lines:
         yield _wheelset_table(title, runs)
         yield from notes(f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes)
     yield from map(straight_words, found.straight)
+    yield from notes([_OF_STABILITY])
     if found.columns:
         for theory in found.runs:
             way, enough = (found.shares(theory, of) for of in _SHARES.values())

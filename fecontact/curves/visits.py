@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from fecontact.bodies import TrackSide
+from fecontact.case import Case
 from fecontact.curves.curve import Conditions, CurveRun, WheelRun, WheelsetRun
 from fecontact.curves.model import Vehicle
 from fecontact.curves.stability import StraightTrack
@@ -29,6 +30,8 @@ class Difference:
         The same of Y/Q, over all wheels.
     critical_speed
         Critical speed over the reference's critical speed, less 1; None if either has no critical speed.
+    without_speed
+        Why there is none to compare.
     """
 
     theory: str
@@ -39,6 +42,7 @@ class Difference:
     y_over_q: float
     y_over_q_at_m: float
     critical_speed: float | None
+    without_speed: str = ""
 
 
 def differences(
@@ -46,12 +50,12 @@ def differences(
 ) -> tuple[Difference, ...]:
     """Each theory against the last one, curve by curve in their order."""
     *others, reference = runs
-    speeds = {one.theory: one.critical_speed_km_h for one in straight}
-    return tuple(_difference(runs, speeds, theory, reference) for theory in others)
+    of_straight = {one.theory: one for one in straight}
+    return tuple(_difference(runs, of_straight, theory, reference) for theory in others)
 
 
 def _difference(
-    runs: Mapping[str, Sequence[CurveRun]], speeds: Mapping[str, float | None], theory: str, reference: str
+    runs: Mapping[str, Sequence[CurveRun]], straight: Mapping[str, StraightTrack], theory: str, reference: str
 ) -> Difference:
     pairs = list(zip(runs[theory], runs[reference], strict=True))
     shifts = [(abs(a.lateral_shift_mm - b.lateral_shift_mm), radius) for radius, a, b in _wheelsets(pairs)]
@@ -60,7 +64,8 @@ def _difference(
     ]
     nothing = (math.nan, math.nan)
     (shift, shift_at), (y_over_q, y_over_q_at) = max(shifts, default=nothing), max(guiding, default=nothing)
-    own, other = speeds.get(theory), speeds.get(reference)
+    both = [straight[name] for name in (theory, reference) if name in straight]
+    speeds = [one.critical_speed_km_h for one in both if one.critical_speed_km_h]
     return Difference(
         theory=theory,
         reference=reference,
@@ -69,7 +74,8 @@ def _difference(
         shift_at_m=shift_at,
         y_over_q=y_over_q,
         y_over_q_at_m=y_over_q_at,
-        critical_speed=own / other - 1.0 if own and other else None,
+        critical_speed=speeds[0] / speeds[1] - 1.0 if len(speeds) == 2 else None,
+        without_speed="; ".join(f"{one.theory}: {one.problem}" for one in both if one.problem),
     )
 
 
@@ -124,8 +130,8 @@ class MapColumn:
 class Visit:
     """Where a wheel is on a map of the left wheel: its shift there, its load, its yaw, and what the map says there.
 
-    The verdict is what the map's load limits say at the load of the wheel, the cheapest theory is that of the cell with
-    the nearest load; `cell` is None beside the shifts and loads that were solved.
+    The map's load limits at the load of the wheel give the verdict, the cell with the nearest load gives the cheapest
+    theory; `cell` is None beside the shifts and loads that were solved.
     """
 
     theory: str
@@ -144,6 +150,8 @@ class Curves:
 
     Attributes
     ----------
+    case
+        Rail and wheel of all wheelsets.
     runs
         By theory, in the order of the radii.
     share
@@ -157,6 +165,7 @@ class Curves:
     """
 
     vehicle: Vehicle
+    case: Case
     conditions: Conditions
     radii_m: tuple[float, ...]
     share: tuple[float, ...]

@@ -28,8 +28,9 @@ class IrregularOptions:
     amplitudes_um
         Amplitudes in micrometres, half of peak to valley, likewise.
     irregularity
-        One irregularity instead: sine:wavelength_mm=30,amplitude_um=25, chord:length_mm=40,
-        haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um; missing material is positive.
+        One irregularity instead: sine:wavelength_mm=30,amplitude_um=25 (a cosine: highest at distance 0),
+        chord:length_mm=40, haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um; missing material
+        is positive.
     table
         A measured irregularity: FILE,distance=mm,opening=um, or FILE alone if its heading has the units.
     positions_mm

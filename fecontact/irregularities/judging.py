@@ -136,7 +136,7 @@ def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm
 def truth_on(
     pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float, *, nodes: int | None = None
 ) -> Truth:
-    """The half-space at a distance along an irregularity, on 16 nodes a semi-axis, or 32 if it has edges.
+    """The half-space at a distance along an irregularity, on 16 nodes per semi-axis, or 32 if it has edges.
 
     Raises
     ------

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ from fecontact.irregularities.models import MODELS, eq6_limits
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.outputs.records.results import case_inputs, versions
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.outputs.tables import Item, Record, Table, number, picked, table_of, text, told
+from fecontact.outputs.tables import Item, Record, Table, number, pair_of_row, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
 
 if TYPE_CHECKING:
@@ -162,21 +163,25 @@ def _map_figure(record: Record, path: str | Path) -> Path:
     colour = dict(zip(names, SERIES, strict=False))
     for index, name in enumerate((*names, None)):
         own = [cell for cell in record["cells"] if cell["cheapest"] == name]
-        if own:
+        limits = [one[key].get(name) for one in record["limits"] for key in ("amplitude_mm", "force_amplitude_mm")]
+        # a model that is nowhere the cheapest has a line, and a name
+        if own or any(limits):
             ax.plot(
                 [cell["wavelength_mm"] for cell in own],
                 [1e3 * cell["amplitude_mm"] for cell in own],
                 (MARKS[index % len(MARKS)]) if name else "x",
                 color=colour.get(name or "", _NONE),
                 alpha=0.55,
-                label=f"{name} is the cheapest that holds" if name else "no model holds: half-space",
+                label=_model(record, name) if name else "no model holds: half-space",
             )
     for name in names:
-        for key, line, of in (("amplitude_mm", "-", ""), ("force_amplitude_mm", ":", "in force ")):
+        for key, line in (("amplitude_mm", "-"), ("force_amplitude_mm", ":")):
             limits = [(one["wavelength_mm"], one[key][name]) for one in record["limits"]]
             known = [(x, 1e3 * y) for x, y in limits if y is not None]
             if len(known) > 1:
-                ax.plot(*zip(*known, strict=True), line, color=colour[name], label=f"{name} holds {of}below")
+                ax.plot(*zip(*known, strict=True), line, color=colour[name])
+    for line, words in (("-", "a model holds below its line"), (":", "its force holds below")):
+        ax.plot([], [], line, color="0.4", label=words)
     closed = [(one["wavelength_mm"], 1e3 * one["closed_form_mm"]["eq6_mm"]) for one in record["limits"]]
     low, high = (end(1e3 * cell["amplitude_mm"] for cell in record["cells"]) for end in (min, max))
     inside = [(x, y) for x, y in closed if low <= y <= high]
@@ -185,16 +190,29 @@ def _map_figure(record: Record, path: str | Path) -> Path:
     pair = record["pair"]
     ax.axvline(2.0 * pair["a_mm"], color="0.5", linewidth=0.8)
     ax.annotate("patch", (2.0 * pair["a_mm"], high), fontsize=8, ha="right", rotation=90, va="top")
-    ax.set(xlabel="wavelength, mm", ylabel="amplitude (half of peak to valley), um")
+    ax.set(xlabel="wavelength, mm", ylabel="amplitude (half of peak to valley), µm")
     plain_log(ax)
     finish(ax)
-    legend_beside(ax)
+    legend_beside(ax, title="mark: the cheapest model that holds")
     ax.set_title(
-        f"Within {100 * record['limit']:g} % of force and peak: patch {2 * pair['a_mm']:.1f} mm, approach"
-        f" {1e3 * pair['approach_mm']:.0f} um, {1e-3 * pair['normal_force_N']:.4g} kN",
+        f"{_of_pair(record)}\nwhich model of the irregular contact is within {100 * record['limit']:g} % of force and"
+        " peak (solved at the marks: lines end with them)\npatch {2 * pair['a_mm']:.1f} mm long, approach"
+        f" {1e3 * pair['approach_mm']:.0f} µm",
         fontsize=10,
     )
     return save_figure(figure, path)
+
+
+def _of_pair(record: Record) -> str:
+    case, pair = record["case"], record["pair"]
+    return (
+        f"{pair_of_row(case)}; shift {case['lateral_shift_mm']:+z.2f} mm; normal force"
+        f" {1e-3 * pair['normal_force_N']:.4g} kN"
+    )
+
+
+def _model(record: Record, name: str) -> str:
+    return fill(f"{name}: {record['models'][name]['words']}", 36)
 
 
 def _line_figure(record: Record, path: str | Path) -> Path:
@@ -206,11 +224,13 @@ def _line_figure(record: Record, path: str | Path) -> Path:
     top.axhline(1e-3 * record["pair"]["normal_force_N"], color="black", label="half-space (the load)")
     for index, name in enumerate(record["models"]):
         force = 1e-3 * np.array([_force(name, place) for place in places], dtype=float)
-        top.plot(s, force, MARKS[index] + "-", markersize=3, color=SERIES[index], label=name)
+        top.plot(s, force, MARKS[index] + "-", markersize=3, color=SERIES[index], label=_model(record, name))
     _mark_worst(top, record)
+    top.plot([], [], "o", mfc="none", color="0.4", markersize=9, label="largest error of a model")
     top.set(ylabel="force at the half-space's approach, kN")
+    top.set_title(f"{_of_pair(record)}\nforces of the models at the approach of the half-space", fontsize=10)
     bottom.plot(s, [1e3 * one["opening_mm"] for one in places], color="0.3")
-    bottom.set(xlabel="s along the track, mm", ylabel="e, um")
+    bottom.set(xlabel="s along the track, mm", ylabel="irregularity e, µm")
     finish(top, bottom)
     legend_beside(top)
     return save_figure(figure, path)

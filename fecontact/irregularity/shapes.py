@@ -199,8 +199,8 @@ def _check_points(points: Sequence[tuple[float, float]]) -> None:
 # --- An irregularity as a text, such as `sine:wavelength_mm=30,amplitude_um=25`, and as a table in a file.
 
 FORMS = (
-    "sine:wavelength_mm=30,amplitude_um=25[,phase_deg=90], chord:length_mm=40, haversine:length_mm=52,depth_mm=0.4, or"
-    " table:FILE,distance=mm,opening=um"
+    "sine:wavelength_mm=30,amplitude_um=25[,phase_deg=90] (a cosine), chord:length_mm=40,"
+    " haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um"
 )
 _UNITS = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1e3}
 _ANGLES = {"deg": math.pi / 180.0, "rad": 1.0}

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.jobs.workers import Crew, Done, Job, other_threads, run_job, unlike
+from fecontact.jobs.workers import Crew, Done, Group, Job, other_threads, run_group, unlike
 
 _CONNECT_S = 10
 _FIRST_WORKER_S = 60
@@ -74,16 +74,16 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
         )
 
 
-def _run(lock: Path, threads: int, job: Job) -> Done:
-    """Do `run_job`; a worker that fails the checks, since it came later, gives the job back to the others."""
-    if problem := worker_problem(lock, threads) or unlike(job):
+def _run(lock: Path, threads: int, jobs: Group) -> tuple[Done, ...]:
+    """Do `run_group`; a worker that fails the checks, since it came later, gives the jobs back to the others."""
+    if problem := worker_problem(lock, threads) or unlike(jobs[0]):
         distributed: Any = import_module("distributed")
         worker = distributed.get_worker()
         worker.log_event(_TOPIC, problem)
         time.sleep(_PAUSE_S)
         worker.loop.add_callback(_step_aside, worker)
         raise distributed.Reschedule
-    return run_job(job)
+    return run_group(jobs)
 
 
 def _step_aside(worker: Any) -> None:

@@ -204,12 +204,12 @@ class _Report:
     def done(self, done: Done) -> None:
         """Keep the outcome of a job."""
         self._done.add(done.name)
-        begun = self._begun.pop(done.name, None)
+        self._begun.pop(done.name, None)
         if done.unreadable is not None:
             self._by.reused.remove(done.name)
             self._by.recomputed[done.name] = done.unreadable
         # a job that was finished before took next to no time, which tells nothing about other jobs
-        if begun is not None and done.name not in self._by.reused:
-            self._durations.append(time.monotonic() - begun)
+        if done.seconds and done.name not in self._by.reused:
+            self._durations.append(done.seconds)
         if self._on_done is not None:
             self._on_done(done)

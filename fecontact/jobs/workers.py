@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import shutil
 import signal
 import socket
 import sys
 import threading
+import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -72,6 +74,8 @@ class Job:
         Whether to solve the job again if it is finished.
     alone
         Whether no other job runs beside the job on this machine.
+    group
+        One worker does all jobs of a group, one after the other, so that their works may hand on what they share.
     """
 
     name: str
@@ -84,6 +88,7 @@ class Job:
     run: str = ""
     force: bool = False
     alone: bool = False
+    group: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +105,8 @@ class Done:
         What `Job.read` returned.
     unreadable
         Why a job that was finished before had to be done again.
+    seconds
+        How long it took.
     """
 
     name: str
@@ -107,6 +114,15 @@ class Done:
     short_of_memory: bool = False
     value: Any = None
     unreadable: str | None = None
+    seconds: float = 0.0
+
+
+Group = tuple[Job, ...]
+
+
+def run_group(jobs: Group) -> tuple[Done, ...]:
+    """Do the jobs of a group in their order; what their works share is one object here, too."""
+    return tuple(map(run_job, jobs))
 
 
 def run_job(job: Job) -> Done:
@@ -116,21 +132,27 @@ def run_job(job: Job) -> Done:
     """
     with _ONE_AT_A_TIME:
         _reset_peak_memory()
-        try:
-            return _do(job)
-        except MemoryError:
-            return _failed(job, "out of memory", short=True)
-        except FecontactError as error:
-            return _failed(job, str(error), short=isinstance(error, NotEnoughMemory))
-        except OSError as error:
-            # most often a full disk
-            return _failed(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
-        except Exception as error:
-            # an error of the program: the row names it, and other jobs go on
-            file = error_file(job.folder)
-            with contextlib.suppress(OSError):
-                write_text(file, traceback.format_exc())
-            return _failed(job, f"{type(error).__name__}: {error}; see {file.name}")
+        begun = time.monotonic()
+        done = _tried(job)
+        return replace(done, seconds=time.monotonic() - begun)
+
+
+def _tried(job: Job) -> Done:
+    try:
+        return _do(job)
+    except MemoryError:
+        return _failed(job, "out of memory", short=True)
+    except FecontactError as error:
+        return _failed(job, str(error), short=isinstance(error, NotEnoughMemory))
+    except OSError as error:
+        # most often a full disk
+        return _failed(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
+    except Exception as error:
+        # an error of the program: the row names it, and other jobs go on
+        file = error_file(job.folder)
+        with contextlib.suppress(OSError):
+            write_text(file, traceback.format_exc())
+        return _failed(job, f"{type(error).__name__}: {error}; see {file.name}")
 
 
 def error_file(folder: Path) -> Path:
@@ -204,7 +226,8 @@ class Crew:
     workers
         Number of workers.
     together
-        Jobs handed out at a time. If they are as many as workers, the jobs under way are known when a worker dies.
+        Groups of jobs handed out at a time. If they are as many as workers, the jobs under way are known when a worker
+        dies.
     run
         Function that a worker calls.
     refuse
@@ -216,7 +239,7 @@ class Crew:
     open: Callable[[int], AbstractContextManager[Executor]]
     workers: int
     together: int
-    run: Callable[[Job], Done] = run_job
+    run: Callable[[Group], tuple[Done, ...]] = run_group
     refuse: Callable[[Job], None] | None = None
     lost: Callable[[], str | None] | None = None
 
@@ -231,7 +254,7 @@ class Report(Protocol):
     """Receives reports about the jobs."""
 
     def under_way(self, names: Sequence[str]) -> None:
-        """These jobs have been handed to workers and are not done."""
+        """These jobs have been handed to workers and are not done; of each group the one that is next."""
 
     def done(self, done: Done) -> None:
         """A job is done, and will not run again."""
@@ -389,7 +412,7 @@ def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
     """
     if jobs and crew.refuse is not None:
         crew.refuse(jobs[0])
-    queue = deque(replace(job, alone=crew.workers == 1) for job in jobs)
+    queue = deque(groups_of([replace(job, alone=crew.workers == 1) for job in jobs], crew.workers))
     again: list[Job] = []
     while queue:
         for job in _together(queue, again, crew, report):
@@ -398,9 +421,22 @@ def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
         report.done(_alone(job, crew, report, deaths=0))
 
 
-def _together(queue: deque[Job], again: list[Job], crew: Crew, report: Report) -> list[Job]:
-    """Run jobs of the queue until it is empty or a worker dies; returns the jobs that were under way then."""
-    running: dict[Future[Done], Job] = {}
+def groups_of(jobs: Sequence[Job], workers: int) -> list[Group]:
+    """Jobs by their groups, which are split where they are fewer than workers."""
+    groups: dict[str, list[Job]] = {}
+    for job in jobs:
+        groups.setdefault(job.group or job.name, []).append(job)
+    pieces = math.ceil(workers / max(1, len(groups)))
+    found = []
+    for group in groups.values():
+        size = math.ceil(len(group) / pieces)
+        found += [tuple(group[first : first + size]) for first in range(0, len(group), size)]
+    return found
+
+
+def _together(queue: deque[Group], again: list[Job], crew: Crew, report: Report) -> list[Job]:
+    """Run groups of the queue until it is empty or a worker dies; returns the jobs that were under way then."""
+    running: dict[Future[tuple[Done, ...]], Group] = {}
     lost: list[Job] = []
     with crew.open(crew.workers) as executor:
         while (queue and not lost) or running:
@@ -412,18 +448,25 @@ def _together(queue: deque[Job], again: list[Job], crew: Crew, report: Report) -
                 queue.popleft()
             if not running:
                 break
-            report.under_way([job.name for job in running.values()])
+            report.under_way(list(map(_under_way, running.values())))
             # what is left of a long job is told while it is under way
             for future in wait(running, _TOLD_EVERY_S, return_when=FIRST_COMPLETED).done:
-                job = running.pop(future)
-                done = _outcome(future, job, crew)
-                if done is None:
-                    lost.append(job)
-                elif done.short_of_memory:
-                    again.append(job)
-                else:
-                    report.done(done)
+                group = running.pop(future)
+                outcome = _outcome(future, group, crew)
+                if outcome is None:
+                    lost += group
+                    continue
+                for job, done in zip(group, outcome, strict=True):
+                    if done.short_of_memory:
+                        again.append(job)
+                    else:
+                        report.done(done)
     return lost
+
+
+def _under_way(group: Group) -> str:
+    """Name of the job of a group that is done now: the first without a result."""
+    return next((job for job in group if not job.folder.is_dir()), group[-1]).name
 
 
 def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
@@ -434,9 +477,9 @@ def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
         if deaths:
             remove_leftovers(job.folder.parent, job.name)
         with crew.open(1) as executor:
-            done = _outcome(executor.submit(crew.run, job), job, crew)
-        if done is not None:
-            return done
+            outcome = _outcome(executor.submit(crew.run, (job,)), (job,), crew)
+        if outcome is not None:
+            return outcome[0]
         deaths += 1
     # ParaView's writers can end the process if the disk is full, so free space is read before files are removed
     full = shutil.disk_usage(job.folder.parent).free < _FULL_DISK_BYTES
@@ -444,8 +487,8 @@ def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
     return Done(name=job.name, failure=f"its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
-def _outcome(future: Future[Done], job: Job, crew: Crew) -> Done | None:
-    """Outcome of a job; None if its worker died.
+def _outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tuple[Done, ...] | None:
+    """Outcome of each job of a group; None if its worker died.
 
     Raises
     ------
@@ -459,9 +502,10 @@ def _outcome(future: Future[Done], job: Job, crew: Crew) -> Done | None:
     except CancelledError as error:
         if crew.lost is not None and (reason := crew.lost()):
             raise WorkersLost(reason) from error
-        return Done(name=job.name, failure=f"the cluster gave it up ({error or 'no reason'})")
+        failure = f"the cluster gave it up ({error or 'no reason'})"
     except InputError as error:
-        return Done(name=job.name, failure=str(error))
+        failure = str(error)
     except Exception as error:
         # errors of the executor, such as a cluster that has given the job up
-        return Done(name=job.name, failure=f"{type(error).__name__}: {error}")
+        failure = f"{type(error).__name__}: {error}"
+    return tuple(Done(name=job.name, failure=failure) for job in group)

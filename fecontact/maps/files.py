@@ -129,7 +129,7 @@ def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
         handles=_handles(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
     )
     # from the left: a narrow map is shorter than its title, and the legend beside it leaves room
-    title = f"{pair_words(case)}: {view.title},\n{roll_words(case)},\nwithin {view.criterion}"
+    title = f"{pair_words(case)}, {roll_words(case)}:\n{view.title},\nwithin {view.criterion}"
     ax.set_title(title, x=0.0, ha="left")
     ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
     if label := other_wheel_label(case):
@@ -171,6 +171,9 @@ def _handles(view: MapView, sizes: Sizes) -> list[Any]:
         Line2D([], [], color="k", lw=1.6, ls=dash, label=words)
         for words, dash in zip(view.lines, _DASHES, strict=False)
     ]
+    shifts = [column.shift_mm for column in view.columns]
+    if any(after - before > column_width(shifts) for before, after in pairwise(shifts)):
+        handles.append(Patch(fc="w", ec="0.4", label="no shift was solved here"))
     if view.diamond:
         handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))
     marks = [("$-$", "solved at this load")]
@@ -287,7 +290,7 @@ def write_map(
     write_sealed(out / f"{name}.json", map_record(made, provenance), [out / f"{name}.csv"])
     if not (drawn and made.positions):
         return
-    # those of another friction, or of theories before, would not belong to this map
+    # pictures of another friction, or of theories before, would not belong to this map
     for old in (*offered("MAPS"), *offered("LAWS"), *THEORIES):
         for ending in ("png", "svg", "csv"):
             (out / f"{name}_{old}.{ending}").unlink(missing_ok=True)

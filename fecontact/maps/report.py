@@ -196,7 +196,7 @@ def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placemen
 
 
 def _limits(made: ApplicabilityMap) -> Table:
-    """At which loads Hertz holds at each position, by the map's measures, and by those of features."""
+    """At which loads Hertz holds at each position, by the map's measures, and by the measures of features."""
     others = [name for name, of in offered("MAPS").items() if of.criterion(made.case)]
     views = [verdict_view(made), *(offered_view(made, name) for name in others)]
     heads = ("as judged here", *(offered("MAPS")[name].short for name in others))

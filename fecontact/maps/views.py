@@ -117,7 +117,7 @@ class ColumnView:
 
     @property
     def further_kN(self) -> tuple[float, ...]:
-        """Loads that were solved beside those of the map."""
+        """Loads that were solved beside the map's own."""
         return tuple(load for load in self.solved_kN if load not in {cell.load_kN for cell in self.cells})
 
 
@@ -291,7 +291,7 @@ def yield_notes(made: ApplicabilityMap) -> list[str]:
 
 
 def bands_of(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
-    """Smallest and largest load (kN) and answer of each stretch of loads, of which those of open verdicts are given.
+    """Smallest and largest load (kN) and answer of each stretch of loads; `open_kN` are loads with open verdicts.
 
     A stretch without any of them lies between two loads with different verdicts, and nothing was solved there.
     """
@@ -503,7 +503,7 @@ def verdict_sentences(made: ApplicabilityMap, view: MapView, name: str, *, why: 
     name
         What it is called; after its first sentence it is "it".
     why
-        Whether the causes are those of this theory.
+        Whether the causes explain this theory.
     """
     shifts = [column.shift_mm for column in view.columns]
     groups: dict[tuple[int, str], list[int]] = {}
@@ -693,7 +693,7 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
     check_theory(theory)
     if measure != "pressure" and theory != HERTZ:
         raise InputError(
-            f"theory is {theory!r}, but the measure is {measure!r}; leave one of them out: a theory is that of the"
+            f"theory is {theory!r}, but the measure is {measure!r}; leave one of them out: a theory goes with the"
             " measure pressure, and the measure theory has all of them"
         )
 

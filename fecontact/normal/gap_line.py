@@ -22,6 +22,8 @@ _CHORD_MM = 0.1
 _WIDEST_GAP_MM = 1.0
 # Step of the positions, fine enough for every profile, and how far they go to each side.
 _STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
+# A first look at every so many positions says where the surfaces face each other.
+_EVERY = 25
 _EVEN = 1e-6
 LEAST_B_PER_MM = 1e-4
 """Curvature across (1/mm) that stands for a flat or concave gap where a theory needs a convex one."""
@@ -141,8 +143,12 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
     t = np.asarray(_STEP_MM * np.arange(-count, count + 1), dtype=np.float64)
     touch, wheel = placement.first, placement.wheel
     slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
+    # the run of places that face each other ends at the first coarse place that does not, or before
+    rough = _around(_facing(slid.tangent_plane_gap(0.0, t[::_EVERY])), count // _EVERY)
+    first = max(rough.start - 1, 0) * _EVERY
+    t = t[first : rough.stop * _EVERY + 1]
     f = slid.tangent_plane_gap(0.0, t)
-    near = _around(np.isfinite(f) & (np.nan_to_num(f, nan=np.inf) < _WIDEST_GAP_MM), count)
+    near = _around(_facing(f), count - first)
     surface, turned = _on_surface(placement, t[near])
     return GapLine(
         t_mm=t[near],
@@ -152,6 +158,10 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
         surface_mm=surface,
         turned_rad=turned,
     )
+
+
+def _facing(f_mm: Floats) -> NDArray[np.bool_]:
+    return np.nan_to_num(f_mm, nan=np.inf) < _WIDEST_GAP_MM
 
 
 def _on_surface(placement: Placement, t_mm: Floats) -> tuple[Floats, Floats]:
@@ -318,11 +328,13 @@ _MET = 1e-9
 _JUMP = 2e-3
 
 
-def under_load(line: GapLine, normal_force_N: float, theory: AtApproach) -> StripContact:
+def under_load(
+    line: GapLine, normal_force_N: float, theory: AtApproach, *, factor: float = _FACTOR
+) -> StripContact:
     """Contact at the smallest approach that carries a load, with the number of such approaches.
 
-    Approaches from a quarter of Hertz's to twice Hertz's are tried in steps of 2 %, so that two solutions between
-    neighbouring steps are missed. If none carries the load, smaller and larger approaches are tried.
+    Approaches from a quarter of Hertz's to twice Hertz's are tried in steps of a factor, 2 % if not given, so that two
+    solutions between neighbouring steps are missed. If none carries the load, smaller and larger approaches are tried.
 
     Raises
     ------
@@ -331,14 +343,14 @@ def under_load(line: GapLine, normal_force_N: float, theory: AtApproach) -> Stri
     """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
     guess, at_approach = approach_of_hertz_mm(line, normal_force_N), partial(theory, line)
-    ladder = guess * _LOWEST * _FACTOR ** np.arange(np.ceil(np.log(_HIGHEST / _LOWEST) / np.log(_FACTOR)) + 1)
+    ladder = guess * _LOWEST * factor ** np.arange(np.ceil(np.log(_HIGHEST / _LOWEST) / np.log(factor)) + 1)
     steps = [float(approach) for approach in ladder]
     above = [at_approach(approach).normal_force_N >= normal_force_N for approach in steps]
     while above[0] and len(steps) < 1000:
-        steps.insert(0, steps[0] / _FACTOR)
+        steps.insert(0, steps[0] / factor)
         above.insert(0, at_approach(steps[0]).normal_force_N >= normal_force_N)
     while not above[-1] and len(steps) < 1000:
-        steps.append(steps[-1] * _FACTOR)
+        steps.append(steps[-1] * factor)
         above.append(at_approach(steps[-1]).normal_force_N >= normal_force_N)
     changes = [number for number in range(len(steps) - 1) if above[number] != above[number + 1]]
     if not changes:

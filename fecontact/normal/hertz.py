@@ -135,7 +135,8 @@ def hertz_ellipse(
     Notes
     -----
     Source: Hertz (1881); Johnson (1985), sections 3.5 and 4.2: A = F R_D(0, b^2, a^2) / (2 pi E*), B with a and b
-    exchanged, approach = 3 F R_F(0, a^2, b^2) / (2 pi E*).
+    exchanged, approach = 3 F R_F(0, a^2, b^2) / (2 pi E*). The table form of Otero Yugat, Part I, eq. 4, a = m (3 pi k3
+    F / (2 k1))^(1/3), has a misprint: with its k3 there is no pi, which makes a and b 1.4646 times too large.
     """
     flat = "Hertz's theory needs a gap that opens in both directions: check the signs of the radii (concave: negative)"
     check_positive("gap coefficient A", A_per_mm, "1/mm", flat)

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.comparison.measures import hertz_measures, measures_of_theory
+from fecontact.comparison.measures import Approximation, hertz_measures, measures_of_theory
 from fecontact.comparison.theories import THEORIES
 from fecontact.errors import InputError
 from fecontact.features import offered
 from fecontact.normal.hertz import HertzContact
 from fecontact.normal.touch_hertz import HertzPoints
 from fecontact.outputs.cases import cheapest_column
-from fecontact.outputs.geometry import profile_notes, touch_columns, touch_record
+from fecontact.outputs.geometry import touch_columns, touch_record
 from fecontact.outputs.records.results import (
     case_inputs,
     cheapest_columns,
@@ -69,7 +69,7 @@ def alone_record(found: TheoryAlone) -> Record:
         "given_normal_force_N": found.normal_force_N,
         "problem": found.problem,
         **said,
-        "warnings": profile_notes(placement),
+        "warnings": list(placement.notes),
         "versions": versions(),
     }
 
@@ -88,7 +88,7 @@ def preview_record(seen: Preview) -> dict[str, Any]:
         "expected_patch": picked(seen.expected, _EXPECTED),
         **picked(seen, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
         "junctions": junctions_of(seen),
-        "notes": profile_notes(seen.placement),
+        "notes": list(seen.placement.notes),
     }
 
 
@@ -106,6 +106,11 @@ def junctions_of(seen: Preview) -> list[dict[str, Any]]:
 # as each contact has them
 SIZES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
 _NUMBERED = re.compile(r"(patch|touch)(\d+)_")
+BETWEEN_LINES = {
+    "strip_approach_mm": "strip_approach_between_percent",
+    "strip_stiffness_N_per_mm": "strip_stiffness_between_percent",
+}
+"""Columns that say what straight lines to the lines beside it miss in the middle, by what is interpolated."""
 
 
 def table_row(line: TableLine) -> Record:
@@ -137,10 +142,24 @@ def table_row(line: TableLine) -> Record:
             **picked(measures_of_theory(strips), SIZES, "strip_"),
             "strip_centre_mm": strips.centre_mm[1],
             "strip_stiffness_N_per_mm": line.strip_stiffness_N_per_mm,
+            **_strip_patches(line.placement, strips),
         }
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
     return row | touches(line.placement, {n: _spring_columns(springs, n) for n in range(row["touch_points"])})
+
+
+def _strip_patches(placement: Placement, strips: Approximation) -> Record:
+    """Columns of each patch of the strips, from the largest force: where its centre lies, and the rail's angle there.
+
+    All forces are along the normal at first touch.
+    """
+    found: Record = {}
+    for place, patch in enumerate(strips.patches, 1):
+        rail_y, wheel_y, angle = placement.on_profiles(*patch.centre_mm)
+        places = {"rail_y_mm": rail_y, "wheel_y_mm": wheel_y, "contact_angle_rad": angle}
+        found |= flat({f"patch{place}": picked(patch, "normal_force_N p_max_MPa a_mm b_mm") | places})
+    return found
 
 
 def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
@@ -247,7 +266,7 @@ def preview_lines(seen: Preview) -> Lines:
         f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
         f" more where the verdict is open, up to {seen.case.most_unknowns} unknowns"
     )
-    yield from notes(profile_notes(seen.placement))
+    yield from notes(seen.placement.notes)
 
 
 def uncertainty_text(part: dict[str, float]) -> str:
@@ -292,10 +311,20 @@ _COLUMNS = (
 _OF_MAP = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
+def _worst_between(rows: Sequence[Item], name: str) -> str:
+    worst = max(rows, key=lambda row: row.get(name) or 0.0)
+    return f"{worst[name]:.2g} % (beside {worst['lateral_shift_mm']:+z.2f} mm, {worst['load_kN']:g} kN)"
+
+
 def contact_table_lines(rows: Sequence[Item]) -> Lines:
     """The most important columns of a contact table, columns of a map if asked for, and what is missing."""
     of_map = any("map_cheapest_theory" in row for row in rows)
     yield table_of("Contact table", [*_COLUMNS, *[_OF_MAP] * of_map], rows)
+    if worst := [_worst_between(rows, name) for name in BETWEEN_LINES.values() if any(name in row for row in rows)]:
+        yield (
+            f"interpolated straight between lines, in the middle of shifts and loads, the strips' approach is off by up"
+            f" to {worst[0]}, their stiffness by up to {worst[1]}; finer steps there bring less"
+        )
     for row in rows:
         if row["problem"]:
             yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['problem']}"

@@ -343,7 +343,7 @@ _RESIDUALS = ("contact_residual", "load_balance", "force_balance", "moment_balan
 _SOLVER = (
     *_PLACE,
     text("status", "status"),
-    text("elements a semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
+    text("elements per semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
     number("unknowns", "unknowns", "{:.0f}"),
     text("solver", lambda row: row["path"]),
     number("residual", "contact_residual", "{:.0e}"),

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from fecontact.files import write_json, write_text
 from fecontact.outputs.style import page
 from fecontact.outputs.tables import (
     Column,
@@ -28,6 +29,8 @@ from fecontact.outputs.tables import (
 from fecontact.outputs.terminal import count
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas
 
     from fecontact.outputs.terminal import Lines
@@ -216,7 +219,19 @@ def comparison_lines(comparison: TableComparison) -> Lines:
     yield comparison.verdict
 
 
-# --- A comparison of two tables of results as one HTML file, without time stamps.
+# --- Files of a comparison: JSON, a picture, and one HTML file without time stamps.
+
+
+def write_comparison(comparison: TableComparison, folder: Path) -> Path:
+    """Write the record, the page, and a picture where each verdict has a shift and a load of its own."""
+    write_json(folder / "comparison.json", comparison_record(comparison))
+    write_text(folder / "comparison.html", comparison_html(comparison))
+    if not comparison.verdicts.empty and not comparison.verdicts.duplicated(["lateral_shift_mm", "load_kN"]).any():
+        from fecontact.outputs.figures.verdicts import verdicts_figure
+
+        verdicts_figure(comparison, folder / "comparison.png")
+    return folder
+
 
 # More values than these are folded away.
 _MOST_OPEN = 40

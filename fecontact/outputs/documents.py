@@ -184,8 +184,8 @@ def _meshes(record: Item) -> Iterator[str]:
     )
     off = elements["compliance_error"]
     yield (
-        f"the elements' own nodes carry {1e2 * elements['misfit']:.1f} % of the load elsewhere: they are coarser; their"
-        f" compliance is {'not seen' if off is None else f'{1e2 * off:+.1f} % off that of a half-space'}"
+        f"the elements' own, coarser nodes place {1e2 * elements['misfit']:.1f} % of the load differently; their"
+        f" compliance {'is not seen' if off is None else f'differs from a half-space by {1e2 * off:+.1f} %'}"
     )
     yield (
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN, Hertz stiffness"
@@ -217,7 +217,7 @@ def refinement(elements_a_semi_axis: Sequence[float]) -> str:
     elements, times = [f"{count:.1f}" for count in elements_a_semi_axis], len(elements_a_semi_axis) - 2
     refined = ("not refined", "refined once", "refined twice")[times] if times < 3 else f"refined {times} times"
     meshes = f"{', '.join(elements[:-1])} and {elements[-1]}"
-    return f"{len(elements)} meshes of {meshes} elements a semi-axis, {refined}"
+    return f"{len(elements)} meshes of {meshes} elements per semi-axis, {refined}"
 
 
 # --- A study in parts: a line a case for the terminal, and `report.html` with question, answer and all behind it.
@@ -385,7 +385,7 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     return parts
 
 
-_KEY = "dev %: what Hertz is off; separ., mispl.: load on other patches, elsewhere"
+_KEY = "dev %: error of Hertz; separ., mispl.: load on separate patches, misplaced load"
 # More of them are one table, with the pair in its first column.
 _MOST_TABLES = 6
 # Characters for the measures by which a case fails, from the most down to the fewest; those beyond are counted.

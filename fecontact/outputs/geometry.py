@@ -45,11 +45,6 @@ _INPUTS = (
 )
 
 
-def profile_notes(placement: Placement) -> list[str]:
-    """Notes about both profiles."""
-    return [*placement.rail.profile.notes, *placement.wheel.profile.notes]
-
-
 def touch_records(placement: Placement) -> Record:
     """Record of the rigid contact: the contact angle at first touch, and every touch point."""
     return {
@@ -100,7 +95,7 @@ def functions_record(case: Case, found: ContactFunctions) -> Record:
 
 def _notes(found: ContactFunctions) -> list[str]:
     placed = next(one for one in found.positions.values() if not isinstance(one, str))
-    return list(dict.fromkeys((*profile_notes(placed.left), *profile_notes(placed.right))))
+    return list(dict.fromkeys((*placed.left.notes, *placed.right.notes)))
 
 
 def _position_record(shift: float, placed: PlacedWheelset | str, centred_mm: float) -> Record:

@@ -14,7 +14,8 @@ from fecontact.case import RESOLUTIONS, Case, Opposite
 from fecontact.comparison.judging import JudgedLoad
 from fecontact.comparison.ladder import PLASTIC, RUNGS
 from fecontact.comparison.lines import FILTER
-from fecontact.comparison.measures import Measures
+from fecontact.comparison.measures import MEASURES, Measures
+from fecontact.comparison.solved_load import unmeshed
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.comparison.verdict import PROFILE
 from fecontact.criteria import Criteria
@@ -298,6 +299,12 @@ def what_would_decide(record: Record) -> str:
             f"no finer mesh decides it: over the lines that the points allow the deviation changes by {left}; say the"
             " filter that counts, or measure the profiles with less noise, or closer points"
         )
+    if (unmeshed_ := _unmeshed(record)) is not None:
+        beside, open_ = (WORDS[measure].off(size, size=True) for size in unmeshed_)
+        return (
+            f"no finer mesh decides it: it is {beside} beside its limit, and reading it and the bodies' cut planes leave"
+            f" {open_} open"
+        )
     case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
     if case["resolution"] in names[:-1]:
         finer = f"--resolution {' or '.join(names[names.index(case['resolution']) + 1 :])}"
@@ -306,6 +313,18 @@ def what_would_decide(record: Record) -> str:
             f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'].values())}"
         )
     return f"to decide it: {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
+
+
+def _unmeshed(record: Record) -> tuple[float, float] | None:
+    """How far a measure is beside its limit and what no mesh takes away of it, where that is more; None elsewhere."""
+    measure, hertz = record["verdict"]["measure"], deciding(record)
+    off, stated = (hertz[name].get(measure, math.nan) for name in ("deviation", "uncertainty"))
+    known = unmeshed(measure, off, shared=record["fe"]["pieces"] > 1)
+    if known is None:
+        return None
+    left = known * (abs(1.0 + off) if measure in MEASURES else 1.0)
+    beside = abs(abs(off) - record["verdict"]["limits"][measure])
+    return (beside, left) if beside < left and stated <= 2.0 * left else None
 
 
 # Characters of a line in a picture of half a window of 1000 pixels.
@@ -327,7 +346,7 @@ def case_annotation(result: CaseResult) -> str:
 
 SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
 """Label of an axis over the shift."""
-OF_WHEELSET = "roll of the wheelset"
+OF_WHEELSET = "rolled until both wheels touch"
 UNDER_LOAD = "roll of the loaded wheelset"
 _OTHER = {"left": "right", "right": "left"}
 _TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards its rail"}
@@ -343,7 +362,7 @@ def roll_words(case: Case) -> str:
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     if makes_a_wheelset(case.rail, case.wheel):
         return fixed
-    why = "a crane rail makes" if is_crane_rail(case.rail) else "lines given by their radii make"
+    why = "a crane rail has" if is_crane_rail(case.rail) else "lines given by their radii have"
     return f"{fixed} ({why} no wheelset)"
 
 
@@ -410,7 +429,7 @@ _OWN_IF_NEEDED = (
 # Rows of single left wheels have neither column.
 _ABSENT = {"side": "left", "roll": "given"}
 _WORDS = {
-    ("roll", "touching"): "roll of the wheelset",
+    ("roll", "touching"): "both wheels touch",
     ("roll", "loaded"): "roll of the loaded wheelset",
     ("roll", "given"): "fixed roll",
 }

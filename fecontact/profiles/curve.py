@@ -9,28 +9,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.arrays import Floats, Integers
+from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.reading import MM, remedy
 from fecontact.profiles.segments import (
-    GAUSS_NODES,
-    GAUSS_WEIGHTS,
     Arc,
     CurvePoints,
     Line,
     Measured,
+    Pieces,
     Polynomial,
     Segment,
-    Smoothed,
     Spline,
-    Table,
-    inverted,
 )
 
 if TYPE_CHECKING:
@@ -171,43 +167,16 @@ class Profile:
 
         `side` picks the segment where u is a whole number, that is at the end of one segment and the start of the next.
         """
-        return self._points(*self._split(np.asarray(u, dtype=float), side))
+        return self._pieces.evaluate(self._inside(u), side)
 
-    def _split(self, u: Floats, side: Side = "right") -> tuple[Integers, Floats]:
-        """Segment and local parameter of u; the local parameter is NaN outside the running surface."""
-        n = len(self.segments)
-        # parameters come out of sums of a segment number and a fraction, so allow for their rounding
-        inside = (u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12))
-        u = np.where(inside, np.clip(u, 0.0, n), np.nan)
-        index = np.floor(u) if side == "right" else np.ceil(u) - 1.0
-        k = np.clip(np.nan_to_num(index), 0, n - 1).astype(np.intp)
-        return k, u - k
-
-    def _points(self, k: Integers, v: Floats) -> CurvePoints:
-        """Points at the local parameters v of the segments k."""
-        hit = np.flatnonzero(np.bincount(k.ravel(), minlength=len(self.segments)))
-        if hit.size == 1:
-            return self.segments[int(hit[0])].evaluate(v)
-        out = np.empty((6, *v.shape))
-        for i in hit:
-            mask = k == i
-            p = self.segments[i].evaluate(v[mask])
-            out[:, mask] = p.y, p.z, p.dy, p.dz, p.ddy, p.ddz
-        return CurvePoints(y=out[0], z=out[1], dy=out[2], dz=out[3], ddy=out[4], ddz=out[5])
+    def _inside(self, u: ArrayLike) -> Floats:
+        """Parameters, NaN outside the running surface; they come out of sums, so allow for their rounding."""
+        u, n = np.asarray(u, dtype=float), len(self.segments)
+        return np.where((u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12)), u, np.nan)
 
     @cached_property
-    def _table(self) -> Table:
-        samples = [
-            np.interp(np.arange(4 * s.knots.size - 3) / 4.0, np.arange(s.knots.size), s.knots)
-            if isinstance(s, Spline)
-            else s.knots
-            if isinstance(s, Smoothed)
-            else np.linspace(0.0, 1.0, 65)
-            for s in self.segments
-        ]
-        segment = np.repeat(np.arange(len(samples)), [v.size for v in samples])
-        v = np.concatenate(samples)
-        return Table(segment=segment, v=v, points=self._points(segment, v))
+    def _pieces(self) -> Pieces:
+        return Pieces.of(self.segments)
 
     def locate(self, t: ArrayLike, *, angle_rad: float = 0.0, origin: tuple[float, float] = (0.0, 0.0)) -> Floats:
         """Parameter u of the points whose coordinate along a tilted axis is t (mm), in the shape of t.
@@ -216,29 +185,14 @@ class Profile:
         the line run forward on one or more stretches and fold back between them: the widest stretch is answered, and
         NaN elsewhere. In the gap that rounded data leave at a joint the answer is the joint.
         """
-        c, s = math.cos(angle_rad), math.sin(angle_rad)
-
-        def along(points: CurvePoints) -> Floats:
-            return (points.y - origin[0]) * c + (points.z - origin[1]) * s
-
-        def along_and_rate(k: Integers, v: Floats) -> tuple[Floats, Floats]:
-            points = self._points(k, v)
-            return along(points), points.dy * c + points.dz * s
-
-        table = self._table
-        values = along(table.points)
-        forward = (np.diff(values) > _FORWARD_SINE * table.chords) | table.joints
-        turns = np.flatnonzero(np.diff(forward, prepend=False, append=False))
-        starts, stops = turns[::2], turns[1::2]
-        if not starts.size:
-            return np.full(np.shape(t), np.nan)
-        widest = int(np.argmax(values[stops] - values[starts]))
-        return inverted(table, values, slice(int(starts[widest]), int(stops[widest]) + 1), t, along_and_rate)
+        stretch = _stretch_along(self, angle_rad)
+        t = np.asarray(t, dtype=float) + (origin[0] * math.cos(angle_rad) + origin[1] * math.sin(angle_rad))
+        return np.full(t.shape, np.nan) if stretch is None else self._pieces.inverted(*stretch[:2], t, stretch[2])
 
     @property
     def y_range_mm(self) -> tuple[float, float]:
         """Smallest and largest y of the running surface."""
-        y = self._table.points.y
+        y = self._pieces.ends.y
         return float(y.min()), float(y.max())
 
     def height(self, y: ArrayLike) -> Floats:
@@ -281,50 +235,43 @@ class Profile:
                 found.append(junction)
         return tuple(found)
 
-    def _gauss_length(self, k: Integers, v_from: Floats, v_to: Floats) -> Floats:
-        """Arc length of the short pieces [v_from, v_to] of the segments k."""
-        half = 0.5 * (v_to - v_from)[..., None]
-        nodes = 0.5 * (v_to + v_from)[..., None] + half * GAUSS_NODES
-        points = self._points(np.broadcast_to(k[..., None], nodes.shape), nodes)
-        return np.asarray((half * np.hypot(points.dy, points.dz)) @ GAUSS_WEIGHTS)
-
-    @cached_property
-    def _table_lengths(self) -> Floats:
-        table = self._table
-        pieces = self._gauss_length(table.segment[1:], np.where(table.joints, 0.0, table.v[:-1]), table.v[1:])
-        return np.concatenate(([0.0], np.cumsum(pieces)))
-
     @property
     def length_mm(self) -> float:
         """Arc length of the running surface."""
-        return float(self._table_lengths[-1])
+        return float(self._pieces.lengths[-1])
 
     def arc_length(self, u: ArrayLike) -> Floats:
         """Arc length (mm) from the gauge-side end to the parameter u."""
-        return self._arc_length(*self._split(np.asarray(u, dtype=float)))
-
-    def _arc_length(self, k: Integers, v: Floats) -> Floats:
-        table = self._table
-        first = np.searchsorted(table.segment, k)
-        last = np.searchsorted(table.segment, k, side="right") - 1
-        i = np.clip(np.searchsorted(table.segment + table.v, k + v, side="right") - 1, first, last - 1)
-        return np.asarray(self._table_lengths[i] + self._gauss_length(k, table.v[i], v))
+        return self._pieces.arc_length(self._inside(u))
 
     def spread(self, step_mm: float) -> Floats:
         """Parameters u along the line, this far apart: exactly on exact lines, to the step of a table on others."""
         s = np.linspace(0.0, self.length_mm, int(np.ceil(self.length_mm / step_mm)) + 1)
-        if self.measured is None:
-            return self.at_arc_length(s)
-        return np.interp(s, self._table_lengths, self._table.segment + self._table.v)
+        return self.at_arc_length(s) if self.measured is None else np.interp(s, self._pieces.lengths, self._pieces.u)
 
     def at_arc_length(self, s: ArrayLike) -> Floats:
         """Parameter u at the arc length s (mm), NaN beyond the ends."""
+        pieces = self._pieces
+        return pieces.inverted(pieces.lengths, pieces.powers[:, 2], np.asarray(s, dtype=float))
 
-        def length_and_speed(k: Integers, v: Floats) -> tuple[Floats, Floats]:
-            points = self._points(k, v)
-            return self._arc_length(k, v), np.hypot(points.dy, points.dz)
 
-        return inverted(self._table, self._table_lengths, slice(None), s, length_and_speed)
+# cached: one pose of a rail is looked at along the same axes again and again
+@lru_cache(maxsize=64)
+def _stretch_along(profile: Profile, angle_rad: float) -> tuple[Floats, Floats, slice] | None:
+    """Coordinates of a line's pieces along a tilted axis, and the part of them on which it runs forward the farthest.
+
+    The coordinates are values at the ends of the pieces, and powers in them.
+    """
+    c, s, pieces = math.cos(angle_rad), math.sin(angle_rad), profile._pieces
+    values = pieces.ends.y * c + pieces.ends.z * s
+    forward = (np.diff(values) > _FORWARD_SINE * pieces.chords) | pieces.joints
+    turns = np.flatnonzero(np.diff(forward, prepend=False, append=False))
+    starts, stops = turns[::2], turns[1::2]
+    if not starts.size:
+        return None
+    widest = int(np.argmax(values[stops] - values[starts]))
+    powers = pieces.powers[:, 0] * c + pieces.powers[:, 1] * s
+    return values, powers, slice(int(starts[widest]), int(stops[widest]) + 1)
 
 
 # --- Profiles that are made from a few lengths: arcs, straight lines, and standard heads of tangent arcs.
@@ -571,7 +518,7 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: 
     middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
     if middle.size and float(np.median(middle)) - max(z[0], z[-1]) > _DIP_MM and _deepest_dip(z)[0] < 1.0:
         raise InputError(
-            f"{what}: both ends of the line lie more than {_DIP_MM:g} mm below its middle, as those of a rail do;"
+            f"{what}: both ends of the line lie more than {_DIP_MM:g} mm below its middle, as on a rail;"
             " a wheel is wanted: give the file as the rail"
         )
     # the flange back and the rim face reach up far, so they do not count

@@ -101,10 +101,22 @@ def _read(spec: str, kind: Kind, reading: Reading) -> Profile:
 
 @lru_cache(maxsize=16)
 def _read_once(spec: str, kind: Kind, reading: Reading, content: str) -> Profile:
+    read = content_of_file(spec, kind, reading)
+    return read if isinstance(read, Profile) else line_through(read, reading)
+
+
+def content_of_file(spec: str, kind: Kind, reading: Reading) -> Profile | Points:
+    """What a file has: a line of exact segments, or points, which are not checked yet.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds the other body.
+    """
     path = Path(spec)
     read = reader_of(path)(path, kind, reading)
     _check_kind(read, spec, kind)
-    return read if isinstance(read, Profile) else line_through(read, reading)
+    return read
 
 
 @lru_cache(maxsize=16)

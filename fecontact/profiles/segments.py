@@ -6,7 +6,7 @@ A segment is evaluated at the local parameter v from 0 to 1: position and both d
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from fecontact.arrays import Floats, Integers
 
@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 _TABLE_STEP_MM = 0.25
 # A cubic spline with not-a-knot ends needs as many points.
 _FEWEST_KNOTS = 4
-GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
-"""Of the arc length of short pieces."""
+_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,6 +45,10 @@ class CurvePoints:
         """Of positions and derivatives (..., 2)."""
         (y, z), (dy, dz), (ddy, ddz) = (np.moveaxis(both, -1, 0) for both in (place, first, second))
         return cls(y=y, z=z, dy=dy, dz=dz, ddy=ddy, ddz=ddz)
+
+    def taken(self, which: Integers | slice) -> CurvePoints:
+        """Some of the points."""
+        return CurvePoints(**{name: values[which] for name, values in vars(self).items()})
 
     @property
     def angle_rad(self) -> Floats:
@@ -216,8 +219,21 @@ class Smoothed:
 
     @cached_property
     def knots(self) -> Floats:
-        """Local parameters that are close enough for a table of the line."""
-        return np.linspace(0.0, 1.0, max(3, math.ceil((self.s_to - self.s_from) / _TABLE_STEP_MM)))
+        """Local parameters between which the line is as good as a polynomial, close enough for a table of it."""
+        even = np.linspace(0.0, 1.0, max(3, math.ceil((self.s_to - self.s_from) / _TABLE_STEP_MM)))
+        fields = self.field.x[(self.field.x > self.s_from) & (self.field.x < self.s_to)]
+        v = np.sort(np.concatenate((even, self.local(fields), self._arc.x[1:-1])))
+        inner = v[1:-1][np.diff(v)[:-1] > _SAME_PARAMETER]
+        return np.concatenate(([0.0], inner[inner < 1.0 - _SAME_PARAMETER], [1.0]))
+
+    def local(self, s: Floats) -> Floats:
+        """Local parameters of places s (mm) on its part, by Newton's steps."""
+        v = np.interp(s, (self.s_from, self.s_to), (0.0, 1.0))
+        for _ in range(20 if isinstance(self.base, Polynomial) else 1):
+            before, v = v, np.clip(v - (self._arc(v) - s) / self._arc(v, 1), 0.0, 1.0)
+            if np.array_equal(before, v):
+                break
+        return v
 
     @cached_property
     def _arc(self) -> PPoly:
@@ -252,8 +268,8 @@ def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float =
 
     v = np.linspace(0.0, 1.0, 65)
     half, part = 0.5 * np.diff(v)[:, None], v_to - v_from
-    points = base.evaluate(v_from + part * (v[:-1, None] + half * (1.0 + GAUSS_NODES)))
-    steps = (half * part * np.hypot(points.dy, points.dz)) @ GAUSS_WEIGHTS
+    points = base.evaluate(v_from + part * (v[:-1, None] + half * (1.0 + _GAUSS_NODES)))
+    steps = (half * part * np.hypot(points.dy, points.dz)) @ _GAUSS_WEIGHTS
     return CubicSpline(v, s_from + np.concatenate(([0.0], np.cumsum(steps))))
 
 
@@ -272,75 +288,175 @@ def raised_by(segment: Segment, dz_mm: float) -> Segment:
     return Line(start=(y0, z0 + dz_mm), end=(y1, z1 + dz_mm))
 
 
-# --- Where an increasing function along a chain of segments has a value: Newton steps from a table of the chain.
+# --- A chain of segments as polynomials of short pieces, which are evaluated and inverted for all points at once.
 
 # A coordinate this little beyond an end still counts as the end (mm).
 _END_SLACK_MM = 1e-9
+# Local parameters closer than this are one.
+_SAME_PARAMETER = 1e-9
+# Second derivatives and speeds are laid through so many places of a piece. On an arc of a radian each of its pieces is
+# 0.016 rad long, and the curvature good to 1e-15.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
+
+
+def sampled(segment: Segment) -> Floats:
+    """Local parameters from 0 to 1 between which a segment is a polynomial, or as good as one."""
+    if isinstance(segment, Spline):
+        return np.interp(np.arange(4 * segment.knots.size - 3) / 4.0, np.arange(segment.knots.size), segment.knots)
+    return segment.knots if isinstance(segment, Smoothed) else np.linspace(0.0, 1.0, 65)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Table:
-    """Samples of a chain of segments, both ends of every segment included (so each joint is there twice)."""
+class Pieces:
+    """A chain of segments in short pieces; where two segments meet, a piece of no length leads from one to the other.
 
-    segment: Integers
-    v: Floats
-    points: CurvePoints
+    Attributes
+    ----------
+    u (m + 1,)
+        Parameters of their ends: number of the segment plus its local parameter.
+    ends
+        Points (m + 1,) there; both of them where two segments meet.
+    powers (8, 3, m)
+        Coefficients of y, z and the arc length in mm by powers of the parameter from the middle of each piece.
+    """
 
-    @property
-    def chords(self) -> Floats:
-        """Length of each interval (mm)."""
-        return np.hypot(np.diff(self.points.y), np.diff(self.points.z))
+    u: Floats
+    ends: CurvePoints
+    powers: Floats
+
+    @classmethod
+    def of(cls, segments: Sequence[Segment]) -> Pieces:
+        """The pieces of a chain."""
+        v = [sampled(segment) for segment in segments]
+        ends = [segment.evaluate(one) for segment, one in zip(segments, v, strict=True)]
+        powers = [_powers(segment, one) for segment, one in zip(segments, v, strict=True)]
+        for piece, at in zip(powers[:-1], ends[:-1], strict=True):
+            # the step to the next segment
+            piece[0, :2, -1] = at.y[-1], at.z[-1]
+        whole = np.concatenate(powers, axis=2)[..., :-1]
+        u = np.concatenate([k + one for k, one in enumerate(v)])
+        half = 0.5 * np.diff(u)
+        # from the speed to the arc length
+        whole[1:, 2] = whole[:-1, 2] / np.arange(1.0, 8.0)[:, None]
+        whole[0, 2] = 0.0
+        before = _polynomial(whole[:, 2], -half)
+        lengths = _polynomial(whole[:, 2], half) - before
+        whole[0, 2] = np.cumsum(lengths) - lengths - before
+        joined = {name: np.concatenate([getattr(one, name) for one in ends]) for name in vars(ends[0])}
+        return cls(u=u, ends=CurvePoints(**joined), powers=whole)
+
+    @cached_property
+    def middle(self) -> Floats:
+        """Parameters (m,) of the middles of the pieces."""
+        return np.asarray(0.5 * (self.u[1:] + self.u[:-1]))
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """Arc length (m + 1,) at the ends of the pieces."""
+        return np.append(0.0, _polynomial(self.powers[:, 2], self.u[1:] - self.middle))
 
     @cached_property
     def joints(self) -> NDArray[np.bool_]:
-        """Whether the interval after each sample only steps from one segment to the next."""
-        return np.diff(self.segment) > 0
+        """Which pieces only step from one segment to the next."""
+        return np.asarray(np.diff(self.u) == 0.0)
+
+    @cached_property
+    def chords(self) -> Floats:
+        """Length of the chord of each piece (mm)."""
+        return np.hypot(np.diff(self.ends.y), np.diff(self.ends.z))
+
+    def of_parameter(self, u: Floats, side: Literal["left", "right"] = "right") -> tuple[Integers, Floats]:
+        """Number of the piece at parameters u, and the parameter from its middle."""
+        # this and `inverted` are called a hundred times for a placement, and np.clip takes as long as five of these
+        i = np.minimum(np.maximum(np.searchsorted(self.u, u, side=side) - 1, 0), self.u.size - 2)
+        return i, u - self.middle[i]
+
+    def evaluate(self, u: Floats, side: Literal["left", "right"] = "right") -> CurvePoints:
+        """Points at parameters u; where two segments meet, those of the segment on a side."""
+        i, x = self.of_parameter(u, side)
+        c = self.powers[:, :2].take(i, axis=2)
+        place, first, second = c[-1].copy(), np.zeros_like(c[0]), np.zeros_like(c[0])
+        for power in c[-2::-1]:
+            # in place: this is most of the time of a placement
+            second *= x
+            second += first
+            first *= x
+            first += place
+            place *= x
+            place += power
+        second *= 2.0
+        (y, z), (dy, dz), (ddy, ddz) = place, first, second
+        return CurvePoints(y=y, z=z, dy=dy, dz=dz, ddy=ddy, ddz=ddz)
+
+    def arc_length(self, u: Floats) -> Floats:
+        """Arc length (mm) from the beginning to parameters u."""
+        i, x = self.of_parameter(u)
+        return np.asarray(_polynomial(self.powers[:, 2].take(i, axis=1), x))
+
+    def inverted(self, values: Floats, powers: Floats, t: Floats, part: slice = slice(None)) -> Floats:
+        """Parameters where an increasing function is t, in the shape of t; NaN beyond its ends.
+
+        By Newton steps that are kept within a piece. The function is given by its values (m + 1,) at the ends of the
+        pieces and its powers (8, m) in them; only a part of the ends is searched.
+        """
+        first, values = part.start or 0, values[part]
+        inside = (t >= values[0] - _END_SLACK_MM) & (t <= values[-1] + _END_SLACK_MM)
+        target = np.minimum(np.maximum(t[inside], values[0]), values[-1])
+        # rounded data may step back by a hair at a joint
+        j = np.searchsorted(np.maximum.accumulate(values), target, side="right") - 1
+        j = np.minimum(j, values.size - 2)
+        rise, i = values[j + 1] - values[j], j + first
+        high = self.u[i + 1] - self.middle[i]
+        low = -high
+        share = (target - values[j]) / np.where(rise > 0.0, rise, 1.0)
+        x = high * (2.0 * np.minimum(np.maximum(share, 0.0), 1.0) - 1.0)
+        c = powers.take(i, axis=1)
+        for _ in range(60):
+            value, rate = c[-1].copy(), np.zeros_like(x)
+            for power in c[-2::-1]:
+                rate *= x
+                rate += value
+                value *= x
+                value += power
+            residual = target - value
+            low, high = np.where(residual >= 0.0, x, low), np.where(residual <= 0.0, x, high)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                further = x + residual / rate
+            further = np.where((further >= low) & (further <= high), further, 0.5 * (low + high))
+            step, x = np.abs(further - x), further
+            # Newton steps converge quadratically: after one of this size the next would be lost in rounding
+            if not step.size or step.max() <= 1e-11:
+                break
+        u = np.full(t.shape, np.nan)
+        u[inside] = self.middle[i] + x
+        return u
 
 
-def inverted(
-    table: Table,
-    values: Floats,
-    part: slice,
-    t: ArrayLike,
-    function: Callable[[Integers, Floats], tuple[Floats, Floats]],
-) -> Floats:
-    """Parameter u where an increasing function is t, NaN beyond its ends, by bracketed Newton steps.
+def _powers(segment: Segment, v: Floats) -> Floats:
+    """Powers (8, 3, n) of y, z and the speed of a segment on the n - 1 pieces between local parameters (n,), and zero.
 
-    `values` are the function's values on the table, and only the table's `part` is searched. `function` returns the
-    value and its derivative by v at the local parameters v of the segments k.
+    From its second derivatives: those have no digits to lose.
     """
-    t = np.asarray(t, dtype=float)
-    table_k, table_v, values = table.segment[part], table.v[part], values[part]
-    inside = (t >= values[0] - _END_SLACK_MM) & (t <= values[-1] + _END_SLACK_MM)
-    target = np.clip(t[inside], values[0], values[-1])
+    half, middle = 0.5 * np.diff(v), 0.5 * (v[1:] + v[:-1])
+    at, here = segment.evaluate(middle[:, None] + half[:, None] * _NODES), segment.evaluate(middle)
+    scale = half ** -np.arange(6.0)[:, None]
+    bent = np.stack([_TO_POWERS @ of.T * scale for of in (at.ddy, at.ddz, np.hypot(at.dy, at.dz))], axis=1)
+    out = np.zeros((8, 3, v.size))
+    k = np.arange(6.0)[:, None, None]
+    out[2:, :2, :-1] = bent[:, :2] / ((k + 1.0) * (k + 2.0))
+    out[0, 0, :-1], out[0, 1, :-1], out[1, 0, :-1], out[1, 1, :-1] = here.y, here.z, here.dy, here.dz
+    out[:6, 2, :-1] = bent[:, 2]
+    return out
 
-    # rounded data may step back by a hair at a joint
-    j = np.searchsorted(np.maximum.accumulate(values), target, side="right") - 1
-    j = np.clip(j, 0, values.size - 2)
-    k, high = table_k[j + 1], table_v[j + 1]
-    low = np.where(k == table_k[j], table_v[j], high)
-    rise = values[j + 1] - values[j]
-    v = low + (high - low) * np.clip((target - values[j]) / np.where(rise > 0.0, rise, 1.0), 0.0, 1.0)
 
-    active = np.flatnonzero(high > low)
-    for _ in range(60):
-        if not active.size:
-            break
-        v_old = v[active]
-        value, rate = function(k[active], v_old)
-        residual = target[active] - value
-        low[active] = np.where(residual >= 0.0, v_old, low[active])
-        high[active] = np.where(residual <= 0.0, v_old, high[active])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            v_new = v_old + residual / rate
-        trapped = (v_new >= low[active]) & (v_new <= high[active])
-        v_new = np.where(trapped, v_new, 0.5 * (low[active] + high[active]))
-        v[active] = v_new
-        # Newton steps converge quadratically: after one of this size the next would be lost in rounding
-        active = active[np.abs(v_new - v_old) > 1e-11]
-    u = np.full(t.shape, np.nan)
-    u[inside] = k + v
-    return u
+def _polynomial(powers: Floats, x: Floats) -> Floats:
+    """Polynomials (n,) with powers (k, n) at x (n,)."""
+    value: Floats = powers[-1].copy()
+    for power in powers[-2::-1]:
+        value *= x
+        value += power
+    return value
 
 
 # --- The points behind a smoothed line.
@@ -643,7 +759,9 @@ def crossings(points: Floats) -> list[Problem]:
     a, b = points[:-1], points[1:]
     d = b - a
     found = []
-    for i in range(len(a) - 2):
+    # the least y of all that comes from the second point after a chord on
+    later = np.minimum.accumulate(points[::-1, 0])[::-1][2:]
+    for i in np.flatnonzero(later[: len(a) - 2] < np.maximum(a[:-2, 0], b[:-2, 0])):
         c, e = a[i + 2 :], d[i + 2 :]
         cross = d[i, 0] * e[:, 1] - d[i, 1] * e[:, 0]
         off = c - a[i]
@@ -651,5 +769,5 @@ def crossings(points: Floats) -> list[Problem]:
             t = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
             u = (off[:, 0] * d[i, 1] - off[:, 1] * d[i, 0]) / cross
         if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):
-            found.append(Problem.at("crosses itself", i, a[i], float(np.hypot(*d[i]))))
+            found.append(Problem.at("crosses itself", int(i), a[i], float(np.hypot(*d[i]))))
     return found

@@ -60,8 +60,8 @@ _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
 # While the line still moves, fewer do: each begins at the feet of the one before.
 _FIRST_FOOT_STEPS = 3
-# Points whose nearest ones are looked up together.
-_AT_ONCE = 500
+# Points whose nearest ones are looked up together, and of which ends of pieces.
+_AT_ONCE, _APART = 500, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,12 +89,12 @@ def foot_points(
     line: Profile, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
     """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
-    table, lengths = line._table, line._table_lengths
-    places = table.segment + table.v
+    ends, lengths, places = line._pieces.ends, line._pieces.lengths, line._pieces.u
     if near is None:
         parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
-        squared = ((part[:, :1] - table.points.y) ** 2 + (part[:, 1:] - table.points.z) ** 2 for part in parts)
-        s = np.concatenate([lengths[one.argmin(axis=1)] for one in squared])
+        # a nearest place to begin at
+        y, z, far = ends.y[::_APART], ends.z[::_APART], lengths[::_APART]
+        s = np.concatenate([far[((part[:, :1] - y) ** 2 + (part[:, 1:] - z) ** 2).argmin(axis=1)] for part in parts])
     else:
         s = near.s_mm
     for _ in range(steps):
@@ -153,7 +153,7 @@ def _usual(off: Floats) -> float:
 
 def first_shift(line: Profile, points: Floats) -> tuple[float, float]:
     """The crowns of two rails, or the flange tips of two wheels, on one another."""
-    table = line._table.points
+    table = line._pieces.ends
     if line.kind == "rail":
         i, j = int(np.argmax(table.z)), int(np.argmax(points[:, 1]))
         # a crown is flat: across, the middles of the heads are surer
@@ -323,7 +323,7 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     That is cross-validation on the running part, or with a known noise Mallows' estimate of the error.
     """
     s, values, running = held.s_mm, held.values, _running(held)
-    probes = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
+    probes = _probes(s.size)
     fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, held.relative_filter)(s)
     # the trace of the smoother (Hutchinson), which is its degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:])[running]))
@@ -332,6 +332,11 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     if noise is None:
         return residual, freedom, off / max(1.0 - _COST * freedom, 1e-3) ** 2
     return residual, freedom, off + 2.0 * _COST * noise**2 * freedom
+
+
+@lru_cache(maxsize=8)
+def _probes(number: int) -> Floats:
+    return np.random.default_rng(SEED).choice([-1.0, 1.0], size=(number, _PROBES))
 
 
 def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats:
@@ -352,9 +357,13 @@ def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:
-    """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
-    held = measured.held
-    field = smoothed_by(held.s_mm, held.values, measured.filter_mm, held.relative_filter)
+    """The pieces of a smoothed line."""
+    return pieces_of(measured.held, measured.filter_mm)
+
+
+def pieces_of(held: Held, filter_mm: float) -> tuple[Segment, ...]:
+    """The pieces of a line through held points: one for each segment of the nominal profile, or a single one."""
+    field = smoothed_by(held.s_mm, held.values, filter_mm, held.relative_filter)
     first, last = float(held.s_mm[0]), float(held.s_mm[-1])
     if not held.reference:
         return (Smoothed(field=field, s_from=first, s_to=last),)
@@ -368,7 +377,7 @@ def segments_of(measured: Measured) -> tuple[Segment, ...]:
         low, high = max(first, whole.s_from), min(last, whole.s_to)
         start = whole.s_to
         if high - low > 1e-6:
-            v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
+            v_from, v_to = (float(v) for v in whole.local(np.array([low, high])))
             made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
     return tuple(made)
 
@@ -521,15 +530,6 @@ def _local(segment: Smoothed, s: Floats) -> Floats:
     return np.interp(s, segment._arc(grid), grid)
 
 
-def _exact_local(segment: Smoothed, s: Floats) -> Floats:
-    v = np.interp(s, (segment.s_from, segment.s_to), (0.0, 1.0))
-    for _ in range(20):
-        before, v = v, np.clip(v - (segment._arc(v) - s) / segment._arc(v, 1), 0.0, 1.0)
-        if np.array_equal(before, v):
-            break
-    return v
-
-
 def _length(base: Line | Arc | Polynomial) -> float:
     if isinstance(base, Line):
         return math.hypot(base.end[0] - base.start[0], base.end[1] - base.start[1])
@@ -549,10 +549,15 @@ _FARTHEST_MM = 2.0
 # One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
 # their deviation has shorter waves than they have themselves.
 _MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
+# Nor is one that most points are off: where all that runs is worn, another profile of the same kind fits as well.
+_MOST_WORN_ALL_OVER_MM = 0.5
 # A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
-# or has lost so much more there is mirrored, unless it has lost as much more on its gauge side (mm over the tops of
-# both halves). A new one canted by 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
-_OUTWARDS_RAD, _LOWER_MM, _LOST_MM, _TOP_MM = 0.005, 1.0, 0.25, (6.0, 14.0)
+# or has lost so much more there is mirrored, unless it has lost as much more on its gauge side. A new one canted by
+# 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
+_OUTWARDS_RAD, _LOWER_MM, _LOST_MM = 0.005, 1.0, 0.5
+# What a side has lost, nine tenths of its points have at most: from so far beside the middle, down to as deep below the
+# top (mm) as both sides are measured, and that is nothing where one of them ends sooner.
+_BESIDE_MM, _DEEPEST_MM, _LEAST_DEEP_MM, _OF_A_SIDE = 6.0, 14.0, 4.0, 0.9
 # Cants of rails (1:n), and how near to one a turn (as a part of it) makes one ask for it.
 _USUAL_CANT, _CANT_CLOSE = (20, 30, 40), 0.12
 # Points closer than this part of the usual spacing tell nothing about the line between them.
@@ -570,7 +575,7 @@ class Nearest:
     at_y_mm
         Where that is the most.
     lost_on_field_side_mm
-        How much more of its field side than of its gauge side they have lost.
+        How much more of its field side than of its gauge side they have lost; None where one of them is not measured.
     """
 
     name: str
@@ -578,7 +583,7 @@ class Nearest:
     usual_mm: float
     farthest_mm: float
     at_y_mm: float
-    lost_on_field_side_mm: float
+    lost_on_field_side_mm: float | None
 
 
 def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
@@ -608,25 +613,28 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
     return sorted(found, key=lambda one: one.usual_mm)
 
 
-def _lost_on_field_side_mm(feet: FootPoints) -> float:
-    """How much more points have lost of the field side of a head's top than of its gauge side, on the average."""
-    (y, z), (beside, deep) = feet.points.T, _TOP_MM
-    top = feet.inside & (np.abs(y) > beside) & (z > -deep)
-    gauge, field = (feet.off_mm[top & (side * y > 0.0)] for side in (-1.0, 1.0))
-    return float(gauge.mean() - field.mean()) if gauge.size and field.size else 0.0
+def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
+    """How much more points have lost of the field side of a head than of its gauge side; None without both sides."""
+    y, z = feet.points.T
+    sides = [feet.inside & (side * y > _BESIDE_MM) for side in (-1.0, 1.0)]
+    level = max(-_DEEPEST_MM, *(float(z[side].min(initial=0.0)) for side in sides))
+    if level > -_LEAST_DEEP_MM:
+        return None
+    gauge, field = (np.quantile(-feet.off_mm[side & (z >= level)], _OF_A_SIDE) for side in sides)
+    return float(field - gauge)
 
 
 def _mirrored(given: Points, close: Sequence[Nearest]) -> list[str]:
     """What is to be said of a head that is canted or worn to the field side."""
     if given.kind == "wheel":
         return []
-    lower = lower_on_field_side_mm(given.points)
-    near = next((one for one in close if lower is not None or one.farthest_mm < _UNWORN_MM), None)
-    turn = near.registration.turn_rad if near else 0.0
-    lost = near.lost_on_field_side_mm if near and near.farthest_mm < _MOST_WEAR_MM else 0.0
-    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or (lower or 0.0) > _LOWER_MM)):
-        found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] if lower else []
+    lower = lower_on_field_side_mm(given.points) or 0.0
+    near = next((one for one in close if one.lost_on_field_side_mm is not None or one.farthest_mm < _UNWORN_MM), None)
+    turn, lost = (near.registration.turn_rad, near.lost_on_field_side_mm or 0.0) if near else (0.0, 0.0)
+    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or lower > _LOWER_MM)):
+        found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] * (lower > 0.0)
         found += [f"{near.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if near else []
+        found += [f"its field side has lost {lost:.1f} mm more than its gauge side"] * (lost > _LOST_MM)
         return [
             f"{', and '.join(found)}: it may be worn or canted and mirrored;"
             f" {remedy(given.kind, 'mirror', 'yes')} if it is"
@@ -671,17 +679,18 @@ def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measu
                 " beyond its ends; give another nominal profile, or none"
             )
         return found[0][0]
-    close = [one for one in near[:2] if one.farthest_mm < _MOST_WEAR_MM]
-    found = [_deviation(one, given.points, smooth) for one in close]
+    close = [one for one in near if one.farthest_mm < _MOST_WEAR_MM]
+    found = [(one, *made) for one in close if (made := _deviation(one, given.points, smooth)) is not None]
     certain = [
-        one
-        for one, near in zip(found, close, strict=True)
-        if one is not None and (near.farthest_mm < _UNWORN_MM or one[0].filter_mm >= _on_running_part_mm(by_itself[0]))
+        (one.usual_mm, made, score)
+        for one, made, score in found
+        if one.farthest_mm < _UNWORN_MM or made.filter_mm >= _on_running_part_mm(by_itself[0])
     ]
-    lines = [*certain, by_itself]
-    best = min(score for _, score in lines)
+    lines = [*certain, (0.0, *by_itself)]
+    best = min(score for *_, score in lines)
     # the first one of those that are as good
-    return next(measured for measured, score in lines if score <= best * (1.0 + 1e-9))
+    usual, measured = next((usual, made) for usual, made, score in lines if score <= best * (1.0 + 1e-9))
+    return measured if usual < _MOST_WORN_ALL_OVER_MM else by_itself[0]
 
 
 def _on_running_part_mm(line: Measured) -> float:
@@ -708,7 +717,7 @@ def _choices(made: Measured, kind: Kind) -> list[str]:
     said = []
     if load(made.nominal).junctions:
         said.append(
-            f"where the curvature of {made.nominal} jumps, that of the {kind} is taken to jump too:"
+            f"where the curvature of {made.nominal} jumps, the curvature of the {kind} is taken to jump too:"
             f" --{kind}-nominal none takes the points alone"
         )
     turn_rad = made.held.registration.turn_rad

@@ -1,9 +1,9 @@
-"""Checks of a study's results against references, and the table of all checks."""
+"""Checks of a study's results against references, and the pages of all checks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -41,6 +41,11 @@ class Check:
     def deviation_percent(self) -> float:
         """Deviation of the value from the expected value."""
         return self.value if self.expected is None else 100.0 * (self.value / self.expected - 1.0)
+
+    @property
+    def over_uncertainty(self) -> float | None:
+        """Size of the deviation over the stated uncertainty; None where none is stated."""
+        return abs(self.deviation_percent) / self.uncertainty_percent if self.uncertainty_percent else None
 
     @property
     def passed(self) -> bool:
@@ -83,24 +88,76 @@ def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float
     return [max(checks, key=lambda check: abs(check.deviation_percent))] if checks else []
 
 
-def report(checks: Mapping[str, Sequence[Check]], versions: Mapping[str, str | None], unusable: Sequence[str]) -> str:
-    """All checks by study as Markdown, with the versions of the programs and the studies without a usable result."""
+PAGES = "validation"
+"""Folder of the pages, beside the table that links to them."""
+_HOW = """\
+The error E is result over reference, less one; a result that is an error itself has the reference 0. u_val (ASME V&V
+20) is the uncertainty of E. It has the uncertainty of the result, which is stated for 95 %, and the uncertainty of the
+reference. Inputs are the same on both sides and add nothing. A closed form has no uncertainty. No other reference
+states one: u_val has the result's uncertainty alone there, and the limit has room for the rest."""
+
+
+def reports(
+    checks: Mapping[str, Sequence[Check]],
+    questions: Mapping[str, str],
+    versions: Mapping[str, str | None],
+    unusable: Sequence[str],
+) -> dict[str, str]:
+    """Files of a validation by their places: VALIDATION.md with a line for each study, and a page for each.
+
+    Parameters
+    ----------
+    questions
+        What a study asks, by its name.
+    versions
+        Of the programs, which the table names; one without a version is left out.
+    unusable
+        Studies without a usable result, with what is wrong.
+    """
+    made = ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None)
     every = [check for of_study in checks.values() for check in of_study]
-    failed = sum(not check.passed for check in every)
     lines = [
         "# Validation",
         "",
-        f"{len(every)} checks, {failed} failed. Written by `make validate`; not to be edited.",
+        f"{len(every)} checks, {_failed(every)} failed. Written by `make validate`; not to be edited.",
         "",
-        ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None),
+        made,
+        *(f"\n**No usable result: {text}**" for text in unusable),
+        "",
+        _HOW,
+        "",
+        "| study | question | checks | failed | largest error / limit | largest error / u_val, closed forms |",
+        "|---|---|---|---|---|---|",
     ]
-    lines += [f"\n**No usable result: {text}**" for text in unusable]
-    for study, of_study in checks.items():
+    for study, own in checks.items():
+        asked = questions.get(study, "")
+        used = _largest(abs(check.deviation_percent) / check.limit_percent for check in own if check.limit_percent)
+        of_exact = _largest(check.over_uncertainty for check in own if check.kind == "analytic")
+        cells = (f"[{study}]({PAGES}/{study}.md)", asked, f"{len(own)}", f"{_failed(own)}", used, of_exact)
+        lines.append(f"| {' | '.join(cells)} |")
+    pages = {f"{PAGES}/{study}.md": _page(study, questions.get(study, ""), own) for study, own in checks.items()}
+    return {"VALIDATION.md": "\n".join(lines) + "\n", **pages}
+
+
+def _failed(checks: Sequence[Check]) -> int:
+    return sum(not check.passed for check in checks)
+
+
+def _largest(values: Iterable[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    return f"{max(known, key=lambda value: (math.isnan(value), value)):.2g}" if known else ""
+
+
+def _page(study: str, question: str, checks: Sequence[Check]) -> str:
+    """The page of a study: a table for each reference."""
+    lines = [f"# Validation: {study}", "", question, "", f"{len(checks)} checks, {_failed(checks)} failed."]
+    for reference, kind in dict.fromkeys((check.reference, check.kind) for check in checks):
+        unsure = "no uncertainty" if kind == "analytic" else "its uncertainty is not stated"
         lines += [
-            f"\n## {study}\n",
-            "| quantity | case | reference | kind | value | expected | deviation | limit | uncertainty | |",
-            "|---|---|---|---|---|---|---|---|---|---|",
-            *(_line(check) for check in of_study),
+            f"\n## Against {reference} ({kind}; {unsure})\n",
+            "| quantity | case | reference | result | its ± | error E | E / u_val | limit of E | |",
+            "|---|---|---|---|---|---|---|---|---|",
+            *(_line(check) for check in checks if (check.reference, check.kind) == (reference, kind)),
         ]
     return "\n".join(lines) + "\n"
 
@@ -108,9 +165,10 @@ def report(checks: Mapping[str, Sequence[Check]], versions: Mapping[str, str | N
 def _line(check: Check) -> str:
     expected = "0" if check.expected is None else f"{check.expected:.5g}"
     unsure = "" if check.uncertainty_percent is None else f"{check.uncertainty_percent:.2g} %"
+    ratio = "" if check.over_uncertainty is None else f"{check.over_uncertainty:.2g}"
     cells = (
-        *(check.quantity, check.case, check.reference, check.kind, f"{check.value:.5g}", expected),
-        *(f"{check.deviation_percent:+.2f} %", f"{check.limit_percent:g} %", unsure),
+        *(check.quantity, check.case, expected, f"{check.value:.5g}", unsure),
+        *(f"{check.deviation_percent:+.2f} %", ratio, f"{check.limit_percent:g} %"),
         "pass" if check.passed else "**FAIL**",
     )
     return f"| {' | '.join(cells)} |"

@@ -306,11 +306,12 @@ def linear_force(contact: RollingEllipse, creepages: Creepages) -> tuple[float, 
 #
 # With e = |F_linear| / (mu N): |F| = mu N (e - e^2/3 + e^3/27) = mu N (1 - (1 - e/3)^3) up to e = 3, mu N beyond.
 #
-# Sources: Vermeulen and Johnson (1964); Shen, Hedrick and Elkins (1983); for the circle Johnson (1958).
+# Sources: Vermeulen and Johnson (1964); Shen, Hedrick and Elkins (1983); for the circle Johnson (1958). Otero Yugat,
+# Part I, eq. 12, leaves out e^3/27, a misprint: the force would be largest at e = 1.5, 0.75 mu N, and 0 at e = 3.
 
 
 def saturation(e: float) -> float:
-    """Force over mu N for a linear force e = |F_linear| / (mu N) >= 0."""
+    """Force over mu N for a linear force e = |F_linear| / (mu N) >= 0 (Otero Yugat's eq. 12 lacks its e^3/27)."""
     return 1.0 - (1.0 - min(e, 3.0) / 3.0) ** 3
 
 

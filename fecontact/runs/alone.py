@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +12,17 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features import the
 from fecontact.jobs.remaining import Progress, watched
-from fecontact.outputs.alone import alone_record, check_theory, map_columns, ordered, table_row, theories_listed
+from fecontact.outputs.alone import (
+    BETWEEN_LINES,
+    alone_record,
+    check_theory,
+    map_columns,
+    ordered,
+    table_row,
+    theories_listed,
+)
 from fecontact.outputs.records.results import hertz_record
-from fecontact.solving.alone import table_lines, theory_alone
+from fecontact.solving.alone import stiffness_at, table_lines, theory_alone
 from fecontact.solving.position import hertz_alone
 
 Record = dict[str, Any]
@@ -58,7 +68,7 @@ def theory(case: Case, name: str) -> Record:
 
 
 def theories() -> Record:
-    """The theories of the pressure that are judged, and laws such as those of creep forces, from the cheapest.
+    """The theories of the pressure that are judged, and laws, such as of creep forces, from the cheapest.
 
     >>> import fecontact
     >>> list(fecontact.theories()["pressure"])[0]
@@ -69,6 +79,7 @@ def theories() -> Record:
 
 # --- Contact tables for vehicle codes: lines over shift and load, with the verdicts of a stored map where it has them.
 
+Line = tuple[float, float]
 # Decimals to which shifts (mm) and loads (kN) are the same.
 _SAME = 6
 
@@ -87,6 +98,9 @@ def table(
     >>> rows = fecontact.table(fecontact.Case(roll="touching"), [0.0, 4.0], [50e3, 100e3])
     >>> [(row["lateral_shift_mm"], row["load_kN"], row["cheapest_theory"]) for row in rows]
     [(0.0, 50.0, 'strip'), (0.0, 100.0, 'strip'), (4.0, 50.0, 'hertz'), (4.0, 100.0, 'hertz')]
+
+    `strip_approach_between_percent` and `strip_stiffness_between_percent` say by how much straight lines to the
+    neighbouring shifts and loads miss the strips in the middle between them.
 
     Parameters
     ----------
@@ -120,7 +134,32 @@ def table(
         if cells is not None:
             row |= map_columns(cells.get(_key(row)))
         rows.append(row)
+    own = {(float(row["lateral_shift_mm"]), float(row["load_kN"])): row for row in rows}
+    between = list(_between(shifts, [load_N / 1e3 for load_N in loads]))
+    for middle, corners in watched(between, len(between), progress, "strips between lines"):
+        _add_between(case, middle, [own[corner] for corner in corners])
     return ordered(rows)
+
+
+def _between(shifts: Sequence[float], loads_kN: Sequence[float]) -> Iterator[tuple[Line, list[Line]]]:
+    """Middles between neighbouring lines, each as shift and load, and the lines around it."""
+    axes = [sorted(set(values)) for values in (shifts, loads_kN)]
+    cells: list[list[tuple[float, ...]]] = [list(pairwise(values)) or [(values[0],)] for values in axes]
+    for of_shift, of_load in product(*cells):
+        if len(of_shift) + len(of_load) > 2:
+            yield (sum(of_shift) / len(of_shift), sum(of_load) / len(of_load)), list(product(of_shift, of_load))
+
+
+def _add_between(case: Case, middle: Line, rows: Sequence[Record]) -> None:
+    """Into the rows around a middle: what interpolation from them is off there, the largest of all their middles."""
+    found = stiffness_at(replace(case, lateral_shift_mm=middle[0], load_N=1e3 * middle[1]))
+    if found is None or not all("strip_approach_mm" in row for row in rows):
+        return
+    for name, value in zip(BETWEEN_LINES, found, strict=True):
+        around = [row[name] for row in rows]
+        off = 1e2 * abs(sum(around) / len(around) / value - 1.0)
+        for row in rows:
+            row[BETWEEN_LINES[name]] = max(off, row.get(BETWEEN_LINES[name], 0.0))
 
 
 def _key(row: Mapping[str, Any]) -> tuple[float, float]:

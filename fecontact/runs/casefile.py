@@ -51,6 +51,21 @@ def toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
     return tuple(cases)
 
 
+def case_of(table: Mapping[str, Any]) -> Case:
+    """The case that the table `case` of another file describes, with the keys of a study.
+
+    Raises
+    ------
+    InputError
+        For a key or a value that is not allowed, and for lists, which make several cases.
+    """
+    with _named("[case]"):
+        cases = _combined(_values(table, "case."), quick=False)
+        if len(cases) > 1:
+            raise InputError(f"its lists make {len(cases)} cases; allowed: one; give one value for each key")
+    return cases[0]
+
+
 def _parsed(path: Path) -> dict[str, Any]:
     try:
         text = path.read_text("utf-8")
@@ -152,12 +167,13 @@ def _place(slot: Slot) -> tuple[int, int]:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The cases of a study and what it makes of their rows when they are solved: a text, and checks of its numbers."""
+    """The cases of a study, its question, and what it makes of their rows: a text, and checks of its numbers."""
 
     name: str
     cases: tuple[Case, ...]
     conclude: Callable[[list[dict[str, Any]], Path], str | None] | None = None
     checks: Callable[[list[dict[str, Any]]], list[Check]] | None = None
+    question: str = ""
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:
@@ -208,6 +224,7 @@ def _from_script(path: Path, quick: bool) -> Study:
         cases=cases,
         conclude=getattr(module, "conclude", None),
         checks=getattr(module, "checks", None),
+        question=(module.__doc__ or "").partition("\n")[0],
     )
 
 

@@ -40,7 +40,7 @@ from fecontact.profiles.library import content_of, file_of_identity, is_known
 from fecontact.profiles.reading import is_short_form
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance
 from fecontact.solving.meshes import would_be_refined
-from fecontact.solving.solve import CaseResult, Effort, solve, unrefined
+from fecontact.solving.solve import CaseResult, Effort, SharedLoads, solve, unrefined
 from fecontact.wheel_rail.placement import Placement
 
 SCHEMA = "fecontact/solved/2"
@@ -61,11 +61,15 @@ def case_folder(out: Path, name: str) -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class Solving:
-    """What a worker does with a case: solve it and keep it; `settings` are those of the command."""
+    """What a worker does with a case: solve it and keep it; `settings` are the command's.
+
+    `loads` are all loads of a study at its position, which its group shares; None where it is the only one.
+    """
 
     case: Case
     name: str
     settings: Mapping[str, Any] = field(default_factory=dict)
+    loads: SharedLoads | None = None
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
         """Solve, or judge again what is in the finished folder, and write all files."""
@@ -76,7 +80,7 @@ class Solving:
             write_contact_vtk(again, folder)
             keep_told(again, Told.of(again), folder, self.settings)
             return False
-        result = solve(self.case)
+        result = solve(self.case) if self.loads is None else self.loads.sweep.result(self.case.load_N)
         keep_solved(result, self.case, folder)
         keep_told(result, Told.of(result), folder, self.settings)
         refuse_changed_profiles(self.case, self.name)
@@ -122,7 +126,7 @@ def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()
         raise InputError("a profile's file changed while it was used for solving; give the same command again")
 
 
-def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
+def job_of(case: Case, folder: Path, work: Work, *, label: str = "", group: str = "") -> Job:
     """Job that is kept in a folder of its own name; its case says what decides about its numbers."""
     return Job(
         name=folder.name,
@@ -131,6 +135,7 @@ def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
         origin_here=partial(origin_of, case),
         work=work,
         label=label,
+        group=group,
     )
 
 
@@ -172,7 +177,7 @@ def keep_loads(result: OfLoads, case: Case, folder: Path, **own: Any) -> None:
 
 
 def keep_told(result: CaseResult, told: Told, folder: Path, settings: Mapping[str, Any] | None = None) -> None:
-    """Put what is told of a case beside what was solved; `settings` are those of the command."""
+    """Put what is told of a case beside what was solved; `settings` are the command's."""
     from fecontact.outputs.figures.case import case_figure
 
     case_figure(result, folder / "case.png")

@@ -6,9 +6,9 @@ import contextlib
 import math
 import secrets
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -38,13 +38,13 @@ from fecontact.outputs.tables import VARIED
 from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.regression.checks import Check, report
+from fecontact.regression.checks import Check, reports
 from fecontact.runs.casefile import Study, kinds, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview
-from fecontact.solving.solve import CaseResult
+from fecontact.solving.solve import CaseResult, SharedLoads
 
 # --- About what time and memory many cases take, from a few of them that are placed and expected.
 
@@ -332,6 +332,7 @@ def _usable(rows: Sequence[Row]) -> list[Row]:
 # --- Many cases: each solved once, kept as it is finished, and told of in tables, figures and collections.
 
 _TABLES_EVERY_S = 2.0
+_ANY_LOAD_N = 100e3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -394,18 +395,20 @@ def run_study(
         case.creep.refuse_unheard()
     named = [(case_id(case), case) for case in study.cases]
     cases = _by_name(named)
-    own = settings.own_part([name for name, _ in named])
+    solved = {name: with_absolute_paths(case) if settings.scheduler else case for name, case in cases.items()}
+    shared = _shared(solved)
+    own = _own_part(settings, {name: where for name, (where, _) in shared.items()})
     table = _Table(study.name, [(name, case) for name, case in named if name in set(own)], len(named), out, settings)
     with open_run(out, out / "cases", settings, progress) as by:
-        solved = {name: with_absolute_paths(cases[name]) if settings.scheduler else cases[name] for name in own}
         jobs = [
             job_of(
-                case,
+                solved[name],
                 case_folder(out, name),
-                Solving(case=case, name=name, settings=command),
+                Solving(case=solved[name], name=name, settings=command, loads=shared[name][1]),
                 label=_label(cases[name], study.cases),
+                group=shared[name][0],
             )
-            for name, case in solved.items()
+            for name in own
         ]
         try:
             finish(jobs, by, on_done=table.done)
@@ -428,6 +431,32 @@ def run_study(
         reused=tuple(by.reused),
         recomputed=by.recomputed,
     )
+
+
+def _shared(cases: Mapping[str, Case]) -> dict[str, tuple[str, SharedLoads | None]]:
+    """For each case a name of its position, and the loads there that share their meshes; None for one alone."""
+    positions: dict[Case, dict[str, float]] = {}
+    for name, case in cases.items():
+        # a roll that is found under the load is another position for each
+        with_load = case.roll == "loaded" and case.roll_load_N is None
+        where = case if with_load else replace(case, load_N=_ANY_LOAD_N)
+        positions.setdefault(where, {})[name] = case.load_N
+    found: dict[str, tuple[str, SharedLoads | None]] = {}
+    for own in positions.values():
+        first, loads = next(iter(own)), tuple(sorted(own.values()))
+        together = SharedLoads(case=cases[first], loads_N=loads) if len(own) > 1 else None
+        # loads that share a mesh come one after the other
+        found |= dict.fromkeys(sorted(own, key=own.__getitem__), (first, together))
+    return found
+
+
+def _own_part(settings: RunSettings, positions: Mapping[str, str]) -> list[str]:
+    """The cases of a part: all loads of a position are in one where there are as many positions as parts."""
+    names = list(dict.fromkeys(positions.values()))
+    if settings.part is not None and settings.part[1] > len(names):
+        return list(settings.own_part(list(positions)))
+    own = set(settings.own_part(names))
+    return [name for name, where in positions.items() if where in own]
 
 
 def _label(case: Case, cases: tuple[Case, ...]) -> str:
@@ -606,7 +635,7 @@ def demo_words(out: Path, outcome: StudyOutcome) -> str:
             f"S1002 on 60E1 1:40, shifted by {POSITION.lateral_shift_mm:g} mm, {POSITION.load_N / 1e3:g} kN: Hertz"
             f" {verdict}.",
             f"  {verdict_reason(result.load)}",
-            f"  Hertz's peak pressure is {result.comparison.hertz.p_max_MPa:.0f} MPa, that of the finite elements"
+            f"  Peak pressure: Hertz {result.comparison.hertz.p_max_MPa:.0f} MPa, finite elements"
             f" {result.comparison.fe.p_max_MPa:.0f} MPa.",
             "",
             f"Report:   {out / 'report.html'}",
@@ -643,14 +672,14 @@ def validate(
     workers: int | None = None,
     watched: Callable[[str], AbstractContextManager[Progress]],
 ) -> Validation:
-    """Run studies that have checks, and write the table of all of them.
+    """Run studies that have checks, and write a table of them and a page for each.
 
     Parameters
     ----------
     out
         Folder for the results, one folder a study.
     table
-        Markdown file for the table; VALIDATION.md in `out`, if not given.
+        Markdown file for a line of each study; VALIDATION.md in `out`, if not given. Their pages are beside it.
     watched
         Who hears of the progress of a study, by its name.
     """
@@ -668,7 +697,11 @@ def validate(
         except FecontactError as error:
             # hours of other studies are not lost with one
             unusable.append(f"{study.name}: its checks: {error}")
-    path = write_text(table or out / "VALIDATION.md", report(found, versions(), unusable))
+    path = table or out / "VALIDATION.md"
+    asked = {study.name: study.question for study in studies}
+    summary, *pages = reports(found, asked, versions(), unusable).items()
+    for place, text in ((path.name, summary[1]), *pages):
+        write_text(path.parent / place, text)
     checks = tuple(check for own in found.values() for check in own)
     return Validation(checks=checks, unusable=tuple(unusable), path=path)
 

@@ -158,6 +158,16 @@ def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequenc
             yield TableLine(case=own, problem=placed) if isinstance(placed, str) else _line(own, placed)
 
 
+def stiffness_at(case: Case) -> tuple[float, float] | None:
+    """Approach (mm) and stiffness (N/mm) of the strips at a position; None without a contact."""
+    placement = _placed(case)
+    if isinstance(placement, str):
+        return None
+    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    strips = THEORIES[STRIPS].approximate(loaded)
+    return (strips.approach_mm, _stiffness(loaded)) if isinstance(strips, Approximation) else None
+
+
 def _placed(case: Case) -> Placement | str:
     try:
         return place_case(case)

@@ -25,7 +25,7 @@ from fecontact.wheel_rail.poses import TouchPoint
 
 # Elements are made for the lobe that carries most, and at most so many times too large for the narrowest one: what the
 # bodies add to a half-space is smooth below it, and its pressure is the nodes' matter. Measured at -0.5 mm and 5 mm of
-# S1002 on 60E1 1:40, 100 kN: all measures with 1.5 to 2.5 elements a semi-axis of the narrow lobe are within 0.1 % of
+# S1002 on 60E1 1:40, 100 kN: all measures with 1.5 to 2.5 elements per semi-axis of the narrow lobe are within 0.1 % of
 # those with 6, for a tenth of the time; below that the load of the lobe moves.
 _NARROWER = 2.5
 # A lobe does not decide about the size of the elements at all if its peak is below this part of the highest one, or its
@@ -219,7 +219,7 @@ _REACH = 1.2
 
 
 def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes: int = 16) -> Rung:
-    """Solve the quadratic gap at a touch point on a half-space, under Hertz's normal force, with nodes a semi-axis."""
+    """Solve the quadratic gap at a touch point on a half-space under Hertz's normal force; `nodes` per semi-axis."""
     hx, hs = (0.5 * extent / nodes for extent in (hertz.extent_x_mm, hertz.extent_y_mm))
     count = int(np.ceil(_REACH * nodes))
     # a third of a step beside the ellipse's centre: no node lies where the symmetry would favour it
@@ -254,7 +254,7 @@ class TrueGap:
     direction (3,)
         Unit vector along which the load acts and the bodies approach.
     slide_mm
-        How far the wheel goes along the tangent at first touch under the load. Where it is not 0 the gap is that of the
+        How far the wheel goes along the tangent at first touch under the load. Where it is not 0 it is the gap of the
         wheel after it, less what points that come nearer along the rail's normals see of it themselves.
     """
 
@@ -376,7 +376,7 @@ _FINEST = 0.25
 _FAR_APART = 1.0
 # Seconds per solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
 _MOST_NODES = 200_000
-# How much longer steps are made where nodes would be too many, as those of the rim around a patch come on top; the
+# How much longer steps are made where nodes would be too many, as nodes of the rim around a patch come on top; the
 # longer one where the first is not enough.
 _RIMS = (1.02, 1.05)
 FEWEST_NODES = 8.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.case import Case
-from fecontact.comparison.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, profiles_leave_open
+from fecontact.comparison.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, no_mesh_decides
 from fecontact.comparison.lines import Lines
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
@@ -33,6 +34,7 @@ from fecontact.solving.position import (
     Clock,
     Position,
     Room,
+    cpu_seconds,
     fine_zone,
     lines_of_case,
     more_room,
@@ -46,7 +48,7 @@ from fecontact.wheel_rail.placement import Placement
 _BESIDE = 0.15
 _ENLARGEMENTS = 4
 # How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
-# Six elements a semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
+# Six elements per semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
 _LAYERS_THAT_YIELD = 1.2
 # Element sizes tried one after the other where a section's elements fold: another size is another mesh.
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
@@ -405,6 +407,7 @@ class Meshes:
         self._keep = keep
         self._meshes: dict[float, CoupledMesh] = {}
         self._not_enlarged: list[InputError] = []
+        self._took: dict[float, float] = {}
 
     def solve(self, position: Position) -> SolvedLoad:
         """Solve a position's load on two meshes; refine while the verdict is open and the limit allows.
@@ -415,7 +418,8 @@ class Meshes:
         with position.clock.step("expect the patch"):
             lines = lines_of_case(case, placement)
         self._not_enlarged = []
-        levels = [self._level(position, 1.0), self._level(position, MESH_RATIO)]
+        levels = [self._level(position, 1.0)]
+        levels.append(self._level(position, MESH_RATIO, self._left_s(levels, coarser_degrees_of_freedom(levels[0]))))
         stop: InputError | None = None
         while stop is None and is_open(case, levels, placement, lines, position.expected.half_space):
             stop = self._refine(position, levels)
@@ -440,6 +444,13 @@ class Meshes:
                 short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop)),
             )
 
+    def bodies_of(self, solved: SolvedLoad) -> SolvedBodies:
+        """Both bodies of the finest meshes under the load that was solved last."""
+        if self._keep:
+            self._recover(self._meshes[MESH_RATIO ** (2 - len(solved.levels))], solved.levels[0])
+        assert self.bodies is not None
+        return self.bodies
+
     def close(self) -> None:
         """Release all factors; a further load makes its meshes again."""
         for mesh in self._meshes.values():
@@ -449,23 +460,31 @@ class Meshes:
     def _refine(self, position: Position, levels: list[Level]) -> InputError | None:
         """Put a level on finer meshes before the others, or say why there is none."""
         case = position.case
-        if (expected := finer_degrees_of_freedom(levels)) > case.most_unknowns:
+        expected = finer_degrees_of_freedom(levels)
+        if expected > case.most_unknowns:
             return InputError(
                 f"the next meshes would have about {expected} of at most {case.most_unknowns} degrees of freedom"
             )
         try:
-            levels.insert(0, self._level(position, MESH_RATIO ** (1 - len(levels))))
+            levels.insert(0, self._level(position, MESH_RATIO ** (1 - len(levels)), self._left_s(levels, expected)))
         except InputError as error:
             return error
         return None
 
-    def _level(self, position: Position, coarser: float) -> Level:
-        clock = position.clock
-        clock.stage = _stage(coarser)
+    def _level(self, position: Position, coarser: float, left_s: float | None = None) -> Level:
+        clock, begun = position.clock, time.perf_counter()
+        clock.stage = _stage(coarser, left_s)
         try:
             return self._solved(position, coarser)
         finally:
             clock.stage = ""
+            self._took[coarser] = time.perf_counter() - begun
+
+    def _left_s(self, levels: Sequence[Level], degrees_of_freedom: float) -> float | None:
+        """Seconds that meshes of so many unknowns take by what the finest ones took; None where bodies yield."""
+        finest = sum(levels[0].degrees_of_freedom.values())
+        took = self._took[min(self._took)]
+        return None if self.position.case.may_yield else took * cpu_seconds(degrees_of_freedom) / cpu_seconds(finest)
 
     def _solved(self, position: Position, coarser: float) -> Level:
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser)
@@ -475,17 +494,20 @@ class Meshes:
         if self._keep:
             self._meshes[coarser] = mesh
             return level
-        with self.position.clock.step("recover"):
-            # the coarse mesh comes second, a refinement after it
-            if self.bodies is None or coarser < 1.0:
-                rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel())
-                self.bodies = SolvedBodies(
-                    coupled=mesh.bodies,
-                    displacement_mm={"rail": rail, "wheel": wheel},
-                    yielded={} if mesh.plastic is None else nodal_fields(*mesh.plastic),
-                )
-            mesh.close()
+        # the coarse mesh comes second, a refinement after it
+        if self.bodies is None or coarser < 1.0:
+            self._recover(mesh, level)
+        mesh.close()
         return level
+
+    def _recover(self, mesh: CoupledMesh, level: Level) -> None:
+        with self.position.clock.step("recover"):
+            rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel())
+            self.bodies = SolvedBodies(
+                coupled=mesh.bodies,
+                displacement_mm={"rail": rail, "wheel": wheel},
+                yielded={} if mesh.plastic is None else nodal_fields(*mesh.plastic),
+            )
 
 
 def _turned(position: Position) -> Rung | None:
@@ -497,11 +519,14 @@ def _turned(position: Position) -> Rung | None:
     return position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure, angle_rad=angle)
 
 
-def _stage(coarser: float) -> str:
-    """Which meshes are under way, for those who wait."""
+def _stage(coarser: float, left_s: float | None) -> str:
+    """Which meshes are under way, and how long they take, for those who wait."""
     if coarser == 1.0:
         return "first meshes"
-    return "coarser meshes, for the uncertainty" if coarser > 1.0 else "finer meshes, because the verdict is open"
+    left = "" if left_s is None else f", about {max(left_s, 1.0):.0f} s left"
+    if coarser > 1.0:
+        return f"coarser meshes, for the uncertainty{left}"
+    return f"finer meshes, because the verdict is open{left}{' if these decide it' * bool(left)}"
 
 
 def _limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
@@ -535,13 +560,15 @@ def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Li
     most = _MOST_FOR_EVIDENCE if case.refine == "evidence" else _MOST_MESHES
     if any(level.status != "converged" for level in levels) or len(levels) == most:
         return False
-    # what the profiles alone leave open no mesh decides
-    if profiles_leave_open(case, levels, placement, lines):
-        return False
-    if elements_off(levels):
-        return not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
     asked: tuple[Evidence, ...] = ("fe", "elements") if case.refine == "evidence" else ("fe",)
-    return any(_open_by(one, case, levels, placement, lines) for one in asked)
+    hopeless = {
+        by: no_mesh_decides(case, levels, placement, lines, by=by, refinements=most - len(levels)) for by in asked
+    }
+    if elements_off(levels):
+        # of numbers that are not right only the lines that points allow say that no mesh decides
+        seen = lines is None or not all(hopeless.values())
+        return seen and not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
+    return any(_open_by(by, case, levels, placement, lines) for by in asked if not hopeless[by])
 
 
 def _open_by(by: Evidence, case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
@@ -553,6 +580,11 @@ def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:
     solved = load.solved
     affordable = finer_degrees_of_freedom(solved.levels) <= load.case.most_unknowns
     return affordable and is_open(load.case, solved.levels, placement, solved.lines, solved.half_space)
+
+
+def coarser_degrees_of_freedom(level: Level) -> float:
+    """Degrees of freedom to expect of the coarser meshes: graded ones grow with about the square of MESH_RATIO."""
+    return sum(level.degrees_of_freedom.values()) / MESH_RATIO**2
 
 
 def finer_degrees_of_freedom(levels: Sequence[Level]) -> int:

@@ -147,14 +147,16 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
 
 
 def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> PlacedWheelset:
-    """Set the whole wheelset of a case on its rails; `rail` and `wheel` as in `place_case`.
+    """Set the wheelset of a case on its rails for the wheel of its side; `rail` and `wheel` as in `place_case`.
+
+    The other wheel may climb its rail, up to the top of its flange.
 
     Raises
     ------
     InputError, ConvergenceError
-        As in `place_case` for both sides, and as in `place_loaded_wheelset` if the roll is the roll under load.
+        As in `place_case`, and as in `place_loaded_wheelset` if the roll is the roll under load.
     """
-    wheelset = wheelset_of_case(case, rail=rail, wheel=wheel)
+    wheelset = replace(wheelset_of_case(case, rail=rail, wheel=wheel), asked=case.side)
     try:
         if case.roll == "loaded":
             return place_loaded_wheelset(wheelset, case)
@@ -165,7 +167,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
         # a case that was derived from another case has the other case's roll
         raise InputError(
             f"roll is {case.roll!r}, but {case.wheel} on {case.rail} has no place in the track where both wheels could"
-            " touch: circles, cylinders and crane rails make no wheelset; give roll = 'given'"
+            " touch: circles, cylinders and crane rails have no wheelset; give roll = 'given'"
         ) from error
 
 

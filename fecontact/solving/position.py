@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.judging import judge_line
-from fecontact.comparison.lines import FILTER, Lines, OnLine
+from fecontact.comparison.lines import FILTER, NOISE, Lines, OnLine
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.solved_load import changes_on_more_nodes
 from fecontact.contact.grid import Rung
@@ -80,6 +80,11 @@ class Clock:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
+
+    def taken(self) -> dict[str, float]:
+        """Seconds by step since they were taken the last time."""
+        seconds, self.seconds = self.seconds, {}
+        return seconds
 
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
@@ -276,10 +281,9 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 
 # --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
 
-# Deviations move from line to line by what lines are, and 16 nodes a semi-axis read that as well as 32.
+# Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32.
 _NODES_A_LINE = 16
 OWN_LINE = "own line"
-_NOISE = "noise"
 # Of the scatter of four draws about the own line, for 95 %.
 _STUDENT = 2.78
 Value = TypeVar("Value")
@@ -317,8 +321,8 @@ def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | No
 
     def left_open(name: str, value: float) -> float:
         by = {label: math.nan if one is None else one[name] / value - 1.0 for label, one in found.items()}
-        drawn = np.array([change for label, change in by.items() if label.startswith(_NOISE)])
-        smoothed = np.abs([change for label, change in by.items() if not label.startswith(_NOISE)]).max()
+        drawn = np.array([change for label, change in by.items() if label.startswith(NOISE)])
+        smoothed = np.abs([change for label, change in by.items() if not label.startswith(NOISE)]).max()
         scatter = math.sqrt(float(np.mean(drawn**2))) if drawn.size else 0.0
         return math.hypot(float(smoothed), _STUDENT * scatter)
 
@@ -360,7 +364,7 @@ def _labelled(profile: Profile) -> dict[str, Profile]:
         halves = {f"half {k + 1} of the points": profile.thinned(k) for k in (0, 1)}
         return {label: line for label, line in halves.items() if line is not None}
     return {
-        f"{_NOISE} {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
+        f"{NOISE} {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
         for one in other_lines(profile)
     }
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from html import escape
 
 import numpy as np
@@ -159,10 +160,13 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     """
     case.creep.refuse_unheard()
     position = position_of(case, progress=progress)
-    meshes = Meshes(position)
+    return _solved(position, Meshes(position))
+
+
+def _solved(position: Position, meshes: Meshes) -> CaseResult:
+    """Solve a position's load on its meshes and judge it; its effort is all that was done since the last one's."""
     solved = meshes.solve(position)
-    bodies = meshes.bodies
-    assert bodies is not None
+    bodies = meshes.bodies_of(solved)
     with position.clock.step("recover"):
         peaks: dict[str, StressPeak] = {
             body.mesh.name: stress_peak(body, bodies.displacement_mm[body.mesh.name])
@@ -176,7 +180,7 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
         von_mises=peaks,
         effort=Effort(
             path=bodies.coupled.rail.solver,
-            seconds=position.clock.seconds,
+            seconds=position.clock.taken(),
             memory_MB=position.clock.memory_MB,
             peak_memory_MB=peak_memory_MB(),
         ),
@@ -238,6 +242,16 @@ class LoadSweep:
         self._groups: list[Meshes] = []
         self._open: Meshes | None = None
 
+    def result(self, load_N: float) -> CaseResult:
+        """Solve a planned load as `fecontact.solve` does, with the meshes that all planned loads lead to.
+
+        They do not depend on which of these loads are solved before. The first effort has what all loads share.
+        """
+        for planned in self._planned.values():
+            self._meshes_for(planned)
+        wanted = self._planned.get(load_N) or self._position.for_load(load_N)
+        return _solved(wanted, self._opened_for(wanted))
+
     def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
         """Solve a load; with `refine` also on finer meshes while its verdict is open, as far as the case allows.
 
@@ -253,11 +267,7 @@ class LoadSweep:
         wanted = self._planned.get(load_N) or self._position.for_load(load_N)
         if not refine:
             wanted = replace(wanted, case=_elastic(unrefined(wanted.case)))
-        meshes = self._meshes_for(wanted)
-        if self._open is not meshes:
-            self.close()
-            self._open = meshes
-        solved = meshes.solve(wanted)
+        solved = self._opened_for(wanted).solve(wanted)
         with wanted.clock.step("judge"):
             return judge_load(solved, self.placement, (HERTZ,))
 
@@ -271,6 +281,13 @@ class LoadSweep:
         if self._open is not None:
             self._open.close()
             self._open = None
+
+    def _opened_for(self, wanted: Position) -> Meshes:
+        meshes = self._meshes_for(wanted)
+        if self._open is not meshes:
+            self.close()
+            self._open = meshes
+        return meshes
 
     def _group_of(self, wanted: Position) -> Meshes | None:
         fitting = [group for group in self._groups if _serves(group.position, wanted)]
@@ -290,6 +307,19 @@ class LoadSweep:
         meshes = Meshes(_made_for(largest, sharing, spare), keep=True)
         self._groups.append(meshes)
         return meshes
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SharedLoads:
+    """Loads of a position for those who solve one each, in one process: who comes first makes the sweep for all."""
+
+    case: Case
+    loads_N: tuple[float, ...]
+
+    @cached_property
+    def sweep(self) -> LoadSweep:
+        """The sweep of all of them."""
+        return LoadSweep(self.case, self.loads_N)
 
 
 def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> Position:

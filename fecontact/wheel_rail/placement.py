@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,9 +27,10 @@ from fecontact.wheel_rail.poses import (
     TouchPoint,
     WheelPose,
     place_rail,
-    search_parameters,
-    sign_change,
-    touch_point_at,
+    places_near,
+    search_points,
+    sign_changes,
+    touch_points_at,
 )
 
 # --- Which places of a wheel's line can carry the wheel: its tread, and its flange up to the steepest place or beyond.
@@ -55,20 +56,27 @@ def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, climbs: bool, flan
     if not climbs:
         return ""
     where = f"the wheel derails: the rail touches it at y = {y_mm:.2f} mm, beyond the"
-    p = wheel.evaluate(search_parameters(wheel)[1:-1])
-    if y_mm <= float(p.y[np.argmin(p.z)]):
+    if y_mm <= _flange(wheel)[0]:
         return f"{where} top of its flange"
     return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb takes it nevertheless)"
 
 
 def climbs_at(wheel: Profile, y_mm: float) -> bool:
     """Whether a position across a wheel's line lies beyond the steepest place of the flange."""
-    p = wheel.evaluate(search_parameters(wheel)[1:-1])
+    return y_mm < _flange(wheel)[1]
+
+
+@lru_cache(maxsize=64)
+def _flange(wheel: Profile) -> tuple[float, float]:
+    """Positions across a wheel's line of the top and of the steepest place of its flange.
+
+    A wheel without a flange cannot climb: its steepest place is at minus infinity.
+    """
+    p = search_points(wheel)[1].taken(slice(1, -1))
     # angles, not slopes: a flange may be upright
     slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
-    steepest = float(np.max(slope))
-    # a wheel without a flange cannot climb
-    return steepest > _FLANGE_RAD and y_mm < float(np.min(p.y[slope > steepest - _FLANK_RAD]))
+    steepest, top = float(np.max(slope)), float(p.y[np.argmin(p.z)])
+    return top, float(np.min(p.y[slope > steepest - _FLANK_RAD])) if steepest > _FLANGE_RAD else -math.inf
 
 
 # --- Irregularities of wheel and rail together, at a distance along the track.
@@ -156,6 +164,7 @@ class Placement:
     """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
 
     `climbs` says that the wheel touches beyond the steepest place of its flange: only a lateral force holds it there.
+    `other_climbs` says so of the other wheel of its wheelset, which has the wheelset's roll from there.
     `along` holds the irregularities of both bodies along the track, if any.
     """
 
@@ -163,7 +172,23 @@ class Placement:
     wheel: WheelPose
     touch_points: tuple[TouchPoint, ...]
     climbs: bool = False
+    other_climbs: bool = False
     along: AlongTrack | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of both profiles, and of flanges that climb."""
+        climbing = (
+            f"the flange climbs: it touches the rail beyond its steepest place, at"
+            f" {math.degrees(self.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
+        )
+        other = (
+            "the wheelset derails on its other side: there the flange touches the rail beyond its steepest place; this"
+            " wheel stands at the roll which that gives"
+        )
+        said = (*((climbing,) if self.climbs else ()), *((other,) if self.other_climbs else ()))
+        profiles = (self.rail.profile, self.wheel.profile)
+        return (*(f"{one.kind}: {note}" for one in profiles for note in one.notes), *said)
 
     @property
     def first(self) -> TouchPoint:
@@ -227,11 +252,11 @@ class Placement:
 
         NaN beyond the running surface.
         """
-        x, s = np.broadcast_arrays(np.asarray(x, float), np.asarray(s, float))
-        u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
+        u = self.rail.profile.at_arc_length(np.asarray(s, float) + self.first_arc_length_mm)
         y, z, angle = self.rail.section(u)
-        points = np.stack([x + self.first.x_mm, y, z], axis=-1)
-        return points, np.stack([np.zeros_like(y), -np.sin(angle), np.cos(angle)], axis=-1)
+        points = np.broadcast_arrays(np.asarray(x, float) + self.first.x_mm, y, z)
+        normals = np.broadcast_arrays(np.zeros_like(points[0]), -np.sin(angle), np.cos(angle))
+        return np.stack(points, axis=-1), np.stack(normals, axis=-1)
 
     def project(self, points: Floats) -> Floats:
         """Surface coordinates (x, s) (..., 2) in mm of points near the rail's surface, along its normals.
@@ -414,21 +439,15 @@ def _axes(roll: float, yaw: float) -> Floats:
 
 def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
     """The wheel lowered from an axle at height zero onto the rail, or the reason why it cannot stand there."""
-    u = search_parameters(wheel.profile)
-    _, _, y, z = wheel.silhouette(u)
-    over = np.isfinite(u_rail := rail.parameter_at_y(y))
-    gap = np.where(over, z - rail.section(u_rail)[1], np.nan)
+    u, points = search_points(wheel.profile)
+    places = places_near(rail, wheel, points, reach_mm)
+    _, _, y, z = wheel.silhouette_of(points.taken(places))
+    # what is not looked at lies higher
+    gap = np.full(u.size, np.inf)
+    gap[places] = z - rail.height_at_y(y)
+    over = np.isfinite(gap)
     if np.count_nonzero(over) < 3:
         return "the wheel does not stand over the rail"
-
-    def slope_difference(v: float) -> float:
-        p = wheel.profile.evaluate(v)
-        theta = wheel._silhouette_angle(np.asarray(-p.dz / p.dy))
-        radial = wheel.axes @ np.array([np.sin(theta), 0.0, -np.cos(theta)])
-        normal = radial + float(p.dz / p.dy) * wheel.axes[:, 1]
-        angle = rail.section(rail.parameter_at_y(wheel.silhouette(v)[2]))[2]
-        return float(-normal[1] / normal[2] - np.tan(angle))
-
     lowest = int(np.nanargmin(gap))
     if not (0 < lowest < u.size - 1 and over[lowest - 1] and over[lowest + 1]):
         return "the wheel leaves the rail: the end of one of the running surfaces carries it"
@@ -436,32 +455,37 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
     minima = inner[
         (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
     ]
-    tangent_points = []
-    for i in minima:
-        low, high = u[i - 1], u[i + 1]
-        f_low, f_high = slope_difference(low), slope_difference(high)
-        # without a sign change it is a step in the height (rounded data of a profile), not a stationary point
-        if f_low < 0.0 < f_high:
-            v = sign_change(slope_difference, low, high)
-            u_r = float(rail.parameter_at_y(wheel.silhouette(v)[2]))
-            tangent_points.append((float(wheel.silhouette(v)[3] - rail.section(u_r)[1]), v, u_r))
-    if not tangent_points:
+
+    def slope_difference(v: Floats) -> Floats:
+        p = wheel.profile.evaluate(v)
+        theta, _, y, _ = wheel.silhouette_of(p)
+        radial = np.stack([np.sin(theta), np.zeros_like(theta), -np.cos(theta)], axis=-1) @ wheel.axes.T
+        normal = radial + (p.dz / p.dy)[:, None] * wheel.axes[:, 1]
+        return np.asarray(-normal[:, 1] / normal[:, 2] - np.tan(rail.section(rail.parameter_at_y(y))[2]))
+
+    low, high = u[minima - 1], u[minima + 1]
+    f_low, f_high = np.split(slope_difference(np.concatenate((low, high))), 2)
+    # without a sign change it is a step in the height (rounded data of a profile), not a stationary point
+    rising = (f_low < 0.0) & (f_high > 0.0)
+    v = sign_changes(slope_difference, *(ends[rising] for ends in (low, high, f_low, f_high)))
+    _, _, y, z = wheel.silhouette(v)
+    tangent_gap, u_rail = z - rail.height_at_y(y), rail.parameter_at_y(y)
+    if not v.size:
         return "no point of the running surfaces is tangent to the other one where they come closest"
-    tangent_points.sort()
-    height = tangent_points[0][0]
+    order = np.argsort(tangent_gap)
+    height = float(tangent_gap[order[0]])
     if height - gap[lowest] > _STEP_MM:
-        y_closest = float(wheel.profile.evaluate(u[lowest]).y)
         return (
-            f"the bodies come closest at y = {y_closest:.2f} mm of the wheel, where neither line is tangent to the"
-            f" other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
+            f"the bodies come closest at y = {points.y[lowest]:.2f} mm of the wheel, where neither line is tangent to"
+            f" the other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
             " profile"
         )
     down = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]))
-    points = tuple(touch_point_at(rail, down, v, u_r, g - height) for g, v, u_r in tangent_points)
-    climbs = climbs_at(down.profile, points[0].wheel_y_mm)
-    if reason := why_it_cannot_carry(down.profile, points[0], climbs=climbs, flange_climb=flange_climb):
+    touch_points = touch_points_at(rail, down, v[order], u_rail[order], tangent_gap[order] - height)
+    climbs = climbs_at(down.profile, touch_points[0].wheel_y_mm)
+    if reason := why_it_cannot_carry(down.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
-    return Placement(rail=rail, wheel=down, touch_points=points, climbs=climbs)
+    return Placement(rail=rail, wheel=down, touch_points=touch_points, climbs=climbs)
 
 
 # --- Irregular wheel and rail: touch points and curvatures of the sum of gap and irregularity.

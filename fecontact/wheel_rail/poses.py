@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, fields
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Track
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile, Side
@@ -21,6 +20,8 @@ _SEARCH_STEP_MM = 0.02
 
 # A direction meets the surface if the last step along it is below this; without steps of the line it is below 1e-9.
 _STEP_OF_A_LINE_MM = 1e-3
+# After a Newton step this small the next would be lost in rounding: they converge quadratically.
+_LAST_STEP_MM = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,12 +42,31 @@ class RailPose:
         p = self.profile.evaluate(u)
         return (*self.point(p.y, p.z), p.angle_rad + self.inclination_rad)
 
+    def height_at_y(self, y: Floats) -> Floats:
+        """Height (mm) at the lateral position y (mm) of the track, NaN off the head."""
+        p = self.profile.evaluate(self.parameter_at_y(y))
+        return self.point(p.y, p.z)[1]
+
+    @cached_property
+    def seen_from_above(self) -> tuple[Floats, Floats]:
+        """Lateral positions and heights (mm) of the part of the head that is seen from above, `_SEARCH_STEP_MM` apart.
+
+        Empty where none is.
+        """
+        u, points = search_points(self.profile)
+        y, z = self.point(points.y, points.z)
+        with np.errstate(invalid="ignore"):
+            seen = np.abs(self.parameter_at_y(y) - u) < 1e-6
+        return y[seen], z[seen]
+
     def point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
         """Position y, z (mm) in the track frame of a point at y, z (mm) of the profile."""
         c, s = np.cos(self.inclination_rad), np.sin(self.inclination_rad)
         return self.crown_y_mm + y * c - z * s, self.crown_z_mm + y * s + z * c
 
 
+# cached: one rail carries many positions
+@lru_cache(maxsize=64)
 def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPose:
     """Incline a rail and set it to gauge, its highest point at z = 0.
 
@@ -56,12 +76,17 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         If the head does not reach down to the gauge plane and no crown position is given.
     """
     at_origin = RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=0.0, crown_z_mm=0.0)
-    u = search_parameters(profile)
-    _, z, _ = at_origin.section(u)
+    u, points = search_points(profile)
+    _, z = at_origin.point(points.y, points.z)
     top = int(np.argmax(z))
     u_top = u[top]
     if 0 < top < u.size - 1:
-        u_top = sign_change(lambda v: float(np.sin(at_origin.section(v)[2])), u[top - 1], u[top + 1])
+        ends = u[[top - 1]], u[[top + 1]]
+
+        def slope(v: Floats) -> Floats:
+            return np.sin(at_origin.section(v)[2])
+
+        (u_top,) = sign_changes(slope, *ends, *map(slope, ends))
     z_top = float(at_origin.section(u_top)[1])
     if track.rail_crown_y_mm is not None:
         crown_y = track.rail_crown_y_mm
@@ -135,43 +160,81 @@ class WheelPose:
 
         NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution.
         """
-        d0 = (points - self.centre_mm) @ self.axes
-        n = normals @ self.axes
-        t = np.zeros(d0.shape[:-1])
+        start = np.ascontiguousarray(((points - self.centre_mm) @ self.axes).reshape(-1, 3).T)
+        along = np.ascontiguousarray((normals @ self.axes).reshape(-1, 3).T)
         y_low, y_high = self.profile.y_range_mm
+        t, active = np.zeros(start.shape[1]), np.arange(start.shape[1])
+        met = np.zeros(t.size, dtype=bool)
         for _ in range(12):
-            d = d0 + t[..., None] * n
-            y = d[..., 1] - self.tape_circle_y_mm
-            rho = np.hypot(d[..., 0], d[..., 2])
+            n = along[:, active]
+            d = start[:, active] + t[active] * n
+            y = d[1] - self.tape_circle_y_mm
+            rho = np.hypot(d[0], d[2])
             # beyond its ends the surface is continued by its end point; such points are removed below by their y
-            u = self.profile.locate(np.clip(y, y_low, y_high))
-            p = self.profile.evaluate(u)
-            rate = (d[..., 0] * n[..., 0] + d[..., 2] * n[..., 2]) / rho + p.dz / p.dy * n[..., 1]
+            p = self.profile.evaluate(self.profile.locate(np.clip(y, y_low, y_high)))
+            rate = (d[0] * n[0] + d[2] * n[2]) / rho + p.dz / p.dy * n[1]
             step = -(rho - self.rolling_radius_mm + p.z) / rate
-            t = t + np.clip(step, -5.0, 5.0)
-            if not np.any(np.abs(step) > 1e-12):
+            t[active] += np.clip(step, -5.0, 5.0)
+            # rounded coefficients let a line step at a junction (S1002: 2e-4 mm), and Newton steps alternate there
+            met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
+            active = active[np.abs(step) > _LAST_STEP_MM]
+            if not active.size:
                 break
-        # coefficients are rounded, so that a line may step at a junction (S1002: 2e-4 mm) and Newton steps alternate
-        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
-        return np.where(inside, t, np.nan)
+        return np.where(met, t, np.nan).reshape(points.shape[:-1])
 
 
-# cached: this would be half the time of a search for touch points, and a table of positions has many searches
+# cached: equal for every position of the profile, and a table of positions has many searches
 @lru_cache(maxsize=64)
-def search_parameters(profile: Profile) -> Floats:
-    """Parameters along a profile, `_SEARCH_STEP_MM` apart; equal for every position of the profile."""
+def search_points(profile: Profile) -> tuple[Floats, CurvePoints]:
+    """Parameters along a profile, `_SEARCH_STEP_MM` apart, and the points there."""
     u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
-    return u
+    return u, profile.evaluate(u)
 
 
-def sign_change(f: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function changes its sign between two places; without a change, the end at which it is nearer to 0."""
-    ends = f(low), f(high)
+# Coarse search among every eighth sample of 0.02 mm; places higher than the lowest of these by more than the bound are
+# left out of the fine search. On two lines of R 6 the coarse samples miss a touch point by 1e-3 mm, a tenth of the
+# bound.
+_EVERY = 8
+_NEAR_MM = 0.01
+
+
+def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm: float = 0.0) -> Integers:
+    """Which of the points (n,) along a wheel lie no higher over the rail than the lowest one and so much more.
+
+    With those beside them; none if no point lies over the rail.
+    """
+    _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _EVERY)))
+    gap = z - np.interp(y, *rail.seen_from_above, left=-np.inf, right=-np.inf)
+    near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
+    beside = np.convolve(near, np.ones(5), "same") > 0.5
+    return np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size])
+
+
+# Secants end with a step of the parameter this small: the next would be lost in rounding.
+_LAST_SECANT = 1e-11
+
+
+def sign_changes(f: Callable[[Floats], Floats], low: Floats, high: Floats, f_low: Floats, f_high: Floats) -> Floats:
+    """Where a function changes its sign between places (n,), at which it has values (n,).
+
+    Without a change it is the end at which the function is nearer to 0.
+    By secants for all places at once; the value at an end that stays is halved (Illinois, Dowell and Jarratt 1971).
+    """
     # at a kink the sign change may be missed by rounding at both ends
-    if not ends[0] * ends[1] <= 0.0:
-        return low if abs(ends[0]) < abs(ends[1]) else high
-    return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))
+    changes = f_low * f_high <= 0.0
+    nearer = np.where(np.abs(f_low) < np.abs(f_high), low, high)
+    for _ in range(100):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = high - f_high * (high - low) / (f_high - f_low)
+        x = np.where(changes & np.isfinite(x), x, high)
+        if not np.any(np.abs(x - high)[changes] > _LAST_SECANT):
+            break
+        f_x = f(x)
+        stays = f_x * f_high >= 0.0
+        low, f_low = np.where(stays, low, high), np.where(stays, 0.5 * f_low, f_high)
+        high, f_high = x, f_x
+    return np.where(changes, x, nearer)
 
 
 # --- Touch points of the rigid bodies: contact frame, contact angle and relative curvatures.
@@ -250,53 +313,60 @@ class TouchPoint:
         return np.array([0.0, -np.sin(self.contact_angle_rad), np.cos(self.contact_angle_rad)])
 
 
-def touch_point_at(rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float, gap: float) -> TouchPoint:
-    """The touch point at parameters of both lines with a gap (mm) between them, and its curvatures."""
-    theta, x, y, _ = wheel.silhouette(u_wheel)
-    _, z_rail, angle = rail.section(u_rail)
-    sides: tuple[Side, ...] = ("left", "right")
-    rail_u = {s: rail.profile.snap(u_rail, AT_JUNCTION_MM) for s in sides}
-    wheel_u = {s: wheel.profile.snap(u_wheel, AT_JUNCTION_MM) for s in sides}
-    both = tuple(
-        _relative_curvature(rail, wheel, float(wheel_u[s]), float(rail_u[s]), float(theta), float(angle), s)
-        for s in sides
-    )
-    left, right = (c.rail_per_mm + c.wheel_lateral_per_mm for c in both)
-    smooth = abs(left - right) <= 1e-6 * (abs(left) + abs(right)) + 1e-9
-    return TouchPoint(
-        x_mm=float(x),
-        y_mm=float(y),
-        z_mm=float(z_rail),
-        rail_u=u_rail,
-        wheel_u=u_wheel,
-        rail_y_mm=float(rail.profile.evaluate(u_rail).y),
-        wheel_y_mm=float(wheel.profile.evaluate(u_wheel).y),
-        contact_angle_rad=float(angle),
-        vertical_gap_mm=gap,
-        curvatures=both[1:] if smooth else both,
+def touch_points_at(
+    rail: RailPose, wheel: WheelPose, u_wheel: Floats, u_rail: Floats, gap: Floats
+) -> tuple[TouchPoint, ...]:
+    """The touch points at parameters (n,) of both lines with gaps (n,) in mm between them, and their curvatures."""
+    on_wheel, on_rail = wheel.profile.evaluate(u_wheel), rail.profile.evaluate(u_rail)
+    theta, x, y, _ = wheel.silhouette_of(on_wheel)
+    _, z = rail.point(on_rail.y, on_rail.z)
+    angle = on_rail.angle_rad + rail.inclination_rad
+    at_wheel, at_rail = wheel.profile.snap(u_wheel, AT_JUNCTION_MM), rail.profile.snap(u_rail, AT_JUNCTION_MM)
+    sides: tuple[Side, Side] = ("left", "right")
+    both = zip(*(_relative_curvatures(rail, wheel, at_wheel, at_rail, theta, angle, s) for s in sides), strict=True)
+    return tuple(
+        TouchPoint(
+            x_mm=float(x[i]),
+            y_mm=float(y[i]),
+            z_mm=float(z[i]),
+            rail_u=float(u_rail[i]),
+            wheel_u=float(u_wheel[i]),
+            rail_y_mm=float(on_rail.y[i]),
+            wheel_y_mm=float(on_wheel.y[i]),
+            contact_angle_rad=float(angle[i]),
+            vertical_gap_mm=float(gap[i]),
+            curvatures=(right,) if _are_alike(left, right) else (left, right),
+        )
+        for i, (left, right) in enumerate(both)
     )
 
 
-def _relative_curvature(
-    rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float, theta: float, angle: float, side: Side
-) -> RelativeCurvature:
-    p = wheel.profile.evaluate(u_wheel, side)
-    meridian = np.arctan2(float(p.dz), float(p.dy))
-    radial = wheel.axes @ np.array([np.sin(theta), 0.0, -np.cos(theta)])
-    round_about = wheel.axes @ np.array([np.cos(theta), 0.0, np.sin(theta)])
+def _are_alike(left: RelativeCurvature, right: RelativeCurvature) -> bool:
+    """Whether both sides of a touch point have one curvature across."""
+    one, other = (c.rail_per_mm + c.wheel_lateral_per_mm for c in (left, right))
+    return abs(one - other) <= 1e-6 * (abs(one) + abs(other)) + 1e-9
+
+
+def _relative_curvatures(
+    rail: RailPose, wheel: WheelPose, u_wheel: Floats, u_rail: Floats, theta: Floats, angle: Floats, side: Side
+) -> list[RelativeCurvature]:
+    p, zero = wheel.profile.evaluate(u_wheel, side), np.zeros_like(theta)
+    meridian = np.arctan2(p.dz, p.dy)[:, None]
+    radial = np.stack([np.sin(theta), zero, -np.cos(theta)], axis=1) @ wheel.axes.T
+    round_about = np.stack([np.cos(theta), zero, np.sin(theta)], axis=1) @ wheel.axes.T
     along = np.cos(meridian) * wheel.axes[:, 1] - np.sin(meridian) * radial
-    rolling = float(np.cos(meridian) / wheel.radius(u_wheel))
-    lateral = float(wheel.profile.convex_sign * p.curvature_per_mm)
-    rail_curvature = float(rail.profile.convex_sign * rail.profile.evaluate(u_rail, side).curvature_per_mm)
-    tangent = np.array([0.0, np.cos(angle), np.sin(angle)])
-    a = np.array([round_about[0], round_about @ tangent])
-    b = np.array([along[0], along @ tangent])
-    hessian = rolling * np.outer(a, a) + lateral * np.outer(b, b)
-    return RelativeCurvature(
-        rail_per_mm=rail_curvature,
-        wheel_lateral_per_mm=lateral,
-        wheel_rolling_per_mm=rolling,
-        xx_per_mm=float(hessian[0, 0]),
-        xy_per_mm=float(hessian[0, 1]),
-        yy_per_mm=float(hessian[1, 1]) + rail_curvature,
+    rolling = np.cos(meridian[:, 0]) / (wheel.rolling_radius_mm - p.z)
+    lateral = wheel.profile.convex_sign * p.curvature_per_mm
+    of_rail = rail.profile.convex_sign * rail.profile.evaluate(u_rail, side).curvature_per_mm
+    tangent = np.stack([zero, np.cos(angle), np.sin(angle)], axis=1)
+    (ax, ay), (bx, by) = ((v[:, 0], (v * tangent).sum(axis=1)) for v in (round_about, along))
+    columns = (
+        of_rail,
+        lateral,
+        rolling,
+        rolling * ax**2 + lateral * bx**2,
+        rolling * ax * ay + lateral * bx * by,
+        rolling * ay**2 + lateral * by**2 + of_rail,
     )
+    names = [field.name for field in fields(RelativeCurvature)]
+    return [RelativeCurvature(**dict(zip(names, map(float, row), strict=True))) for row in zip(*columns, strict=True)]

@@ -8,26 +8,17 @@ wheel of the mirror image, for which shift, roll and yaw change their signs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from fecontact.arrays import Floats
 from fecontact.bodies import TrackSide
 from fecontact.errors import InputError
-from fecontact.profiles.segments import CurvePoints
 from fecontact.wheel_rail.placement import EVERY_SHIFT, SIGN, Pair, Placement
-from fecontact.wheel_rail.poses import RailPose, search_parameters
+from fecontact.wheel_rail.poses import places_near, search_points
 
 SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
-# Coarse search among every eighth sample of 0.02 mm; places higher than the lowest of these by more than the bound are
-# left out of the fine search. On two lines of R 6 the coarse samples miss a touch point by 1e-3 mm, a tenth of the
-# bound.
-_EVERY = 8
-_NEAR_MM = 0.01
 # Largest difference of both wheels' axle heights: a roll of 1e-13 rad.
 _HEIGHT_MM = 1e-10
 _STEPS = 60
@@ -61,22 +52,9 @@ class Standing:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HungPair:
-    """A pair with tabulated lines of wheel and rail, for thousands of positions."""
+    """A pair whose wheel stands on its rail in thousands of positions."""
 
     pair: Pair
-
-    @cached_property
-    def _wheel(self) -> CurvePoints:
-        return self.pair.wheel.evaluate(search_parameters(self.pair.wheel)[1:-1])
-
-    @cached_property
-    def _coarse(self) -> CurvePoints:
-        return _taken(self._wheel, slice(None, None, _EVERY))
-
-    @cached_property
-    def _rail(self) -> tuple[Floats, Floats]:
-        """Lateral positions and heights of the part of the head that is seen from above."""
-        return _seen_from_above(self.pair.rail)
 
     def standing(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> Standing | None:
         """The wheel at its first touch; None if it does not stand over the rail.
@@ -85,15 +63,11 @@ class HungPair:
         neighbours. The height is exact to 1e-9 mm if the curvatures of both lines are constant between the samples.
         """
         pose, rail = self.pair.hung(shift_mm, roll_rad, yaw_rad), self.pair.rail
-        _, _, y, z = pose.silhouette_of(self._coarse)
-        gap = z - np.interp(y, *self._rail, left=-np.inf, right=-np.inf)
-        low = float(gap.min())
-        if not np.isfinite(low):
+        points = search_points(self.pair.wheel)[1].taken(slice(1, -1))
+        places = places_near(rail, pose, points)
+        if not places.size:
             return None
-        points = self._wheel
-        near = np.flatnonzero(np.convolve(gap < low + _NEAR_MM, np.ones(3), "same"))
-        places = np.unique(np.clip(near[:, None] * _EVERY + np.arange(-_EVERY, _EVERY + 1), 0, points.y.size - 1))
-        _, _, y, z = pose.silhouette_of(_taken(points, places))
+        _, _, y, z = pose.silhouette_of(points.taken(places))
         _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
         gap = np.nan_to_num(z - z_rail, nan=np.inf)
         k = int(np.argmin(gap))
@@ -119,18 +93,6 @@ class HungPair:
         )
 
 
-def _taken(points: CurvePoints, which: Any) -> CurvePoints:
-    return CurvePoints(**{field.name: getattr(points, field.name)[which] for field in fields(CurvePoints)})
-
-
-def _seen_from_above(rail: RailPose) -> tuple[Floats, Floats]:
-    u = search_parameters(rail.profile)
-    y, z, _ = rail.section(u)
-    with np.errstate(invalid="ignore"):
-        seen = np.abs(rail.parameter_at_y(y) - u) < 1e-6
-    return y[seen], z[seen]
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedWheelset:
     """A wheelset that stands on both rails.
@@ -153,8 +115,9 @@ class PlacedWheelset:
     right: Placement
 
     def side(self, side: TrackSide) -> Placement:
-        """The wheel of a side on its rail."""
-        return self.left if side == "left" else self.right
+        """The wheel of a side on its rail, which knows whether the other one climbs."""
+        own, other = (self.left, self.right) if side == "left" else (self.right, self.left)
+        return replace(own, other_climbs=other.climbs)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,10 +131,15 @@ class Stand:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Wheelset:
-    """A rigid wheelset on a track: left and right wheel over their rails."""
+    """A rigid wheelset on a track: left and right wheel over their rails.
+
+    `asked` is the side whose wheel is asked for: what the flange of the other wheel does is no reason against it. With
+    None both are asked for.
+    """
 
     left: HungPair
     right: HungPair
+    asked: TrackSide | None = None
 
     @classmethod
     def of(cls, left: Pair, right: Pair) -> Wheelset:
@@ -209,6 +177,8 @@ class Wheelset:
     def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | str:
         """A wheel on its rail, at a shift, roll and yaw of the wheelset; or why it cannot stand there."""
         sign, pair = SIGN[side], (self.left if side == "left" else self.right).pair
+        if self.asked not in (None, side):
+            pair = replace(pair, flange_climb=True)
         placement = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
         return f"{side} side: {placement}" if isinstance(placement, str) else placement
 
@@ -243,7 +213,7 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     Raises
     ------
     InputError
-        If a wheel leaves its rail or climbs over it; the message gives the possible shifts.
+        If a wheel leaves its rail, or one that is asked for climbs over it; the message gives the possible shifts.
     """
     placed = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placed, str):

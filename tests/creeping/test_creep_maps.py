@@ -192,7 +192,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
         ANSWERS[answer]
         for answer in ("HOLDS", BETWEEN, "FAILS", "FAILS", "failed")
     ]
-    assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 P", *["4.0 F"] * 3, *"!!!"]
+    assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 D", *["4.0 F"] * 3, *"!!!"]
     told = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
     for words in (
         "centre of pressure beside the touch point",
@@ -214,15 +214,15 @@ def test_tables_of_forces_and_theories(made):
         "0.20",
         "+",
         "0.80",
-        "xP",
+        "xD",
         "1.8",
         *["holds", "20", "to", "50,", "not", "solved", "50", "to", "70,", "fails", "70", "to", "100", "kN"],
     ]
     assert lines[3].split()[:4] == ["+2.00", "!", "!", "!"]
     assert any("part of the limit of 5 % of µN" in line for line in lines)
     lines = map_table(law_view(made[0], LAW_MAP)).splitlines()
-    assert lines[1].split() == ["+0.00", "P", "12.0", "F", "3.1", "F?", "3.1"]
-    assert lines[2].split() == ["+1.00", "R", "R", "R"]
+    assert lines[1].split() == ["+0.00", "Po", "12.0", "FA", "3.1", "FA?", "3.1"]
+    assert lines[2].split() == ["+1.00", "ER", "ER", "ER"]
 
 
 def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, monkeypatch):
@@ -238,7 +238,7 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
         *(colours["polach"], ANSWERS[BETWEEN], colours["fastsim"], ANSWERS[BETWEEN], unresolved),
         *(colours["real"], ANSWERS["failed"]),
     ]
-    assert [text.get_text() for text in ax.texts] == ["P 12.0", "F 3.1", "F? 3.1", "R", "R", "R", *"!!!"]
+    assert [text.get_text() for text in ax.texts] == ["Po 12.0", "FA 3.1", "FA? 3.1", "ER", "ER", "ER", *"!!!"]
     rows = [law_row(cell, LAW_MAP) for cell in made[0].cells]
     assert [row.get("cheapest_theory") for row in rows] == [
         *("polach", "fastsim", "UNRESOLVED"),

@@ -40,8 +40,8 @@ from fecontact.curves.steady import (
     wheel_force,
     without_rails,
 )
-from fecontact.curves.telling import curves_figure
-from fecontact.curves.visits import Curves, MapCell, Visit, differences
+from fecontact.curves.telling import curves_figure, difference_words, straight_words, visits_figure
+from fecontact.curves.visits import Curves, MapCell, MapColumn, Visit, differences
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -548,6 +548,8 @@ def test_a_wheel_out_of_reach_carries_nothing():
         ((40.0,), {}, "overlap", "radius is 40 m; allowed: "),
         ((math.nan,), {}, "overlap", "radius is nan m; allowed: "),
         ((300.0,), {"speed_km_h": 250.0}, "overlap", "speed is 250 km/h at R 300 m; allowed: below .* overturns"),
+        # 28.2 m/s: of 2.654 m/s2, on a circle of 300 m
+        ((300.0,), {"speed_km_h": 120.0}, "overlap", "120 km/h at R 300 m; allowed: below 102 km/h, .* leaves 2 m/s2"),
         ((300.0,), {}, "hertz_gauge", "theory is 'hertz_gauge'; allowed: hertz, multi_hertz, overlap, .* approach"),
     ],
 )
@@ -603,6 +605,8 @@ def test_what_cannot_be_meant_is_refused(given, message):
         {"cant_mm": -1.0},
         {"speed_km_h": math.inf},
         {"speed_km_h": 60.0, "unbalanced_m_s2": 0.65},
+        {"unbalanced_m_s2": 2.1},
+        {"unbalanced_m_s2": -2.1},
     ],
 )
 def test_conditions_out_of_range_are_refused(given):
@@ -692,6 +696,7 @@ def test_shares_of_the_way_add_up_where_a_curve_has_no_equilibrium():
     cell = MapCell(lateral_shift_mm=1.0, load_kN=60.0, verdict="FAILS", cheapest_theory="strip")
     found = Curves(
         vehicle=FREE,
+        case=Case(),
         conditions=Conditions(),
         radii_m=(500.0, 300.0),
         share=(0.6, 0.4),
@@ -714,15 +719,42 @@ def test_differences_are_the_largest_ones_and_name_their_radius():
     assert found.y_over_q == 0.0
     assert found.without_m == (300.0,)
     assert found.critical_speed == pytest.approx(0.25)
+    assert "the critical speed by +25 %" in difference_words(found)
+
+
+def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
+    line = straight_line(Ride(wheelset=wheelset()))
+    # a free wheelset hunts from 31 km/h on, and at a tenth of it with a hundred times its mass
+    light, body = load_vehicle("wheelset"), load_vehicle("wheelset").wheelset
+    heavy = {name: 100.0 * getattr(body, name) for name in ("mass_kg", "roll_inertia_kg_m2", "yaw_inertia_kg_m2")}
+    made = replace(light, wheelset=replace(body, **heavy))
+    assert eigenvalues(linear_model(made, line), 1.5).real.max() > 0.0
+    free = straight_track("overlap", made, line)
+    assert free.critical_speed_km_h is None
+    assert free.problem == "the critical speed is below 7.2 km/h, the lowest speed searched"
+    assert free.problem in straight_words(free)
+    runs = {name: run("manchester", RADII) for name in ("overlap", "b")}
+    (found,) = differences(runs, [free, StraightTrack(theory="b", critical_speed_km_h=120.0)])
+    assert found.critical_speed is None
+    assert f"critical speeds are not compared (overlap: {free.problem})" in difference_words(found)
 
 
 def test_the_picture_over_the_curvature_tells_both_wheelsets_of_one_radius_apart(monkeypatch):
     drawn = []
     monkeypatch.setattr("fecontact.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
     runs = run("manchester", (500.0,))
-    curves_figure(
-        Curves(vehicle=FREE, conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}), "a.png"
+    found = Curves(
+        vehicle=FREE, case=Case(), conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}
     )
+    curves_figure(found, "a.png")
+    assert "rail 60E1 1:40, wheel S1002" in drawn[0].get_suptitle()
+    visits_figure(
+        replace(
+            found, columns=(MapColumn(lateral_shift_mm=0.0, reach_mm=0.5, bands=((20.0, 80.0, "HOLDS"),), cells=()),)
+        ),
+        "b.png",
+    )
+    assert "rail 60E1 1:40, wheel S1002" in drawn[1].axes[0].get_title()
     shift = drawn[0].axes[0]
     assert [line.get_xdata() for line in shift.lines] == [[pytest.approx(2.0)]] * 2
     assert shift.get_xlabel().startswith("curvature 1/R in 1/km")

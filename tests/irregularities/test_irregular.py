@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,14 +13,19 @@ import fecontact
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.comparison.patch import measure_patch
+from fecontact.curves import steady
 from fecontact.errors import InputError
+from fecontact.guide.pages import page
+from fecontact.irregularities.command import IrregularOptions
 from fecontact.irregularities.judging import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
 from fecontact.irregularities.models import MODELS, Pair, eq6_limits, filter_of, peak_exponent
-from fecontact.irregularity.shapes import Irregularity, parse_irregularity
+from fecontact.irregularity.shapes import FORMS, Irregularity, parse_irregularity
+from fecontact.normal.hertz import hertz_ellipse
 from fecontact.outputs.records.results import input_columns
 from fecontact.outputs.records.stored import placement_record, stored_placement
 from fecontact.outputs.tables import position_text
 from fecontact.outputs.words import case_words
+from fecontact.rolling.laws import saturation
 from fecontact.runs.casefile import toml_cases
 from fecontact.runs.identity import case_id
 from fecontact.solving.placing import place_case
@@ -48,7 +54,7 @@ def test_the_smooth_pair_is_that_of_the_reference():
     assert found == pytest.approx((7.1617, 5.3872, 0.104119, 1237.56, 2.9765), rel=2e-5)
 
 
-# independent program, patches with up to 64 nodes a semi-axis; an edge has no peak
+# independent program, patches with up to 64 nodes per semi-axis; an edge has no peak
 @pytest.mark.parametrize(
     ("line", "s", "approach", "peak"),
     [
@@ -227,6 +233,10 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     record = json.loads(capsys.readouterr().out)
     assert record == json.loads((tmp_path / "irregular.json").read_text())
     assert (tmp_path / "irregular.png").stat().st_size > 10_000
+    # the picture says which pair, position and force, and what the models are
+    drawn = (tmp_path / "irregular.svg").read_text("utf-8")
+    for told in ("rail circle:300", "shift +0.00 mm", "the cheapest model that holds", "in the middle"):
+        assert told in drawn
     # corrugation of 30 mm: between 5 and 20 um, as in the sheet 8 um
     limits = {one["wavelength_mm"]: one["amplitude_mm"]["eq6"] for one in record["limits"]}
     assert 0.006 < limits[30.0] < 0.0105
@@ -472,3 +482,25 @@ def test_a_stored_wheel_stands_as_low_as_the_placed_one():
     x, s = np.linspace(-8.0, 8.0, 9)[:, None], np.linspace(-3.0, 3.0, 5)[None, :]
     np.testing.assert_array_equal(stored.gap(x, s), placed.gap(x, s))
     assert input_columns(case, stored) == input_columns(case, placed)
+
+
+def test_a_sine_is_said_to_be_a_cosine_where_it_is_asked_for():
+    assert sine(30.0, 0.025).opening_mm(0.0) == 0.025
+    said = "a cosine"
+    for text in (FORMS, page("irregular"), IrregularOptions.__doc__):
+        assert said in text
+
+
+def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
+    """Eq. 4, the semi-axes; eq. 12, the saturation; eq. 16, steady motion."""
+    for where, equation in (
+        ((hertz_ellipse.__doc__, page("irregular")), "eq. 4"),
+        ((saturation.__doc__, page("creep")), "eq. 12"),
+        ((steady.__doc__, page("curves")), "16"),
+    ):
+        for text in where:
+            assert equation in text
+            assert re.search(r"misprint|lacks|factor π", text)
+    # what they would make: cube root of pi in the semi-axes, no force where it saturates
+    assert math.pi ** (1.0 / 3.0) == pytest.approx(1.4646, abs=1e-4)
+    assert 3.0 - 3.0**2 / 3.0 == 0.0

@@ -106,7 +106,7 @@ def placement_of(shift_mm):
 
 
 def planted_rung(hertz, nodes, deviation, status="converged"):
-    """Hertz's pressure on nodes a semi-axis, its peak and patch changed so that Hertz deviates by a given part."""
+    """Hertz's pressure on nodes per semi-axis, its peak and patch changed so that Hertz deviates by a given part."""
     ellipse = replace(
         hertz,
         p0_MPa=hertz.p0_MPa / (1.0 + deviation),
@@ -985,7 +985,7 @@ def test_map_table_has_a_line_for_each_position(fresh):
     # what did not converge is open, and has no number to be relied on: no measure decided that
     assert lines[1].split()[1:4] == ["?", "+", "+0.0"]
     assert lines[9].startswith("decided by p p_max, A area, a a, b b, c centre, v valley, s separate")
-    assert lines[10] == "left wheel, roll fixed at 0 mrad (lines given by their radii make no wheelset)"
+    assert lines[10] == "left wheel, roll fixed at 0 mrad (lines given by their radii have no wheelset)"
     assert "nan" not in "".join(lines)
 
 
@@ -1057,8 +1057,8 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
     made = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
         map_figure(verdict_view(replace(made, case=replace(made.case, criteria=criteria))), tmp_path)
-    head = "rail circle:300, wheel cylinder:460: where Hertz holds,\n"
-    head += "roll fixed at 0 mrad (lines given by their radii make no wheelset),\n"
+    head = "rail circle:300, wheel cylinder:460, roll fixed at 0 mrad (lines given by their radii have no wheelset):\n"
+    head += "where Hertz holds,\n"
     assert titles == [
         f"{head}within 5 % p_max; 10 % area, a, b, valley, misplaced; 0.15 b centre; 0.1 % separate",
         f"{head}within 3 % p_max; 20 % area",
@@ -2207,7 +2207,7 @@ def check_cylinders(points):
 
 
 def test_two_loads_on_the_same_meshes():
-    # two meshes and no third: at five elements a semi-axis the area is read too coarsely for a limit of 10 %
+    # two meshes and no third: at five elements per semi-axis the area is read too coarsely for a limit of 10 %
     case = replace(CYLINDERS, refine="never", criteria=Criteria(area=0.25))
     sweep = LoadSweep(case, (50e3, 100e3))
     points = [sweep.solve(load_N) for load_N in (100e3, 50e3)]

@@ -10,6 +10,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from browser import shown
 from rich.console import Console
 from rungs import on_half_space
 
@@ -114,7 +115,7 @@ def test_a_theory_without_a_contact_has_no_answer(made):
 def test_the_cheapest_theory_that_holds(made):
     view = theory_view(made)
     assert [cell.answer for cell in cells_of(view)] == [HERTZ, MULTI_HERTZ, "failed"]
-    assert [cell.letter for cell in cells_of(view)] == ["H", "M", "!"]
+    assert [cell.letter for cell in cells_of(view)] == ["H", "MH", "!"]
     assert [answer for answer, _ in view.answers] == [HERTZ, MULTI_HERTZ, "failed"]
     none = theory_view(failing(made))
     assert [cell.text[0] for cell in cells_of(none)] == ["H", "x", "!"]
@@ -363,6 +364,45 @@ def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
             assert f"<dt>{one['words']}</dt><dd>{html.escape(THEORIES[one['theory']].source)}. It takes for" in text
     # the answer first
     assert text.index("At -4 mm Hertz holds at all loads") < text.index("May Hertz")
+
+
+TOUCHED = """
+<script>addEventListener("load", () => {
+  const must = (right, what) => { if (!right) console.error(what); };
+  const spots = [...document.querySelectorAll(".spots a")], spot = spots[0], tip = document.getElementById("tip");
+  const words = spot.getAttribute("aria-label"), dialog = document.querySelector("dialog");
+  must(tip.hidden && !dialog.open, "something is open at the start");
+  spot.dispatchEvent(new PointerEvent("pointerenter"));
+  must(!tip.hidden && tip.textContent === words, "the pointer shows no words");
+  must(/^-4.00 mm, 50 kN: Hertz HOLDS\\n/.test(words), "another cell: " + words);
+  must(/peak pressure.*limit.*HOLDS/.test(words), "no measures: " + words);
+  const box = tip.getBoundingClientRect();
+  must(box.left >= 0 && box.right <= document.documentElement.clientWidth && box.top >= 0, "the words stick out");
+  spot.dispatchEvent(new PointerEvent("pointerleave"));
+  must(tip.hidden, "the words stay");
+  spot.click();
+  must(dialog.open && tip.hidden, "a click opens nothing");
+  must(dialog.querySelector("h3").textContent === "-4.00 mm, 50 kN: Hertz HOLDS", "another title");
+  must(dialog.querySelectorAll("tr").length > 5, "no table of measures");
+  must([...dialog.querySelectorAll("img")].every(one => one.naturalWidth > 100), "a picture is not there");
+  must(dialog.getBoundingClientRect().right <= document.documentElement.clientWidth, "the dialog sticks out");
+  dialog.querySelector("button").click();
+  must(!dialog.open, "it does not close");
+  spot.focus();
+  spot.dispatchEvent(new KeyboardEvent("keydown", {key: "ArrowRight", cancelable: true}));
+  must(document.activeElement === spots[1], "an arrow goes to no neighbour");
+  console.log("touched");
+});</script></body>"""
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+def test_a_cell_of_a_map_can_be_touched_in_a_browser(made, width, tmp_path):
+    page = write_map_report(made, tmp_path)
+    page.write_text(page.read_text("utf-8").replace("</body>", TOUCHED), "utf-8")
+    found = shown(page, width, tmp_path)
+    assert [line.partition("CONSOLE")[2].split('"')[1] for line in found["console"]] == ["touched"]
+    assert found["requests"] == []
+    assert found["content_width"] <= width
 
 
 def test_a_report_of_a_map_says_what_would_decide_an_open_cell(tmp_path):

@@ -93,6 +93,9 @@ def study_figure(
         _draw_used_limits(off, found[0].rows, criteria)
     else:
         _finish_deviations(off, criteria)
+    if any(_jumps(one.rows).size for one in found):
+        words: dict[str, Any] = {"transform": touch.transAxes, "fontsize": 8.5, "color": "0.35"}
+        touch.text(0.008, 0.03, "lines are cut where the touch point jumps", **words)
     _draw_answers(peak, rows)
     _finish_study(peak, off, touch, rows, rail)
     if names:
@@ -132,8 +135,7 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     for number, (measure, limit) in enumerate(criteria.limits.items()):
         column, unsure, factor = deviation_column(measure)
         used, error = (np.abs(_numbers(group, name)) / (factor * limit) for name in (column, unsure))
-        dash = "-" if number % 2 else "--"
-        _draw_series(ax, group, used, error, label=WORDS[measure].short, ls=dash, **series_style(number))
+        _draw_series(ax, group, used, error, label=WORDS[measure].short, **series_style(number))
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
     ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
     style: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35"}
@@ -146,7 +148,7 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     ticks = [tick for tick in (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0) if tick <= top]
     ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
-    ax.set(ylabel="Hertz against FE\nin parts of the limit")
+    ax.set(ylabel="Hertz against FE\nin parts of the limit\n(logarithmic above 1)")
     # outside: so many lines leave no room for a legend
     legend_beside(ax)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fecontact.errors import InputError
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, finish, legend_beside, save_figure
 from fecontact.outputs.words import SHIFT
 
@@ -18,20 +17,8 @@ _SAME: dict[str, Any] = {"mec": "0.7", "mew": 0.6, "zorder": 3}
 
 
 def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
-    """Draw a square for each case in common: its left half has the verdict of the baseline, its right half the new one.
-
-    Raises
-    ------
-    InputError
-        If the tables have no verdicts over shift and load, or several cases at one shift and load.
-    """
+    """Draw a square for each case in common: its left half has the baseline's verdict, its right half the new one."""
     verdicts = comparison.verdicts
-    if verdicts.empty:
-        raise InputError("compare --png: the tables have no verdicts over shift and load; leave it out")
-    if verdicts.duplicated(["lateral_shift_mm", "load_kN"]).any():
-        raise InputError(
-            "compare --png: several cases have one shift and load; compare tables of one pair, or leave it out"
-        )
     figure = blank_figure(9.0, 5.5)
     ax = figure.subplots()
     for one in verdicts.itertuples():

@@ -102,7 +102,7 @@ def _shown_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
 def ellipse_lines(result: CaseResult) -> Any:
     """Edges of Hertz's ellipses as lines of pyvista, `LINE_LIFT_MM` above the relief of the judged pressure.
 
-    Cell array `lobe`: 0 is the ellipse at the first touch point under the whole load, 1, 2, ... are those of the lobes
+    Cell array `lobe`: 0 is the ellipse at the first touch point under the whole load; 1, 2, ... are ellipses of lobes
     and separate patches under their own forces.
     """
     import pyvista

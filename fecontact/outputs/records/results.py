@@ -30,7 +30,7 @@ from fecontact.features import offered
 from fecontact.files import read_json, write_json
 from fecontact.irregularity.shapes import irregularity_text
 from fecontact.normal.hertz import HertzContact
-from fecontact.outputs.geometry import profile_notes, touch_records
+from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.tables import Item, Record, flat, picked, told
 from fecontact.outputs.words import theory_words
 from fecontact.profiles.library import profile_identity
@@ -207,7 +207,7 @@ def load_record(load: JudgedLoad) -> Record:
         **cheapest_columns("cheapest_theory", cheapest_of(load)),
         "normal_force_N": load.normal_force_N,
         # separate patches of the half-space are read one by one as a theory, and together as a rung
-        **{name: one for name, one in contacts.items() if one != _measures_in(theories.get(name, {}))},
+        **{name: one for name, one in contacts.items() if not _has(theories.get(name, {}), one)},
         "theories": {name: theories[name] for name in THEORIES if name in theories},
         "steps": load.ladder.steps,
         "steps_uncertainty": {BODIES.name: load.bodies_step_uncertainty}
@@ -242,6 +242,14 @@ def _of_profile(judged: Judgement) -> Record:
 
 def _measures_in(theory: Item) -> Record:
     return {name: theory[name] for name in MEASURES if name in theory}
+
+
+def _has(theory: Item, contact: Record) -> bool:
+    """Whether a theory tells the measures of a contact, up to rounding."""
+    told_there = _measures_in(theory)
+    return contact.keys() == told_there.keys() and all(
+        math.isclose(value, told_there[name], rel_tol=1e-9) for name, value in contact.items()
+    )
 
 
 def judgement_record(judged: Judgement) -> Record:
@@ -369,7 +377,7 @@ def hertz_record(found: HertzAlone) -> Record:
             ],
         },
         "uncertainty_of_profile": found.uncertainty_of_profile,
-        "warnings": profile_notes(found.placement),
+        "warnings": list(found.placement.notes),
         "versions": versions(),
     }
 

@@ -150,7 +150,8 @@ def _array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
 
 def placement_record(placement: Placement) -> Record:
     """Where both bodies stand and touch, without their profiles and irregularities."""
-    found = {name: _plain(getattr(placement, name), {}, name) for name in ("rail", "wheel", "touch_points", "climbs")}
+    names = ("rail", "wheel", "touch_points", "climbs", "other_climbs")
+    found = {name: _plain(getattr(placement, name), {}, name) for name in names}
     return found if placement.along is None else found | {"along": picked(placement.along, "middle_x_mm lowered_mm")}
 
 

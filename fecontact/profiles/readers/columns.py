@@ -57,7 +57,7 @@ def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
     """Points from a text file of columns, y and z.
 
     Columns may be separated by blanks, tabs, commas or semicolons; what follows # ! % or // is a comment, and the first
-    lines may be a header. The axes are those of the library: y positive to the field side, z up; a rail has its crown
+    lines may be a header. The axes are the library's: y positive to the field side, z up; a rail has its crown
     and a wheel its tape circle at (0, 0). `reading` says what is otherwise.
 
     Raises

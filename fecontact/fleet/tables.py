@@ -1,0 +1,72 @@
+"""The Parquet files of a fleet as tables that SQL is asked of (DuckDB, without a server): profiles, screen, sample."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fecontact.errors import InputError
+from fecontact.outputs.tables import Record
+
+if TYPE_CHECKING:
+    from duckdb import DuckDBPyConnection
+
+SAMPLE = "sample.parquet"
+KEYS = "wheel, rail, shift_mm, load_kN"
+"""Columns that name a position."""
+STRATA = ("surely holds", "near", "surely fails", "refused")
+"""What the screen says of a position, and how surely: margins of 2 uncertainties and more are sure."""
+_STRATUM = """
+    CASE WHEN verdict = 'REFUSED' THEN 'refused'
+         WHEN verdict = 'OPEN' OR margin IS NULL OR abs(margin) < 2 THEN 'near'
+         WHEN verdict = 'HOLDS' THEN 'surely holds' ELSE 'surely fails' END"""
+_NO_SAMPLE = """
+    SELECT '' AS wheel, '' AS rail, 0.0::DOUBLE AS shift_mm, 0.0::DOUBLE AS load_kN, '' AS stratum,
+           0.0::DOUBLE AS weight, 1.0::DOUBLE AS inclusion_probability, 0 AS seed, 0 AS draw, '' AS fe_verdict
+    WHERE false"""
+
+
+def opened(folder: Path) -> DuckDBPyConnection:
+    """The views `profiles`, `screen` with the stratum of each position, `sample`, and `drawn`, the sample's screen.
+
+    Positions without weight are no part of the population.
+
+    Raises
+    ------
+    InputError
+        If DuckDB is not installed, or the folder has no screened positions.
+    """
+    try:
+        import duckdb
+    except ImportError:
+        raise InputError("a fleet needs DuckDB and pyarrow: pip install 'fecontact[fleet]'") from None
+    if not (folder / "profiles.parquet").is_file() or not any((folder / "screen").glob("part-*.parquet")):
+        raise InputError(
+            f"{folder} has no screened fleet (profiles.parquet, screen/part-*.parquet); first: fecontact fleet run"
+            f" FLEET.toml --out {folder}"
+        )
+    tables = duckdb.connect()
+    tables.read_parquet(str(folder / "profiles.parquet")).create_view("profiles")
+    tables.read_parquet(str(folder / "screen" / "part-*.parquet")).create_view("screened")
+    tables.execute(f"CREATE VIEW screen AS SELECT *, {_STRATUM} AS stratum FROM screened WHERE weight > 0")
+    if (folder / SAMPLE).is_file():
+        tables.read_parquet(str(folder / SAMPLE)).create_view("sample")
+    else:
+        tables.execute(f"CREATE VIEW sample AS {_NO_SAMPLE}")
+    tables.execute(
+        "CREATE VIEW drawn AS SELECT screen.*, inclusion_probability, fe_verdict, sample.stratum AS drawn_stratum,"
+        f" sample.weight AS drawn_weight FROM sample JOIN screen USING ({KEYS})"
+    )
+    return tables
+
+
+def asked(tables: DuckDBPyConnection, sql: str, *values: Any) -> list[Record]:
+    """What a query answers, a row a line, by the names of its columns."""
+    found = tables.execute(sql, list(values))
+    names = [column[0] for column in found.description or ()]
+    return [dict(zip(names, line, strict=True)) for line in found.fetchall()]
+
+
+def quoted(name: str) -> str:
+    """A column's name as SQL takes it, whatever signs it has."""
+    return '"' + name.replace('"', '""') + '"'

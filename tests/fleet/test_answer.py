@@ -1,0 +1,174 @@
+"""What a fleet's report says, against sums over its positions by themselves."""
+
+import csv
+import math
+from dataclasses import replace
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+from made_fleet import LOADS_KN, SHIFTS_MM, made_fleet, write
+
+from fecontact.errors import InputError
+from fecontact.files import read_json
+from fecontact.fleet.answer import answer_of
+from fecontact.fleet.estimate import share_of
+from fecontact.fleet.report import answer_rows, headline, interval, percent, report_parts, write_report
+from fecontact.outputs.tables import Table
+
+
+def rows_of(folder) -> list[dict]:
+    return pyarrow.parquet.read_table(folder).to_pylist()
+
+
+def share(rows, verdict: str) -> float:
+    return math.fsum(row["weight"] for row in rows if row["verdict"] == verdict) / math.fsum(
+        row["weight"] for row in rows
+    )
+
+
+def test_shares_by_the_screen_are_sums_of_weights(fleet):
+    rows, found = rows_of(fleet.folder / "screen"), answer_of(fleet.folder)
+    assert found.whole.positions == len(rows) == 1800
+    assert found.whole.weight == pytest.approx(1.0)
+    for name, verdict in (("holds", "HOLDS"), ("fails", "FAILS"), ("open", "OPEN"), ("refused", "REFUSED")):
+        assert found.whole.screen[name] == pytest.approx(share(rows, verdict))
+    assert len(found.cells) == len(SHIFTS_MM) * len(LOADS_KN)
+    for cell in found.cells:
+        own = [row for row in rows if (row["shift_mm"], row["load_kN"]) == (cell["shift"], cell["load"])]
+        assert (cell["holds"] or 0.0) == pytest.approx(share(own, "HOLDS"))
+    low, high = found.whole.bounds
+    assert high - low == pytest.approx(share(rows, "OPEN") + share(rows, "REFUSED"))
+    assert "By the screen alone" in headline(found)
+
+
+def test_groups_are_sums_over_their_profiles(fleet):
+    found, rows = answer_of(fleet.folder), rows_of(fleet.folder / "screen")
+    lines = {row["name"]: row["line"] for row in rows_of(fleet.folder / "profiles.parquet") if row["body"] == "rail"}
+    for line in ("line A", "line B"):
+        part = found.groups["rail", "line", line]
+        own = [row for row in rows if lines[row["rail"]] == line]
+        assert part.weight == pytest.approx(sum(row["weight"] for row in own))
+        assert part.screen["holds"] == pytest.approx(share(own, "HOLDS"))
+    # what all have alike, names, and what no profile of a body has make no groups
+    assert {key[:2] for key in found.groups} == {
+        ("wheel", "wear_mm"),
+        ("wheel", "mileage_km"),
+        ("rail", "wear_mm"),
+        ("rail", "line"),
+    }
+    wear = [part for key, part in found.groups.items() if key[:2] == ("wheel", "wear_mm")]
+    # twelve wheels in quarters
+    assert [part.positions for part in wear] == [450] * 4
+    assert sum(part.weight for part in wear) == pytest.approx(1.0)
+
+
+def test_the_sample_covers_the_truth(fleet, sampled):
+    sampled(fleet, 300)
+    found = answer_of(fleet.folder)
+    estimate = found.whole.share("HOLDS")
+    assert found.whole.drawn == 300
+    assert estimate.low < fleet.share < estimate.high
+    assert estimate.high - estimate.low < 0.09
+    low, high = found.whole.bounds
+    assert low == estimate.low
+    undecided = math.fsum(fleet.weights[key] for key, one in fleet.truth.items() if one in ("OPEN", "UNSOLVED"))
+    assert estimate.high < high < fleet.share + undecided + 0.06
+    for line in ("line A", "line B"):
+        part = found.groups["rail", "line", line].share("HOLDS")
+        assert part.high - part.low > estimate.high - estimate.low
+    # the network is less known than these profiles
+    assert found.network.low < estimate.low < estimate.high < found.network.high
+    assert headline(found).startswith(f"Hertz holds in {interval(estimate)} of the positions, is open in ")
+
+
+def test_many_samples_cover_the_truth(fleet, sampled):
+    seen = []
+    for seed in range(20):
+        (fleet.folder / "sample.parquet").unlink(missing_ok=True)
+        sampled(fleet, 100, seed)
+        found = answer_of(fleet.folder).whole.share("HOLDS")
+        seen.append(found.low <= fleet.share <= found.high)
+    # 17 or more of 20 with a probability of 98.4 %, if 95 % are covered
+    assert sum(seen) >= 17
+
+
+def test_discordance_is_counted_by_stratum(fleet, sampled):
+    sampled(fleet, 300)
+    drawn = rows_of(fleet.folder / "sample.parquet")
+    said = {
+        (row["wheel"], row["rail"], row["shift_mm"], row["load_kN"]): row["verdict"]
+        for row in rows_of(fleet.folder / "screen")
+    }
+    strata = {row["stratum"]: row for row in answer_of(fleet.folder).strata}
+    for name, row in strata.items():
+        own = [one for one in drawn if one["stratum"] == name]
+        pairs = [(said[one["wheel"], one["rail"], one["shift_mm"], one["load_kN"]], one["fe_verdict"]) for one in own]
+        assert row["drawn"] == len(own)
+        assert row["discordant"] == sum(pair in {("HOLDS", "FAILS"), ("FAILS", "HOLDS")} for pair in pairs)
+    # none of the sure ones was at odds, which is not none of all
+    assert strata["surely holds"]["discordant"] == 0
+    assert strata["surely holds"]["discordant_high_percent"] > 1e2 * 3.0 / strata["surely holds"]["drawn"]
+
+
+def test_a_screen_that_changed_is_not_judged_by_an_old_sample(fleet, sampled):
+    sampled(fleet, 60)
+    path = fleet.folder / "screen" / "part-0.parquet"
+    rows = rows_of(path)
+    write(path, [row | {"verdict": "FAILS", "margin": -5.0} for row in rows])
+    with pytest.raises(InputError, match="drawn positions the screen or the weight changed after the draw"):
+        answer_of(fleet.folder)
+
+
+def test_an_empty_part_is_told(tmp_path):
+    # a fleet that the screen refuses altogether has no causes, no margins and no worst pairs
+    made = made_fleet(tmp_path / "one", wheels=2, rails=2, parts=1)
+    path = made.folder / "screen" / "part-0.parquet"
+    write(path, [row | {"verdict": "REFUSED", "margin": None} for row in rows_of(path)])
+    found = answer_of(made.folder)
+    assert (found.network, found.causes, found.worst) == (None, [], [])
+    assert found.whole.bounds == (0.0, pytest.approx(1.0))
+    write_report(found, made.folder)
+
+
+def test_percent_tells_near_0_and_100_from_them():
+    assert [percent(one) for one in (0.0, 1.0, 0.5, 0.011, 0.0004, 0.99996)] == [
+        "0",
+        "100",
+        "50",
+        "1",
+        "0.04",
+        "99.996",
+    ]
+
+
+def test_report_has_its_parts_and_files(fleet, sampled):
+    sampled(fleet, 120)
+    found = answer_of(fleet.folder)
+    assert len(found.worst) == 20
+    found = replace(found, worst=found.worst[:3])
+    page = write_report(found, fleet.folder, fleet.case)
+    text = page.read_text("utf-8")
+    assert headline(found) in text
+    assert text.count("<img") == 2 + len(found.worst)
+    for name in ("map.png", "map.svg", "groups.png", "cells.csv", "strata.csv", "worst.csv", "causes.csv"):
+        assert (fleet.folder / "report" / name).is_file()
+    with (fleet.folder / "answer.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 1 + len(found.groups)
+    assert float(rows[0]["holds_percent"]) == pytest.approx(1e2 * share_of(found.whole.strata, {"HOLDS"}).estimate)
+    tables = [part for part in report_parts(found, fleet.folder) if isinstance(part, Table)]
+    assert all(len(row.cells) == len(table.columns) for table in tables for row in table.rows)
+    assert len(answer_rows(found)) == len(rows)
+    assert read_json(fleet.folder / "fleet.json")["population"] in text
+
+
+def test_shifts_that_were_drawn_at_random_are_rounded(fleet):
+    path = fleet.folder / "screen"
+    rows, random = rows_of(path), np.random.default_rng(1)
+    for part in path.iterdir():
+        part.unlink()
+    write(path / "part-0.parquet", [row | {"shift_mm": float(random.uniform(-8.0, 8.0))} for row in rows])
+    found = answer_of(fleet.folder)
+    assert {cell["shift"] for cell in found.cells} <= set(np.arange(-8.0, 8.5, 0.5))
+    assert math.fsum(cell["weight"] for cell in found.cells) == pytest.approx(1.0)

@@ -1,0 +1,151 @@
+"""The file of a fleet, its population and its weights: what is given by hand, and what is refused."""
+
+import json
+import shutil
+import sys
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+
+import fecontact
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.fleet.model import read_fleet, shares
+from fecontact.fleet.population import candidates, pairs_of
+from fecontact.profiles.examples import write_examples
+
+FLEET = """
+[wheels]
+files = "wheels.csv"
+[rails]
+files = ["60E1", "54E1"]
+[shifts_mm]
+values = [2, 0]
+weights = [1, 3]
+[loads_kN]
+values = [60]
+"""
+
+
+def written(folder, text=FLEET, wheels="file,weight\nS1002,3\nEN13715_1in40,1\n"):
+    (folder / "wheels.csv").write_text(wheels)
+    (folder / "fleet.toml").write_text(text)
+    return folder / "fleet.toml"
+
+
+def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
+    (tmp_path / "pairs.csv").write_text("wheel,rail,weight\na,x,1\na,y,2\nb,x,1\nlost,x,9\n")
+    text = FLEET + '[pairs]\ntable = "pairs.csv"\n'
+    fleet = read_fleet(written(tmp_path, text))
+    assert fleet.shifts_mm == {0.0: 0.75, 2.0: 0.25}
+    known = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
+    found = pairs_of(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, known)
+    # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
+    assert found == {("a", "x"): pytest.approx(2 / 12), ("a", "y"): pytest.approx(4 / 12), ("b", "x"): pytest.approx(0.5)}
+
+
+def test_quantiles_of_a_normal_distribution_are_equally_likely(tmp_path):
+    text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "normal = [1.0, 2.0]\ncount = 4")
+    points = read_fleet(written(tmp_path, text)).shifts_mm
+    assert list(points.values()) == [0.25] * 4
+    wanted = [1.0 + 2.0 * NormalDist().inv_cdf(part) for part in (0.125, 0.375, 0.625, 0.875)]
+    assert list(points) == pytest.approx(wanted)
+    text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "uniform = [-4, 4]\ncount = 4")
+    assert list(read_fleet(written(tmp_path, text)).shifts_mm) == [-3.0, -1.0, 1.0, 3.0]
+
+
+def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
+    fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 2000\n"))
+    weights, rails = {"a": 3.0, "b": 1.0}, {"x": 1.0, "y": 1.0}
+    found = pairs_of(fleet, weights, rails, set())
+    assert found == pairs_of(fleet, weights, rails, set())
+    assert sum(found.values()) == pytest.approx(1.0)
+    # 2,000 draws at 3/4: one standard deviation is 0.0097
+    assert found["a", "x"] + found["a", "y"] == pytest.approx(0.75, abs=0.04)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("weights = [1, 3]", "weights = [1, -3]", r"weight of 0.0 is -3; allowed: finite and >= 0"),
+        ("weights = [1, 3]", "weights = [0, 0]", r"\[shifts_mm\]: weights: they sum to 0"),
+        ("weights = [1, 3]", "weights = [1]", "1 weights for 2 values"),
+        ("values = [60]", "values = []", "loads_kN"),
+        ("values = [60]", "normal = [60, 0]", "standard deviation is 0"),
+        ("values = [60]", "values = [60]\nuniform = [1, 2]", "allowed: one of"),
+        ("values = [60]", "value = [60]", "did you mean values"),
+        ('files = "wheels.csv"', 'files = "none/*.csv"', "has no file"),
+        ("[wheels]", "[case]\nrail = '60E1'\n[wheels]", r"\[case\]: rail stand in tables of their own"),
+        ("[wheels]", "[case]\ninclination = ['1:40', '1:20']\n[wheels]", "make 2 cases"),
+        ("[wheels]", "filters_mm = [4]\n[wheels]", "two or more lengths"),
+        ("[wheels]", "theory = 'hertz'\n[wheels]", "strip"),
+        ("[wheels]", "thoery = 'strip'\n[wheels]", "thoery: there is no such key"),
+        ("[wheels]", "[pairs]\ndraw = 0\n[wheels]", "allowed"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_value(tmp_path, old, new, said):
+    path = written(tmp_path, FLEET.replace(old, new, 1))
+    with pytest.raises(InputError, match=said):
+        fecontact.check_fleet(path)
+
+
+def test_weights_of_files_that_cannot_be_are_refused(tmp_path):
+    for row, said in (("S1002,-1", "row 1: weight is -1"), ("S1002,much", "weight is 'much'")):
+        with pytest.raises(InputError, match=said):
+            fecontact.check_fleet(written(tmp_path, wheels=f"file,weight\n{row}\n"))
+    with pytest.raises(InputError, match="they sum to 0"):
+        fecontact.check_fleet(written(tmp_path, wheels="file,weight\nS1002,0\n"))
+    with pytest.raises(InputError, match="inf"):
+        shares([("a", float("inf"))], "weights")
+
+
+def test_a_table_of_a_million_rows_is_refused(tmp_path):
+    rows = "file\n" + "S1002\n" * 1_000_000
+    with pytest.raises(InputError, match="1000000 rows; allowed: up to 100000"):
+        fecontact.check_fleet(written(tmp_path, wheels=rows))
+
+
+def test_an_empty_folder_and_too_many_pairs_are_refused(tmp_path):
+    (tmp_path / "empty").mkdir()
+    path = written(tmp_path, FLEET.replace("wheels.csv", "empty"))
+    with pytest.raises(InputError, match="empty has no file"):
+        fecontact.check_fleet(path)
+    with pytest.raises(InputError, match="1002001 pairs; allowed: up to 1000000; draw some"):
+        many = {str(k): 1.0 for k in range(1001)}
+        pairs_of(read_fleet(written(tmp_path)), many, many, set())
+
+
+def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
+    rail, wheel = write_examples(tmp_path / "one")
+    mixed = tmp_path / "mixed"
+    mixed.mkdir()
+    for source, name in ((wheel, "a.csv"), (wheel, "b.csv"), (rail, "head.ban"), (wheel, "tread.whl")):
+        shutil.copyfile(source, mixed / name)
+    (mixed / ".hidden").write_text("")
+    fleet = read_fleet(written(tmp_path, FLEET.replace("wheels.csv", "mixed")))
+    found = {one.name: one.problem for one in candidates(fleet, "wheel")}
+    assert found == {"a": "", "b": "it has the content of a", "tread": "it has the content of a"}
+    # names are made different, whatever the files are called
+    (mixed / "a.txt").write_text("1 2\n")
+    assert [one.name for one in candidates(fleet, "wheel")] == ["a", "a.txt", "b", "tread"]
+
+
+def test_check_counts_positions_without_reading_profiles(tmp_path, capsys):
+    assert call(["fleet", "check", str(written(tmp_path))]) == 0
+    assert "2 wheels, 2 rails, 4 pairs, 8 positions" in capsys.readouterr().out
+
+
+def test_without_pyarrow_the_command_names_the_remedy(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    assert call(["fleet", "run", str(written(tmp_path)), "--out", str(tmp_path / "out")]) == 2
+    assert "pip install 'fecontact[fleet]'" in capsys.readouterr().err
+
+
+def test_examples_are_the_same_for_a_seed_and_say_what_they_are(tmp_path):
+    for name, seed in (("a", 3), ("b", 3), ("c", 4)):
+        assert call(["fleet", "examples", str(tmp_path / name), "--wheels", "1", "--rails", "1", "--seed", str(seed)]) == 0
+    texts = [(tmp_path / name / "rails" / "rail00000.csv").read_bytes() for name in "abc"]
+    assert texts[0] == texts[1] != texts[2]
+    assert np.loadtxt(tmp_path / "a/rails/rail00000.csv", delimiter=",", skiprows=2).shape[1] == 2
+    assert json.dumps(fecontact.check_fleet(tmp_path / "a/fleet.toml").positions) == "10"

@@ -1,0 +1,104 @@
+"""Which positions of a fleet are drawn, and what is kept of them."""
+
+import shutil
+
+import numpy as np
+import pytest
+from made_fleet import made_fleet
+
+from fecontact.errors import InputError
+from fecontact.fleet import sampling
+from fecontact.fleet.sampling import draw
+from fecontact.fleet.tables import KEYS, STRATA, asked, opened
+
+
+def keys(rows) -> set:
+    return {tuple(row[name] for name in KEYS.split(", ")) for row in rows}
+
+
+def test_a_larger_sample_keeps_the_smaller_one(fleet, sampled):
+    first = sampled(fleet, 60)
+    assert len(first.rows) == first.new == 60
+    again = draw(fleet.folder, 60)
+    assert keys(again.rows) == keys(first.rows)
+    assert again.new == 0
+    second = sampled(fleet, 200)
+    assert (len(second.rows), second.new, second.dropped) == (200, 140, 0)
+    assert keys(first.rows) < keys(second.rows)
+    with opened(fleet.folder) as tables:
+        numbers = asked(tables, "SELECT draw, count(*) AS number FROM sample GROUP BY draw ORDER BY draw")
+        rows = asked(tables, "SELECT * FROM sample")
+    assert [(row["draw"], row["number"]) for row in numbers] == [(1, 60), (2, 140)]
+    truth = {key: fleet.truth[key] for key in keys(rows)}
+    assert all(row["fe_verdict"] == truth[tuple(row[name] for name in KEYS.split(", "))] for row in rows)
+    assert {row["fe_p_max_percent"] for row in rows if row["fe_verdict"] != "UNSOLVED"} == {1.0}
+
+
+def test_another_seed_draws_others_and_is_refused_for_an_old_sample(fleet, sampled):
+    assert keys(draw(fleet.folder, 60, seed=2).rows) != keys(draw(fleet.folder, 60, seed=3).rows)
+    sampled(fleet, 60, 2)
+    assert draw(fleet.folder, 90).seed == 2
+    with pytest.raises(InputError, match=r"--seed is 3; earlier draws of this sample have 2; leave it out"):
+        draw(fleet.folder, 90, seed=3)
+    with pytest.raises(InputError, match="--finite-elements is 1; allowed: 2 and more"):
+        draw(fleet.folder, 1)
+
+
+def test_probabilities_are_of_the_draws_of_each_stratum(fleet, sampled):
+    drawn = sampled(fleet, 150)
+    with opened(fleet.folder) as tables:
+        for name in STRATA:
+            own = [row for row in drawn.rows if row["stratum"] == name]
+            weights = tables.execute("SELECT weight FROM screen WHERE stratum = ?", [name]).fetchnumpy()["weight"]
+            given = np.array([row["inclusion_probability"] for row in own])
+            each = np.array([row["weight"] for row in own])
+            scale = np.min(given / each) if given.max() < 1.0 else np.max((given / each)[given < 1.0])
+            # over all positions of the stratum they sum to its draws
+            assert np.minimum(1.0, scale * weights).sum() == pytest.approx(len(own))
+            assert given == pytest.approx(np.minimum(1.0, scale * each))
+            # what the drawn ones stand for is about the stratum
+            assert np.sum(each / given) == pytest.approx(weights.sum(), rel=0.05)
+
+
+def test_positions_are_drawn_by_their_weight(fleet):
+    # the mean weight of a drawn position is sum w^2 / sum w, that of all positions is less
+    with opened(fleet.folder) as tables:
+        weights = tables.execute("SELECT weight FROM screen WHERE stratum = 'near'").fetchnumpy()["weight"]
+    drawn = [
+        row["weight"]
+        for seed in range(12)
+        for row in draw(fleet.folder, 60, seed=seed).rows
+        if row["stratum"] == "near"
+    ]
+    expected, noise = np.sum(weights**2) / np.sum(weights), np.std(drawn) / np.sqrt(len(drawn))
+    assert abs(np.mean(drawn) - expected) < 3.0 * noise
+    assert np.mean(drawn) > np.mean(weights) + 5.0 * noise
+
+
+def test_a_sample_that_is_interrupted_changes_nothing(fleet, sampled, monkeypatch):
+    sampled(fleet, 60)
+    before = (fleet.folder / "sample.parquet").read_bytes()
+
+    def killed(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sampling, "run_study", killed)
+    with pytest.raises(KeyboardInterrupt):
+        sampling.solve_sample(fleet.folder, draw(fleet.folder, 90), fleet.case, sampling.RunSettings())
+    assert (fleet.folder / "sample.parquet").read_bytes() == before
+
+
+def test_a_population_that_grew_is_drawn_again(fleet, sampled):
+    first = sampled(fleet, 120)
+    shutil.rmtree(fleet.folder / "screen")
+    grown = made_fleet(fleet.folder, wheels=14)
+    second = sampled(grown, 120)
+    assert len(second.rows) >= 120
+    # random numbers belong to positions: most of the old sample is in the new one
+    assert second.dropped < 0.4 * len(first.rows)
+    assert len(keys(second.rows) & keys(first.rows)) == len(first.rows) - second.dropped
+
+
+def test_what_is_no_screened_fleet_is_refused(tmp_path):
+    with pytest.raises(InputError, match="has no screened fleet"):
+        draw(tmp_path, 10)

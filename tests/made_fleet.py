@@ -1,0 +1,125 @@
+"""A screened fleet without any contact: Parquet files of the layout that a screen writes, and the truth beside them.
+
+Verdicts follow from a number of each wheel and each rail, the shift and the load. The screen sees them with an error;
+finite elements, as they stand here, see them without.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow
+from pyarrow.parquet import write_table
+
+from fecontact.case import Case
+from fecontact.files import write_json
+
+SHIFTS_MM = (-6.0, -3.0, 0.0, 3.0, 6.0)
+LOADS_KN = (40.0, 80.0, 120.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """The folder, and what finite elements would say of each position."""
+
+    folder: Path
+    truth: dict[tuple[str, str, float, float], str]
+    weights: dict[tuple[str, str, float, float], float]
+
+    @property
+    def share(self) -> float:
+        """The share of the weight at which Hertz holds."""
+        return sum(self.weights[key] for key, answer in self.truth.items() if answer == "HOLDS")
+
+    def answer(self, case: Case) -> str:
+        """What finite elements would say of a case that was made here."""
+        wheel, rail = (int(name.partition(":")[2]) for name in (case.wheel, case.rail))
+        return self.truth[f"w{wheel - 400}", f"r{rail - 300}", case.lateral_shift_mm, case.load_N / 1e3]
+
+    @staticmethod
+    def case(wheel: str, rail: str, shift_mm: float, load_kN: float) -> Case:
+        """A case whose number of both profiles is in its radii, so that each position is another case."""
+        return Case(
+            wheel=f"cylinder:{400 + int(wheel[1:])}",
+            rail=f"circle:{300 + int(rail[1:])}",
+            inclination_rad=0.0,
+            lateral_shift_mm=shift_mm,
+            load_N=1e3 * load_kN,
+        )
+
+
+def profiles(count: int, body: str, random: np.random.Generator) -> list[dict]:
+    letter = body[0]
+    rows = [
+        {
+            "body": body,
+            "name": f"{letter}{number}",
+            "file": f"{body}s/{letter}{number}.csv",
+            "content_hash": f"{letter}{number}",
+            "status": "read",
+            "reason": None,
+            "remedy": None,
+            "noise_um": 10.0,
+            "filter_mm": 4.0,
+            "nominal": "S1002" if body == "wheel" else "60E1",
+            "wear_mm": float(random.gamma(2.0, 0.5)),
+            "weight": float(random.lognormal(0.0, 0.5)),
+            "line": f"line {'AB'[number % 2]}" if body == "rail" else None,
+            "mileage_km": float(random.uniform(0.0, 3e5)) if body == "wheel" else None,
+        }
+        for number in range(count)
+    ]
+    lost = rows[0] | {"name": f"{letter}_lost", "file": f"{body}s/lost.csv", "status": "refused"}
+    return [*rows, lost | {"reason": "it has 12 points", "remedy": "give 50 or more", "wear_mm": None, "line": None}]
+
+
+def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1, parts: int = 3) -> Made:
+    """Write the Parquet files of a fleet into a folder."""
+    random = np.random.default_rng(seed)
+    of = {body: profiles(count, body, random) for body, count in (("wheel", wheels), ("rail", rails))}
+    write(folder / "profiles.parquet", [*of["wheel"], *of["rail"]])
+    good = {body: [row for row in rows if row["status"] == "read"] for body, rows in of.items()}
+    whole = {body: sum(row["weight"] for row in rows) for body, rows in good.items()}
+    loads = dict(zip(LOADS_KN, (0.2, 0.5, 0.3), strict=True))
+    rows, truth, weights = [], {}, {}
+    for wheel in good["wheel"]:
+        for rail in good["rail"]:
+            for shift in SHIFTS_MM:
+                for load, part in loads.items():
+                    key = (wheel["name"], rail["name"], shift, load)
+                    true = 4.0 - 0.7 * abs(shift) - load / 40.0 + 1.2 * wheel["wear_mm"] + random.normal(0.0, 1.0)
+                    seen = true + random.normal(0.0, 0.7)
+                    verdict = "OPEN" if abs(seen) < 1.0 else "HOLDS" if seen > 0.0 else "FAILS"
+                    refused = random.random() < 0.02
+                    weights[key] = wheel["weight"] / whole["wheel"] * rail["weight"] / whole["rail"] * part / 5.0
+                    answer = "OPEN" if abs(true) < 0.15 else "HOLDS" if true > 0.0 else "FAILS"
+                    truth[key] = "UNSOLVED" if refused and random.random() < 0.9 else answer
+                    rows.append(
+                        dict(zip(("wheel", "rail", "shift_mm", "load_kN"), key, strict=True))
+                        | {
+                            "weight": weights[key],
+                            "p_max_percent": 5.0 - seen,
+                            "hertz_p_max_MPa": 1400.0 - 60.0 * seen + 2.0 * load,
+                            "verdict": "REFUSED" if refused else verdict,
+                            "margin": None if refused else seen,
+                            "cause": "curvature changes in the patch" if verdict == "FAILS" and not refused else None,
+                            "cheapest_theory": None
+                            if refused
+                            else "hertz"
+                            if verdict == "HOLDS"
+                            else "strip_method"
+                            if seen < -2.0
+                            else "OPEN",
+                            "reason": "the wheel does not run on the rail" if refused else None,
+                        }
+                    )
+    for number in range(parts):
+        write(folder / "screen" / f"part-{number}.parquet", rows[number::parts])
+    population = f"{wheels} wheels on {rails} rails, all pairs by their weights, 5 shifts and 3 loads"
+    write_json(folder / "fleet.json", {"population": population, "theory": "strip", "filters_mm": [4.0, 8.0]})
+    return Made(folder=folder, truth=truth, weights=weights)
+
+
+def write(path: Path, rows: list[dict]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_table(pyarrow.table({name: [row[name] for row in rows] for name in rows[0]}), path)
