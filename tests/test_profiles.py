@@ -325,7 +325,7 @@ def test_locate_near_the_vertical_tangent_of_the_flange_back():
     offset = np.array([0.0, 1e-12, 1e-9, 1e-6, 1e-3])
     z = wheel.height(-70.0 + offset)
     # circle of 20.5 mm; the published arc ends at its vertical tangent, where z moves by sqrt(2 * 20.5 * rounding)
-    assert z == pytest.approx(-9.519259302 - np.sqrt(20.5**2 - (20.5 - offset) ** 2), abs=2e-6)
+    assert z == pytest.approx(-9.519259302 - S1002_CLOSED_MM - np.sqrt(20.5**2 - (20.5 - offset) ** 2), abs=2e-6)
 
 
 def test_any_shape_goes_through():

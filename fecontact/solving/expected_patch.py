@@ -470,7 +470,7 @@ def expected_patch(
 
 
 def on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung:
-    """The half-space of an expected patch once more, on so many nodes a semi-axis.
+    """The half-space of an expected patch once more, on so many nodes per semi-axis.
 
     Raises
     ------
