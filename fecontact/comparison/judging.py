@@ -65,7 +65,7 @@ from fecontact.comparison.verdict import (
     worst_judgement,
     worst_of,
 )
-from fecontact.contact.elements import COMPLIANCE_LIMIT
+from fecontact.contact.elements import UNSEEN_COMPLIANCE
 from fecontact.contact.grid import Rung
 from fecontact.errors import CONVERGED
 from fecontact.features import offered
@@ -467,8 +467,8 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
     if math.isnan(level.compliance_error):
         yield (
             "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
-            f" narrow or round for their size; {COMPLIANCE_LIMIT:.0%} of it is taken for its uncertainty, more elements"
-            " (--resolution) show it"
+            f" narrow or round for their size; {UNSEEN_COMPLIANCE:.0%} of it is taken for its uncertainty, more"
+            " elements (--resolution) may show it"
         )
     part = abs(level.slide_mm) / load.comparison.fe.b_mm
     if not part <= _SMALL_SLIDE:

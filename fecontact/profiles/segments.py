@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -274,6 +274,18 @@ def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float =
 
 
 Segment: TypeAlias = Line | Arc | Polynomial | Spline | Smoothed
+
+
+def raised_by(segment: Segment, dz_mm: float) -> Segment:
+    """A line, arc or polynomial moved upwards (mm)."""
+    if isinstance(segment, Polynomial):
+        constant, *rest = segment.coefficients
+        return replace(segment, coefficients=(constant + dz_mm, *rest))
+    if isinstance(segment, Arc):
+        return replace(segment, centre=(segment.centre[0], segment.centre[1] + dz_mm))
+    assert isinstance(segment, Line)
+    (y0, z0), (y1, z1) = segment.start, segment.end
+    return Line(start=(y0, z0 + dz_mm), end=(y1, z1 + dz_mm))
 
 
 # --- A chain of segments as polynomials of short pieces, which are evaluated and inverted for all points at once.

@@ -469,6 +469,21 @@ def expected_patch(
     return replace(expected, half_space=_solve(gap, rung.grid, load_N, start=rung.pressure, angle_rad=angle))
 
 
+def on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung:
+    """The half-space of an expected patch once more, on so many nodes per semi-axis.
+
+    Raises
+    ------
+    ConvergenceError
+        If those would be too many, or the contact is not found on them.
+    """
+    gap, rung = expected.true_gap, expected.half_space
+    angle = angle_of_patches(gap.placement, rung)
+    grid = _fitted_grid(rung, nodes)
+    turned = None if np.ptp(angle) == 0.0 else np.interp(grid.s_mm, rung.grid.s_mm, angle)
+    return _solve(gap, grid, load_N, start=rung.pressure, angle_rad=turned)
+
+
 def _expected(true_gap: TrueGap, load_N: float, *, half: bool, nodes: int, guess_mm: float) -> ExpectedPatch:
     reach = guess_mm
     for _ in range(12):

@@ -514,7 +514,7 @@ class Meshes:
 
     def _solved(self, position: Position, coarser: float) -> Level:
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser)
-        level = mesh.solve(position)
+        level = replace(mesh.solve(position), more_nodes=position.more_nodes)
         if mesh.stopped_by is not None:
             self._not_enlarged.append(mesh.stopped_by)
         if self._keep:
