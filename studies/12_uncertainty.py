@@ -30,7 +30,9 @@ the centre went with the skewness of the patch. Of the others 60 at `quick`: on 
 half were inside, and the stated centre was 5 times too large. With what was added for a, and the centre's constant, all
 37 of the tuning half and all 23 of the testing half are inside in every measure, and what is stated is 0.7 to 2.0 times
 the error that 95 % stay within. On the elements' own nodes 82 % were inside in the misplaced load of flat tops; their
-constant was raised by all 40 contacts that were solved then, of both halves.
+constant was raised by all 40 contacts that were solved then, of both halves. 40 further ones on which nothing was
+chosen, with more and larger shifts (0.35 b): 95 to 100 % inside in every measure of both halves, what is stated 0.5 to
+3.0 times; on the elements' own nodes 90 to 100 %.
 """
 
 import csv
@@ -416,11 +418,11 @@ class Galin:
 def galin_by_chance(rng: np.random.Generator) -> Galin:
     """A contact that is no ellipse: shifted, flat on top, or with two lobes, alike or not."""
     # many with two lobes are not open outside, and are left out
-    kind, between = (0, 1, 2, 2, 3, 3, 3)[int(rng.integers(7))], rng.uniform
+    kind, between = (0, 0, 0, 1, 2, 2, 3, 3, 3)[int(rng.integers(9))], rng.uniform
     across = np.zeros(6)
     lobes = math.exp(between(0.0, math.log(60.0)))
     if kind == 0:
-        line = polypow([1.0, between(-1.0, 1.0)], int(rng.integers(1, 4)))
+        line = polypow([1.0, rng.choice((-1.0, 1.0)) * between(0.4, 1.0)], int(rng.integers(1, 4)))
     elif kind == 1:
         line = np.array([1.0, 0.0, between(0.2, 0.7), 0.0, between(0.0, 0.3)])
     elif kind == 2:

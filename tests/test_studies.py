@@ -546,7 +546,7 @@ def test_12_others_have_valleys_and_centres_of_all_sizes():
     valleys, centres = ([one.exact.true["valley"] for one in found], [abs(one.centre) for one in found])
     assert max(valleys) > 0.3
     assert max(valleys) <= study.MOST_VALLEY
-    assert max(centres) > 0.15
+    assert max(centres) > 0.2
     ratios = [one.a_mm / one.b_mm for one in found]
     assert min(ratios) < 0.4
     assert max(ratios) > 2.5
