@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.contact.grid import ContactGrid, Field, misfit
 from fecontact.contact.halfspace import half_space_below, half_space_problem, love_influence
-from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
+from fecontact.contact.solver import ContactProblem, ContactSolution, mixture, solve_contact
 from fecontact.normal.hertz import HertzContact, hertz_ellipse
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
@@ -532,3 +532,16 @@ def test_residuals_belong_to_the_returned_pressure():
         np.testing.assert_allclose(q.gap_mm, gap, atol=1e-12)
         active = q.in_contact
         assert q.contact_residual == pytest.approx(np.abs(gap[active]).max() / abs(q.approach_mm), rel=1e-6)
+
+
+@pytest.mark.parametrize("unknowns", [1, 2, 4])
+def test_mixed_solutions_of_a_linear_iteration_are_its_fixed_point(unknowns):
+    """One step more than there are unknowns gives it exactly (Walker and Ni 2011), also of one that grows."""
+    rng = np.random.default_rng(unknowns)
+    matrix, constant = 3.0 * rng.normal(size=(unknowns, unknowns)), rng.normal(size=unknowns)
+    inputs = rng.normal(size=(unknowns + 1, unknowns))
+    solved = [matrix @ each + constant for each in inputs]
+    fixed = np.linalg.solve(np.eye(unknowns) - matrix, constant)
+    mixed = mixture(solved, [after - before for after, before in zip(solved, inputs, strict=True)])
+    np.testing.assert_allclose(mixed, fixed, rtol=1e-8, atol=1e-8)
+    assert mixture(solved[:1], [solved[0] - inputs[0]]) is solved[0]
