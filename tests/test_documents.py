@@ -94,7 +94,8 @@ def test_links_lead_somewhere(page):
 
 @pytest.mark.parametrize("page", TEXTS)
 def test_options_and_targets_exist(page):
-    known = {*app, *OPTIONS, "--help-all"}
+    scripts = "".join(path.read_text("utf-8") for path in (ROOT / "studies").glob("*.py"))
+    known = {*app, *OPTIONS, "--help-all", *re.findall(r'add_argument\("(--[a-z-]+)"', scripts)}
     foreign = r"^(dask|#SBATCH).*$|`[^`]*paraview --[^`]*`|^.*paraview --.*$"
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9]", re.sub(foreign, "", TEXTS[page], flags=re.M)))
     assert named - known == set()
