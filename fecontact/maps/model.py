@@ -319,7 +319,7 @@ def _load_between(below: KnownLoad, above: KnownLoad) -> float:
     root = low + part * (high - low)
     # so that the next load lies on the other side of the limit, and the change between both
     beside = 0.4 * LOAD_TOLERANCE
-    wanted = root - beside if root - low > high - root else root + beside
+    wanted = root - beside if part > 0.5 else root + beside
     room = 0.1 * (high - low)
     return math.exp(min(max(wanted, low + room), high - room))
 
