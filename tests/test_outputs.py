@@ -924,7 +924,9 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
     lines, everything = shown_case(record, long=False), shown_case(record)
     assert len(lines) <= 25
     assert re.fullmatch(
-        r"Hertz HOLDS; nearest to its limit: peak pressure -0\.\d\d % ± 0\.\d\d % \(limit ±5 %\)", lines[0]
+        # both are 1.3 % of their limit
+        r"Hertz HOLDS; nearest to its limit: (peak pressure -|misplaced load )0\.\d\d % ± 0\.\d\d % \(limit .* %\)",
+        lines[0],
     )
     assert not [line for line in lines if line.startswith(("it fails", "open", "to decide"))]
     assert everything[: len(lines) - 1] == lines[:-1]
@@ -955,7 +957,7 @@ def test_a_case_that_fails_names_all_measures_that_fail(flattened):
 
 
 def test_an_open_case_says_what_would_decide_it(elliptic_quick):
-    strict = Criteria(p_max=0.002)
+    strict = Criteria(p_max=0.0034)
     record = judged_by(elliptic_quick, strict)
     lines = shown_case(record)
     assert lines[0].startswith("Hertz UNRESOLVED; open: peak pressure -0.")

@@ -221,7 +221,7 @@ def test_columns_that_are_not_named_are_none_of_the_two(write):
 def test_a_ban_file_of_plain_columns_is_one(write):
     y, z = head()
     text = "\n".join(f"{a} {b}" for a, b in zip(y, z, strict=True))
-    assert resolve_rail(str(write("a.ban", text)), AS_IS).y_range_mm == (-34.0, 34.0)
+    assert resolve_rail(str(write("a.ban", text)), AS_IS).y_range_mm == pytest.approx((-34.0, 34.0), abs=1e-12)
 
 
 # --- columns ---------------------------------------------------------------------------------------------------

@@ -49,6 +49,8 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
         "view",
         "validate",
         "baseline",
+        # run_fleet, check_fleet, open_fleet
+        "fleet",
     }
     assert commands - others <= set(fecontact.__all__)
     parts = {type(getattr(Case(), part)).__name__ for part in PARTS}

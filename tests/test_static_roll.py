@@ -85,8 +85,10 @@ def test_a_roll_of_zero_is_given_in_python_and_in_files_as_well(tmp_path):
     # what else is changed leaves the roll as it is
     assert replace(Case(), lateral_shift_mm=3.0) == replace(WHEELSET, lateral_shift_mm=3.0)
     assert replace(Case(roll_rad=0.0), lateral_shift_mm=3.0).roll == "given"
+    # a roll that nobody asked for goes where one is given; one that was asked for contradicts it
+    assert replace(Case(), roll_rad=4e-4) == Case(roll_rad=4e-4)
     with pytest.raises(InputError, match=r"roll angle is 0\.4 mrad, but the roll is 'touching'.*give roll = 'given'"):
-        replace(Case(), roll_rad=4e-4)
+        replace(Case(roll="touching"), roll_rad=4e-4)
     for case in (WHEELSET, ALONE, Case(roll_rad=4e-4), Case(roll_load_N=80e3)):
         assert case_from_record(case_record(case)) == case
 

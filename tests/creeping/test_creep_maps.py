@@ -252,7 +252,7 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
     with pytest.raises(InputError, match=r"--friction 0\.3"):
         refuse_measure(Case(), "force")
     refuse_measure(CASE, "force")
-    with pytest.raises(InputError, match="of the measure pressure"):
+    with pytest.raises(InputError, match="with the measure pressure"):
         refuse_measure(CASE, "force", MULTI_HERTZ)
     with pytest.raises(InputError, match="allowed: pressure, theory, force"):
         refuse_measure(CASE, "speed")

@@ -411,7 +411,9 @@ def test_a_report_of_a_map_says_what_would_decide_an_open_cell(tmp_path):
     one = position(-4.0, p_max=off, judged_by=("p_max",))
     assert one.cells[0].verdict == "UNRESOLVED"
     made = ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=(one,))
-    assert "to decide it: --resolution" in write_map_report(made, tmp_path).read_text("utf-8")
+    assert "no finer mesh decides it: it is 0.00 % beside its limit" in write_map_report(made, tmp_path).read_text(
+        "utf-8"
+    )
 
 
 def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(made, monkeypatch):
