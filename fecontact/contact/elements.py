@@ -43,9 +43,10 @@ _FAR_NODES = 14.0
 # If the body's side is nearer to the node than this, the bodies' part may be no quadratic function. A residual of the
 # fit above this part of the half-space's response shows it. Healthy elements under 29 contacts leave 0.08 to 0.17 %,
 # with errors within 1.5 %; a tongue of 20 mm on sixteen nodes or fewer leaves 0.23 % and more, with errors of 3 to
-# 46 %. On the flange root, whose head is wide, 0.48 % are left and the error is 1.5 %.
-_WIDE_NODES = 16.0
-_MOST_LEFT = 0.002
+# 46 %, and on 16.4 nodes 0.19 %, with 1.4 to 2.2 % on meshes that differ by how gmsh fills the rest of the body alone.
+# On the flange root, whose head is wide, 0.48 % are left and the error is 1.5 %.
+_WIDE_NODES = 18.0
+_MOST_LEFT = 0.0018
 # If the normals turn by more than this (rad) within the fit, the bodies' part is no quadratic function, and the
 # residual does not always show it: in four conforming grooves and on three gauge corners, where they turn by 0.33 to
 # 1.11 rad, healthy elements read -14 to 3 %, all beyond the limit; where they turn by 0.24 or less, at most 1.1 %.
