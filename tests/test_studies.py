@@ -537,6 +537,7 @@ def test_12_others_are_contacts_and_half_spaces_find_them():
     assert max(one["centre_over_b"] for one in errors) < 1e-4
 
 
+@pytest.mark.slow
 def test_12_others_have_valleys_and_centres_of_all_sizes():
     study = module("12_uncertainty")
     cases = study.other_cases(True)

@@ -82,6 +82,7 @@ def test_the_sample_covers_the_truth(fleet, sampled):
     assert headline(found).startswith(f"Hertz holds in {interval(estimate)} of the positions, is open in ")
 
 
+@pytest.mark.slow
 def test_many_samples_cover_the_truth(fleet, sampled):
     seen = []
     for seed in range(20):
