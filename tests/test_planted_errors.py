@@ -343,11 +343,14 @@ def test_elements_that_look_off_are_made_finer(elliptic_quick):
     assert not is_open(solved.case, (off,) * 5, placement, None, solved.half_space)
 
 
-def test_elements_that_look_off_on_the_first_meshes_decide_on_finer_ones():
-    """60E2 upright at 5.15 mm, 80 kN: 2.5 % too soft with four elements per semi-axis, 0.4 with six, 0.3 with nine."""
+def test_elements_beside_a_near_side_are_not_called_soft():
+    """60E2 upright at 5.15 mm, 80 kN: healthy elements read 2.5 % with four of them per semi-axis, 0.3 with nine.
+
+    The side of the head is within 18 nodes: what cannot be told is stated, and the verdict needs no finer meshes.
+    """
     load = solve(Case(rail="60E2", inclination_rad=0.0, lateral_shift_mm=5.15, load_N=80e3, roll="given")).load
-    assert (load.status, load.verdict.answer, len(load.solved.levels)) == ("converged", "FAILS", 3)
-    assert abs(load.level.compliance_error) < 0.01
+    assert (load.status, load.verdict.answer, len(load.solved.levels)) == ("converged", "FAILS", 2)
+    assert math.isnan(load.level.compliance_error)
 
 
 @pytest.mark.parametrize("factor", [1.015, 1.03, 1.2])
