@@ -23,6 +23,11 @@ NOISE = "noise"
 """With what the label of a line begins that has another draw of noise."""
 
 
+def is_drawn(label: str) -> bool:
+    """Whether a line is a draw of other noise, by its label."""
+    return label.startswith(NOISE)
+
+
 @dataclass(frozen=True, kw_only=True)
 class LobeOnLine:
     """A lobe of a half-space on a line: where it lies across on the rail, its force, and what Hertz is off it.
@@ -113,8 +118,8 @@ def _together(moves: Mapping[str, float], both: np.ufunc) -> Floats:
     The filter may lie at an end of what is usual, and the points have their noise there too.
     """
     known = {label: move for label, move in moves.items() if math.isfinite(move)}
-    drawn = [move for label, move in known.items() if label.startswith(NOISE)]
-    smoothed = [move for label, move in known.items() if not label.startswith(NOISE)]
+    drawn = [move for label, move in known.items() if is_drawn(label)]
+    smoothed = [move for label, move in known.items() if not is_drawn(label)]
     return np.asarray(both.outer(smoothed, [both.identity, *drawn])).ravel()
 
 

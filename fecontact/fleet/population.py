@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Literal
@@ -14,6 +13,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.fleet.model import Fleet, shares
+from fecontact.fleet.tables import of_arrow
 from fecontact.profiles.library import is_known
 from fecontact.profiles.readers.columns import file_bytes
 
@@ -25,20 +25,6 @@ MOST_FILES, MOST_PAIRS = 100_000, 1_000_000
 # Files of the other body, by their endings; a folder of an instrument has both.
 _OF_THE_OTHER = {"wheel": (".ban", ".prr"), "rail": (".whl", ".prw")}
 _OWN_COLUMNS = ("file", "name", "weight")
-
-
-def of_arrow(module: str) -> Any:
-    """A module of pyarrow.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
-    try:
-        return import_module(f"pyarrow.{module}")
-    except ImportError as error:
-        raise InputError("fleets need the package pyarrow: pip install 'fecontact[fleet]'") from error
 
 
 @dataclass(frozen=True, kw_only=True)

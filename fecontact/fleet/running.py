@@ -19,9 +19,10 @@ from fecontact.case import Case, case_record
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_atomically, write_sealed, write_text
 from fecontact.fleet.model import Fleet, read_fleet
-from fecontact.fleet.population import BODIES, Candidate, Pair, candidates, of_arrow, pairs_of
+from fecontact.fleet.population import BODIES, Candidate, Pair, candidates, pairs_of
 from fecontact.fleet.reading import TILE, Kept, ReadingProfile, origin, read_record
 from fecontact.fleet.screening import PART, Row, ScreeningPair, refused, schema
+from fecontact.fleet.tables import PROFILES, SCREEN, of_arrow, write_table
 from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done, Job, Work
@@ -30,7 +31,7 @@ from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import json_digest
 from fecontact.runs.study import prepare
 
-FLEET, TABLE, PROFILES, SCREEN = "fleet.json", "fleet.toml", "profiles.parquet", "screen"
+FLEET, TABLE = "fleet.json", "fleet.toml"
 VERDICTS = ("HOLDS", "FAILS", "OPEN", "REFUSED")
 _OF_PAIR = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
 # A library profile that stands for a file in a case whose lines are handed in.
@@ -123,7 +124,7 @@ def run_fleet(
     prepare(folder, FLEET, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as by:
         profiles = _read(asked, found, folder, by)
-        _write(PROFILES, [one.row for one in profiles], folder)
+        write_table([one.row for one in profiles], folder / PROFILES)
         pairs = _population(asked, profiles)
         run, read = replace(by, progress=progress.get("pairs")), len(by.reused)
         failed = _screen(asked, profiles, pairs, folder, run)
@@ -330,18 +331,6 @@ def _write_screen(
         if path.name not in written:
             path.unlink()
     return counted
-
-
-def _write(name: str, rows: Sequence[Row], out: Path) -> None:
-    parquet, lib = of_arrow("parquet"), of_arrow("lib")
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    try:
-        table = lib.Table.from_pydict({column: [row.get(column) for row in rows] for column in columns})
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"{name}: a column has values of several kinds ({error}); give one kind in all tables"
-        ) from error
-    write_atomically(out / name, lambda temporary: parquet.write_table(table, temporary))
 
 
 def _seal(fleet: Fleet, screened: Screened) -> None:

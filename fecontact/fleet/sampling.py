@@ -15,9 +15,8 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.errors import InputError, usable
-from fecontact.files import write_atomically
 from fecontact.fleet.estimate import allocation, draw_scale
-from fecontact.fleet.tables import KEYS, SAMPLE, STRATA, asked, opened
+from fecontact.fleet.tables import KEYS, SAMPLE, STRATA, asked, opened, write_table
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
 from fecontact.outputs.tables import Record, Row
@@ -122,7 +121,7 @@ def solve_sample(
         Study(name="sample", cases=cases_of(drawn, case_of)), folder / "sample", settings=settings, progress=progress
     )
     rows = [row | _solved(found) for row, found in zip(drawn.rows, outcome.rows, strict=True)]
-    write_sample(folder, rows)
+    write_table(rows, folder / SAMPLE)
     return outcome
 
 
@@ -141,13 +140,3 @@ def _solved(row: Row) -> Record:
     }
     told = {"fe_verdict": verdict, "fe_status": row["status"], "fe_cause": row.get("verdict_cause")}
     return told | {"fe_case": row["id"]} | off
-
-
-def write_sample(folder: Path, rows: Sequence[Record]) -> Path:
-    """Write `sample.parquet`, whole or not at all."""
-    import pyarrow
-    from pyarrow.parquet import write_table
-
-    names = dict.fromkeys(name for row in rows for name in row)
-    table = pyarrow.table({name: [row.get(name) for row in rows] for name in names})
-    return write_atomically(folder / SAMPLE, lambda path: write_table(table, path))

@@ -32,8 +32,8 @@ from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded, 
 from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fleet.model import Screen
-from fecontact.fleet.population import of_arrow
 from fecontact.fleet.reading import Kept
+from fecontact.fleet.tables import of_arrow
 from fecontact.profiles.curve import Profile
 from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
 from fecontact.solving.placing import place_case, wheelset_of_case

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fecontact.errors import InputError
+from fecontact.files import write_atomically
 from fecontact.outputs.tables import Record
 
 if TYPE_CHECKING:
     from duckdb import DuckDBPyConnection
 
-SAMPLE = "sample.parquet"
+PROFILES, SCREEN, SAMPLE = "profiles.parquet", "screen", "sample.parquet"
 KEYS = "wheel, rail, shift_mm, load_kN"
 """Columns that name a position."""
 STRATA = ("surely holds", "near", "surely fails", "refused")
@@ -24,6 +27,39 @@ _NO_SAMPLE = """
     SELECT '' AS wheel, '' AS rail, 0.0::DOUBLE AS shift_mm, 0.0::DOUBLE AS load_kN, '' AS stratum,
            0.0::DOUBLE AS weight, 1.0::DOUBLE AS inclusion_probability, 0 AS seed, 0 AS draw, '' AS fe_verdict
     WHERE false"""
+
+
+def of_arrow(module: str) -> Any:
+    """A module of pyarrow.
+
+    Raises
+    ------
+    InputError
+        If it is not installed.
+    """
+    try:
+        return import_module(f"pyarrow.{module}")
+    except ImportError as error:
+        raise InputError("fleets need the package pyarrow: pip install 'fecontact[fleet]'") from error
+
+
+def write_table(rows: Sequence[Record], path: Path) -> Path:
+    """Write rows as Parquet, whole or not at all; a row may lack columns that others have.
+
+    Raises
+    ------
+    InputError
+        If a column has values of several kinds.
+    """
+    parquet, lib = of_arrow("parquet"), of_arrow("lib")
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    try:
+        table = lib.Table.from_pydict({column: [row.get(column) for row in rows] for column in columns})
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{path.name}: a column has values of several kinds ({error}); give one kind in all tables"
+        ) from error
+    return write_atomically(path, lambda temporary: parquet.write_table(table, temporary))
 
 
 def opened(folder: Path) -> DuckDBPyConnection:
@@ -40,14 +76,14 @@ def opened(folder: Path) -> DuckDBPyConnection:
         import duckdb
     except ImportError:
         raise InputError("a fleet needs DuckDB and pyarrow: pip install 'fecontact[fleet]'") from None
-    if not (folder / "profiles.parquet").is_file() or not any((folder / "screen").glob("part-*.parquet")):
+    if not (folder / PROFILES).is_file() or not any((folder / SCREEN).glob("part-*.parquet")):
         raise InputError(
-            f"{folder} has no screened fleet (profiles.parquet, screen/part-*.parquet); first: fecontact fleet run"
+            f"{folder} has no screened fleet ({PROFILES}, {SCREEN}/part-*.parquet); first: fecontact fleet run"
             f" FLEET.toml --out {folder}"
         )
     tables = duckdb.connect()
-    tables.read_parquet(str(folder / "profiles.parquet")).create_view("profiles")
-    tables.read_parquet(str(folder / "screen" / "part-*.parquet")).create_view("screened")
+    tables.read_parquet(str(folder / PROFILES)).create_view("profiles")
+    tables.read_parquet(str(folder / SCREEN / "part-*.parquet")).create_view("screened")
     tables.execute(f"CREATE VIEW screen AS SELECT *, {_STRATUM} AS stratum FROM screened WHERE weight > 0")
     if (folder / SAMPLE).is_file():
         tables.read_parquet(str(folder / SAMPLE)).create_view("sample")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from itertools import pairwise
-from typing import Literal, NamedTuple, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 import psutil
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.judging import judge_line
-from fecontact.comparison.lines import FILTER, NOISE, Lines, OnLine
+from fecontact.comparison.lines import FILTER, NOISE, Lines, OnLine, is_drawn
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.solved_load import changes_on_more_nodes
 from fecontact.contact.grid import Rung
@@ -289,13 +289,6 @@ _STUDENT = 2.78
 Value = TypeVar("Value")
 
 
-class _Label(NamedTuple):
-    """What a line is, in words, and whether it is a draw of other noise."""
-
-    words: str
-    drawn: bool = False
-
-
 def lines_of_case(case: Case, placement: Placement) -> Lines | None:
     """Every theory against the half-space, on the own line and on all others that points allow; None of exact lines."""
 
@@ -306,7 +299,7 @@ def lines_of_case(case: Case, placement: Placement) -> Lines | None:
     found = _on_lines(case, placement, on_line)
     if not found:
         return None
-    own, *others = (OnLine(label=label.words) if one is None else one for label, one in found.items())
+    own, *others = (OnLine(label=label) if one is None else one for label, one in found.items())
     return Lines(own=own, others=tuple(others))
 
 
@@ -328,17 +321,15 @@ def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | No
 
     def left_open(name: str, value: float) -> float:
         by = {label: math.nan if one is None else one[name] / value - 1.0 for label, one in found.items()}
-        drawn = np.array([change for label, change in by.items() if label.drawn])
-        smoothed = np.abs([change for label, change in by.items() if not label.drawn]).max()
+        drawn = np.array([change for label, change in by.items() if is_drawn(label)])
+        smoothed = np.abs([change for label, change in by.items() if not is_drawn(label)]).max()
         scatter = math.sqrt(float(np.mean(drawn**2))) if drawn.size else 0.0
         return math.hypot(float(smoothed), _STUDENT * scatter)
 
     return {name: left_open(name, value) for name, value in own.items()}
 
 
-def _on_lines(
-    case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]
-) -> dict[_Label, Value | None]:
+def _on_lines(case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]) -> dict[str, Value | None]:
     """Something of the case on its own line and on every other one by its label; empty of exact lines.
 
     The same filter is taken for rail and wheel, and None stands for lines that do not come into contact.
@@ -346,15 +337,15 @@ def _on_lines(
     rail, wheel = placement.rail.profile, placement.wheel.profile
     rails, wheels = _labelled(rail), _labelled(wheel)
     labels = dict.fromkeys([*rails, *wheels])
-    own = _Label(_own_label(rail, wheel))
+    own = _own_label(rail, wheel)
 
-    def with_lines(label: _Label) -> Value | None:
+    def with_lines(label: str) -> Value | None:
         try:
-            return evaluate(label.words, place_case(case, rail=rails.get(label, rail), wheel=wheels.get(label, wheel)))
+            return evaluate(label, place_case(case, rail=rails.get(label, rail), wheel=wheels.get(label, wheel)))
         except (InputError, ConvergenceError):
             return None
 
-    return {own: evaluate(own.words, placement), **{label: with_lines(label) for label in labels}} if labels else {}
+    return {own: evaluate(own, placement), **{label: with_lines(label) for label in labels}} if labels else {}
 
 
 def _own_label(rail: Profile, wheel: Profile) -> str:
@@ -367,15 +358,13 @@ def _filter(filter_mm: float, nominal: str) -> str:
     return f"{FILTER} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
 
 
-def _labelled(profile: Profile) -> dict[_Label, Profile]:
+def _labelled(profile: Profile) -> dict[str, Profile]:
     """Lines that the points of a profile allow beside its own by their labels, as they are through either half."""
     if profile.measured is None:
-        halves = {_Label(f"half {k + 1} of the points"): profile.thinned(k) for k in (0, 1)}
+        halves = {f"half {k + 1} of the points": profile.thinned(k) for k in (0, 1)}
         return {label: line for label, line in halves.items() if line is not None}
     return {
-        _Label(f"{NOISE} {one.draw + 1}", drawn=True)
-        if one.draw >= 0
-        else _Label(_filter(one.filter_mm, one.nominal)): one.profile
+        f"{NOISE} {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
         for one in other_lines(profile)
     }
 
