@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ from fecontact.comparison.measures import (
 from fecontact.comparison.patch import standing_peaks
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded, of_many
 from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
+from fecontact.criteria import Criteria
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fleet.model import Screen
 from fecontact.fleet.reading import Kept
@@ -42,15 +43,8 @@ from fecontact.wheel_rail.placement import Placement
 from fecontact.wheel_rail.wheelset import Wheelset, harmonic_conicity
 
 PART = "part.parquet"
-COLUMN = {
-    "p_max_MPa": "p_max",
-    "area_mm2": "area",
-    "a_mm": "a",
-    "b_mm": "b",
-    "centre_over_b": "centre",
-    "valley": "valley",
-    "separate_load": "separate",
-    "misplaced_load": "misplaced",
+COLUMN: dict[str, str] = {
+    limit.metadata["measure"]: limit.name for limit in fields(Criteria) if "measure" in limit.metadata
 }
 """What the columns of each measure begin with; in percent of the screen's value, of Hertz's b, the peak, the load."""
 _FIRST = ("place_y_mm", "touch_angle_mrad", "conicity", "contact_concentration", "hertz_p_max_MPa", "screen_p_max_MPa")
