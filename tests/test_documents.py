@@ -190,8 +190,9 @@ def test_a_page_of_the_guide_runs_as_it_is_pasted(topic, tmp_path):
         runs = {"console": [["bash", "-c", line] for line in lines], "python": [[sys.executable, "-c", code]]}
         for run in runs.get(language, ()):
             done = subprocess.run(run, cwd=folder, env=environment, capture_output=True, text=True, timeout=900)
-            # 1: two sets of results that are compared are not the same
-            assert done.returncode in ((0, 1) if "compare" in run[-1] else (0,)), (run, done.stdout, done.stderr)
+            # 1: two sets of results that are compared are not the same; 3: a position of a sample was not solved
+            other = next((code for part, code in {"compare": 1, "fleet sample": 3}.items() if part in run[-1]), 0)
+            assert done.returncode in (0, other), (run, done.stdout, done.stderr)
             said += done.stdout
 
 
