@@ -97,11 +97,13 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     """
     import psutil
 
-    first, most, finest = [], [], []
+    first, most, finest, lines = [], [], [], []
     for case in spread(cases, _MOST_SEEN):
         # what cannot be solved says so when it is its turn
         with suppress(FecontactError):
-            unknowns = preview(case).degrees_of_freedom
+            seen = preview(case)
+            unknowns = seen.degrees_of_freedom
+            lines.append(seen.lines_seconds)
             first.append(unknowns)
             most.append(max(unknowns, min(_REFINED * unknowns, case.most_unknowns)))
             finest.append(max(unknowns, case.most_unknowns))
@@ -110,9 +112,9 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     each = len(cases) / len(first) / workers
     return Cost(
         workers=workers,
-        seconds=START_SECONDS + each * sum(map(cpu_seconds, first)),
+        seconds=START_SECONDS + each * (sum(map(cpu_seconds, first)) + sum(lines)),
         memory_GB=memory_GB(max(first)),
-        most_seconds=START_SECONDS + each * sum(map(cpu_seconds, most)),
+        most_seconds=START_SECONDS + each * (sum(map(cpu_seconds, most)) + sum(lines)),
         most_memory_GB=memory_GB(max(finest)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )

@@ -561,6 +561,9 @@ _UNKNOWNS, _MORE_X, _MORE_S = 125.0, 0.2, 14.4
 # Unknowns of a whole model over the unknowns of half of it.
 _WHOLE = 2.0
 _ONE_PATCH, _SECONDS, _SECONDS_POWER = 33_900.0, 2.6, 1.1
+# Of each line that points allow, under each load: 0.23, 0.24, 0.30, 0.69 and 2.1 s at five positions of the worn pair
+# of `fecontact profiles --examples`; the most where patches lie far apart.
+_LINE_SECONDS = 0.5
 # Factors fill in by more than in proportion.
 _BASE_GB, _GB, _GB_POWER = 0.077, 0.251, 1.12
 
@@ -610,6 +613,8 @@ class Preview:
     degrees_of_freedom, cpu_seconds, memory_GB
         Of `fecontact solve` on its first meshes, to 10 % and to a factor of two; a refinement takes up to
         `Case.most_unknowns`.
+    lines_seconds
+        The part of `cpu_seconds` for the lines that points allow, which each load takes; 0 for exact lines.
     """
 
     case: Case
@@ -621,6 +626,7 @@ class Preview:
     elements: tuple[int, int]
     degrees_of_freedom: int
     cpu_seconds: float
+    lines_seconds: float
     memory_GB: float
 
     def __repr__(self) -> str:
@@ -667,6 +673,7 @@ def preview(case: Case) -> Preview:
     if (zone := fine_zone(expected, sizes)).bands:
         across = zone.intervals_s
     unknowns = unknowns_of(along_x, across, half=case.half)
+    lines_seconds = _LINE_SECONDS * len(_on_lines(case, placement, lambda *_: None))
     return Preview(
         case=case,
         placement=placement,
@@ -676,6 +683,7 @@ def preview(case: Case) -> Preview:
         element_size_mm=sizes,
         elements=(along_x, across),
         degrees_of_freedom=int(unknowns),
-        cpu_seconds=START_SECONDS + cpu_seconds(unknowns),
+        cpu_seconds=START_SECONDS + cpu_seconds(unknowns) + lines_seconds,
+        lines_seconds=lines_seconds,
         memory_GB=memory_GB(unknowns),
     )
