@@ -43,7 +43,7 @@ from fecontact.runs.casefile import Study, kinds, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview
+from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview, refuse_too_long
 from fecontact.solving.solve import CaseResult, SharedLoads
 
 # --- About what time and memory many cases take, from a few of them that are placed and expected.
@@ -101,6 +101,7 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     for case in spread(cases, _MOST_SEEN):
         # what cannot be solved says so when it is its turn
         with suppress(FecontactError):
+            refuse_too_long(case, place_case(case))
             seen = preview(case)
             unknowns = seen.degrees_of_freedom
             lines.append(seen.lines_seconds)

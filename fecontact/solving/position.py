@@ -25,7 +25,7 @@ from fecontact.comparison.solved_load import changes_on_more_nodes
 from fecontact.contact.grid import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.body import BodyMesh, check_memory, choose_solver
-from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, too_short, wheel_mesh
 from fecontact.fe.section import Stretch
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.touch_hertz import HertzPoints, hertz_points
@@ -212,8 +212,31 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
     return _expecting(case, placement, clock)
 
 
+# A patch found with so many nodes on its narrowest semi-axis is within 3 % of one with 32, at five loads of 10 to 100 MN
+# on 60E1, and takes a tenth of the time; Hertz's ellipse is half as long and longer.
+_ROUGH_NODES, _ROUGH, _LONG = 8, 1.1, 0.5
+
+
+def refuse_too_long(case: Case, placement: Placement) -> None:
+    """Refuse a patch that is far longer than the bodies before it is known well, which takes seconds.
+
+    Raises
+    ------
+    InputError
+        As meshes of the bodies would, if the patch is a tenth longer than they are.
+    """
+    half_length, hertz = case.size.half_length_mm, hertz_of_case(case, placement)
+    if hertz.extent_x_mm / 2.0 < _LONG * half_length:
+        return
+    true_gap, guess = true_gap_of_case(case, placement), 1.1 * hertz.approach_mm
+    rough = expected_patch(true_gap, case.load_N, half=case.half, nodes=_ROUGH_NODES, guess_mm=guess)
+    if (reach := max(rough.x_high_mm, -rough.x_low_mm)) > _ROUGH * half_length:
+        raise too_short("the rail's half length", half_length, f"about {reach:.0f}")
+
+
 def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
     with clock.step("expect the patch"):
+        refuse_too_long(case, placement)
         _, expected = expect_on_half_space(case, placement)
     return Position(
         case=case,
