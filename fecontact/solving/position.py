@@ -212,8 +212,8 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
     return _expecting(case, placement, clock)
 
 
-# A patch found with so many nodes on its narrowest semi-axis is within 3 % of one with 32, at five loads of 10 to 100 MN
-# on 60E1, and takes a tenth of the time; Hertz's ellipse is half as long and longer.
+# A patch with so few nodes on its narrowest semi-axis is within 5 % of one with 32 nodes (five loads of 10 to 100 MN on
+# 60E1) and takes a tenth of the time. Hertz's ellipse is at least half as long as the patch.
 _ROUGH_NODES, _ROUGH, _LONG = 8, 1.1, 0.5
 
 
