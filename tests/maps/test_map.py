@@ -1908,7 +1908,7 @@ def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
     second = json.loads((tmp_path / "map.json").read_text("utf-8"))
     assert second["cells"][0] == first["cells"][0]
     assert len(second["cells"]) == 2
-    assert "1 finished positions were reused" in out
+    assert "1 finished position was reused" in out
     # a flat wheel over a round head: the same contact at every shift, but for where gmsh puts its nodes (6e-5 seen)
     peaks = [cell["fe"]["p_max_MPa"] for cell in second["cells"]]
     assert peaks[1] == pytest.approx(peaks[0], rel=2e-4)
