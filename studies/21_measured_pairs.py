@@ -14,7 +14,7 @@ that, and peaks within 2 % with one filter in both.
 
 The survey is by half-spaces, without finite elements: a line costs some tenths of a second. No number was fitted to
 these positions, but that filters have one width from end to end was chosen with them in view: they are no blind test.
-`cases()` are some of the positions by finite elements, with all that they add. The survey alone, with its figure:
+`cases()` are a third of the positions by finite elements, with all that they add. The survey alone, with its figure:
 `python studies/21_measured_pairs.py --survey`.
 
 Found: 57 of 60 positions where its filters agree are decided as it has them, 3 are open, where a line is within 0.4 %
@@ -25,6 +25,10 @@ What is stated of the deviation is asked to cover CONTACT's with its filters, bo
 4 mm in 100 % of the positions for peak, area, a and b; with 8 mm in 91, 94, 95 and 98 %. The band over the lines has 97
 % of its peaks with 4 mm, all with 8 mm, and is 1.3 times as wide as these are apart (median). The edge of a contact of
 cells lies outside: its areas are corrected for that, by which alone the area with 4 mm was covered in 94 %.
+
+By finite elements at 22 positions, all that have 60 kN: at each the answer of the half-spaces, so that 18 of 20 on
+which its filters agree are decided, 2 are open and none is wrong, and 2 of 2 that they split are open. The peak is
+within 0.23 % of CONTACT's with 4 mm, but for one with a second patch (0.66 %).
 """
 
 import csv
@@ -247,7 +251,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     of_agreed, of_all = f"{agreed} positions where filters agree", f"{len(found)} positions"
     parts = [
         ("part that is decided", of_agreed, 1.0 - count["open"] / agreed, LEAST_DECIDED_PERCENT),
-        ("part that is not wrong", of_agreed, 1.0 - count["wrong"] / agreed, 100.0 - 1e-6),
+        ("part that is not wrong", of_agreed, 1.0 - count["wrong"] / agreed, 100.0),
     ]
     for filter_mm, least in LEAST_COVERED_PERCENT.items() if len(rows) > 1 else ():
         parts += [(f"{name} covered, {filter_mm} mm", of_all, part, least) for name, part in _covered(found, filter_mm)]
@@ -265,7 +269,8 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             kind="other code",
             value=part,
             expected=1.0,
-            limit_percent=100.0 - least,
+            # parts are counted: what is asked for is enough
+            limit_percent=100.0 - least + 1e-9,
         )
         for quantity, case, part, least in parts
     ]
