@@ -812,7 +812,8 @@ def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
 
 def test_the_terminal_shows_the_worst_columns_and_says_how_many_more_differ(tmp_path, capsys):
     """Two rails differ in a hundred columns, and some texts are as wide as a terminal."""
-    many = {f"area{number}_mm2": 1.0 for number in range(40)}
+    # numbers of as many digits are no texts that are cut
+    many = {f"area{number}_mm2": -0.048264705382461234 for number in range(40)}
     was = write_study(tmp_path / "was", [case_row(**many, reason="38 % of the patch is flat or concave")])
     now = write_study(tmp_path / "now", [case_row(**{name: 2.0 for name in many}, reason="")])
     assert call(["compare", str(was), str(now)]) == 1
@@ -820,6 +821,7 @@ def test_the_terminal_shows_the_worst_columns_and_says_how_many_more_differ(tmp_
     assert sum(" 1/1 " in line for line in lines) == 30
     assert "11 further columns differ: --out FOLDER or --json has all" in lines
     assert any("38 % of the patch..." in line for line in lines)
+    assert sum(" -0.048264705 " in line for line in lines) == 29
 
 
 def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):

@@ -216,7 +216,10 @@ def comparison_lines(comparison: TableComparison) -> Lines:
     if columns.differing.any():
         differing = columns[columns.differing > 0]
         shown = differing[:_MOST_COLUMNS]
-        shown = shown.assign(**{side: shown[side].map(_cut) for side in ("baseline", "new")})
+        numbers = shown.difference.notna()
+        shown = shown.assign(
+            **{side: shown[side].where(numbers, shown[side].map(_cut)) for side in ("baseline", "new")}
+        )
         yield value_table("Columns that differ", COLUMN_TABLE, shown, comparison)
         if more := len(differing) - len(shown):
             yield f"{count(more, 'further column')} differ{'s' * (more == 1)}: --out FOLDER or --json has all"
