@@ -586,7 +586,9 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
     most = _MOST_NODES * (1 if grid.half else 2)
     wanted = (x_high - x_low) * (s_high - s_low) / (most * step_x * step_s)
     if wanted > _ONE_BAND and len(parts := _far_apart(rung)) > 1:
-        return _grid_in_bands(rung, parts, nodes)
+        banded = _grid_in_bands(rung, parts, nodes)
+        if math.prod(banded.shape) <= most:
+            return banded
     for rim in _RIMS:
         # the least lobes get fewer nodes where all of them would be too many, no others
         fewer = min(max(1.0, rim * math.sqrt(wanted)), nodes / FEWEST_NODES)
@@ -614,18 +616,20 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
 
 
 def _grid_in_bands(rung: Rung, parts: Sequence[Rung], nodes: int) -> ContactGrid:
-    """A band for each of several patches far apart, whose nodes follow its own lobes across; along x those of large ones.
+    """A band for each of several patches far apart, whose nodes follow its own lobes across.
 
-    Lobes that are smaller by `_FINEST` have fewer nodes, but some. Steps across are whole numbers of the least one, so
-    that nodes of all bands lie on one line of equal steps.
+    Fewer nodes, but some, have across lobes that are smaller than others by `_FINEST`, and along x, where all bands have
+    the same rows, patches with little load. Steps across are whole numbers of the least one, so that nodes of all bands
+    lie on one line of equal steps.
     """
-    sizes, (x_low, x_high), half = lobe_sizes(rung), _bounds(rung)[0], rung.grid.half
-    (large_x, large_s), least_x = map(min, zip(*sizes.large, strict=True)), min(size[0] for size in sizes.every)
-    along_x = min(large_x / nodes, least_x / FEWEST_NODES)
+    (x_low, x_high), half, large_s = _bounds(rung)[0], rung.grid.half, min(size[1] for size in lobe_sizes(rung).large)
+    followed = [followed_mm(lobe_sizes(part)) for part in parts]
+    loads = [float(part.pressure_MPa.sum(axis=0) @ rung.grid.weights) for part in parts]
+    counts = [nodes if load >= _LESSER_LOAD * sum(loads) else FEWEST_NODES for load in loads]
+    along_x = min(size[0] / count for size, count in zip(followed, counts, strict=True))
     first_x = 0.0 if half else x_low - 3.0 * along_x
     count_x = int(np.ceil((x_high + 3.0 * along_x - first_x) / along_x))
-    followed = [followed_mm(lobe_sizes(part))[1] for part in parts]
-    steps = [min(max(one, _FINEST * large_s) / nodes, one / FEWEST_NODES) for one in followed]
+    steps = [min(max(across, _FINEST * large_s) / nodes, across / FEWEST_NODES) for _, across in followed]
     least, lines = min(steps), []
     for part, step in zip(parts, steps, strict=True):
         low, high = _bounds(part)[1]

@@ -83,11 +83,11 @@ def couple(
         local = np.full(len(wheel.points), -1)
         local[wheel_nodes] = np.arange(wheel_nodes.size)
         coupling = mortar_matrix(grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]])
-    # bodies that yield are solved many times for one load
+    # bodies that yield are solved many times for one load, and several patches twice a patch before the contact
     path = choose_solver(
         case.solver,
         [3 * len(mesh.points) for mesh in (rail, wheel)],
-        several_loads=several_loads or case.may_yield,
+        several_loads=several_loads or case.may_yield or len(zone.bands) > 1,
     )
     bodies = []
     for mesh, material in ((rail, case.rail_material), (wheel, case.wheel_material)):
