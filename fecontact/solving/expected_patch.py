@@ -629,10 +629,13 @@ def _grid_in_bands(rung: Rung, parts: Sequence[Rung], nodes: int) -> ContactGrid
     along_x = min(size[0] / count for size, count in zip(followed, counts, strict=True))
     first_x = 0.0 if half else x_low - 3.0 * along_x
     count_x = int(np.ceil((x_high + 3.0 * along_x - first_x) / along_x))
-    steps = [min(max(across, _FINEST * large_s) / nodes, across / FEWEST_NODES) for _, across in followed]
+    ends = [_bounds(part)[1] for part in parts]
+    steps = [
+        min(max(across, _FINEST * large_s) / nodes, 0.5 * (high - low) / FEWEST_NODES)
+        for (_, across), (low, high) in zip(followed, ends, strict=True)
+    ]
     least, lines = min(steps), []
-    for part, step in zip(parts, steps, strict=True):
-        low, high = _bounds(part)[1]
+    for part, step, (low, high) in zip(parts, steps, ends, strict=True):
         own = least * math.floor(step / least * (1.0 + 1e-9))
         # where a coarser node was free the contact may begin
         room = max(_RIM * own, float(part.grid.cells_mm[part.pressure_MPa.any(axis=0)].max()))
