@@ -248,7 +248,7 @@ FAR_APART = Case(lateral_shift_mm=5.0, load_N=50e3)
 
 
 def test_patches_far_apart_are_solved_in_bands_as_on_one_grid(monkeypatch):
-    """Gauge corner and head of S1002 on 60E1: a third of the nodes, and all measures within what reading leaves open."""
+    """Gauge corner and head of S1002 on 60E1: a third of the nodes, all measures within what reading leaves open."""
     _, bands = expect_on_half_space(FAR_APART)
     monkeypatch.setattr(expected_patch, "_ONE_BAND", np.inf)
     _, one = expect_on_half_space(FAR_APART)

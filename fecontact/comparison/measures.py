@@ -180,7 +180,7 @@ class Approximation:
         return pressure
 
     def beside(self, rung: Rung, moved_mm: tuple[float, float] = (0.0, 0.0)) -> tuple[Floats, Floats, Floats]:
-        """Pressures of a contact and of these patches on the same nodes, as far as both go, and weights of the nodes."""
+        """Pressures of a contact and of these patches on the same nodes, as far as both go, and the nodes' weights."""
         low, high = self.box_mm
         lengths = (2.0 * (max(abs(low[k]), abs(high[k])) + abs(moved_mm[k])) for k in (0, 1))
         covering = rung.pressure.covering(*lengths)

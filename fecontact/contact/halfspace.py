@@ -80,9 +80,7 @@ def _in_bands(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: Floats) 
     """Compliance of a pair of half-spaces on the nodes of several bands."""
     ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
     angles = np.split(angle_rad, ends)
-    within = [
-        half_space_below(band, contact_modulus_MPa, own) for band, own in zip(grid.bands, angles, strict=True)
-    ]
+    within = [half_space_below(band, contact_modulus_MPa, own) for band, own in zip(grid.bands, angles, strict=True)]
     between = _between(grid, contact_modulus_MPa)
     turns = [turn(angle_rad) for turn in (np.cos, np.sin)] if np.ptp(angle_rad) > 0.0 else [np.ones(angle_rad.size)]
 
@@ -145,7 +143,7 @@ def _places(band: ContactGrid, grid: ContactGrid) -> Floats:
 
 
 def _polynomials(places: Floats, band: ContactGrid, spread: float) -> Floats:
-    """Polynomials (m, n) that are 1 at one of m places and 0 at the others, in the mean over a part of a node's cell."""
+    """Polynomials (m, n), each 1 at one of m places and 0 at the others, in the mean over a part of a node's cell."""
     low, high = places[-1], places[0]
     points, weights = np.polynomial.legendre.leggauss(3)
     s = band.s_mm[:, None] + 0.5 * spread * band.steps_mm[1] * points

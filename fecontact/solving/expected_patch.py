@@ -618,9 +618,9 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
 def _grid_in_bands(rung: Rung, parts: Sequence[Rung], nodes: int) -> ContactGrid:
     """A band for each of several patches far apart, whose nodes follow its own lobes across.
 
-    Fewer nodes, but some, have across lobes that are smaller than others by `_FINEST`, and along x, where all bands have
-    the same rows, patches with little load. Steps across are whole numbers of the least one, so that nodes of all bands
-    lie on one line of equal steps.
+    Fewer nodes, but some, are below lobes that are narrower than others by `_FINEST`, and along x, where all bands have
+    the same rows, below patches with little load. Steps across are whole numbers of the least one, so that nodes of all
+    bands lie on one line of equal steps.
     """
     (x_low, x_high), half, large_s = _bounds(rung)[0], rung.grid.half, min(size[1] for size in lobe_sizes(rung).large)
     followed = [followed_mm(lobe_sizes(part)) for part in parts]

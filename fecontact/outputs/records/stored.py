@@ -114,7 +114,7 @@ def _rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) 
         s_mm=arrays[f"{name}_s_mm"],
         half=record["half"],
         # only of several bands
-        widths_mm=arrays[f"{name}_widths_mm"] if f"{name}_widths_mm" in arrays else None,
+        widths_mm=arrays.get(f"{name}_widths_mm"),
     )
     values: Record = {key: record[key] for key in _RUNG_NUMBERS}
     values |= {field: arrays[f"{name}_{field}"] for field in _RUNG_FIELDS}
