@@ -155,15 +155,17 @@ class WheelPose:
         position = self.point(y, self.rolling_radius_mm - z, 0.0)
         return position[..., 1], position[..., 2]
 
-    def distance_along(self, points: Floats, normals: Floats) -> Floats:
+    def distance_along(self, points: Floats, normals: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
         """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
 
-        NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution.
+        NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution, from a
+        guess (...).
         """
         start = np.ascontiguousarray(((points - self.centre_mm) @ self.axes).reshape(-1, 3).T)
         along = np.ascontiguousarray((normals @ self.axes).reshape(-1, 3).T)
         y_low, y_high = self.profile.y_range_mm
-        t, active = np.zeros(start.shape[1]), np.arange(start.shape[1])
+        t = np.broadcast_to(np.asarray(guess_mm, float), points.shape[:-1]).reshape(-1).copy()
+        active = np.arange(t.size)
         met = np.zeros(t.size, dtype=bool)
         for _ in range(12):
             n = along[:, active]

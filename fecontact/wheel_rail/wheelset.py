@@ -114,6 +114,11 @@ class PlacedWheelset:
     left: Placement
     right: Placement
 
+    @property
+    def climbs(self) -> bool:
+        """Whether a flange touches its rail beyond its steepest place."""
+        return self.left.climbs or self.right.climbs
+
     def side(self, side: TrackSide) -> Placement:
         """The wheel of a side on its rail, which knows whether the other one climbs."""
         own, other = (self.left, self.right) if side == "left" else (self.right, self.left)
@@ -332,7 +337,7 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     shifts_mm
         Shifts of the table; jumps are looked for between them. Conicities do not depend on them.
     """
-    positions = _positions(wheelset, shifts_mm, yaw_rad)
+    positions = positions_at(wheelset, shifts_mm, yaw_rad)
     centred = wheelset.stand(0.0, yaw_rad)
     height = float("nan") if isinstance(centred, str) else centred.left.axle_mm
     # without a possible shift there are no jumps
@@ -355,13 +360,17 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     )
 
 
-def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -> dict[float, PlacedWheelset | str]:
+def positions_at(
+    wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float = 0.0
+) -> dict[float, PlacedWheelset | str]:
+    """The wheelset on its rails at many shifts (mm, positive to the left), or why it cannot stand there."""
     positions: dict[float, PlacedWheelset | str] = {}
     guess = 0.0
     # from the middle outwards on either side; each roll is the guess for the next
     for shift in sorted(shifts_mm, key=lambda shift: (shift < 0.0, abs(shift))):
         mirrored = positions.get(-shift)
-        if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0:
+        # whether a flange may climb hangs on the side
+        if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0 and not mirrored.climbs:
             positions[shift] = replace(
                 mirrored, shift_mm=shift, roll_rad=-mirrored.roll_rad, left=mirrored.right, right=mirrored.left
             )
