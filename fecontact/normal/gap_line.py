@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
@@ -22,8 +23,9 @@ _CHORD_MM = 0.1
 _WIDEST_GAP_MM = 1.0
 # Step of the positions, fine enough for every profile, and how far they go to each side.
 _STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
-# A first look at every so many positions says where the surfaces face each other.
-_EVERY = 25
+# A first look at every so many positions says where the surfaces face each other, and what the gap is between them but
+# for 1e-5 mm.
+_EVERY = 10
 # Places to each side of first touch.
 _COUNT = round(_HALF_WIDTH_MM / _STEP_MM)
 _EVEN = 1e-6
@@ -151,7 +153,8 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
     rough = _around(_facing(coarse), _COUNT // _EVERY)
     first = max(rough.start - 1, 0) * _EVERY
     t, u, points = _over_plane(placement, first, min(rough.stop * _EVERY, 2 * _COUNT), 1)
-    f = slid.gap_over_plane(points, np.interp(t, coarse_t, np.nan_to_num(coarse)))
+    met = np.isfinite(coarse)
+    f = slid.gap_over_plane(points, CubicSpline(coarse_t[met], coarse[met])(t))
     near = _around(_facing(f), _COUNT - first)
     rail = placement.rail
     return GapLine(

@@ -298,7 +298,7 @@ class Placement:
         return gap + self.along.opening_mm(points[..., 0]) - self.along.lowered_mm * normals[..., 2]
 
     def over_tangent_plane(self, t: ArrayLike) -> tuple[Floats, Floats]:
-        """Parameters of the rail at places t (mm) across in the tangent plane at first touch, and points (..., 3) there.
+        """Parameters of the rail, and points (..., 3) on it, over places t (mm) across in the tangent plane.
 
         NaN if the rail is missing there.
         """
@@ -314,9 +314,10 @@ class Placement:
     def gap_over_plane(self, points: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
         """True undeformed gap (mm) along the normal at first touch, at points (..., 3) that lie over the tangent plane.
 
-        It is sought from a guess (...). NaN if one of the bodies is missing there. Irregularities are left out: they are constant along a line across.
+        Sought from a guess (...), to 1e-11 mm; NaN if one of the bodies is missing there. Irregularities are left out:
+        they are constant along a line across.
         """
-        return self.wheel.distance_along(points, np.broadcast_to(self.first.normal, points.shape), guess_mm)
+        return self.wheel.distance_along(points, np.broadcast_to(self.first.normal, points.shape), guess_mm, 1e-5)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

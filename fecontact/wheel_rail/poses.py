@@ -155,11 +155,13 @@ class WheelPose:
         position = self.point(y, self.rolling_radius_mm - z, 0.0)
         return position[..., 1], position[..., 2]
 
-    def distance_along(self, points: Floats, normals: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
+    def distance_along(
+        self, points: Floats, normals: Floats, guess_mm: ArrayLike = 0.0, last_step_mm: float = _LAST_STEP_MM
+    ) -> Floats:
         """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
 
         NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution, from a
-        guess (...).
+        guess (...) to a last step, which leaves less than its square over 10 mm.
         """
         start = np.ascontiguousarray(((points - self.centre_mm) @ self.axes).reshape(-1, 3).T)
         along = np.ascontiguousarray((normals @ self.axes).reshape(-1, 3).T)
@@ -179,7 +181,7 @@ class WheelPose:
             t[active] += np.clip(step, -5.0, 5.0)
             # rounded coefficients let a line step at a junction (S1002: 2e-4 mm), and Newton steps alternate there
             met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
-            active = active[np.abs(step) > _LAST_STEP_MM]
+            active = active[np.abs(step) > last_step_mm]
             if not active.size:
                 break
         return np.where(met, t, np.nan).reshape(points.shape[:-1])
