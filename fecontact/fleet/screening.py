@@ -249,13 +249,16 @@ def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
     """
     count = round(AMPLITUDE_MM / _STEP_MM)
     shifts = [round(_STEP_MM * k, 9) for k in range(-count, count + 1)]
-    left = {shift: wheelset.left.standing(shift, 0.0, 0.0) for shift in shifts}
-    right = left if wheelset.symmetric else {shift: wheelset.right.standing(shift, 0.0, 0.0) for shift in shifts}
-    radii = [{k: math.nan if one is None else one.radius_mm for k, one in side.items()} for side in (left, right)]
+    left = wheelset.left.standings(shifts, 0.0, 0.0)
+    right = left if wheelset.symmetric else wheelset.right.standings(shifts, 0.0, 0.0)
+    radii = [
+        {shift: math.nan if one is None else one.radius_mm for shift, one in zip(shifts, side, strict=True)}
+        for side in (left, right)
+    ]
     # what is nearer to the one rail is farther from the other
     conicity = harmonic_conicity(lambda shift: radii[0][shift] - radii[1][-shift], AMPLITUDE_MM, shifts)
     # the place on the rail, which does not move
-    places = np.sort([one.y_mm for one in left.values() if one is not None])
+    places = np.sort([one.y_mm for one in left if one is not None])
     inside = np.searchsorted(places, places + BAND_MM, side="right") - np.arange(places.size)
     return conicity, float(inside.max() / len(shifts)) if places.size == len(shifts) else math.nan
 

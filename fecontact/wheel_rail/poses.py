@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
 
@@ -208,11 +208,22 @@ def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm:
 
     With those beside them; none if no point lies over the rail.
     """
+    (places,) = places_at_shifts(rail, wheel, points, [0.0], above_mm)
+    return places
+
+
+def places_at_shifts(
+    rail: RailPose, wheel: WheelPose, points: CurvePoints, shifts_mm: Iterable[float], above_mm: float = 0.0
+) -> list[Integers]:
+    """As `places_near`, with the wheel shifted across by so much more."""
     _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _EVERY)))
-    gap = z - np.interp(y, *rail.seen_from_above, left=-np.inf, right=-np.inf)
-    near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
-    beside = np.convolve(near, np.ones(5), "same") > 0.5
-    return np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size])
+    found = []
+    for shift in shifts_mm:
+        gap = z - np.interp(y + shift, *rail.seen_from_above, left=-np.inf, right=-np.inf)
+        near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
+        beside = np.convolve(near, np.ones(5), "same") > 0.5
+        found.append(np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size]))
+    return found
 
 
 # Secants end with a step of the parameter this small: the next would be lost in rounding.
