@@ -31,7 +31,7 @@ ROOMS = (
     "profiles/segments.py", "profiles/smoothing.py", "curves/model.py", "curves/normal.py", "curves/stability.py",
     "curves/steady.py",
 )  # fmt: skip
-COPIED = ("fecontact", "tests", "studies", "meshes", "docs", "pyproject.toml", "README.md", "CONTRIBUTING.md")
+COPIED = ("fecontact", "tests", "studies", "meshes", "pyproject.toml", "README.md", "CONTRIBUTING.md")
 # Seconds of tests, as noted, that a mutant is given: single tests first, then all of their files.
 SINGLE_S, FILES_S = 40.0, 240.0
 # A mutant may make an endless loop.

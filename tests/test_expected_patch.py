@@ -16,7 +16,7 @@ from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.normal.hertz import HertzContact, hertz_ellipse
 from fecontact.solving import expected_patch
 from fecontact.solving.expected_patch import TrueGap, carried
-from fecontact.solving.position import expect_on_half_space, place_case, true_gap_of_case
+from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
 
 FLAT = """kind = "wheel"
 units = "mm"
@@ -214,3 +214,20 @@ def test_a_carried_field_is_a_cubic_inside_and_constant_outside():
     np.testing.assert_array_equal(outside[:, 0], outside[:, 1])
     np.testing.assert_array_equal(outside[:, 3], outside[:, 2])
     np.testing.assert_allclose(outside[1, 2], field.values[-1, -1], rtol=1e-12)
+
+
+# --- a patch that is longer than the bodies ---------------------------------------------------------------------------
+
+
+def test_a_patch_far_longer_than_the_bodies_is_refused_before_it_is_known_well(monkeypatch):
+    """A load typed in N where kN are meant: on 32 nodes it takes 5 CPU s to say so, and this twice."""
+    seen = []
+    monkeypatch.setattr(
+        "fecontact.solving.position.expect_on_half_space", lambda case, placement: seen.append(case.load_N) or 1 / 0
+    )
+    with pytest.raises(InputError, match=r"half length of 60 mm must reach .* contact zone \(about 7[78] mm\)"):
+        position_of(Case(load_N=1e8))
+    # a patch of 42 mm is solved in bodies of 60 mm
+    with pytest.raises(ZeroDivisionError):
+        position_of(Case(load_N=2e7))
+    assert seen == [2e7]
