@@ -258,6 +258,16 @@ def test_manchester_left_wheel(shift, yaw_mrad, position, angle):
 # --- the gap ----------------------------------------------------------------------------------------------------
 
 
+def gap_over_plane(pair: Placement):
+    """The gap along the normal at first touch, at places x, t of the tangent plane there."""
+
+    def at(x, t):
+        _, points = pair.over_tangent_plane(t)
+        return pair.gap_over_plane(points + np.asarray(x)[..., None] * np.array([1.0, 0.0, 0.0]))
+
+    return at
+
+
 def test_gap_of_a_circle_under_a_cylinder_in_closed_form():
     pair = place(circular_rail_head(300.0), cylinder_wheel(), inclination_rad=0.0, track=CENTRED)
     x, s = np.meshgrid(np.linspace(-20.0, 20.0, 21), np.linspace(-20.0, 20.0, 17), indexing="ij")
@@ -268,7 +278,7 @@ def test_gap_of_a_circle_under_a_cylinder_in_closed_form():
     np.testing.assert_allclose(pair.gap(x, s), closed, atol=1e-11)
     t = 300.0 * np.sin(phi)
     over_plane = 460.0 - np.sqrt(460.0**2 - x**2) + 300.0 - np.sqrt(300.0**2 - t**2)
-    np.testing.assert_allclose(pair.tangent_plane_gap(x, t), over_plane, atol=1e-11)
+    np.testing.assert_allclose(gap_over_plane(pair)(x, t), over_plane, atol=1e-11)
 
 
 def brute_force_gap(pair: Placement, motion: dict[str, float], x, s):
@@ -333,7 +343,7 @@ def test_hessian_of_the_gap_is_the_relative_curvature(shift, motion):
         slopes = [(g[2, 1] - g[0, 1]) / (2.0 * h), (g[1, 2] - g[1, 0]) / (2.0 * h)]
         return np.array([[xx, xy], [xy, yy]]), slopes, g[1, 1]
 
-    for gap in (pair.gap, pair.tangent_plane_gap):
+    for gap in (pair.gap, gap_over_plane(pair)):
         hessian, slopes, value = differences(gap)
         # central differences: h^2 / 12 times the fourth derivative, which the eighth-degree tread and the root of
         # R 13 keep below 1e-3 per mm^3, so 2e-7; rounding adds 1e-12 / h^2

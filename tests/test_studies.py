@@ -417,6 +417,35 @@ def test_19_force_over_interference_of_known_spheres(ratio, approach, limit):
     assert force / study.kogut_etsion(w) == pytest.approx(1.0, abs=limit)
 
 
+def test_20_atlas(quick, tmp_path):
+    rows, said = quick("20_atlas", tmp_path)
+    assert len(rows) == 3
+    assert "agree in" in said
+    assert "of the atlas" in said
+
+
+def test_20_the_atlas_says_what_finite_elements_say_of_the_usual_pair():
+    study = module("20_atlas")
+    found = study.atlas()["S1002", "1in40", "60E1"]
+    # 100 kN, by finite elements (first_light.py and 09_applicability_map.py)
+    by_elements = {-6.0: "H", -4.0: "H", -2.0: "H", 0.0: "F", 1.0: "F", 3.0: "F", 4.0: "H"}
+    # at 3 mm the area is off by 11 % where 10 % are allowed, which strips leave open
+    by_strips = {shift: found[shift][study.LOADS_KN.index(100.0)] for shift in by_elements}
+    assert by_strips | {3.0: "F"} == by_elements
+    assert by_strips[3.0] in "FO"
+    # where it holds under all loads it does under any
+    assert study.holds_up_to_kN("HHHHH") == 125.0
+    assert study.holds_up_to_kN("HHFOH") == 50.0
+    assert study.holds_up_to_kN("OHHHH") == 0.0
+
+
+def test_20_the_table_of_the_readme_is_that_of_the_atlas():
+    rows = module("20_atlas").table(100.0).splitlines()[2:]
+    text = (STUDIES / "README.md").read_text("utf-8")
+    assert len(rows) == 18
+    assert [row for row in rows if row not in text] == []
+
+
 def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
     """Three touch points within 0.05 mm, and a contact 65 mm wide whose lobe on the flange's root is 0.4 mm narrow.
 

@@ -18,7 +18,14 @@ from fecontact.outputs.records.stored import placement_from_record, placement_re
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.store import copy_profiles, stored_case
-from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
+from fecontact.solving.placing import (
+    place_at_shifts,
+    place_case,
+    place_wheelset_of_case,
+    placed_or_why,
+    roll_of_case,
+    wheelset_of_case,
+)
 from fecontact.solving.position import hertz_alone, hertz_points_of_case
 from fecontact.wheel_rail.placement import SIGN, pair_of
 from fecontact.wheel_rail.wheelset import Wheelset
@@ -257,6 +264,30 @@ def test_the_axle_has_one_height(shift):
     # one roll for both
     assert roll_of_case(replace(case, side="right"), placed.right) == pytest.approx(placed.roll_rad, abs=1e-15)
     assert roll_of_case(case, placed.left) == pytest.approx(placed.roll_rad, abs=1e-15)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_case_at_many_shifts_is_as_it_is_at_each(side):
+    case = Case(side=side, roll="touching")
+    # outermost a flange climbs on either side: the other wheel is placed, which has that roll, the climbing one is not
+    shifts = [-9.0, -4.0, -1.0, 0.0, 1.0, 4.0, 9.0]
+    found = place_at_shifts(case, shifts)
+    assert list(found) == shifts
+    for shift, placed in found.items():
+        alone = placed_or_why(replace(case, lateral_shift_mm=shift))
+        if isinstance(alone, str):
+            # without the search for what is possible
+            assert alone.startswith(placed)
+        else:
+            # rolls differ by 1e-13 rad
+            assert_same_placement(placed, alone, tolerance=1e-9)
+            assert placed.other_climbs == alone.other_climbs
+    assert {shift for shift, one in found.items() if isinstance(one, str)} == {9.0 * SIGN[side]}
+    given = place_at_shifts(Case(roll="given", roll_rad=1e-4), [2.0, 60.0])
+    assert_same_placement(
+        given[2.0], place_case(Case(roll="given", roll_rad=1e-4, lateral_shift_mm=2.0)), tolerance=0.0
+    )
+    assert "lateral shift 60 mm" in given[60.0]
 
 
 def test_a_difference_of_diameters_rolls_the_wheelset():

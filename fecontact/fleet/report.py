@@ -156,7 +156,8 @@ def report_parts(answer: Answer, pictures: Path) -> Iterator[Part]:
     if answer.groups:
         yield Heading("For which wheels and rails")
         yield Picture(
-            content=pictures / "groups.svg", words="Share at which Hertz holds; a group counts by its weight."
+            content=pictures / "groups.svg",
+            words="Share at which Hertz holds; a group counts by its weight, its interval is from its own draws alone.",
         )
         yield table_of("By group, in percent of its weight", _GROUPS, answer_rows(answer))
     yield Heading("Why not, and what instead")

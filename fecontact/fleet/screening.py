@@ -35,9 +35,8 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.fleet.model import Screen
 from fecontact.fleet.reading import Kept
 from fecontact.fleet.tables import of_arrow
-from fecontact.profiles.curve import Profile
 from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
-from fecontact.solving.placing import place_case, wheelset_of_case
+from fecontact.solving.placing import place_at_shifts, wheelset_of_case
 from fecontact.solving.position import expect_on_half_space
 from fecontact.wheel_rail.placement import Placement
 from fecontact.wheel_rail.wheelset import Wheelset, harmonic_conicity
@@ -234,7 +233,7 @@ def _holds(line: _OnLine, name: str) -> bool:
     return judged is not None and judged[0] == "HOLDS"
 
 
-# --- A pair: its lines, placed once for each shift, and what its wheelset tells.
+# --- A pair on its lines, placed once for each shift, and what its wheelset tells.
 
 AMPLITUDE_MM, BAND_MM, _STEP_MM = 3.0, 2.0, 0.1
 """Amplitude of the lateral motion, and width of the band on the rail."""
@@ -250,13 +249,16 @@ def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
     """
     count = round(AMPLITUDE_MM / _STEP_MM)
     shifts = [round(_STEP_MM * k, 9) for k in range(-count, count + 1)]
-    left = {shift: wheelset.left.standing(shift, 0.0, 0.0) for shift in shifts}
-    right = left if wheelset.symmetric else {shift: wheelset.right.standing(shift, 0.0, 0.0) for shift in shifts}
-    radii = [{k: math.nan if one is None else one.radius_mm for k, one in side.items()} for side in (left, right)]
+    left = wheelset.left.standings(shifts, 0.0, 0.0)
+    right = left if wheelset.symmetric else wheelset.right.standings(shifts, 0.0, 0.0)
+    radii = [
+        {shift: math.nan if one is None else one.radius_mm for shift, one in zip(shifts, side, strict=True)}
+        for side in (left, right)
+    ]
     # what is nearer to the one rail is farther from the other
     conicity = harmonic_conicity(lambda shift: radii[0][shift] - radii[1][-shift], AMPLITUDE_MM, shifts)
     # the place on the rail, which does not move
-    places = np.sort([one.y_mm for one in left.values() if one is not None])
+    places = np.sort([one.y_mm for one in left if one is not None])
     inside = np.searchsorted(places, places + BAND_MM, side="right") - np.arange(places.size)
     return conicity, float(inside.max() / len(shifts)) if places.size == len(shifts) else math.nan
 
@@ -285,20 +287,21 @@ class ScreeningPair:
 
     def rows(self) -> list[Row]:
         """A row a position, by shift, then load."""
-        lines = [_LineOfPair.of(self, one) for one in sorted({*self.wheel.filters_mm, *self.rail.filters_mm}) or [0.0]]
-        conicity, concentration = conicity_and_concentration(lines[0].wheelset)
+        filters = sorted({*self.wheel.filters_mm, *self.rail.filters_mm}) or [0.0]
+        lines = [{"rail": self.rail.line(one), "wheel": self.wheel.line(one)} for one in filters]
+        conicity, concentration = conicity_and_concentration(wheelset_of_case(self.case, **lines[0]))
         pair = {"conicity": conicity, "contact_concentration": concentration}
-        return [row | pair for shift in self.shifts_mm for row in self._at(shift, lines)]
+        placed = [place_at_shifts(self.case, self.shifts_mm, **line) for line in lines]
+        return [row | pair for shift in self.shifts_mm for row in self._at(shift, [one[shift] for one in placed])]
 
-    def _at(self, shift: float, lines: Sequence[_LineOfPair]) -> list[Row]:
+    def _at(self, shift: float, placed: Sequence[Placement | str]) -> list[Row]:
         keys = [{"shift_mm": shift, "load_kN": load} for load in self.loads_kN]
-        try:
-            placed = [line.placed(shift) for line in lines]
-        except (InputError, ConvergenceError) as error:
-            return [key | refused(str(error)) for key in keys]
-        first = placed[0].first
+        placements = [one for one in placed if not isinstance(one, str)]
+        if reasons := [one for one in placed if isinstance(one, str)]:
+            return [key | refused(reasons[0]) for key in keys]
+        first = placements[0].first
         place = {"place_y_mm": float(first.rail_y_mm), "touch_angle_mrad": 1e3 * float(first.contact_angle_rad)}
-        return [key | place | self._under(shift, key["load_kN"], placed) for key in keys]
+        return [key | place | self._under(shift, key["load_kN"], placements) for key in keys]
 
     def _under(self, shift: float, load_kN: float, placed: Sequence[Placement]) -> Row:
         case = replace(self.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
@@ -311,33 +314,6 @@ class ScreeningPair:
 def refused(reason: str) -> Row:
     """What is said of a position that has no answer."""
     return {"verdict": "REFUSED", "reason": reason}
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _LineOfPair:
-    """A pair on the lines of one wave length, as a wheelset whose other side is the mirror image."""
-
-    case: Case
-    rail: Profile
-    wheel: Profile
-    wheelset: Wheelset
-
-    @classmethod
-    def of(cls, pair: ScreeningPair, filter_mm: float) -> _LineOfPair:
-        rail, wheel = pair.rail.line(filter_mm), pair.wheel.line(filter_mm)
-        return cls(case=pair.case, rail=rail, wheel=wheel, wheelset=wheelset_of_case(pair.case, rail=rail, wheel=wheel))
-
-    def placed(self, shift_mm: float) -> Placement:
-        case = self.case
-        if case.roll != "touching":
-            return place_case(replace(case, lateral_shift_mm=shift_mm), rail=self.rail, wheel=self.wheel)
-        stand = self.wheelset.stand(shift_mm, case.yaw_rad)
-        placed = (
-            stand if isinstance(stand, str) else self.wheelset.placed(case.side, shift_mm, stand.roll_rad, case.yaw_rad)
-        )
-        if isinstance(placed, str):
-            raise InputError(f"lateral shift {shift_mm:g} mm of the wheelset: {placed}")
-        return placed
 
 
 # --- Rows as a table of Parquet.

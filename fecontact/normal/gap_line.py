@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
@@ -22,8 +23,11 @@ _CHORD_MM = 0.1
 _WIDEST_GAP_MM = 1.0
 # Step of the positions, fine enough for every profile, and how far they go to each side.
 _STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
-# A first look at every so many positions says where the surfaces face each other.
-_EVERY = 25
+# A first look at every so many positions says where the surfaces face each other, and what the gap is between them but
+# for 1e-5 mm.
+_EVERY = 10
+# Places to each side of first touch.
+_COUNT = round(_HALF_WIDTH_MM / _STEP_MM)
 _EVEN = 1e-6
 LEAST_B_PER_MM = 1e-4
 """Curvature across (1/mm) that stands for a flat or concave gap where a theory needs a convex one."""
@@ -125,6 +129,8 @@ def _curvature(f: Floats, step: float) -> Floats:
     return np.pad(inner, reach, mode="edge")
 
 
+# cached: loads at one position begin with the same line; a fleet has a few lines in turn
+@lru_cache(maxsize=8)
 def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
     """Gap line of a placed wheel through its first touch point, as far as the surfaces face each other within 1 mm.
 
@@ -139,39 +145,38 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
     -----
     Range of validity: one plane for the whole patch; no yaw, or so little yaw that the gap is even in x.
     """
-    count = round(_HALF_WIDTH_MM / _STEP_MM)
-    t = np.asarray(_STEP_MM * np.arange(-count, count + 1), dtype=np.float64)
     touch, wheel = placement.first, placement.wheel
     slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
     # the run of places that face each other ends at the first coarse place that does not, or before
-    rough = _around(_facing(slid.tangent_plane_gap(0.0, t[::_EVERY])), count // _EVERY)
+    coarse_t, _, points = _over_plane(placement, 0, 2 * _COUNT, _EVERY)
+    coarse = slid.gap_over_plane(points)
+    rough = _around(_facing(coarse), _COUNT // _EVERY)
     first = max(rough.start - 1, 0) * _EVERY
-    t = t[first : rough.stop * _EVERY + 1]
-    f = slid.tangent_plane_gap(0.0, t)
-    near = _around(_facing(f), count - first)
-    surface, turned = _on_surface(placement, t[near])
+    t, u, points = _over_plane(placement, first, min(rough.stop * _EVERY, 2 * _COUNT), 1)
+    met = np.isfinite(coarse)
+    f = slid.gap_over_plane(points, CubicSpline(coarse_t[met], coarse[met])(t))
+    near = _around(_facing(f), _COUNT - first)
+    rail = placement.rail
     return GapLine(
         t_mm=t[near],
         f_mm=f[near],
         A_per_mm=0.5 * touch.curvature.xx_per_mm,
         contact_modulus_MPa=contact_modulus_MPa,
-        surface_mm=surface,
-        turned_rad=turned,
+        surface_mm=rail.profile.arc_length(u[near]) - placement.first_arc_length_mm,
+        turned_rad=rail.section(u[near])[2] - touch.contact_angle_rad,
     )
+
+
+# cached: the rail stays where it is, whatever the load and the slide of the wheel
+@lru_cache(maxsize=16)
+def _over_plane(placement: Placement, first: int, last: int, every: int) -> tuple[Floats, Floats, Floats]:
+    """Places of the line from one number to another, with the rail's parameters and points there."""
+    t = np.asarray(_STEP_MM * np.arange(first - _COUNT, last - _COUNT + 1, every), dtype=np.float64)
+    return t, *placement.over_tangent_plane(t)
 
 
 def _facing(f_mm: Floats) -> NDArray[np.bool_]:
     return np.nan_to_num(f_mm, nan=np.inf) < _WIDEST_GAP_MM
-
-
-def _on_surface(placement: Placement, t_mm: Floats) -> tuple[Floats, Floats]:
-    """Arc length from first touch, and angle against the tangent plane, of the rail below places in this plane."""
-    rail, touch = placement.rail, placement.first
-    foot = rail.profile.evaluate(touch.rail_u)
-    tilt = touch.contact_angle_rad - rail.inclination_rad
-    u = rail.profile.locate(t_mm, angle_rad=tilt, origin=(float(foot.y), float(foot.z)))
-    surface = rail.profile.arc_length(u) - placement.first_arc_length_mm
-    return surface, rail.section(u)[2] - touch.contact_angle_rad
 
 
 def _around(wanted: NDArray[np.bool_], index: int) -> slice:
@@ -322,9 +327,9 @@ AtApproach = Callable[[GapLine, float], StripContact]
 
 # Approaches from LOWEST to HIGHEST times Hertz's at the touch point, in steps of a factor.
 _LOWEST, _HIGHEST, _FACTOR = 0.25, 2.0, 1.02
-_BISECTIONS = 60
+_STEPS = 60
 # Relative error of the force; if it cannot be reached, the force jumps over the load.
-_MET = 1e-9
+_LEAST_OFF = 1e-9
 _JUMP = 2e-3
 
 
@@ -359,7 +364,7 @@ def under_load(line: GapLine, normal_force_N: float, theory: AtApproach, *, fact
             notes=(f"no approach up to {steps[-1]:.3g} mm carries {normal_force_N:g} N",),
         )
     first = changes[0]
-    contact = _bisected(at_approach, normal_force_N, steps[first], steps[first + 1])
+    contact = _met(at_approach, normal_force_N, steps[first], steps[first + 1])
     return _told(contact, normal_force_N, len(changes))
 
 
@@ -372,19 +377,25 @@ def approach_of_hertz_mm(line: GapLine, normal_force_N: float) -> float:
     return float((normal_force_N / per_approach) ** (2.0 / 3.0))
 
 
-def _bisected(at_approach: Callable[[float], StripContact], wanted: float, low: float, high: float) -> StripContact:
-    """Contact between two approaches at which the force passes the wanted force, upwards or downwards."""
-    upwards = at_approach(low).normal_force_N < wanted
-    middle = at_approach(0.5 * (low + high))
-    for _ in range(_BISECTIONS):
-        if abs(middle.normal_force_N / wanted - 1.0) < _MET:
+def _met(at_approach: Callable[[float], StripContact], wanted: float, low: float, high: float) -> StripContact:
+    """Contact between two approaches at which the force passes the wanted force, upwards or downwards.
+
+    By secants, of which the value at an end that stays is halved (Illinois, Dowell and Jarratt 1971); every fourth step
+    halves the range, for a force that jumps.
+    """
+    off_low, off_high = (at_approach(end).normal_force_N / wanted - 1.0 for end in (low, high))
+    for step in range(1, _STEPS + 1):
+        place = high - off_high * (high - low) / (off_high - off_low) if step % 4 else 0.5 * (low + high)
+        contact = at_approach(place)
+        off = contact.normal_force_N / wanted - 1.0
+        if abs(off) < _LEAST_OFF:
             break
-        if (middle.normal_force_N < wanted) == upwards:
-            low = middle.approach_mm
+        if off * off_high < 0.0:
+            low, off_low = high, off_high
         else:
-            high = middle.approach_mm
-        middle = at_approach(0.5 * (low + high))
-    return middle
+            off_low *= 0.5
+        high, off_high = place, off
+    return contact
 
 
 def _told(contact: StripContact, wanted: float, solutions: int) -> StripContact:

@@ -9,11 +9,11 @@ from fecontact.case import Case
 from fecontact.comparison.measures import MEASURES, Approximation, Measures, measures_of_theory
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded, gap_line_of
 from fecontact.comparison.verdict import Answer, Standing, cheapest
-from fecontact.errors import ConvergenceError, InputError
+from fecontact.errors import InputError
 from fecontact.normal.hertz import HertzContact
 from fecontact.normal.strips import strip
 from fecontact.normal.touch_hertz import HertzPoints
-from fecontact.solving.placing import place_case
+from fecontact.solving.placing import place_case, placed_or_why
 from fecontact.solving.position import direction_of_case, expect_on_half_space, hertz_of_case, hertz_points_of_case
 from fecontact.wheel_rail.placement import Placement
 
@@ -154,25 +154,18 @@ def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequenc
         for load_N in loads_N:
             own = replace(case, lateral_shift_mm=shift, load_N=load_N)
             if placed is None or every_load:
-                placed = _placed(own)
+                placed = placed_or_why(own)
             yield TableLine(case=own, problem=placed) if isinstance(placed, str) else _line(own, placed)
 
 
 def stiffness_at(case: Case) -> tuple[float, float] | None:
     """Approach (mm) and stiffness (N/mm) of the strips at a position; None without a contact."""
-    placement = _placed(case)
+    placement = placed_or_why(case)
     if isinstance(placement, str):
         return None
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
     strips = THEORIES[STRIPS].approximate(loaded)
     return (strips.approach_mm, _stiffness(loaded)) if isinstance(strips, Approximation) else None
-
-
-def _placed(case: Case) -> Placement | str:
-    try:
-        return place_case(case)
-    except (InputError, ConvergenceError) as error:
-        return str(error)
 
 
 def _line(case: Case, placement: Placement) -> TableLine:

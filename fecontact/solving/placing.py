@@ -23,6 +23,7 @@ from fecontact.wheel_rail.wheelset import (
     Wheelset,
     contact_functions,
     place_wheelset,
+    positions_at,
     possible_wheelset_shifts,
 )
 
@@ -123,6 +124,31 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     """
     placement = _place_smooth(case, rail, wheel)
     return with_irregularities(placement, case.irregularities, case.distance_mm) if case.irregularities else placement
+
+
+def placed_or_why(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement | str:
+    """As `place_case`, or why the wheel cannot run there."""
+    try:
+        return place_case(case, rail=rail, wheel=wheel)
+    except (InputError, ConvergenceError) as error:
+        return str(error)
+
+
+def place_at_shifts(
+    case: Case, shifts_mm: Sequence[float], *, rail: Profile | None = None, wheel: Profile | None = None
+) -> dict[float, Placement | str]:
+    """As `placed_or_why` at many shifts, for which the shift of the case is left out; a free wheelset is made once."""
+    if case.roll != "touching" or case.irregularities:
+        return {
+            shift: placed_or_why(replace(case, lateral_shift_mm=shift), rail=rail, wheel=wheel) for shift in shifts_mm
+        }
+    wheelset = replace(wheelset_of_case(case, rail=rail, wheel=wheel), asked=case.side)
+    return {
+        shift: f"lateral shift {shift:g} mm of the wheelset: {placed}"
+        if isinstance(placed, str)
+        else placed.side(case.side)
+        for shift, placed in positions_at(wheelset, shifts_mm, case.yaw_rad).items()
+    }
 
 
 def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Placement:

@@ -297,22 +297,27 @@ class Placement:
             return gap
         return gap + self.along.opening_mm(points[..., 0]) - self.along.lowered_mm * normals[..., 2]
 
-    def tangent_plane_gap(self, x: ArrayLike, t: ArrayLike) -> Floats:
-        """True undeformed gap (mm) along the contact normal over the tangent plane at the first touch point.
+    def over_tangent_plane(self, t: ArrayLike) -> tuple[Floats, Floats]:
+        """Parameters of the rail, and points (..., 3) on it, over places t (mm) across in the tangent plane.
 
-        x and t (mm) are the coordinates in this plane; NaN if one of the bodies is missing there. Irregularities are
-        left out: they are constant along a line across.
+        NaN if the rail is missing there.
         """
-        x, t = np.broadcast_arrays(np.asarray(x, float), np.asarray(t, float))
         touch, rail = self.first, self.rail
         tilt = touch.contact_angle_rad - rail.inclination_rad
         foot = rail.profile.evaluate(touch.rail_u)
-        p = rail.profile.evaluate(rail.profile.locate(t, angle_rad=tilt, origin=(float(foot.y), float(foot.z))))
+        u = rail.profile.locate(t, angle_rad=tilt, origin=(float(foot.y), float(foot.z)))
+        p = rail.profile.evaluate(u)
         height = -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
         origin = np.array([touch.x_mm, touch.y_mm, touch.z_mm])
-        plane = origin + x[..., None] * np.array([1.0, 0.0, 0.0]) + t[..., None] * touch.tangent
-        points = plane + height[..., None] * touch.normal
-        return self.wheel.distance_along(points, np.broadcast_to(touch.normal, points.shape))
+        return u, origin + np.asarray(t, float)[..., None] * touch.tangent + height[..., None] * touch.normal
+
+    def gap_over_plane(self, points: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
+        """True undeformed gap (mm) along the normal at first touch, at points (..., 3) that lie over the tangent plane.
+
+        Sought from a guess (...), to 1e-11 mm; NaN if one of the bodies is missing there. Irregularities are left out:
+        they are constant along a line across.
+        """
+        return self.wheel.distance_along(points, np.broadcast_to(self.first.normal, points.shape), guess_mm, 1e-5)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
 
@@ -155,15 +155,19 @@ class WheelPose:
         position = self.point(y, self.rolling_radius_mm - z, 0.0)
         return position[..., 1], position[..., 2]
 
-    def distance_along(self, points: Floats, normals: Floats) -> Floats:
+    def distance_along(
+        self, points: Floats, normals: Floats, guess_mm: ArrayLike = 0.0, last_step_mm: float = _LAST_STEP_MM
+    ) -> Floats:
         """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
 
-        NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution.
+        NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution, from a
+        guess (...) to a last step, which leaves less than its square over 10 mm.
         """
         start = np.ascontiguousarray(((points - self.centre_mm) @ self.axes).reshape(-1, 3).T)
         along = np.ascontiguousarray((normals @ self.axes).reshape(-1, 3).T)
         y_low, y_high = self.profile.y_range_mm
-        t, active = np.zeros(start.shape[1]), np.arange(start.shape[1])
+        t = np.broadcast_to(np.asarray(guess_mm, float), points.shape[:-1]).reshape(-1).copy()
+        active = np.arange(t.size)
         met = np.zeros(t.size, dtype=bool)
         for _ in range(12):
             n = along[:, active]
@@ -177,7 +181,7 @@ class WheelPose:
             t[active] += np.clip(step, -5.0, 5.0)
             # rounded coefficients let a line step at a junction (S1002: 2e-4 mm), and Newton steps alternate there
             met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
-            active = active[np.abs(step) > _LAST_STEP_MM]
+            active = active[np.abs(step) > last_step_mm]
             if not active.size:
                 break
         return np.where(met, t, np.nan).reshape(points.shape[:-1])
@@ -204,11 +208,22 @@ def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm:
 
     With those beside them; none if no point lies over the rail.
     """
+    (places,) = places_at_shifts(rail, wheel, points, [0.0], above_mm)
+    return places
+
+
+def places_at_shifts(
+    rail: RailPose, wheel: WheelPose, points: CurvePoints, shifts_mm: Iterable[float], above_mm: float = 0.0
+) -> list[Integers]:
+    """As `places_near`, with the wheel shifted across by so much more."""
     _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _EVERY)))
-    gap = z - np.interp(y, *rail.seen_from_above, left=-np.inf, right=-np.inf)
-    near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
-    beside = np.convolve(near, np.ones(5), "same") > 0.5
-    return np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size])
+    found = []
+    for shift in shifts_mm:
+        gap = z - np.interp(y + shift, *rail.seen_from_above, left=-np.inf, right=-np.inf)
+        near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
+        beside = np.convolve(near, np.ones(5), "same") > 0.5
+        found.append(np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size]))
+    return found
 
 
 # Secants end with a step of the parameter this small: the next would be lost in rounding.

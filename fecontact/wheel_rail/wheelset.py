@@ -13,10 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from fecontact.arrays import Floats, Integers
 from fecontact.bodies import TrackSide
 from fecontact.errors import InputError
 from fecontact.wheel_rail.placement import EVERY_SHIFT, SIGN, Pair, Placement
-from fecontact.wheel_rail.poses import places_near, search_points
+from fecontact.wheel_rail.poses import places_at_shifts, search_points
 
 SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
 # Largest difference of both wheels' axle heights: a roll of 1e-13 rad.
@@ -57,40 +58,52 @@ class HungPair:
     pair: Pair
 
     def standing(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> Standing | None:
-        """The wheel at its first touch; None if it does not stand over the rail.
+        """The wheel at its first touch; None if it does not stand over the rail."""
+        (found,) = self.standings([shift_mm], roll_rad, yaw_rad)
+        return found
+
+    def standings(self, shifts_mm: Sequence[float], roll_rad: float, yaw_rad: float) -> list[Standing | None]:
+        """The wheel at its first touch at each shift; None where it does not stand over the rail.
 
         The smallest gap among samples of 0.02 mm on the exact lines is refined by the parabola through it and its
         neighbours. The height is exact to 1e-9 mm if the curvatures of both lines are constant between the samples.
         """
-        pose, rail = self.pair.hung(shift_mm, roll_rad, yaw_rad), self.pair.rail
+        pose, rail = self.pair.hung(0.0, roll_rad, yaw_rad), self.pair.rail
         points = search_points(self.pair.wheel)[1].taken(slice(1, -1))
-        places = places_near(rail, pose, points)
-        if not places.size:
-            return None
+        near = places_at_shifts(rail, pose, points, shifts_mm)
+        places, sizes = np.concatenate(near), [one.size for one in near]
         _, _, y, z = pose.silhouette_of(points.taken(places))
+        y = y + np.repeat(shifts_mm, sizes)
         _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
         gap = np.nan_to_num(z - z_rail, nan=np.inf)
-        k = int(np.argmin(gap))
-        least, step = float(gap[k]), 0.0
-        if not np.isfinite(least):
-            return None
-        if 0 < k < gap.size - 1 and places[k + 1] - places[k - 1] == 2:
-            before, after = float(gap[k - 1]), float(gap[k + 1])
-            bend = before - 2.0 * least + after
-            # infinite next to the end of a line
-            if 0.0 < bend < np.inf:
-                step = 0.5 * (before - after) / bend
-                least -= 0.125 * (before - after) ** 2 / bend
-        at, every = k + step, np.arange(gap.size)
-        y_touch = float(np.interp(at, every, y))
-        # the touch point turns about the axle's centre, and slides along the common tangent of both lines
-        lever = (y_touch - shift_mm) + float(z[k] * np.tan(tangent[k]))
-        return Standing(
-            axle_mm=-least,
-            lever_mm=lever,
-            y_mm=y_touch,
-            radius_mm=self.pair.rolling_radius_mm - float(np.interp(at, every, points.z[places])),
-        )
+        # the touch point slides along the common tangent of both lines
+        columns = (places, gap, y, z * np.tan(tangent), self.pair.rolling_radius_mm - points.z[places])
+        lines = zip(*(np.split(one, np.cumsum(sizes)[:-1]) for one in columns), strict=True)
+        return [_lowest(shift, *line) for shift, line in zip(shifts_mm, lines, strict=True)]
+
+
+def _lowest(shift_mm: float, places: Integers, gap: Floats, y: Floats, slid: Floats, radius: Floats) -> Standing | None:
+    """Where the gap over samples (n,) along the wheel is smallest."""
+    k = int(np.argmin(gap)) if gap.size else 0
+    if not gap.size or not np.isfinite(gap[k]):
+        return None
+    least, step = float(gap[k]), 0.0
+    if 0 < k < gap.size - 1 and places[k + 1] - places[k - 1] == 2:
+        before, after = float(gap[k - 1]), float(gap[k + 1])
+        bend = before - 2.0 * least + after
+        # infinite next to the end of a line
+        if 0.0 < bend < np.inf:
+            step = 0.5 * (before - after) / bend
+            least -= 0.125 * (before - after) ** 2 / bend
+    at, every = k + step, np.arange(gap.size)
+    y_touch = float(np.interp(at, every, y))
+    # the touch point turns about the axle's centre
+    return Standing(
+        axle_mm=-least,
+        lever_mm=(y_touch - shift_mm) + float(slid[k]),
+        y_mm=y_touch,
+        radius_mm=float(np.interp(at, every, radius)),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,6 +126,11 @@ class PlacedWheelset:
     axle_height_mm: float
     left: Placement
     right: Placement
+
+    @property
+    def climbs(self) -> bool:
+        """Whether a flange touches its rail beyond its steepest place."""
+        return self.left.climbs or self.right.climbs
 
     def side(self, side: TrackSide) -> Placement:
         """The wheel of a side on its rail, which knows whether the other one climbs."""
@@ -332,7 +350,7 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     shifts_mm
         Shifts of the table; jumps are looked for between them. Conicities do not depend on them.
     """
-    positions = _positions(wheelset, shifts_mm, yaw_rad)
+    positions = positions_at(wheelset, shifts_mm, yaw_rad)
     centred = wheelset.stand(0.0, yaw_rad)
     height = float("nan") if isinstance(centred, str) else centred.left.axle_mm
     # without a possible shift there are no jumps
@@ -355,13 +373,17 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     )
 
 
-def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -> dict[float, PlacedWheelset | str]:
+def positions_at(
+    wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float = 0.0
+) -> dict[float, PlacedWheelset | str]:
+    """The wheelset on its rails at many shifts (mm, positive to the left), or why it cannot stand there."""
     positions: dict[float, PlacedWheelset | str] = {}
     guess = 0.0
     # from the middle outwards on either side; each roll is the guess for the next
     for shift in sorted(shifts_mm, key=lambda shift: (shift < 0.0, abs(shift))):
         mirrored = positions.get(-shift)
-        if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0:
+        # whether a flange may climb hangs on the side
+        if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0 and not mirrored.climbs:
             positions[shift] = replace(
                 mirrored, shift_mm=shift, roll_rad=-mirrored.roll_rad, left=mirrored.right, right=mirrored.left
             )

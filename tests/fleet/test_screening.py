@@ -356,6 +356,24 @@ def test_dask_gives_the_table_of_a_local_run(fleet, tmp_path):
     assert table_bytes(tmp_path / "out") == table_bytes(fleet[1].out)
 
 
+@pytest.mark.slow
+def test_a_killed_scheduler_leaves_what_was_finished(fleet, tmp_path):
+    pytest.importorskip("distributed")
+    from test_study import dask_processes
+
+    path, out = file_of(tmp_path), tmp_path / "out"
+    with dask_processes(tmp_path, 1) as (address, (scheduler, _)):
+        begun = command(path, out, "--scheduler", address)
+        wait_for_pairs(out, 1)
+        scheduler.kill()
+        assert begun.wait() == 3
+    assert not (out / "screen").exists()
+    kept = {pair.name: (pair / screening.PART).stat().st_mtime_ns for pair in (out / "pairs").glob("[!.]*")}
+    assert command(path, out, "--workers", "1").wait() == 0
+    assert table_bytes(out) == table_bytes(fleet[1].out)
+    assert all((out / "pairs" / name / screening.PART).stat().st_mtime_ns == time for name, time in kept.items())
+
+
 def test_the_half_space_may_screen_too(tmp_path):
     path = file_of(tmp_path, ["60E1"], values="[2]")
     text = path.read_text().replace('["S1002", "measured/wheel.csv"]', '"S1002"').replace("weights", "#")
