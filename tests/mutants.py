@@ -227,8 +227,24 @@ def within(tests: list[str], seconds: dict[str, float], budget_s: float) -> list
     return chosen
 
 
-def notices(root: Path, tests: list[str]) -> bool:
-    """Whether one of the tests fails, or does not end; in a process that has all imports but the package."""
+class First:
+    """The first test that fails, told through a pipe."""
+
+    def __init__(self, pipe: int) -> None:
+        self.pipe = pipe
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        """Tells it."""
+        if report.failed:
+            os.write(self.pipe, f"{report.nodeid}\n".encode())
+
+
+def noticing(root: Path, tests: list[str]) -> str:
+    """The test that fails first, "the end" where there is none of it, or nothing if all pass.
+
+    They run in a process of their own, which has all imports but the package.
+    """
+    told, pipe = os.pipe()
     if (child := os.fork()) == 0:
         os.setpgid(0, 0)
         resource.setrlimit(resource.RLIMIT_CPU, (LONGEST_S, LONGEST_S))
@@ -239,37 +255,30 @@ def notices(root: Path, tests: list[str]) -> bool:
         sys.path[:0], sys.dont_write_bytecode = [str(root), str(root / "tests")], True
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-        done = import_module("pytest").main(["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *tests])
-        os._exit(int(done))
+        command = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *tests]
+        os._exit(int(import_module("pytest").main(command, plugins=[First(pipe)])))
+    os.close(pipe)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     with suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)
-    return code not in (0, 5)
+    with os.fdopen(told) as lines:
+        return "" if code in (0, 5) else lines.readline().strip() or "the end"
 
 
-def killed(root: Path, mutant: Mutant, tests: dict[str, list[str]], seconds: dict[str, float]) -> str:
-    """What notices the mutant: "tests", others of their "files", "nobody", or "unreached"."""
-    calling = tests.get(f"{mutant.file}:{mutant.function}", []) if mutant.function else tests.get(mutant.file, [])
+def noticed_by(root: Path, mutant: Mutant, tests: dict[str, list[str]], seconds: dict[str, float]) -> str:
+    """The test that notices a mutant, "nobody", or "unreached"."""
+    calling = tests.get(f"{mutant.file}:{mutant.function}" if mutant.function else mutant.file, [])
     if not calling:
         return "unreached"
+    first = within(calling, seconds, SINGLE_S)
+    files = {test.partition("::")[0] for test in calling}
+    others = [test for test in seconds if test.partition("::")[0] in files and seconds[test] < NOTED_S]
+    others = sorted(set(others) - set(first), key=lambda test: (test not in calling, seconds[test], test))
     path = root / "fecontact" / mutant.file
     kept = path.read_text()
     try:
         path.write_text(mutated(mutant))
-        first = within(calling, seconds, SINGLE_S)
-        if notices(root, first):
-            return "tests"
-        files = {test.partition("::")[0] for test in calling}
-        others = [test for test in seconds if test.partition("::")[0] in files and test not in first]
-        others = within(
-            sorted(
-                (test for test in others if seconds[test] < NOTED_S),
-                key=lambda test: (test not in calling, seconds[test]),
-            ),
-            seconds,
-            FILES_S,
-        )
-        return "files" if others and notices(root, others) else "nobody"
+        return noticing(root, first) or (others and noticing(root, within(others, seconds, FILES_S))) or "nobody"
     finally:
         path.write_text(kept)
 
@@ -325,12 +334,13 @@ def main() -> None:
         for number, mutant in enumerate(drawn(asked.count, asked.seed, asked.room), 1):
             begun_s = time.monotonic()
             if mutant not in before:
-                before[mutant] = killed(Path(folder), mutant, tests, seconds)
+                before[mutant] = noticed_by(Path(folder), mutant, tests, seconds)
                 told = {**vars(mutant), "noticed_by": before[mutant], "seconds": time.monotonic() - begun_s}
                 with record.open("a") as file:
                     file.write(json.dumps(told) + "\n")
-            counts[before[mutant]] += 1
-            if before[mutant] in ("nobody", "unreached"):
+            survives = before[mutant] in ("nobody", "unreached")
+            counts[before[mutant] if survives else "noticed"] += 1
+            if survives:
                 print(
                     f"{number:4d} {before[mutant]}: fecontact/{mutant.file}:{mutant.line} {mutant.change}", flush=True
                 )
