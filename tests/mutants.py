@@ -163,7 +163,7 @@ def places(tree: ast.AST, function: int = 0) -> Iterator[tuple[ast.AST, int]]:
                 continue
             inside = function
             if isinstance(child, ast.FunctionDef):
-                inside = min([child.lineno, *(each.lineno for each in child.decorator_list)])
+                inside = first_line(child)
             if isinstance(child, ast.expr):
                 yield child, inside
             yield from places(child, inside)
@@ -177,6 +177,27 @@ def mutants_of(file: str) -> list[Mutant]:
         if change := changed(node):
             found.append(Mutant(file, index, node.lineno, function, change))  # type: ignore[attr-defined]
     return found
+
+
+def functions_with(mutant: Mutant) -> list[str]:
+    """The function around it; of a constant of the module those in its file that name it, or else the file."""
+    if mutant.function:
+        return [f"{mutant.file}:{mutant.function}"]
+    tree = ast.parse((ROOT / "fecontact" / mutant.file).read_text())
+    around = next(each for each in tree.body if each.lineno <= mutant.line <= (each.end_lineno or 0))
+    names = {each.id for each in ast.walk(around) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
+    users = [
+        f"{mutant.file}:{first_line(each)}"
+        for each in ast.walk(tree)
+        if isinstance(each, ast.FunctionDef)
+        and any(isinstance(name, ast.Name) and name.id in names for name in ast.walk(each))
+    ]
+    return users or [mutant.file]
+
+
+def first_line(function: ast.FunctionDef) -> int:
+    """As its compiled code has it."""
+    return min([function.lineno, *(each.lineno for each in function.decorator_list)])
 
 
 def mutated(mutant: Mutant) -> str:
@@ -267,7 +288,8 @@ def noticing(root: Path, tests: list[str]) -> str:
 
 def noticed_by(root: Path, mutant: Mutant, tests: dict[str, list[str]], seconds: dict[str, float]) -> str:
     """The test that notices a mutant, "nobody", or "unreached"."""
-    calling = tests.get(f"{mutant.file}:{mutant.function}" if mutant.function else mutant.file, [])
+    calling = list({test for function in functions_with(mutant) for test in tests.get(function, [])})
+    calling.sort(key=lambda test: (seconds[test], test))
     if not calling:
         return "unreached"
     first = within(calling, seconds, SINGLE_S)
