@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import FrozenInstanceError, dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -34,6 +34,7 @@ from fecontact.curves.steady import (
     Line,
     Motion,
     balance,
+    newton,
     path,
     solve_at,
     straight_start,
@@ -529,6 +530,33 @@ def test_a_path_of_slopes_from_before_ends_where_newtons_does():
     anew = solve_at(alone.state + 1e-2, made, lines(-1e-3 / 500.0))
     assert anew.status == "equilibrium"
     assert [anew.state[k] for k in (0, 3, 5, 8)] == pytest.approx(state, abs=1e-8)
+
+
+@dataclass
+class Parabola:
+    """x^2 + 1, which has no root: Newton's method goes to and fro."""
+
+    residual_N: np.ndarray
+
+
+def test_a_search_that_stalls_ends_after_as_many_stalls_as_it_may():
+    calls = []
+
+    def value_at(state):
+        calls.append(float(state[0]))
+        return Parabola(residual_N=state**2 + 1.0)
+
+    evaluated = []
+    for stalls in (1, 3, 5):
+        calls.clear()
+        _, found, _ = newton(
+            value_at, lambda state: 2.0 * np.diag(state), np.array([0.5]), wanted_N=1e-9, most=50, stalls=stalls
+        )
+        # the least of it is 1
+        assert found.residual_N[0] >= 1.0
+        evaluated.append(len(calls))
+    # the bottom is near at the start: what follows are stalls of five evaluations at most, the halved ones
+    assert evaluated[0] < evaluated[1] < evaluated[2] <= evaluated[0] + 4 * 5
 
 
 def test_a_wheel_out_of_reach_carries_nothing():
