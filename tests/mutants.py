@@ -40,9 +40,9 @@ ROOMS = (
 COPIED = ("fecontact", "tests", "studies", "meshes", "docs", "pyproject.toml", "README.md", "CONTRIBUTING.md")
 # CPU seconds of a test while calls are noted.
 NOTED_S = 20.0
-# CPU seconds of tests, as noted, that a mutant is given: those that call its function, then others of their files,
-# which use what the first left in a cache.
-SINGLE_S, FILES_S = 30.0, 90.0
+# The few tests that call least beside its function are asked first, then others that call it and others of their files,
+# which use what the first left in a cache: so many, and CPU seconds as noted (of the others as asked).
+FEW, FEW_S = 12, 15.0
 # A mutant may make an endless loop, or a mesh without end.
 LONGEST_S, MOST_BYTES = 300, 8 * 2**30
 # Imported once, before each mutant has its own process.
@@ -225,16 +225,17 @@ def noted(folder: Path, files: list[str]) -> None:
 
 
 def reached(folder: Path) -> tuple[dict[str, list[str]], dict[str, float]]:
-    """Tests that call each function or file, quickest first, and what each test takes (s)."""
-    tests, seconds = defaultdict(set), {}
+    """Tests that call each function or file, those first that call little else and take little, and their seconds."""
+    tests, seconds, cost = defaultdict(set), {}, {}
     path = folder / "calls.jsonl"
     for line in path.read_text().splitlines() if path.exists() else []:
         told = json.loads(line)
         seconds[told["test"]] = told["seconds"]
+        cost[told["test"]] = (told["seconds"] + 0.05) * len(told["calls"])
         for function in told["calls"]:
             tests[function].add(told["test"])
             tests[function.partition(":")[0]].add(told["test"])
-    return {key: sorted(each, key=lambda test: (seconds[test], test)) for key, each in tests.items()}, seconds
+    return {key: sorted(each, key=lambda test: (cost[test], test)) for key, each in tests.items()}, seconds
 
 
 def within(tests: list[str], seconds: dict[str, float], budget_s: float) -> list[str]:
@@ -286,21 +287,22 @@ def noticing(root: Path, tests: list[str]) -> str:
         return "" if code in (0, 5) else lines.readline().strip() or "the end"
 
 
-def noticed_by(root: Path, mutant: Mutant, tests: dict[str, list[str]], seconds: dict[str, float]) -> str:
+def noticed_by(
+    root: Path, mutant: Mutant, tests: dict[str, list[str]], seconds: dict[str, float], most_s: float
+) -> str:
     """The test that notices a mutant, "nobody", or "unreached"."""
-    calling = list({test for function in functions_with(mutant) for test in tests.get(function, [])})
-    calling.sort(key=lambda test: (seconds[test], test))
+    calling = list(dict.fromkeys(test for function in functions_with(mutant) for test in tests.get(function, [])))
     if not calling:
         return "unreached"
-    first = within(calling, seconds, SINGLE_S)
+    few = within(calling[:FEW], seconds, FEW_S)
     files = {test.partition("::")[0] for test in calling}
     others = [test for test in seconds if test.partition("::")[0] in files and seconds[test] < NOTED_S]
-    others = sorted(set(others) - set(first), key=lambda test: (test not in calling, seconds[test], test))
+    others = sorted(set(others) - set(few), key=lambda test: (test not in calling, seconds[test], test))
     path = root / "fecontact" / mutant.file
     kept = path.read_text()
     try:
         path.write_text(mutated(mutant))
-        return noticing(root, first) or (others and noticing(root, within(others, seconds, FILES_S))) or "nobody"
+        return noticing(root, few) or (others and noticing(root, within(others, seconds, most_s))) or "nobody"
     finally:
         path.write_text(kept)
 
@@ -341,6 +343,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--room", default="", help="places of this room or file alone, such as fe or fe/section.py")
     parser.add_argument("--again", action="store_true", help="those that nobody noticed once more")
+    parser.add_argument("--seconds", type=float, default=45.0, help="CPU time of tests after the first few, for each")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mutants")
     parser.add_argument("tests", nargs="*", default=["tests"], help="files of tests whose calls are noted; all of them")
     asked = parser.parse_args()
@@ -356,7 +359,7 @@ def main() -> None:
         for number, mutant in enumerate(drawn(asked.count, asked.seed, asked.room), 1):
             begun_s = time.monotonic()
             if mutant not in before:
-                before[mutant] = noticed_by(Path(folder), mutant, tests, seconds)
+                before[mutant] = noticed_by(Path(folder), mutant, tests, seconds, asked.seconds)
                 told = {**vars(mutant), "noticed_by": before[mutant], "seconds": time.monotonic() - begun_s}
                 with record.open("a") as file:
                     file.write(json.dumps(told) + "\n")
