@@ -43,8 +43,8 @@ NOTED_S = 20.0
 # The few tests that call least beside its function are asked first, then others that call it and others of their files,
 # which use what the first left in a cache: so many, and CPU seconds as noted (of the others as asked).
 FEW, FEW_S = 12, 15.0
-# A mutant may make an endless loop, or a mesh without end.
-LONGEST_S, MOST_BYTES = 300, 8 * 2**30
+# A mutant may make an endless loop, or a mesh without end: so many CPU seconds for those that are noted, and a start.
+MOST_TIMES, START_S, MOST_BYTES = 1.5, 8.0, 8 * 2**30
 # Imported once, before each mutant has its own process.
 HEAVY = ("gmsh", "hypothesis", "matplotlib.pyplot", "numpy", "pypardiso", "pytest", "scipy.optimize", "skfem")
 OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
@@ -261,7 +261,7 @@ class First:
             os.write(self.pipe, f"{report.nodeid}\n".encode())
 
 
-def noticing(root: Path, tests: list[str]) -> str:
+def noticing(root: Path, tests: list[str], seconds: dict[str, float]) -> str:
     """The test that fails first, "the end" where there is none of it, or nothing if all pass.
 
     They run in a process of their own, which has all imports but the package.
@@ -269,9 +269,11 @@ def noticing(root: Path, tests: list[str]) -> str:
     told, pipe = os.pipe()
     if (child := os.fork()) == 0:
         os.setpgid(0, 0)
-        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST_S, LONGEST_S))
+        longest_s = int(START_S + MOST_TIMES * sum(seconds[test] for test in tests))
+        resource.setrlimit(resource.RLIMIT_CPU, (longest_s, longest_s))
         resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
-        signal.alarm(4 * LONGEST_S)
+        # one that waits takes no CPU time
+        signal.alarm(20 * longest_s)
         os.chdir(root)
         os.environ.update(environment(root))
         sys.path[:0], sys.dont_write_bytecode = [str(root), str(root / "tests")], True
@@ -302,7 +304,11 @@ def noticed_by(
     kept = path.read_text()
     try:
         path.write_text(mutated(mutant))
-        return noticing(root, few) or (others and noticing(root, within(others, seconds, most_s))) or "nobody"
+        return (
+            noticing(root, few, seconds)
+            or (others and noticing(root, within(others, seconds, most_s), seconds))
+            or "nobody"
+        )
     finally:
         path.write_text(kept)
 
@@ -345,10 +351,11 @@ def main() -> None:
     parser.add_argument("--again", action="store_true", help="those that nobody noticed once more")
     parser.add_argument("--seconds", type=float, default=45.0, help="CPU time of tests after the first few, for each")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mutants")
-    parser.add_argument("tests", nargs="*", default=["tests"], help="files of tests whose calls are noted; all of them")
+    parser.add_argument("tests", nargs="*", help="files of tests whose calls are noted before; all where none were")
     asked = parser.parse_args()
     asked.out.mkdir(parents=True, exist_ok=True)
-    noted(asked.out, asked.tests)
+    if asked.tests or not (asked.out / "calls.jsonl").exists():
+        noted(asked.out, asked.tests)
     tests, seconds = reached(asked.out)
     record = asked.out / "mutants.jsonl"
     before, counts = finished(record, asked.again), defaultdict(int)
