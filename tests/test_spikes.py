@@ -149,3 +149,10 @@ def test_a_line_crosses_itself_where_both_chords_do_however_near_to_their_ends(o
     found = [(one.what, one.size_mm) for one in crossings(line) if one.index == 0]
     both = 0.0 < on_first < 1.0 and 0.0 < on_last < 1.0
     assert found == ([("crosses itself", pytest.approx(10.0))] if both else [])
+
+
+def test_few_points_say_nothing_of_their_noise():
+    """Each needs two neighbours on either side."""
+    zigzag = np.column_stack([np.arange(5.0), 0.1 * (-1.0) ** np.arange(5)])
+    assert noise_of(zigzag[:4]) == 0.0
+    assert noise_of(zigzag) > 0.05

@@ -34,8 +34,10 @@ from fecontact.curves.steady import (
     Line,
     Motion,
     balance,
+    motion_of,
     newton,
     path,
+    rigid_slip,
     solve_at,
     straight_start,
     wheel_force,
@@ -530,6 +532,23 @@ def test_a_path_of_slopes_from_before_ends_where_newtons_does():
     anew = solve_at(alone.state + 1e-2, made, lines(-1e-3 / 500.0))
     assert anew.status == "equilibrium"
     assert [anew.state[k] for k in (0, 3, 5, 8)] == pytest.approx(state, abs=1e-8)
+
+
+def test_creepages_are_those_of_the_rigid_wheel_at_the_centre_of_pressure_of_each_patch():
+    """Yawed in a curve, near the flange root: the tangent turns by a degree and more within a patch."""
+    curvature = -1e-3 / 500.0
+    line = lines_of(Ride(wheelset=wheelset()), widest_per_mm=-curvature)(curvature)
+    state = straight_start(FREE, line, (5.3,)) + np.array([0.0, 0.04, 0.0, 4.0, 0.5])
+    motion = motion_of(state, curvature)
+    patches = wheel_force(line.left, motion, line.law).patches
+    assert patches
+    for patch in patches:
+        (velocity,), turning = rigid_slip(
+            np.array([patch.place_mm]) - np.array([0.0, *motion.place[:2]]), motion, FREE.wheelset.rolling_radius_mm
+        )
+        c, s = math.cos(patch.angle_rad), math.sin(patch.angle_rad)
+        own = (patch.creepages.xi, patch.creepages.eta, patch.creepages.spin_per_mm)
+        assert own == pytest.approx((velocity[0], velocity @ (0.0, c, s), turning @ (0.0, -s, c)), rel=1e-12)
 
 
 @dataclass
