@@ -507,5 +507,5 @@ def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
 
 
 def test_a_table_is_told_by_the_number_of_its_points_and_its_ends():
-    table = Irregularity(kind="table", points_mm=((-30.0, 0.0), (-10.0, 0.01), (5.0, 0.03), (20.5, 0.0)))
-    assert irregularity_text(table) == "table of 4 points from -30 to 20.5 mm"
+    table = Irregularity(kind="table", points_mm=((-30.0, 0.0), (-10.0, 0.01), (0.0, 0.02), (5.0, 0.03), (20.5, 0.0)))
+    assert irregularity_text(table) == "table of 5 points from -30 to 20.5 mm"
