@@ -212,7 +212,10 @@ def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
     )
     (pressed,) = NORMAL_THEORIES[theory](overlap, MODULUS)
     of_hertz = 4.0 / 3.0 * MODULUS * math.sqrt(radius) * deep**1.5
-    assert pressed.force_N_per_mm @ pressed.width_mm == pytest.approx(factor * of_hertz, rel=limit)
+    force = pressed.force_N_per_mm * pressed.width_mm
+    assert force.sum() == pytest.approx(factor * of_hertz, rel=limit)
+    # in the middle of what is symmetric
+    assert force @ pressed.s_mm / force.sum() == pytest.approx(0.0, abs=1e-6)
     if theory != "kik_piotrowski":
         # his area is too large
         assert pressed.half_length_mm.max() == pytest.approx(math.sqrt(radius * deep), rel=0.02)
@@ -551,9 +554,19 @@ def test_creepages_are_those_of_the_rigid_wheel_at_the_centre_of_pressure_of_eac
         assert own == pytest.approx((velocity[0], velocity @ (0.0, c, s), turning @ (0.0, -s, c)), rel=1e-12)
 
 
+def test_of_steps_that_all_make_things_worse_the_best_is_taken():
+    """Of 0.5, which leaves the least, 0.25, 0.125 and 0.0625."""
+
+    def value_at(state):
+        return Parabola(residual_N=np.interp(state, [0.0, 0.0625, 0.125, 0.25, 0.5], [1.0, 1.2, 0.99, 0.95, 0.9]))
+
+    state, found, _ = newton(value_at, lambda _: np.array([[-2.0]]), np.array([0.0]), wanted_N=1e-9, most=1)
+    assert (state[0], found.residual_N[0]) == (0.5, 0.9)
+
+
 @dataclass
 class Parabola:
-    """x^2 + 1, which has no root: Newton's method goes to and fro."""
+    """What is left over, such as x^2 + 1, which has no root: Newton's method goes to and fro."""
 
     residual_N: np.ndarray
 
