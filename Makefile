@@ -76,14 +76,14 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
 	echo "regress: all the same as their baselines"
 
-validate: setup ## run the studies at full size and write VALIDATION.md with its pages; one to two hours
-	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
+validate: setup ## run the studies at full size and write studies/VALIDATION.md with its pages; one to two hours
+	$(BIN)/fecontact validate --out out/validate --report studies/VALIDATION.md
 
 # What only the site needs is no part of the lock.
 docs: setup ## build the site of the documentation; results in out/site
 	@$(BIN)/python -c 'import material, mkdocstrings' 2>/dev/null \
 	  || $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[docs]'
-	@PYTHONPATH=$(CURDIR) OMP_NUM_THREADS=1 $(BIN)/python -m mkdocs build --strict
+	@PYTHONPATH=$(CURDIR) OMP_NUM_THREADS=1 $(BIN)/python -m mkdocs build --strict -f studies/mkdocs.yml
 
 # Debian's ParaView draws on a screen only: xvfb-run stands in for one. It must not begin anew when its last client
 # leaves: ParaView tries a window first, and its next one would be refused meanwhile.

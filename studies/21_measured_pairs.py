@@ -14,7 +14,7 @@ that, and peaks within 2 % with one filter in both.
 
 The survey is by half-spaces, without finite elements: a line costs some tenths of a second. No number was fitted to
 these positions, but that filters have one width from end to end was chosen with them in view: they are no blind test.
-`cases()` are some of the positions by finite elements, with all that they add. The survey alone, with its figure:
+`cases()` are a third of the positions by finite elements, with all that they add. The survey alone, with its figure:
 `python studies/21_measured_pairs.py --survey`.
 
 Found: 57 of 60 positions where its filters agree are decided as it has them, 3 are open, where a line is within 0.4 %
@@ -25,6 +25,10 @@ What is stated of the deviation is asked to cover CONTACT's with its filters, bo
 4 mm in 100 % of the positions for peak, area, a and b; with 8 mm in 91, 94, 95 and 98 %. The band over the lines has 97
 % of its peaks with 4 mm, all with 8 mm, and is 1.3 times as wide as these are apart (median). The edge of a contact of
 cells lies outside: its areas are corrected for that, by which alone the area with 4 mm was covered in 94 %.
+
+By finite elements at 22 positions, all that have 60 kN: at each the answer of the half-spaces, so that 18 of 20 on
+which its filters agree are decided, 2 are open and none is wrong, and 2 of 2 that they split are open. The peak is
+within 0.23 % of CONTACT's with 4 mm, but for one with a second patch (0.66 %).
 """
 
 import csv
@@ -32,6 +36,7 @@ import sys
 import time
 from collections import Counter
 from dataclasses import dataclass, replace
+from functools import cache
 from math import atan
 from pathlib import Path
 from typing import Any
@@ -84,13 +89,11 @@ PAIRS = {
         "MBench_UIC60", "Car7813_0001r.whl", 1435.0, 14.0, radius_mm=431.8, inclination_rad=atan(1 / 40)
     ),
 }
-# By finite elements: Hertz holds, fails, is open, and fails by a second patch.
-SOLVED = (
-    (("site_b", "worn_hm"), 0.0, 60.0),
-    (("rail288", "whl288"), -6.0, 100.0),
-    (("rail288", "S1002"), -3.0, 60.0),
-    (("UIC60", "Car7813"), -3.0, 60.0),
-)
+# Finite elements solve what is under this load; the quick form one of them, where Hertz holds.
+SOLVED_kN, QUICK = 60.0, 2
+# They are solved on the line that these points have by default. A flange's patch and the head's feel each other here
+# and do not in CONTACT where they are farther apart than 8 mm: there the peak is off by 0.66 %, else by 0.23 % at most.
+FILTER_OF_ELEMENTS_MM, PEAK_PERCENT = 4, 0.8
 
 
 def two_patches(load_kN: float) -> Case:
@@ -215,39 +218,50 @@ def survey(of: list[Position]) -> list[Found]:
     return found
 
 
+def solved() -> list[Position]:
+    """The positions that finite elements solve: all pairs and shifts under one load."""
+    return [position for position in positions() if position.case.load_N == 1e3 * SOLVED_kN]
+
+
 def cases(quick: bool = False) -> list[Case]:
-    """Some of the positions by finite elements, judged by all measures."""
-    made = [replace(case_of(*one), criteria=Criteria(), refine="never") for one in SOLVED]
-    return made[:1] if quick else made
+    """A third of the positions by finite elements."""
+    made = [position.case for position in solved()]
+    return [made[QUICK]] if quick else made
 
 
 def _counted(found: list[Found]) -> Counter[str]:
     return Counter(one.outcome for one in found)
 
 
-def _survey(rows: list[dict[str, Any]]) -> list[Found]:
+@cache
+def _survey(whole: bool) -> list[Found]:
     """The survey of all positions, of every sixteenth for a study of one case."""
-    return survey(positions() if len(rows) > 1 else positions()[::16])
+    return survey(positions() if whole else positions()[::16])
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """How many positions are decided as CONTACT has them, of those where its filters agree, and that none is wrong.
 
-    Of all positions also in how many what is stated covers CONTACT's; the part of a few says nothing.
+    Of all positions also in how many what is stated covers CONTACT's, and what finite elements add: the same answer on
+    the same lines, and a peak beside CONTACT's with a filter of 4 mm. The part of a few says nothing.
     """
-    found = _survey(rows)
+    found = _survey(len(rows) > 1)
     count = _counted(found)
     agreed = count["decided"] + count["open"] + count["wrong"]
     of_agreed, of_all = f"{agreed} positions where filters agree", f"{len(found)} positions"
     parts = [
         ("part that is decided", of_agreed, 1.0 - count["open"] / agreed, LEAST_DECIDED_PERCENT),
-        ("part that is not wrong", of_agreed, 1.0 - count["wrong"] / agreed, 100.0 - 1e-6),
+        ("part that is not wrong", of_agreed, 1.0 - count["wrong"] / agreed, 100.0),
     ]
     for filter_mm, least in LEAST_COVERED_PERCENT.items() if len(rows) > 1 else ():
         parts += [(f"{name} covered, {filter_mm} mm", of_all, part, least) for name, part in _covered(found, filter_mm)]
         in_band = float(np.mean([one.in_band(filter_mm) for one in found]))
         parts.append((f"peaks in the band, {filter_mm} mm", of_all, in_band, LEAST_IN_BAND_PERCENT))
-    return [
+    if len(rows) > 1:
+        said = [one.answer for one in found if one.position.case.load_N == 1e3 * SOLVED_kN]
+        same = float(np.mean([row.get("verdict_answer") == one for row, one in zip(rows, said, strict=True)]))
+        parts.append(("finite elements say what half-spaces do", f"{len(rows)} positions", same, LEAST_DECIDED_PERCENT))
+    return _peak_checks(rows) + [
         Check(
             quantity=quantity,
             case=case,
@@ -255,9 +269,26 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             kind="other code",
             value=part,
             expected=1.0,
-            limit_percent=100.0 - least,
+            # parts are counted: what is asked for is enough
+            limit_percent=100.0 - least + 1e-9,
         )
         for quantity, case, part, least in parts
+    ]
+
+
+def _peak_checks(rows: list[dict[str, Any]]) -> list[Check]:
+    """Peak pressures of finite elements against CONTACT's on lines that are smoothed alike."""
+    return [
+        Check(
+            quantity="peak pressure, MPa",
+            case=f"{' x '.join(position.pair)}, {position.case.lateral_shift_mm:+g} mm",
+            reference="CONTACT 25, filter of 4 mm",
+            kind="other code",
+            value=row.get("fe_p_max_MPa", np.nan),
+            expected=position.peaks_MPa[FILTER_OF_ELEMENTS_MM],
+            limit_percent=PEAK_PERCENT,
+        )
+        for position, row in zip(solved() if len(rows) > 1 else [solved()[QUICK]], rows, strict=True)
     ]
 
 
@@ -279,7 +310,7 @@ def _told(found: list[Found]) -> list[str]:
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """What is decided, what it costs, and what finite elements say."""
-    found = _survey(rows)
+    found = _survey(len(rows) > 1)
     seconds = [one.seconds for one in found]
     lines = [
         *_told(found),

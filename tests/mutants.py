@@ -37,7 +37,7 @@ ROOMS = (
     "profiles/segments.py", "profiles/smoothing.py", "curves/model.py", "curves/normal.py", "curves/stability.py",
     "curves/steady.py",
 )  # fmt: skip
-COPIED = ("fecontact", "tests", "studies", "meshes", "docs", "pyproject.toml", "README.md", "CONTRIBUTING.md")
+COPIED = ("fecontact", "tests", "studies", "meshes", "pyproject.toml", "README.md", "CONTRIBUTING.md")
 # CPU seconds of a test while calls are noted.
 NOTED_S = 20.0
 # The few tests that call least beside its function are asked first, then others that call it and others of their files,

@@ -16,7 +16,7 @@ from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.normal.hertz import HertzContact, hertz_ellipse
 from fecontact.solving import expected_patch
 from fecontact.solving.expected_patch import TrueGap, carried
-from fecontact.solving.position import expect_on_half_space, place_case, true_gap_of_case
+from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
 
 FLAT = """kind = "wheel"
 units = "mm"
@@ -92,7 +92,7 @@ def test_a_lobe_too_thin_to_be_followed(monkeypatch):
     # the load goes from the gauge corner to the flange root there; eight nodes on the lobe are too many yet
     monkeypatch.setattr(expected_patch, "_MOST_NODES", 20_000)
     said = refused_within_seconds(Case(lateral_shift_mm=6.6, roll="given", load_N=50e3), ConvergenceError)
-    assert "a lobe of the contact is 0.04 mm from its peak to a valley, in a patch 10.2 mm wide" in said
+    assert "a lobe of the contact is 0.044 mm from its peak to a valley, in a patch 10.1 mm wide" in said
     # value, range and remedy, which does
     assert re.search(
         r"at most 20000 are solved, which 0\.\d+ mm or more need; give a lateral shift 0.2 mm beside it", said
@@ -229,3 +229,20 @@ def test_the_box_is_hertz_s_ellipse_and_the_grid_leaves_a_rim_of_three_nodes(yaw
     assert grid.x_mm[0] == (0.0 if half else pytest.approx(-hertz.a_mm - 3.6 * step_x, abs=1.2 * step_x))
     assert grid.s_mm[0] == pytest.approx(-hertz.b_mm - 3.6 * step_s, abs=1.2 * step_s)
     assert grid.s_mm[-1] == pytest.approx(hertz.b_mm + 3.6 * step_s, abs=1.2 * step_s)
+
+
+# --- a patch that is longer than the bodies ---------------------------------------------------------------------------
+
+
+def test_a_patch_far_longer_than_the_bodies_is_refused_before_it_is_known_well(monkeypatch):
+    """A load typed in N where kN are meant: on 32 nodes it takes 5 CPU s to say so, and this twice."""
+    seen = []
+    monkeypatch.setattr(
+        "fecontact.solving.position.expect_on_half_space", lambda case, placement: seen.append(case.load_N) or 1 / 0
+    )
+    with pytest.raises(InputError, match=r"half length of 60 mm must reach .* contact zone \(about 7[78] mm\)"):
+        position_of(Case(load_N=1e8))
+    # a patch of 42 mm is solved in bodies of 60 mm
+    with pytest.raises(ZeroDivisionError):
+        position_of(Case(load_N=2e7))
+    assert seen == [2e7]

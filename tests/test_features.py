@@ -119,9 +119,7 @@ def test_the_program_works_without_a_feature(feature, tmp_path):
 @pytest.mark.parametrize("feature", REMOVED)
 def test_all_other_tests_pass_without_a_feature(feature, tmp_path):
     names = ("tests", "studies", "meshes", ".ci", "Makefile", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")
-    tree = copied(
-        tmp_path, *names, "VALIDATION.md", "validation", "CITATION.cff", "pyproject.toml", "requirements.lock"
-    )
+    tree = copied(tmp_path, *names, "CITATION.cff", "pyproject.toml", "requirements.lock")
     without(feature, tree)
     # pages tell of all features, and a copy is no clone
     others = [f"--ignore=tests/test_{name}.py" for name in ("documents", "fresh_clone", "features", "package")]

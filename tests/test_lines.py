@@ -166,6 +166,12 @@ def test_words_of_shares():
     assert share_text(dict.fromkeys(answers, "HOLDS")) == "holds on all of the 3 lines that the points allow"
     assert share_text(answers | {"noise 1": "FAILS"}).endswith("(it fails on filter 4 mm, noise 1)")
     assert share_text(answers | {"noise 1": "UNRESOLVED"}).endswith("filters below 8 mm; it is open on 1)")
+    # a line within a limit's uncertainty, and none beyond it: a rail and a wheel of high mileage at 6 mm
+    some = dict.fromkeys(answers, "HOLDS") | {"noise 1": "UNRESOLVED"}
+    assert share_text(some) == "holds on 2 of the 3 lines that the points allow (it is open on 1)"
+    assert share_text(dict.fromkeys(answers, "UNRESOLVED")).endswith(
+        "holds on 0 of the 3 lines that the points allow (it is open on 3)"
+    )
 
 
 # --- wear whose truth is known ---------------------------------------------------------------------------------------

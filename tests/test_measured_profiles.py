@@ -224,6 +224,7 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     _, expected = expect_on_half_space(case, place_case(case))
     assert seen.expected.semi_axis_x_mm == expected.semi_axis_x_mm
     assert seen.hertz_uncertainty is None
+    assert seen.lines_seconds == 0.0
     # the mesh of this case has 12,390 and 20,688 unknowns
     assert seen.degrees_of_freedom == pytest.approx(33_078, rel=0.1)
     text = "\n".join(preview_lines(seen))
@@ -240,6 +241,10 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     out = capsys.readouterr().out
     assert "the measured profiles leave ±" in out
     assert (tmp_path / "seen.png").exists()
+    # the contact is found on each line that the points allow, some eight
+    seen = preview(Case(rail="mine.csv", lateral_shift_mm=-4.0))
+    assert 2.0 < seen.lines_seconds < 8.0
+    assert seen.cpu_seconds > preview(Case(lateral_shift_mm=-4.0)).cpu_seconds + 2.0
     assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     # which body a note is about

@@ -34,6 +34,15 @@ def test_the_package_says_that_it_is_typed():
     assert resources.files("fecontact").joinpath("py.typed").read_bytes() == b""
 
 
+def test_a_clone_has_few_folders():
+    """What belongs to the studies, such as their validation and the site, is below them."""
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode:
+        pytest.skip("no clone of the repository")
+    folders = {name.partition("/")[0] for name in listed.stdout.splitlines() if "/" in name}
+    assert {name for name in folders if not name.startswith(".")} == {"fecontact", "meshes", "studies", "tests"}
+
+
 @pytest.mark.parametrize("kind", ["wheel", "sdist"])
 def test_archives_hold_the_files_that_are_no_modules(tmp_path, monkeypatch, kind):
     # flit builds the project of the current folder

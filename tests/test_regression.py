@@ -810,6 +810,18 @@ def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
     assert not any(line.startswith("status") for line in lines)
 
 
+def test_the_terminal_shows_the_worst_columns_and_says_how_many_more_differ(tmp_path, capsys):
+    """Two rails differ in a hundred columns, and some texts are as wide as a terminal."""
+    many = {f"area{number}_mm2": 1.0 for number in range(40)}
+    was = write_study(tmp_path / "was", [case_row(**many, reason="38 % of the patch is flat or concave")])
+    now = write_study(tmp_path / "now", [case_row(**{name: 2.0 for name in many}, reason="")])
+    assert call(["compare", str(was), str(now)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(" 1/1 " in line for line in lines) == 30
+    assert "11 further columns differ: --out FOLDER or --json has all" in lines
+    assert any("38 % of the patch..." in line for line in lines)
+
+
 def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):
     was = write_study(tmp_path / "was", [case_row(seconds=1.0, fe_pieces=1)])
     near = write_study(
@@ -1045,7 +1057,7 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     folders = [str(written(name, one)) for name, one in (("was", was), ("now", now))]
     assert call(["compare", *folders, "--out", str(tmp_path / "changes")]) == 1
     told = " ".join(capsys.readouterr().out.split())
-    assert "another one in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 times." in told
+    assert "another one in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 time." in told
     assert "HOLDS FAILS 2 -4 mm: 80 kN; +0 mm: 50 kN" in told
     first, second = json.loads((tmp_path / "changes" / "comparison.json").read_text())["changed_verdicts"]
     assert first == {"baseline": "HOLDS", "new": "FAILS", "cases": 2, "where": "-4 mm: 80 kN; +0 mm: 50 kN"}

@@ -269,8 +269,16 @@ def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypa
         show(2, 6, "solving one, two")
         now[0] += 30.0
         show(4, 6, "solving three; about 30 s left")
+        # parts of what is under way: loads, and those that no one asked for
+        for words in ("0 of 2 loads", "2 of 2 loads, 1 more for limits", "2 of 2 loads, 2 more for limits"):
+            show(4, 6, f"solving four ({words})")
     lines = [" ".join(line.split()) for line in capsys.readouterr().err.splitlines()]
-    assert lines == ["0 s 2 of 6 cases done: solving one", "30 s 4 of 6 cases done: solving three; about 30 s left"]
+    assert lines == [
+        "0 s 2 of 6 cases done: solving one",
+        "30 s 4 of 6 cases done: solving three; about 30 s left",
+        "30 s 4 of 6 cases done: solving four (2 of 2 loads, 1 more for limits)",
+        "30 s 4 of 6 cases done: solving four (2 of 2 loads, 2 more for limits)",
+    ]
 
 
 def log_lines(path):

@@ -679,5 +679,11 @@ def test_the_inputs_that_vary_are_named_with_their_values():
     assert varied_words([base, replace(base, rail_material=soft)])[1] == "rail young_MPa 200000"
     both = replace(base, rail_material=soft, wheel_material=soft, yaw_rad=1e-3)
     assert varied_words([base, both]) == ["yaw_mrad 0, young_MPa 210000", "yaw_mrad 1, young_MPa 200000"]
+    # what a wheelset has is known by its wheel, what differs with one wheel is not
+    other = replace(base, wheel="EN15302_A", rolling_radius_mm=500.0)
+    assert varied_words([base, other]) == ["", ""]
+    assert varied_words([base, other, replace(other, rolling_radius_mm=400.0)])[1:] == [
+        "rolling_radius_mm 500", "rolling_radius_mm 400",
+    ]  # fmt: skip
     # criteria make no other case: results are judged by others
     assert varied_words([base, replace(base, criteria=Criteria(p_max=0.03))]) == ["", ""]

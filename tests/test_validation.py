@@ -71,10 +71,10 @@ def test_a_check_without_a_number_stands_out():
 
 
 def test_the_table_links_to_a_page_of_each_study():
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parents[1] / "studies"
     links = re.findall(r"\(validation/(\w+)\.md\)", (root / "VALIDATION.md").read_text("utf-8"))
     assert sorted(links) == sorted(path.stem for path in (root / "validation").glob("*.md"))
-    assert all((root / "studies" / f"{name}.py").exists() for name in links)
+    assert all((root / f"{name}.py").exists() for name in links)
     counts = [
         int(one) for one in re.findall(r"^\| \[.*? \| (\d+) \| \d+ \|", (root / "VALIDATION.md").read_text(), re.M)
     ]

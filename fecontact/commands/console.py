@@ -20,7 +20,7 @@ from fecontact import __version__
 from fecontact.jobs.remaining import duration
 
 _LOG = logging.getLogger("fecontact")
-_PART = r"\([1-9]\d* of \d+ \w+\)"
+_PART = r"\([1-9]\d* of \d+ [^)]*\)"
 _LOG.setLevel(logging.INFO)
 # it goes to the log file of a command alone
 _LOG.addHandler(logging.NullHandler())

@@ -205,7 +205,8 @@ def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: st
     """Say what was finished before, and why some of it was done again."""
     print_reasons("done again", recomputed)
     if reused:
-        say(f"{len(reused)} finished {what} were reused; --force solves them again", quiet=how.quiet)
+        told = f"1 finished {what.removesuffix('s')} was" if len(reused) == 1 else f"{len(reused)} finished {what} were"
+        say(f"{told} reused; --force solves again", quiet=how.quiet)
 
 
 def tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> None:

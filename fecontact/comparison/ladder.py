@@ -270,12 +270,12 @@ class Comparison:
     def overlap(self) -> float:
         """Area of the intersection of the patches over the area of their union."""
         hertz = self.ellipse
-        return _overlap(self.contact.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm), hertz)
+        return _overlap(self.contact.even().pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm), hertz)
 
 
 def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     """Compare a solved contact with Hertz's ellipse at the origin of its grid."""
-    contact, theory = Approximation.of(hertz).beside(fe)
+    contact, theory, weights = Approximation.of(hertz).beside(fe)
     return Comparison(
         contact=fe,
         ellipse=hertz,
@@ -284,7 +284,9 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
         hertz=hertz_measures(hertz),
         deviation=deviations(fe, hertz),
         # not by numpy.linalg.norm: the sum of BLAS depends on the number of its threads
-        pressure_l2=float(np.sqrt(np.square(theory - contact).sum() / np.square(contact).sum())),
+        pressure_l2=float(
+            np.sqrt((np.square(theory - contact) * weights).sum() / (np.square(contact) * weights).sum())
+        ),
     )
 
 

@@ -172,16 +172,28 @@ class Approximation:
     def on(self, grid: ContactGrid, moved_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
         """Pressure (nx, ns) in MPa of all patches, moved together, in the mean over a cell of each node."""
         (dx, ds) = moved_mm
-        return np.asarray(
-            sum(mean_pressure(grid, one.shape, (one.origin_mm[0] + dx, one.origin_mm[1] + ds)) for one in self.patches)
-        )
+        pressure = np.zeros(grid.shape)
+        for one in self.patches:
+            own = _below(grid, one, moved_mm)
+            part = replace(grid, x_mm=grid.x_mm[own[0]], s_mm=grid.s_mm[own[1]], widths_mm=grid.cells_mm[own[1]])
+            pressure[own] += mean_pressure(part, one.shape, (one.origin_mm[0] + dx, one.origin_mm[1] + ds))
+        return pressure
 
-    def beside(self, rung: Rung, moved_mm: tuple[float, float] = (0.0, 0.0)) -> tuple[Floats, Floats]:
-        """Pressures of a contact and of these patches on the same nodes, as far as both go."""
+    def beside(self, rung: Rung, moved_mm: tuple[float, float] = (0.0, 0.0)) -> tuple[Floats, Floats, Floats]:
+        """Pressures of a contact and of these patches on the same nodes, as far as both go, and the nodes' weights."""
         low, high = self.box_mm
         lengths = (2.0 * (max(abs(low[k]), abs(high[k])) + abs(moved_mm[k])) for k in (0, 1))
         covering = rung.pressure.covering(*lengths)
-        return covering.values, self.on(covering.grid, moved_mm)
+        return covering.values, self.on(covering.grid, moved_mm), covering.grid.weights
+
+
+def _below(grid: ContactGrid, patch: TheoryPatch, moved_mm: tuple[float, float]) -> tuple[slice, slice]:
+    """Rows and columns of a grid on which a patch can have a pressure."""
+    (low_x, low_s), (high_x, high_s), (dx, ds) = patch.low_mm, patch.high_mm, moved_mm
+    step, cells = grid.steps_mm[0], grid.cells_mm
+    rows = np.searchsorted(grid.x_mm, (low_x + dx - step, high_x + dx + step))
+    columns = np.searchsorted(grid.s_mm + cells, low_s + ds), np.searchsorted(grid.s_mm - cells, high_s + ds)
+    return slice(*rows.tolist()), slice(*(int(end) for end in columns))
 
 
 def of_strips(contact: StripContact) -> Approximation:
@@ -225,21 +237,22 @@ def of_strips(contact: StripContact) -> Approximation:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellPressure:
-    """A pressure that is constant on the cells around the nodes of a grid in equal steps."""
+    """A pressure that is constant on the cells around the nodes of a grid."""
 
     field: Field
 
     def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
         """Pressure of the nearest node, zero beyond the grid."""
         grid = self.field.grid
-        (i, in_x), (j, in_s) = (_nearest(*pair) for pair in ((grid.x_mm, x_mm), (grid.s_mm, y_mm)))
+        (i, in_x), (j, in_s) = _nearest(grid.x_mm, grid.steps_mm[0], x_mm), _nearest(grid.s_mm, grid.cells_mm, y_mm)
         return np.where(in_x & in_s, self.field.values[i, j], 0.0)
 
 
-def _nearest(line: Floats, places: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _nearest(line: Floats, widths: Floats | float, places: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Number of the node in whose cell each place lies, and whether there is one."""
-    number = np.rint((places - line[0]) / (line[1] - line[0])).astype(np.int64)
-    return np.clip(number, 0, line.size - 1), (number >= 0) & (number < line.size)
+    widths = np.broadcast_to(widths, line.shape)
+    number = np.clip(np.searchsorted(line - 0.5 * widths, places, side="right") - 1, 0, line.size - 1)
+    return number, np.abs(places - line[number]) <= 0.5 * widths[number]
 
 
 def of_rung(rung: Rung) -> Approximation:
@@ -247,8 +260,8 @@ def of_rung(rung: Rung) -> Approximation:
     whole = rung.pressure.whole()
     pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
     fields = [Field(grid=whole.grid, values=np.where(pieces == k, whole.values, 0.0)) for k in range(1, count + 1)]
-    cell = whole.grid.steps_mm[0] * whole.grid.steps_mm[1]
-    parts = [_of_field(field, float(field.values.sum()) * cell) for field in fields]
+    cells = whole.grid.steps_mm[0] * whole.grid.cells_mm
+    parts = [_of_field(field, float((field.values.sum(axis=0)) @ cells)) for field in fields]
     return Approximation(
         patches=tuple(sorted(parts, key=lambda one: -one.normal_force_N)), approach_mm=rung.approach_mm
     )
@@ -280,10 +293,8 @@ def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float
     A contact on a half-space has its nodal pressures on such cells.
     """
     places = (np.arange(_POINTS_A_CELL) + 0.5) / _POINTS_A_CELL - 0.5
-    x, s = (
-        (line[:, None] - middle + step * places).ravel()
-        for line, middle, step in zip((grid.x_mm, grid.s_mm), origin_mm, grid.steps_mm, strict=True)
-    )
+    x = (grid.x_mm[:, None] - origin_mm[0] + grid.steps_mm[0] * places).ravel()
+    s = (grid.s_mm[:, None] - origin_mm[1] + grid.cells_mm[:, None] * places).ravel()
     pressure = shape.pressure_MPa(x[:, None], s[None, :])
     # whole lines first: five numbers at a time cost as much each as a hundred
     lines = pressure.reshape(grid.x_mm.size, _POINTS_A_CELL, s.size).sum(axis=1)
@@ -490,8 +501,8 @@ def deviations(rung: Rung, hertz: HertzContact) -> dict[str, float]:
 
 # read for the valley and for the misplaced load
 @lru_cache(maxsize=4)
-def _beside(rung: Rung, theory: Approximation) -> tuple[Floats, Floats]:
-    """Pressures of a contact and of a theory on the same nodes; a single patch at the contact's centre of pressure."""
+def _beside(rung: Rung, theory: Approximation) -> tuple[Floats, Floats, Floats]:
+    """Pressures as `Approximation.beside` has them; of a single patch at the contact's centre of pressure."""
     if theory.single is None:
         return theory.beside(rung)
     patch, (x, s) = patch_of(rung), theory.centre_mm
@@ -499,7 +510,8 @@ def _beside(rung: Rung, theory: Approximation) -> tuple[Floats, Floats]:
 
 
 def _misplaced_load(rung: Rung, theory: Approximation) -> float:
-    return part_elsewhere(*_beside(rung, theory))
+    pressure, of_theory, weights = _beside(rung, theory)
+    return part_elsewhere(pressure * weights, of_theory * weights)
 
 
 def _own_valley(rung: Rung, theory: Approximation) -> float:
@@ -511,11 +523,12 @@ def _own_valley(rung: Rung, theory: Approximation) -> float:
 def _unknown_load(rung: Rung, theory: Approximation) -> float:
     """Part of the force on separate patches of a contact that a theory does not know (`unknown_load`)."""
     whole = rung.pressure.whole()
-    s, step = whole.grid.s_mm, whole.grid.steps_mm[1]
+    s, cells = whole.grid.s_mm, whole.grid.cells_mm
     pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
-    ends = [s[(pieces == k).any(axis=0)][[0, -1]] for k in range(1, count + 1)]
-    loads = np.array([whole.values[pieces == k].sum() for k in range(1, count + 1)])
-    return unknown_load([(low - step, high + step) for low, high in ends], loads, theory)
+    below = [np.flatnonzero((pieces == k).any(axis=0))[[0, -1]] for k in range(1, count + 1)]
+    loads = np.array([(whole.values * (pieces == k)).sum(axis=0) @ cells for k in range(1, count + 1)])
+    ends = [(float(s[first] - cells[first]), float(s[last] + cells[last])) for first, last in below]
+    return unknown_load(ends, loads, theory)
 
 
 def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: Approximation) -> float:
@@ -545,7 +558,7 @@ def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: 
     return float(unknown + missing)
 
 
-def part_elsewhere(pressure_MPa: Floats, reference_MPa: Floats) -> float:
-    """Part of the force of a pressure that is elsewhere than a reference on the same cells has it."""
+def part_elsewhere(force: Floats, reference: Floats) -> float:
+    """Part of the forces of cells that is elsewhere than a reference on the same cells has it."""
     # at equal force, whatever the cells leave of it
-    return float(0.5 * np.abs(pressure_MPa / pressure_MPa.sum() - reference_MPa / reference_MPa.sum()).sum())
+    return float(0.5 * np.abs(force / force.sum() - reference / reference.sum()).sum())

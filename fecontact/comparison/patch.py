@@ -70,20 +70,21 @@ class Patch:
 
 
 def measure_patch(pressure: Field) -> Patch:
-    """Measure a pressure (nx, ns) in MPa on a uniform grid."""
+    """Measure a pressure (nx, ns) in MPa on a grid of one band or several."""
     whole = pressure.whole()
     x_mm, s_mm, p = whole.grid.x_mm, whole.grid.s_mm, whole.values
+    force = p * whole.grid.weights
     # A node at the edge stands for a cell that is only partly in contact: with it the line of zero pressure lies too
     # far out, without it too far in, both by an error of first order in the element size; their mean is of higher
     # order.
     outer, inner = (_outline(x_mm, s_mm, signed_square(p, without_edge=w)) for w in (False, True))
     area, extent_x, extent_s = 0.5 * (outer + inner)
-    total = float(p.sum())
-    along_x, across = p.sum(axis=1) / total, p.sum(axis=0) / total
+    total = float(force.sum())
+    along_x, across = force.sum(axis=1) / total, force.sum(axis=0) / total
     centre_x, centre_s = float(x_mm @ along_x), float(s_mm @ across)
-    lobes, valley = _lobes(p, s_mm)
+    lobes, valley = _lobes(p, across, s_mm)
     pieces = label(p > 0.0, structure=np.ones((3, 3)))[0]
-    forces = np.bincount(pieces.ravel(), weights=p.ravel())[1:]
+    forces = np.bincount(pieces.ravel(), weights=force.ravel())[1:]
     return Patch(
         p_max_MPa=_top(p),
         area_mm2=float(area),
@@ -119,10 +120,9 @@ def _top(p: Floats) -> float:
     return float(np.sqrt(top)) if top <= 1.1 * float(square.max()) else float(p[i, j])
 
 
-def _lobes(p: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float]:
-    """Lobes of a pressure (nx, ns), from the highest down, and the valley beside the highest."""
+def _lobes(p: Floats, force: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float]:
+    """Lobes of a pressure (nx, ns) with these parts (ns,) of the force, from the highest down, and the valley."""
     ridge, seen, ends, valley = _windows(p)
-    force = p.sum(axis=0) / p.sum()
     lobes = (
         Lobe(
             y_mm=float(s[peak - 1]),
@@ -272,7 +272,7 @@ def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] 
 
     hx, hs = x[1] - x[0], s[1] - s[0]
     x = np.concatenate([[x[0] - hx], x, [x[-1] + hx]])
-    s = np.concatenate([[s[0] - hs], s, [s[-1] + hs]])
+    s = np.concatenate([[s[0] - hs], s, [s[-1] + (s[-1] - s[-2])]])
     lines = cast(list[Floats], contour_generator(x=s, y=x, z=square).lines(0.0))
     if between is not None:
         lines = [cut for line in lines if len(cut := _clipped(line[:-1], *between))]

@@ -645,13 +645,17 @@ def changes_on_more_nodes(rung: Rung, finer: Rung) -> dict[str, float]:
 def skew_of(rung: Rung) -> float:
     """Skewness of the pressure across: its third moment about its centre over that of its width, 0 if symmetric."""
     whole = rung.pressure.whole()
-    part = whole.values.sum(axis=0) / whole.values.sum()
+    load = whole.values.sum(axis=0) * whole.grid.weights
+    part = load / load.sum()
     away = whole.grid.s_mm - whole.grid.s_mm @ part
     return float(away**3 @ part / (away**2 @ part) ** 1.5)
 
 
 def just_parts(rung: Rung) -> bool:
     """Whether two lobes hang together by little pressure, or patches lie apart by little."""
+    if len(rung.grid.bands) > 1:
+        # the farthest are far apart
+        return False
     ridge = rung.pressure_MPa.max(axis=0)
     below = np.flatnonzero(ridge)
     columns = lobe_columns(rung.pressure.whole().values)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,18 +13,27 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.contact.solver import ContactSolution, ContactStatus
 
+# A last node that lies on a step but for rounding is there.
+_ROUNDING = 1e-6
+# Bands lie so many of both their steps apart.
+_LEAST_BETWEEN = 4.0
+# How cells grow from a band into what lies between two.
+_GROWTH = 1.4
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactGrid:
     """Tensor grid of pressure nodes on the rail's surface: x (nx,) and arc length s (ns,) from first touch (mm).
 
     In a half model x starts at 0, the plane of symmetry. Steps are equal, except across on the elements' nodes below
-    patches far apart (`contact.elements`).
+    patches far apart (`contact.elements`), and where `widths_mm` (ns,) are given: they are the widths across of the
+    nodes' cells. Cells of equal width side by side are a band, and nothing is covered between two bands.
     """
 
     x_mm: Floats
     s_mm: Floats
     half: bool
+    widths_mm: Floats | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -35,9 +45,29 @@ class ContactGrid:
         """Spacing along x and across; the smallest spacing if it is not uniform."""
         return float(self.x_mm[1] - self.x_mm[0]), float(_even(np.diff(self.s_mm)).min())
 
+    @property
+    def cells_mm(self) -> Floats:
+        """Width across (ns,) of each node's cell."""
+        return np.full(self.s_mm.size, self.steps_mm[1]) if self.widths_mm is None else self.widths_mm
+
+    @property
+    def weights(self) -> Floats:
+        """Widths of the nodes' cells across (ns,) over the least of them: 1 in equal steps."""
+        return self.cells_mm / self.steps_mm[1]
+
+    @property
+    def bands(self) -> tuple[ContactGrid, ...]:
+        """The bands of a grid whose cells have widths of their own, each in equal steps; itself if it is one."""
+        if self.widths_mm is None:
+            return (self,)
+        free = np.diff(self.s_mm) - 0.5 * (self.widths_mm[1:] + self.widths_mm[:-1])
+        ends = np.flatnonzero(free > 0.5 * self.steps_mm[1]) + 1
+        return tuple(replace(self, s_mm=s, widths_mm=None) for s in np.split(self.s_mm, ends))
+
     def nodal_area_mm2(self) -> Floats:
-        """Area int N_i (n,) of each node in the model, not doubled by symmetry."""
-        return np.outer(_line_areas(self.x_mm), _line_areas(self.s_mm)).ravel()
+        """Area int N_i (n,) of each node in the model, not doubled by symmetry; of a cell if cells have widths."""
+        across = _line_areas(self.s_mm) if self.widths_mm is None else self.widths_mm
+        return np.outer(_line_areas(self.x_mm), across).ravel()
 
     def whole_area_mm2(self) -> Floats:
         """Area (n,) that each node stands for in the whole contact: doubled in a half model."""
@@ -61,6 +91,18 @@ class ContactGrid:
             for b in (0, 1):
                 total[a : total.shape[0] - 1 + a, b : total.shape[1] - 1 + b] += local[:, a, :, b]
         return total.ravel() / self.nodal_area_mm2()
+
+
+def in_bands(x_mm: Floats, lines_mm: Sequence[Floats], *, half: bool) -> ContactGrid:
+    """A grid of bands in the order of their places; of one in the least of their steps where two come together."""
+    steps = [float(line[1] - line[0]) for line in lines_mm]
+    widths = np.repeat(steps, [line.size for line in lines_mm])
+    grid = ContactGrid(x_mm=x_mm, s_mm=np.concatenate(lines_mm), half=half, widths_mm=widths)
+    pairs = zip(pairwise(lines_mm), pairwise(steps), strict=True)
+    if all(after[0] - before[-1] > _LEAST_BETWEEN * sum(both) for (before, after), both in pairs):
+        return grid
+    low, high, step = min(line[0] for line in lines_mm), max(line[-1] for line in lines_mm), min(steps)
+    return ContactGrid(x_mm=x_mm, s_mm=np.asarray(low + step * np.arange(round((high - low) / step) + 1)), half=half)
 
 
 def _even(steps: Floats) -> Floats:
@@ -106,7 +148,7 @@ class Field:
         if not grid.half:
             return self
         x = np.concatenate([-grid.x_mm[:0:-1], grid.x_mm])
-        whole = ContactGrid(x_mm=x, s_mm=grid.s_mm, half=False)
+        whole = replace(grid, x_mm=x, half=False)
         return Field(grid=whole, values=np.concatenate([self.values[:0:-1], self.values]))
 
     def even(self) -> Field:
@@ -115,26 +157,59 @@ class Field:
         if np.ptp(_even(np.diff(grid.s_mm))) == 0.0:
             return self
         step = grid.steps_mm[1]
-        s = grid.s_mm[0] + step * np.arange(np.floor(np.ptp(grid.s_mm) / step) + 1)
+        s = grid.s_mm[0] + step * np.arange(np.floor(np.ptp(grid.s_mm) / step + _ROUNDING) + 1)
         even = ContactGrid(x_mm=grid.x_mm, s_mm=np.asarray(s), half=grid.half)
         return Field(grid=even, values=self.values @ hat_functions(grid.s_mm, s))
 
     def covering(self, length_x_mm: float, length_s_mm: float) -> Field:
-        """Both halves, continued by zeros in the grid's steps past a box of these lengths around the origin."""
-        field = self.whole()
+        """Both halves, continued by zeros in the grid's steps past a box of these lengths around the origin.
+
+        Between bands there are zeros, too, on cells that grow from either side.
+        """
+        field = self.whole()._filled()
         x, more_x = _continued(field.grid.x_mm, 0.5 * length_x_mm)
         s, more_s = _continued(field.grid.s_mm, 0.5 * length_s_mm)
         rest = ((0, 0),) * (field.values.ndim - 2)
-        grid = ContactGrid(x_mm=x, s_mm=s, half=False)
+        widths = None if field.grid.widths_mm is None else np.pad(field.grid.widths_mm, more_s, mode="edge")
+        grid = ContactGrid(x_mm=x, s_mm=s, half=False, widths_mm=widths)
         return Field(grid=grid, values=np.pad(field.values, (more_x, more_s, *rest)))
+
+    def _filled(self) -> Field:
+        """The field with zeros on cells between its bands."""
+        bands = self.grid.bands
+        if len(bands) == 1:
+            return self
+        s, widths, columns = [bands[0].s_mm], [bands[0].cells_mm], [self.values[:, : bands[0].s_mm.size]]
+        for before, band in pairwise(bands):
+            ends = _growing(_cell_ends(before.s_mm)[-1], _cell_ends(band.s_mm)[0], before.steps_mm[1], band.steps_mm[1])
+            first = sum(part.shape[1] for part in columns[::2])
+            s += [0.5 * (ends[1:] + ends[:-1]), band.s_mm]
+            widths += [np.diff(ends), band.cells_mm]
+            between = np.zeros((self.values.shape[0], ends.size - 1, *self.values.shape[2:]))
+            columns += [between, self.values[:, first : first + band.s_mm.size]]
+        grid = replace(self.grid, s_mm=np.concatenate(s), widths_mm=np.concatenate(widths))
+        return Field(grid=grid, values=np.concatenate(columns, axis=1))
+
+
+def _growing(low: float, high: float, first: float, last: float) -> Floats:
+    """Ends of cells from one place to another, which grow from the widths of the cells beside them."""
+    rising, falling, sizes = [low], [high], [_GROWTH * first, _GROWTH * last]
+    while falling[-1] - rising[-1] > sum(sizes):
+        if sizes[0] <= sizes[1]:
+            rising.append(rising[-1] + sizes[0])
+            sizes[0] *= _GROWTH
+        else:
+            falling.append(falling[-1] - sizes[1])
+            sizes[1] *= _GROWTH
+    return np.array(rising + falling[::-1])
 
 
 def _continued(line: Floats, reach: float) -> tuple[Floats, tuple[int, int]]:
-    """A uniform line, continued in its steps past -reach and reach, and the number of steps added at each end."""
-    step = float(line[1] - line[0])
+    """A line, continued past -reach and reach in the steps of its ends, and the number of steps added at each end."""
+    step, at_end = float(line[1] - line[0]), float(line[-1] - line[-2])
     before = max(0, int(np.ceil((reach + line[0]) / step)) + 1)
-    after = max(0, int(np.ceil((reach - line[-1]) / step)) + 1)
-    low, high = line[0] - step * np.arange(before, 0, -1), line[-1] + step * np.arange(1, after + 1)
+    after = max(0, int(np.ceil((reach - line[-1]) / at_end)) + 1)
+    low, high = line[0] - step * np.arange(before, 0, -1), line[-1] + at_end * np.arange(1, after + 1)
     return np.concatenate([low, line, high]), (before, after)
 
 
@@ -224,8 +299,8 @@ def misfit(nodal: Rung, fine: Rung) -> float:
     """
     grid, pressure = nodal.pressure.whole().grid, nodal.pressure.whole().values
     finer = fine.pressure.whole()
-    lines = ((grid.x_mm, finer.grid.x_mm), (grid.s_mm, finer.grid.s_mm))
-    over_x, over_s = (hat_integrals(line, _cell_ends(places)) for line, places in lines)
+    over_x = hat_integrals(grid.x_mm, _cell_ends(finer.grid.x_mm))
+    over_s = np.hstack([hat_integrals(grid.s_mm, _cell_ends(band.s_mm)) for band in finer.grid.bands])
     area = grid.nodal_area_mm2().reshape(grid.shape)
     force = over_x @ finer.values @ over_s.T
     return float(0.5 * np.abs(area * pressure - force).sum() / force.sum())

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct, fft, idct, ifft, irfft, next_fast_len, rfft
+from scipy.linalg import block_diag
 
 from fecontact.arrays import Complexes, Floats
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_contact
 from fecontact.errors import ConvergenceError, InputError
 
+# What one band does to another one is exact but for this part of it.
+_PARTS_OF_BETWEEN = 1e8
+
 
 def half_space_problem(
-    grid: ContactGrid, gap_mm: Floats, *, contact_modulus_MPa: float, closing: Floats | None = None
+    grid: ContactGrid,
+    gap_mm: Floats,
+    *,
+    contact_modulus_MPa: float,
+    closing: Floats | None = None,
+    angle_rad: Floats | None = None,
 ) -> ContactProblem:
     """Contact problem of a gap on a pair of half-spaces.
 
@@ -26,24 +36,35 @@ def half_space_problem(
         Undeformed gap at the grid's nodes.
     closing (n,)
         How much the gap closes when the bodies approach by 1; 1 everywhere if not given.
+    angle_rad (ns,)
+        Angles of the normals along which pressures act, as in `along_normals`; all in one plane if not given.
     """
     return ContactProblem(
-        compliance=half_space_below(grid, contact_modulus_MPa),
+        compliance=half_space_below(grid, contact_modulus_MPa, angle_rad),
         gap_mm=gap_mm,
         closing=np.ones(gap_mm.size) if closing is None else closing,
         area_mm2=grid.whole_area_mm2(),
+        # a pressure on narrower cells, below a smaller patch, opens less
+        stiffness=None if grid.widths_mm is None else np.tile(1.0 / grid.weights, grid.shape[0]),
     )
 
 
-def half_space_below(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: Floats | None = None) -> Compliance:
     """Compliance of a pair of half-spaces on the nodes of a uniform grid.
 
     Each node carries its pressure on a rectangle of one step by one step around it (Love 1929; Johnson 1985, eq. 3.25);
     convolution by FFT with zero padding, exact for these rectangles. In a half model row 0 lies on the plane of
     symmetry x = 0 and the mirrored pressure acts as well.
 
+    On a grid of several bands each one is convolved by itself, and acts on the others as `_between` has it. Pressures
+    may act along normals of these angles (ns,), see `along_normals`.
+
     Range of validity: flat surfaces; on a curved surface arc lengths are taken for distances.
     """
+    if len(grid.bands) > 1:
+        return _in_bands(grid, contact_modulus_MPa, np.zeros(grid.s_mm.size) if angle_rad is None else angle_rad)
+    if angle_rad is not None and np.ptp(angle_rad) > 0.0:
+        return along_normals(half_space_below(grid, contact_modulus_MPa), np.tile(angle_rad, grid.shape[0]))
     (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
     rows = 2 * nodes_x - 1 if grid.half else nodes_x
     kernel = love_influence(
@@ -53,6 +74,85 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float) -> Complianc
         step_s,
     ) / (np.pi * contact_modulus_MPa)
     return convolution(kernel, grid.shape, half=grid.half)
+
+
+def _in_bands(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: Floats) -> Compliance:
+    """Compliance of a pair of half-spaces on the nodes of several bands."""
+    ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
+    angles = np.split(angle_rad, ends)
+    within = [half_space_below(band, contact_modulus_MPa, own) for band, own in zip(grid.bands, angles, strict=True)]
+    between = _between(grid, contact_modulus_MPa)
+    turns = [turn(angle_rad) for turn in (np.cos, np.sin)] if np.ptp(angle_rad) > 0.0 else [np.ones(angle_rad.size)]
+
+    def apply(pressure: Floats) -> Floats:
+        own = pressure.reshape(grid.shape)
+        parts = zip(np.split(own, ends, axis=1), within, strict=True)
+        opening = np.hstack([compliance(part.ravel()).reshape(part.shape) for part, compliance in parts])
+        return np.asarray((opening + sum(turn * between(turn * own) for turn in turns)).ravel())
+
+    return apply
+
+
+def _between(grid: ContactGrid, contact_modulus_MPa: float) -> Callable[[Floats], Floats]:
+    """Opening (nx, ns) that the pressures (nx, ns) of all other bands cause in each band.
+
+    Across, what one band does to another one is smooth: a polynomial through a few places of each carries it (Chebyshev
+    points; Trefethen 2013, ch. 8), along x it is a convolution. A force is spread over the cell of the pressing node,
+    and then over the cell of the answering node: the mean of both is symmetric, as a compliance must be, and Love's
+    rectangle if cells are equal.
+    """
+    nodes_x, step_x = grid.shape[0], grid.steps_mm[0]
+    rows = 2 * nodes_x - 1 if grid.half else nodes_x
+    places = [_places(band, grid) for band in grid.bands]
+    at_node, over_cell = (
+        block_diag(*(_polynomials(own, band, spread) for own, band in zip(places, grid.bands, strict=True)))
+        for spread in (0.0, 1.0)
+    )
+    all_places, owner = np.concatenate(places), np.repeat(np.arange(len(places)), [own.size for own in places])
+    others = owner[:, None] != owner
+    away = np.where(others, np.abs(all_places[:, None] - all_places), 1.0)
+    x = step_x * np.arange(rows)[:, None, None]
+    kernel = np.arcsinh((x + 0.5 * step_x) / away) - np.arcsinh((x - 0.5 * step_x) / away)
+    kernel *= others / (np.pi * contact_modulus_MPa)
+    size = next_fast_len(2 * rows - 1, real=True)
+    around = np.zeros((size, *away.shape))
+    around[:rows], around[size - rows + 1 :] = kernel, kernel[:0:-1]
+    # the spectrum is real, since opposite sides are equal
+    spectrum = rfft(around, axis=0).real
+
+    def apply(pressure: Floats) -> Floats:
+        force = pressure * grid.cells_mm
+        if grid.half:
+            force = np.concatenate([force[:0:-1], force])
+        waves = rfft(np.stack([force @ over_cell.T, force @ at_node.T], axis=-1), size, axis=0)
+        answer = np.matmul(spectrum, np.concatenate([waves.real, waves.imag], axis=-1))
+        opening = irfft(answer[..., :2] + 1j * answer[..., 2:], size, axis=0)[rows - nodes_x : rows]
+        return np.asarray(0.5 * (opening[..., 0] @ at_node + opening[..., 1] @ over_cell))
+
+    return apply
+
+
+def _places(band: ContactGrid, grid: ContactGrid) -> Floats:
+    """Places across of a band by which others act on it: more of them the nearer the next band is for its width."""
+    low, high = float(band.s_mm[0]), float(band.s_mm[-1])
+    half = 0.5 * (high - low + band.steps_mm[1])
+    beyond = grid.s_mm[(grid.s_mm < low) | (grid.s_mm > high)]
+    away = float(np.abs(beyond - 0.5 * (low + high)).min()) / half
+    count = math.ceil(math.log(_PARTS_OF_BETWEEN) / math.log(away + math.sqrt(away**2 - 1.0))) + 1
+    return np.asarray(0.5 * (low + high) + half * np.cos(np.pi * (np.arange(count) + 0.5) / count))
+
+
+def _polynomials(places: Floats, band: ContactGrid, spread: float) -> Floats:
+    """Polynomials (m, n), each 1 at one of m places and 0 at the others, in the mean over a part of a node's cell."""
+    low, high = places[-1], places[0]
+    points, weights = np.polynomial.legendre.leggauss(3)
+    s = band.s_mm[:, None] + 0.5 * spread * band.steps_mm[1] * points
+
+    def terms(of: Floats) -> Floats:
+        return np.polynomial.chebyshev.chebvander((2.0 * of - low - high) / (high - low), places.size - 1)
+
+    mean = 0.5 * np.einsum("ngk,g->nk", terms(s), weights)
+    return np.asarray(np.linalg.solve(terms(places).T, mean.T))
 
 
 def along_normals(flat: Compliance, angle_rad: Floats) -> Compliance:

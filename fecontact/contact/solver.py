@@ -38,12 +38,15 @@ class ContactProblem:
         How much the gap closes when the bodies approach by 1: cosine between the node's normal and the approach.
     area_mm2 (n,)
         Area that each node stands for; in a half model doubled, so that sums give the whole contact.
+    stiffness (n,)
+        How much more pressure the nodes need than others for a change of the gap, about; None where all are alike.
     """
 
     compliance: Compliance
     gap_mm: Floats
     closing: Floats
     area_mm2: Floats
+    stiffness: Floats | None = None
 
     def load_N(self, pressure: Floats) -> float:
         """Force along the approach that pressures (n,) in MPa carry."""
@@ -119,7 +122,8 @@ def solve_contact(
     Notes
     -----
     Polonsky and Keer (1999), with nodal areas as weights and normals that need not be parallel. Every iteration
-    holds the load, or the approach, exactly.
+    holds the load, or the approach, exactly. Where nodes are not alike their gaps are scaled by their stiffness, which
+    is Jacobi's preconditioner (Saad 2003, sec. 9.2).
     """
     g0, c, w = problem.gap_mm, problem.closing, problem.area_mm2
     p = _start(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else np.maximum(start_MPa, 0.0)
@@ -141,8 +145,9 @@ def solve_contact(
             total = g0 + opening
             gap = total - (_mean(problem, total, active) if approach_mm is None else approach_mm) * c
             conjugate = False
-        norm = inner(w[active], gap[active] ** 2)
-        direction = np.where(active, gap + (norm / norm_old if conjugate else 0.0) * direction, 0.0)
+        downhill = gap if problem.stiffness is None else _scaled(problem, gap, active, load_N)
+        norm = inner((w * downhill)[active], gap[active])
+        direction = np.where(active, downhill + (norm / norm_old if conjugate else 0.0) * direction, 0.0)
         norm_old = norm
         moved = problem.compliance(direction)
         calls += 1
@@ -153,7 +158,7 @@ def solve_contact(
         overlapping = ~active & (gap < 0.0)
         clipped = bool(np.any(trial[active] < 0.0))
         new = np.maximum(trial, 0.0)
-        new[overlapping] = -step * gap[overlapping]
+        new[overlapping] = -step * downhill[overlapping]
         entered = bool(np.any(overlapping))
         # at a prescribed approach, a restart after pressures were cut off saves a fifth of the iterations
         conjugate = not (entered or (clipped and load_N is None))
@@ -202,6 +207,16 @@ def _mean(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> 
     """Approach that best fits displacements (n,) on some nodes: their mean if all normals are parallel to it."""
     c, w = problem.closing[nodes], problem.area_mm2[nodes]
     return inner(w * c, values[nodes]) / inner(w * c, c)
+
+
+def _scaled(problem: ContactProblem, gap: Floats, active: NDArray[np.bool_], load_N: float | None) -> Floats:
+    """Gaps (n,) times the nodes' stiffness; under a load without what would change it."""
+    assert problem.stiffness is not None
+    scaled, closing = problem.stiffness * gap, problem.stiffness * problem.closing
+    if load_N is None:
+        return scaled
+    carried = (problem.area_mm2 * problem.closing)[active]
+    return np.asarray(scaled - inner(carried, scaled[active]) / inner(carried, closing[active]) * closing)
 
 
 def inner(a: Floats, b: Floats) -> float:

@@ -76,7 +76,7 @@ def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = Tru
 
 def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
     """The pressure of a solved contact, whose force is that along the contact normal."""
-    field = rung.pressure.whole()
+    field = rung.even().pressure.whole()
     cell = field.grid.steps_mm[0] * field.grid.steps_mm[1]
     pressure = field.values * (rung.normal_force_N / (cell * float(field.values.sum())))
     x, s = field.grid.x_mm, field.grid.s_mm

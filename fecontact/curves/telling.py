@@ -25,6 +25,7 @@ from fecontact.outputs.terminal import Lines, notes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
 
 _SHARES: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
@@ -120,32 +121,66 @@ def share_words(parts: Mapping[str, float], order: tuple[str, ...] = ()) -> str:
 
 
 def curves_figure(found: Curves, path: str | Path) -> Path:
-    """Draw shift, angle of attack, Y/Q of the leading outer wheel and resistance over the curvature, by theory."""
+    """Draw shift, angle of attack, Y/Q of the leading outer wheel and resistance by theory, over the curvature.
+
+    In a single curve they are bars with their values, wheelset beside wheelset.
+    """
     figure = blank_figure(12.0, 8.0)
     axes = figure.subplots(2, 2)
-    for index, (theory, runs) in enumerate(found.runs.items()):
+    curvatures = {1.0 / run.radius_m for runs in found.runs.values() for run in runs}
+    (_draw_one_curve if len(curvatures) == 1 else _draw_curves)(axes, found.runs)
+    labels = ("lateral shift, mm", "yaw (angle of attack), mrad", "Y/Q, leading outer wheel", "curve resistance, N/kN")
+    for ax, label in zip(axes.flat, labels, strict=True):
+        ax.set(ylabel=label)
+    finish(*axes.flat)
+    for ax in axes.flat:
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend(fontsize=8)
+    headline = [difference_words(one) for one in found.differences]
+    radius = f", R {1.0 / curvatures.pop():g} m" if len(curvatures) == 1 else ""
+    told = f"{_title(found)}{radius}, friction {found.conditions.friction:g}"
+    figure.suptitle("\n".join([*headline, told]), fontsize=10)
+    return save_figure(figure, Path(path))
+
+
+def _outer_y_over_q(run: CurveRun) -> float:
+    return run.wheelsets[0].wheels[0 if run.radius_m > 0.0 else 1].y_over_q
+
+
+def _draw_one_curve(axes: NDArray[Any], runs: Mapping[str, Sequence[CurveRun]]) -> None:
+    good = {theory: run for theory, (run,) in runs.items() if run.is_balanced}
+    width = 0.5 / max(len(good), 1)
+    for index, (theory, run) in enumerate(good.items()):
+        places = ("leading", "trailing") if len(run.wheelsets) > 1 else ("wheelset",)
+        panels = (
+            {place: one.lateral_shift_mm for place, one in zip(places, run.wheelsets, strict=False)},
+            {place: one.yaw_mrad for place, one in zip(places, run.wheelsets, strict=False)},
+            {places[0]: _outer_y_over_q(run)},
+            {"vehicle": run.resistance_N_per_kN},
+        )
+        for ax, values in zip(axes.flat, panels, strict=True):
+            at = [place + (index - (len(good) - 1) / 2.0) * width for place in range(len(values))]
+            bars = ax.bar(at, list(values.values()), width, color=series_style(index)["color"], label=theory)
+            ax.bar_label(bars, fmt="%.3g", padding=2, fontsize=8)
+            ax.set_xticks(range(len(values)), list(values))
+            ax.set_xlim(-0.6, len(values) - 0.4)
+            ax.margins(y=0.15)
+
+
+def _draw_curves(axes: NDArray[Any], runs_of: Mapping[str, Sequence[CurveRun]]) -> None:
+    for index, (theory, runs) in enumerate(runs_of.items()):
         good = sorted((run for run in runs if run.is_balanced), key=lambda run: 1.0 / run.radius_m)
         style = series_style(index)
         x = [1e3 / run.radius_m for run in good]
         for place, dash in zip(range(len(good[0].wheelsets) if good else 0), ("-", "--"), strict=False):
-            # filled and open marks, because one radius alone shows no dashes
             of_place = style | {"mfc": "white" if place else style["color"]}
             label = f"{theory}, {'leading' if place == 0 else 'trailing'}" if len(good[0].wheelsets) > 1 else theory
             axes[0, 0].plot(x, [r.wheelsets[place].lateral_shift_mm for r in good], dash, label=label, **of_place)
             axes[0, 1].plot(x, [r.wheelsets[place].yaw_mrad for r in good], dash, label=label, **of_place)
-        outer = [run.wheelsets[0].wheels[0 if run.radius_m > 0.0 else 1].y_over_q for run in good]
-        axes[1, 0].plot(x, outer, label=theory, **style)
+        axes[1, 0].plot(x, [_outer_y_over_q(run) for run in good], label=theory, **style)
         axes[1, 1].plot(x, [run.resistance_N_per_kN for run in good], label=theory, **style)
-    labels = ("lateral shift, mm", "yaw (angle of attack), mrad", "Y/Q, leading outer wheel", "curve resistance, N/kN")
-    for ax, label in zip(axes.flat, labels, strict=True):
-        ax.set(xlabel="curvature 1/R in 1/km (> 0: to the right)", ylabel=label)
-    finish(*axes.flat)
     for ax in axes.flat:
-        if ax.lines:
-            ax.legend(fontsize=8)
-    headline = [difference_words(one) for one in found.differences]
-    figure.suptitle("\n".join([*headline, f"{_title(found)}, friction {found.conditions.friction:g}"]), fontsize=10)
-    return save_figure(figure, Path(path))
+        ax.set(xlabel="curvature 1/R in 1/km (> 0: to the right)")
 
 
 def _title(found: Curves) -> str:

@@ -127,6 +127,8 @@ def rail_mesh(
     InputError
         If the cut plane does not leave room for the uniform zone.
     """
+    # a patch that is too long is refused before the section is meshed
+    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, 0, "the rail's half length")
     pose = placement.rail
     middle = placement.first_arc_length_mm
     closure = _rail_closure(pose.profile, size.rail_depth_mm)
@@ -141,7 +143,6 @@ def rail_mesh(
         ),
         layer_ratio,
     )
-    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, 0, "the rail's half length")
     c, s = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
     y = pose.crown_y_mm + section.points @ np.array([c, -s])
     z = pose.crown_z_mm + section.points @ np.array([s, c])
@@ -161,6 +162,7 @@ def wheel_mesh(
     InputError
         If the cut planes do not leave room for the uniform zone.
     """
+    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, _COVER_STEPS, "the rim's half length")
     pose, touch = placement.wheel, placement.first
     y_low, y_high = pose.profile.y_range_mm
     z_inner = size.rim_thickness_mm
@@ -171,7 +173,6 @@ def wheel_mesh(
         _section_zone(pose.profile, zone, _facing(placement, zone)),
         layer_ratio,
     )
-    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, _COVER_STEPS, "the rim's half length")
     rolling = float(pose.radius(touch.wheel_u))
     theta_0 = float(pose.silhouette(touch.wheel_u)[0]) + np.arcsin(placement.ahead_mm / rolling)
     theta = theta_0 + x / rolling
@@ -301,16 +302,21 @@ def _held_edge(closure: Floats) -> tuple[int, int]:
     return int(on_base[0]), int(on_base[-1])
 
 
+def too_short(what: str, half_length_mm: float, zone_mm: str) -> InputError:
+    """The error of bodies that are too short for the contact."""
+    return InputError(
+        f"{what} of {half_length_mm:g} mm must reach at least two elements past the contact zone ({zone_mm} mm):"
+        " give a larger half_length_mm, or a smaller load or stiffer steel if that is a mistake"
+    )
+
+
 def _sweep_positions(zone: FineZone, end: float, half: bool, cover: int, what: str) -> tuple[Floats, slice]:
     """Positions along the sweep and which of them belong to the uniform zone."""
     intervals = zone.intervals_x + cover
     step = zone.half_length_mm / zone.intervals_x
     start = intervals * step
     if end < start + 2.0 * step:
-        raise InputError(
-            f"{what} of {end:g} mm must reach at least two elements past the contact zone ({start:.2f} mm):"
-            " give a larger half_length_mm, or a smaller load or stiffer steel if that is a mistake"
-        )
+        raise too_short(what, end, f"{start:.2f}")
     count = int(np.ceil(np.log1p((_SWEEP_RATIO - 1.0) * (end - start) / step) / np.log(_SWEEP_RATIO)))
     steps = np.minimum(step * _SWEEP_RATIO ** np.arange(1, count + 8), _LONGEST_OF_SWEEP * end)
     tail = np.cumsum(steps)

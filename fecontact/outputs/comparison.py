@@ -88,7 +88,7 @@ def verdict_lines(comparison: TableComparison) -> Lines:
     if not found:
         yield from [f"Hertz's verdict is the same in all of {cases}."] * (not comparison.verdicts.empty)
         return
-    told = ", ".join(f"{one['baseline']} -> {one['new']} {one['cases']} times" for one in found)
+    told = ", ".join(f"{one['baseline']} -> {one['new']} {count(one['cases'], 'time')}" for one in found)
     yield f"Hertz's verdict is another one in {sum(one['cases'] for one in found)} of {cases}: {told}."
     yield table_of("Verdicts that are others", _CHANGES, found)
 
@@ -152,7 +152,7 @@ def head_lines(comparison: TableComparison) -> list[str]:
     unknown = comparison.columns.column[comparison.columns.kind == "default"]
     named = {
         **comparison.one_sided,
-        "not compared, the baseline is older than they are": comparison.later_columns,
+        "not compared, the baseline has none of their kind": comparison.later_columns,
         "of no known unit, compared as the kind 'default'": list(unknown),
     }
     return lines + [f"{what}: {', '.join(names)}" for what, names in named.items() if names]
@@ -165,16 +165,21 @@ def case_names(comparison: TableComparison) -> dict[str, str]:
         # matched by columns, which name them
         return {case: case for case in comparison.cases}
     told = rows.filter(("lateral_shift_mm", "load_kN", "wheel", "rail")).loc[comparison.cases].to_dict("index")
-    named = {case: _case_name(row) or case for case, row in told.items()}
+    pairs = {
+        case: " on ".join(short_name(row[body]) for body in ("wheel", "rail") if row.get(body))
+        for case, row in told.items()
+    }
+    # one pair of all cases tells none from another
+    several = len({*pairs.values()}) > 1
+    named = {case: _case_name(row, pairs[case] if several else "") or case for case, row in told.items()}
     count = Counter(named.values())
     return {case: f"{name} ({case[-8:]})" if count[name] > 1 else name for case, name in named.items()}
 
 
-def _case_name(row: Mapping[str, str]) -> str:
+def _case_name(row: Mapping[str, str], pair: str) -> str:
     shift, load = row.get("lateral_shift_mm"), row.get("load_kN")
     if not shift or not load:
         return ""
-    pair = " on ".join(short_name(row[body]) for body in ("wheel", "rail") if row.get(body))
     return ", ".join(filter(None, (pair, f"{float(shift):+g} mm", f"{float(load):g} kN")))
 
 
@@ -197,6 +202,8 @@ def version_table(comparison: TableComparison) -> Table:
 
 # Columns that are shown where none differs, so that one sees how close it is.
 _CLOSEST = 5
+# The worst columns are shown, with so many characters of a text: more hide the answer.
+_MOST_COLUMNS, _MOST_LETTERS = 30, 20
 
 
 def comparison_lines(comparison: TableComparison) -> Lines:
@@ -207,7 +214,12 @@ def comparison_lines(comparison: TableComparison) -> Lines:
     yield from head_lines(comparison)
     columns, efforts = comparison.columns, comparison.efforts
     if columns.differing.any():
-        yield value_table("Columns that differ", COLUMN_TABLE, columns[columns.differing > 0], comparison)
+        differing = columns[columns.differing > 0]
+        shown = differing[:_MOST_COLUMNS]
+        shown = shown.assign(**{side: shown[side].map(_cut) for side in ("baseline", "new")})
+        yield value_table("Columns that differ", COLUMN_TABLE, shown, comparison)
+        if more := len(differing) - len(shown):
+            yield f"{count(more, 'further column')} differ{'s' * (more == 1)}: --out FOLDER or --json has all"
     elif (columns.times_tolerance > 0.0).any():
         closest = columns[columns.times_tolerance > 0.0][:_CLOSEST]
         yield value_table("Closest to their tolerance", COLUMN_TABLE, closest, comparison)
@@ -217,6 +229,10 @@ def comparison_lines(comparison: TableComparison) -> Lines:
         yield f"not compared: {', '.join(told)}"
     yield from verdict_lines(comparison)
     yield comparison.verdict
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _MOST_LETTERS else f"{text[: _MOST_LETTERS - 3]}..."
 
 
 # --- Files of a comparison: JSON, a picture, and one HTML file without time stamps.

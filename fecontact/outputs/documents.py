@@ -288,7 +288,7 @@ def write_study_report(
     parts: list[Part] = [
         Heading(title, 1),
         Lead(conclusion or _answer(cases), lead_style(verdicts)),
-        f"{name}: {_answer(cases)}." if conclusion or title != name else "",
+        f"{name}: {_answer(cases)}." if conclusion else f"Study {name}." if title != name else "",
         question(pair, criteria, roll_words_of_rows(rows)),
         Heading("Verdicts"),
         verdict_table(cases),

@@ -196,7 +196,9 @@ def share_text(lines: Mapping[str, str]) -> str:
     if max(len(holds), len(fails)) == len(lines):
         return f"{'holds' if holds else 'fails'} on all {allowed}"
     open_ones = len(lines) - len(holds) - len(fails)
-    said = [*[_failing_text(holds, fails)] * bool(fails), *[f"it is open on {open_ones}"] * bool(open_ones)]
+    said = [_failing_text(holds, fails)] if fails else []
+    if open_ones:
+        said.append(f"it is open on {open_ones}")
     return f"holds on {len(holds)} {allowed} ({'; '.join(said)})"
 
 

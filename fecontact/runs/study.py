@@ -34,16 +34,17 @@ from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.relief import relief_picture
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.records.results import Row, input_columns, read_row, result_record, versions
-from fecontact.outputs.tables import VARIED
+from fecontact.outputs.tables import VARIED, short_name
 from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
+from fecontact.profiles.library import profile_identity
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.checks import Check, reports
 from fecontact.runs.casefile import Study, kinds, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview
+from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview, refuse_too_long
 from fecontact.solving.solve import CaseResult, SharedLoads
 
 # --- About what time and memory many cases take, from a few of them that are placed and expected.
@@ -97,11 +98,14 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     """
     import psutil
 
-    first, most, finest = [], [], []
+    first, most, finest, lines = [], [], [], []
     for case in spread(cases, _MOST_SEEN):
         # what cannot be solved says so when it is its turn
         with suppress(FecontactError):
-            unknowns = preview(case).degrees_of_freedom
+            refuse_too_long(case, place_case(case))
+            seen = preview(case)
+            unknowns = seen.degrees_of_freedom
+            lines.append(seen.lines_seconds)
             first.append(unknowns)
             most.append(max(unknowns, min(_REFINED * unknowns, case.most_unknowns)))
             finest.append(max(unknowns, case.most_unknowns))
@@ -110,9 +114,9 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     each = len(cases) / len(first) / workers
     return Cost(
         workers=workers,
-        seconds=START_SECONDS + each * sum(map(cpu_seconds, first)),
+        seconds=START_SECONDS + each * (sum(map(cpu_seconds, first)) + sum(lines)),
         memory_GB=memory_GB(max(first)),
-        most_seconds=START_SECONDS + each * sum(map(cpu_seconds, most)),
+        most_seconds=START_SECONDS + each * (sum(map(cpu_seconds, most)) + sum(lines)),
         most_memory_GB=memory_GB(max(finest)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
@@ -213,12 +217,17 @@ _JUDGING = ("verdict", "creep")
 
 
 def varied_words(cases: Sequence[Case]) -> list[str]:
-    """For each case the inputs that are not the same in all cases, in words; none of those that each table shows."""
+    """For each case the inputs that are not the same in all cases of a pair, in words, but those in every table.
+
+    What all cases of a pair have alike is known by the pair.
+    """
+    pairs = [(case.rail, case.wheel) for case in cases]
     found: dict[tuple[str, tuple[str, ...]], str] = {}
     for slot in INPUTS:
         own = (slot.of(case) for case in cases)
         values = tuple("none" if value is None else slot.input.shown(value) for value in own)
-        if len(set(values)) > 1 and slot.key not in _SHOWN and slot.group not in _JUDGING:
+        varies = len(set(zip(pairs, values, strict=True))) > len(set(pairs))
+        if varies and slot.key not in _SHOWN and slot.group not in _JUDGING:
             same = (slot.key, values)
             # what both bodies have alike is told once
             found[same] = slot.key if same in found else f"{slot.body} {slot.key}".strip()
@@ -494,7 +503,8 @@ def _ordered(positions: Mapping[str, str], cases: Mapping[str, Case], workers: i
 
 def _label(case: Case, cases: tuple[Case, ...]) -> str:
     """What a case is called while it is solved: position and load, and the pair where there are several."""
-    pair = "" if len({(one.rail, one.wheel) for one in cases}) == 1 else f"{case.wheel} on {case.rail} "
+    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
+    pair = "" if len({(one.rail, one.wheel) for one in cases}) == 1 else f"{wheel} on {rail} "
     along = f" at {case.distance_mm:g} mm" if case.irregularities else ""
     return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN{along}"
 

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from fecontact.comparison.measures import patch_of
 from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
 from fecontact.comparison.verdict import worst_of
 from fecontact.contact.elements import Bands, UnitResponse
-from fecontact.contact.grid import ContactGrid, Field, Rung
+from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands
 from fecontact.contact.solver import (
     CONTACT_TOLERANCE,
     Compliance,
@@ -82,11 +83,11 @@ def couple(
         local = np.full(len(wheel.points), -1)
         local[wheel_nodes] = np.arange(wheel_nodes.size)
         coupling = mortar_matrix(grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]])
-    # bodies that yield are solved many times for one load
+    # bodies that yield are solved many times for one load, and several patches twice a patch before the contact
     path = choose_solver(
         case.solver,
         [3 * len(mesh.points) for mesh in (rail, wheel)],
-        several_loads=several_loads or case.may_yield,
+        several_loads=several_loads or case.may_yield or len(zone.bands) > 1,
     )
     bodies = []
     for mesh, material in ((rail, case.rail_material), (wheel, case.wheel_material)):
@@ -342,13 +343,13 @@ class CoupledMesh:
     def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field], *, at_edge: bool) -> Level:
         bodies = self.bodies
         with position.clock.step("resolve"):
-            rungs = [position.expected.half_space]
-            grid = grid_over(rungs[0].grid, nodal)
-            for one in added:
-                # each is nearly the one before it
-                start = rungs[-1].pressure
-                rungs.append(position.true_gap.solve(grid, position.case.load_N, added=one, start=start))
-            _, fe, otherwise = rungs
+            half_space, gap, load_N = position.expected.half_space, position.true_gap, position.case.load_N
+            grid = grid_over(half_space.grid, nodal)
+            fe = gap.solve(grid, load_N, added=added[0], start=half_space.pressure)
+            if gap.overlaps_between(fe, added[0]):
+                fe = gap.solve(fe.even().grid, load_N, added=added[0], start=fe.pressure)
+            # nearly the one before it
+            otherwise = gap.solve(fe.grid, load_N, added=added[1], start=fe.pressure)
         meshes = (bodies.rail.mesh, bodies.wheel.mesh)
         force_balance, moment_balance = bodies.balance(nodal.pressure_MPa.ravel())
         return Level(
@@ -369,11 +370,22 @@ class CoupledMesh:
 def grid_over(fine: ContactGrid, nodal: Rung) -> ContactGrid:
     """A grid with the steps and the places of a finer one, over a contact on elements and two of them around it."""
     rows, columns = (np.flatnonzero(nodal.pressure_MPa.any(axis=axis)) for axis in (1, 0))
-    return ContactGrid(
-        x_mm=_line_over(fine.x_mm, nodal.grid.x_mm, rows, from_plane=nodal.grid.half),
-        s_mm=_line_over(fine.s_mm, nodal.grid.s_mm, columns),
-        half=nodal.grid.half,
-    )
+    x = _line_over(fine.x_mm, nodal.grid.x_mm, rows, from_plane=nodal.grid.half)
+    if len(bands := fine.bands) == 1:
+        return ContactGrid(x_mm=x, s_mm=_line_over(fine.s_mm, nodal.grid.s_mm, columns), half=fine.half)
+    middles = [0.5 * (before.s_mm[-1] + after.s_mm[0]) for before, after in pairwise(bands)]
+    owner = np.searchsorted(middles, nodal.grid.s_mm[columns])
+    lines = [_band_over(band.s_mm, nodal.grid.s_mm, columns[owner == k]) for k, band in enumerate(bands)]
+    return in_bands(x, lines, half=fine.half)
+
+
+def _band_over(fine: Floats, coarse: Floats, covered: NDArray[np.int64]) -> Floats:
+    """A band, and what a contact on elements covers beside it, up to its own width at either end."""
+    if covered.size == 0:
+        return fine
+    step, line = float(fine[1] - fine[0]), _line_over(fine, coarse, covered)
+    more = [min(max(0, round(by / step)), fine.size) for by in (fine[0] - line[0], line[-1] - fine[-1])]
+    return np.asarray(fine[0] + step * np.arange(-more[0], fine.size + more[1]))
 
 
 def _line_over(fine: Floats, coarse: Floats, covered: NDArray[np.int64], *, from_plane: bool = False) -> Floats:

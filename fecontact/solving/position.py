@@ -25,7 +25,7 @@ from fecontact.comparison.solved_load import changes_on_more_nodes
 from fecontact.contact.grid import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.body import BodyMesh, check_memory, choose_solver
-from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, too_short, wheel_mesh
 from fecontact.fe.section import Stretch
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.touch_hertz import HertzPoints, hertz_points
@@ -212,8 +212,31 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
     return _expecting(case, placement, clock)
 
 
+# A patch with so few nodes on its narrowest semi-axis is within 5 % of one with 32 nodes (five loads of 10 to 100 MN on
+# 60E1) and takes a tenth of the time. Hertz's ellipse is at least half as long as the patch.
+_ROUGH_NODES, _ROUGH, _LONG = 8, 1.1, 0.5
+
+
+def refuse_too_long(case: Case, placement: Placement) -> None:
+    """Refuse a patch that is far longer than the bodies before it is known well, which takes seconds.
+
+    Raises
+    ------
+    InputError
+        As meshes of the bodies would, if the patch is a tenth longer than they are.
+    """
+    half_length, hertz = case.size.half_length_mm, hertz_of_case(case, placement)
+    if hertz.extent_x_mm / 2.0 < _LONG * half_length:
+        return
+    true_gap, guess = true_gap_of_case(case, placement), 1.1 * hertz.approach_mm
+    rough = expected_patch(true_gap, case.load_N, half=case.half, nodes=_ROUGH_NODES, guess_mm=guess)
+    if (reach := max(rough.x_high_mm, -rough.x_low_mm)) > _ROUGH * half_length:
+        raise too_short("the rail's half length", half_length, f"about {reach:.0f}")
+
+
 def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
     with clock.step("expect the patch"):
+        refuse_too_long(case, placement)
         _, expected = expect_on_half_space(case, placement)
     return Position(
         case=case,
@@ -561,6 +584,9 @@ _UNKNOWNS, _MORE_X, _MORE_S = 125.0, 0.2, 14.4
 # Unknowns of a whole model over the unknowns of half of it.
 _WHOLE = 2.0
 _ONE_PATCH, _SECONDS, _SECONDS_POWER = 33_900.0, 2.6, 1.1
+# Of each line that points allow, under each load: 0.23, 0.24, 0.30, 0.69 and 2.1 s at five positions of the worn pair
+# of `fecontact profiles --examples`; the most where patches lie far apart.
+_LINE_SECONDS = 0.5
 # Factors fill in by more than in proportion.
 _BASE_GB, _GB, _GB_POWER = 0.077, 0.251, 1.12
 
@@ -610,6 +636,8 @@ class Preview:
     degrees_of_freedom, cpu_seconds, memory_GB
         Of `fecontact solve` on its first meshes, to 10 % and to a factor of two; a refinement takes up to
         `Case.most_unknowns`.
+    lines_seconds
+        The part of `cpu_seconds` for the lines that points allow, which each load takes; 0 for exact lines.
     """
 
     case: Case
@@ -621,6 +649,7 @@ class Preview:
     elements: tuple[int, int]
     degrees_of_freedom: int
     cpu_seconds: float
+    lines_seconds: float
     memory_GB: float
 
     def __repr__(self) -> str:
@@ -667,6 +696,7 @@ def preview(case: Case) -> Preview:
     if (zone := fine_zone(expected, sizes)).bands:
         across = zone.intervals_s
     unknowns = unknowns_of(along_x, across, half=case.half)
+    lines_seconds = _LINE_SECONDS * len(_on_lines(case, placement, lambda *_: None))
     return Preview(
         case=case,
         placement=placement,
@@ -676,6 +706,7 @@ def preview(case: Case) -> Preview:
         element_size_mm=sizes,
         elements=(along_x, across),
         degrees_of_freedom=int(unknowns),
-        cpu_seconds=START_SECONDS + cpu_seconds(unknowns),
+        cpu_seconds=START_SECONDS + cpu_seconds(unknowns) + lines_seconds,
+        lines_seconds=lines_seconds,
         memory_GB=memory_GB(unknowns),
     )

@@ -126,17 +126,18 @@ class CaseResult:
     @property
     def grid(self) -> ContactGrid:
         """Pressure nodes of the whole contact on the rail's surface: x (nx,) on both sides of 0, s (ns,) across."""
-        return self.load.fe.pressure.whole().grid
+        return self.load.fe.even().pressure.whole().grid
 
     @property
     def pressure_MPa(self) -> Floats:
         """Pressure (nx, ns) of the finite elements on `grid`; its sum times the nodes' area is the normal force."""
-        return self.load.fe.pressure.whole().values
+        return self.load.fe.even().pressure.whole().values
 
     @property
     def gap_mm(self) -> Floats:
         """Deformed gap (nx, ns) on `grid`."""
-        return Field(grid=self.load.fe.grid, values=self.load.fe.gap_mm).whole().values
+        even = self.load.fe.even()
+        return Field(grid=even.grid, values=even.gap_mm).whole().values
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats
 from fecontact.bodies import Track, TrackSide
-from fecontact.errors import InputError
+from fecontact.errors import InputError, NotCovered
 from fecontact.irregularity.openings import on_edge, touches
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.profiles.curve import Junction, Profile
@@ -263,7 +263,7 @@ class Placement:
 
         Raises
         ------
-        InputError
+        NotCovered
             If a point does not project on the running surface.
         """
         rail = self.rail
@@ -283,7 +283,7 @@ class Placement:
             if not np.any(np.abs(step) > 1e-11):
                 break
         if not np.all(np.abs(step) < 1e-8):
-            raise InputError(
+            raise NotCovered(
                 "the wheel's contact zone reaches past the rail's running surface; use a smaller zone or a longer"
                 " rail line"
             )

@@ -799,7 +799,7 @@ def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
     assert f"critical speeds are not compared (overlap: {free.problem})" in difference_words(found)
 
 
-def test_the_picture_over_the_curvature_tells_both_wheelsets_of_one_radius_apart(monkeypatch):
+def test_the_picture_of_one_radius_has_the_values_of_each_wheelset(monkeypatch):
     drawn = []
     monkeypatch.setattr("fecontact.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
     runs = run("manchester", (500.0,))
@@ -815,8 +815,16 @@ def test_the_picture_over_the_curvature_tells_both_wheelsets_of_one_radius_apart
         "b.png",
     )
     assert "rail 60E1 1:40, wheel S1002" in drawn[1].axes[0].get_title()
-    shift = drawn[0].axes[0]
-    assert [line.get_xdata() for line in shift.lines] == [[pytest.approx(2.0)]] * 2
+    assert "R 500 m" in drawn[0].get_suptitle()
+    shift, _, y_over_q, _ = drawn[0].axes
+    assert [label.get_text() for label in shift.get_xticklabels()] == ["leading", "trailing"]
+    shifts = [one.lateral_shift_mm for one in runs[0].wheelsets]
+    assert [bar.get_height() for bar in shift.patches] == shifts
+    assert [text.get_text() for text in shift.texts] == [f"{one:.3g}" for one in shifts]
+    # to the right: the left wheel is the outer one
+    assert [bar.get_height() for bar in y_over_q.patches] == [runs[0].wheelsets[0].wheels[0].y_over_q]
+    curves_figure(replace(found, runs={"overlap": run("manchester", RADII)}), "c.png")
+    shift = drawn[2].axes[0]
     assert shift.get_xlabel().startswith("curvature 1/R in 1/km")
     leading, trailing = (line.get_markerfacecolor() for line in shift.lines)
     assert leading != trailing

@@ -8,6 +8,7 @@ from fecontact.cli import call
 from fecontact.fleet import running
 from fecontact.fleet.answer import answer_of
 from fecontact.fleet.report import headline
+from fecontact.runs.study import StudyOutcome
 
 
 @pytest.fixture
@@ -34,6 +35,15 @@ def test_sample_and_report(fleet, opened, capsys):
     rows = json.loads(capsys.readouterr().out)
     assert (rows[0]["value"], rows[0]["drawn"]) == ("all", 60)
     assert len(rows) == 1 + len(found.groups)
+
+
+def test_a_sample_says_which_positions_were_not_solved_and_why(fleet, opened, capsys, monkeypatch):
+    """Exit code 3 says that there are some."""
+    rows = [{"id": "one", "status": "converged"}, {"id": "two", "status": "failed: no touch point"}]
+    outcome = StudyOutcome(rows=tuple(rows), conclusion=None)
+    monkeypatch.setattr("fecontact.fleet.sampling.solve_sample", lambda *_: outcome)
+    assert call(["fleet", "sample", opened, "--finite-elements", "60"]) == 3
+    assert "1 of 2 positions not solved:\n  two: failed: no touch point\n" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

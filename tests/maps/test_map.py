@@ -396,6 +396,24 @@ def test_a_number_that_is_none_says_nothing_of_where_a_limit_is():
     assert next_load(known, (10e3, 90e3)) == pytest.approx(30e3, rel=0.01)
 
 
+def test_a_measure_that_rises_at_once_beside_its_limit_is_found_without_creeping_there():
+    """A second patch comes at 38 kN: straight lines alone came from 20 kN by 14 loads and did not get there."""
+
+    def known_at(load):
+        excess = -0.35 + max(load - 38e3, 0.0) / 2e3
+        answer = "FAILS" if excess > 0.1 else "HOLDS" if excess < -0.1 else "UNRESOLVED"
+        return KnownLoad(load_N=load, answer=answer, excess=excess)
+
+    own = [20e3, 50e3, 80e3]
+    known = [known_at(load) for load in own]
+    while (wanted := next_load(known, own)) is not None:
+        known = sorted([*known, known_at(wanted)], key=lambda one: one.load_N)
+    assert len(known) - len(own) <= 8
+    low, high = next((low.load_N, high.load_N) for low, high in pairwise(known) if low.answer != high.answer)
+    assert 0.95 * high <= low < 38.6e3
+    assert high >= 38.4e3
+
+
 excesses = st.floats(-1.0, 5.0) | st.just(math.nan)
 
 
@@ -1890,7 +1908,7 @@ def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
     second = json.loads((tmp_path / "map.json").read_text("utf-8"))
     assert second["cells"][0] == first["cells"][0]
     assert len(second["cells"]) == 2
-    assert "1 finished positions were reused" in out
+    assert "1 finished position was reused" in out
     # a flat wheel over a round head: the same contact at every shift, but for where gmsh puts its nodes (6e-5 seen)
     peaks = [cell["fe"]["p_max_MPa"] for cell in second["cells"]]
     assert peaks[1] == pytest.approx(peaks[0], rel=2e-4)

@@ -60,8 +60,8 @@ class PressureFields:
         """The fields of a judged load."""
         hertz, yielded = load.hertz, load.level.yielded
         extents = hertz.extent_x_mm, hertz.extent_y_mm
-        elastic = load.fe.pressure.covering(*extents)
-        fe = elastic if yielded is None else yielded.fe.pressure.covering(*extents)
+        elastic = load.fe.even().pressure.covering(*extents)
+        fe = elastic if yielded is None else yielded.fe.even().pressure.covering(*extents)
         return cls(
             grid=fe.grid,
             fe=fe.values,

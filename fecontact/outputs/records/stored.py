@@ -67,6 +67,8 @@ def _plain(value: Any, arrays: Arrays, name: str) -> Any:
     """A value as JSON has it, dataclasses by their fields; what is on a grid goes into `arrays` under a name."""
     if isinstance(value, Rung):
         arrays[f"{name}_x_mm"], arrays[f"{name}_s_mm"] = value.grid.x_mm, value.grid.s_mm
+        if value.grid.widths_mm is not None:
+            arrays[f"{name}_widths_mm"] = value.grid.widths_mm
         arrays |= {f"{name}_{field}": getattr(value, field) for field in _RUNG_FIELDS}
         return {"arrays": name, "half": value.grid.half, **{key: getattr(value, key) for key in _RUNG_NUMBERS}}
     if is_dataclass(value):
@@ -107,7 +109,13 @@ def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> 
 
 def _rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> Rung:
     name = record["arrays"]
-    grid = ContactGrid(x_mm=arrays[f"{name}_x_mm"], s_mm=arrays[f"{name}_s_mm"], half=record["half"])
+    grid = ContactGrid(
+        x_mm=arrays[f"{name}_x_mm"],
+        s_mm=arrays[f"{name}_s_mm"],
+        half=record["half"],
+        # only of several bands
+        widths_mm=arrays.get(f"{name}_widths_mm"),
+    )
     values: Record = {key: record[key] for key in _RUNG_NUMBERS}
     values |= {field: arrays[f"{name}_{field}"] for field in _RUNG_FIELDS}
     if any(values[field].shape != grid.shape for field in _RUNG_FIELDS) or min(grid.shape) < _FEWEST_NODES:

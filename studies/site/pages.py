@@ -25,7 +25,7 @@ from fecontact.features import public_names
 from fecontact.guide.pages import titles
 from fecontact.inputs import described
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 STUDIES = sorted(path for path in (ROOT / "studies").glob("*.py"))
 NAMES = [name for name in fecontact.__all__ if not name.startswith("_")]
 PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
@@ -39,7 +39,7 @@ def on_config(config: Any) -> Any:
         {"Gallery": "gallery.md"},
         {"Studies": ["studies/README.md", *(f"studies/{path.stem}.md" for path in STUDIES)]},
         {"Python": ["api/README.md", *({name: f"api/{name}.md"} for name in NAMES)]},
-        {"Project": ["CONTRIBUTING.md", "CHANGELOG.md", "VALIDATION.md"]},
+        {"Project": ["CONTRIBUTING.md", "CHANGELOG.md", "studies/VALIDATION.md"]},
     ]
     return config
 
@@ -78,8 +78,8 @@ def pages() -> Iterator[tuple[str, str]]:
     for path in STUDIES:
         yield f"studies/{path.stem}.md", study(path)
     # each study has its checks on its page
-    validation = (ROOT / "VALIDATION.md").read_text("utf-8")
-    yield "VALIDATION.md", re.sub(r"\(validation/(\w+\.md)\)", r"(studies/\1#checks)", validation)
+    validation = (ROOT / "studies" / "VALIDATION.md").read_text("utf-8")
+    yield "studies/VALIDATION.md", re.sub(r"\(validation/(\w+\.md)\)", r"(\1#checks)", validation)
     yield "api/README.md", f"# Python\n\n{fenced(fecontact.__doc__ or '')}\n## Names\n\n{listed()}"
     for name in NAMES:
         place = f"fecontact.{fecontact._HOMES.get(name) or public_names().get(name) or name}"
@@ -107,14 +107,14 @@ def inputs(kind: Any) -> str:
 
 def study(path: Path) -> str:
     """A study: its question, how it was done and what was found, its answer, its checks, and its script."""
-    checked = ROOT / "validation" / path.name.replace(".py", ".md")
+    checked = ROOT / "studies" / "validation" / path.name.replace(".py", ".md")
     code = path.read_text("utf-8")
     question, _, more = (ast.get_docstring(ast.parse(code)) or path.stem).partition("\n")
     answer = re.search(rf"^\| \[`\w+`\]\({path.stem}\.py\).*?\|[^|]*\| (.*) \|$", STUDIES_TOLD, re.MULTILINE)
     parts = [f"# {path.stem}: {question}", answer[1] if answer else "", more.strip()]
     if checked.exists():
         _, *tables = re.split(r"^## ", checked.read_text("utf-8"), flags=re.MULTILINE)
-        about = "From the last [validation](../VALIDATION.md) at full size; nothing was run for this page."
+        about = "From the last [validation](VALIDATION.md) at full size; nothing was run for this page."
         parts += ["## Checks", about, *(f"### {table}" for table in tables)]
     script = "\n".join(f"    {line}".rstrip() for line in code.splitlines())
     return "\n\n".join([*parts, "## Script", f'??? example "studies/{path.name}"\n\n    ```python\n{script}\n    ```'])
