@@ -4,7 +4,9 @@
 at a time in a copy of the program and runs the tests that call the function there, quick ones first. A mutant that no
 test notices is printed with its place. Two hours for 200; no test of the suite runs it.
 
-Which test calls which function is noted once, by a run of the whole suite in which calls are traced.
+Which test calls which function is noted once, by a run in which calls are traced; a test that takes longer than
+`NOTED_S` is cut off and takes no part. Notes and finished mutants stay in `--out`: a run that was stopped goes on, and
+`--again` asks those that nobody noticed once more, such as after a new test (which is noted first).
 """
 
 import argparse
@@ -12,14 +14,18 @@ import ast
 import json
 import os
 import random
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import threading
 import time
 from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
@@ -32,10 +38,15 @@ ROOMS = (
     "curves/steady.py",
 )  # fmt: skip
 COPIED = ("fecontact", "tests", "studies", "meshes", "pyproject.toml", "README.md", "CONTRIBUTING.md")
-# Seconds of tests, as noted, that a mutant is given: single tests first, then all of their files.
-SINGLE_S, FILES_S = 40.0, 240.0
-# A mutant may make an endless loop.
-LONGEST_S = 600.0
+# CPU seconds of a test while calls are noted.
+NOTED_S = 20.0
+# The few tests that call least beside its function are asked first, then others that call it and others of their files,
+# which use what the first left in a cache: so many, and CPU seconds as noted (of the others as asked).
+FEW, FEW_S = 12, 6.0
+# A mutant may make an endless loop, or a mesh without end: so many CPU seconds for those that are noted, and a start.
+MOST_TIMES, START_S, MOST_BYTES = 2.0, 15.0, 8 * 2**30
+# Imported once, before each mutant has its own process.
+HEAVY = ("gmsh", "hypothesis", "matplotlib.pyplot", "numpy", "pypardiso", "pytest", "scipy.optimize", "skfem")
 OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult,
     ast.Lt: ast.Gt, ast.Gt: ast.Lt, ast.LtE: ast.GtE, ast.GtE: ast.LtE, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
@@ -51,42 +62,61 @@ SKIPPED = (ast.Raise, ast.JoinedStr, ast.Assert, ast.Import, ast.ImportFrom)
 
 
 class Calls:
-    """Functions of the package, by file and first line, that each test calls."""
+    """Functions of the package, by file and first line, that each test calls; a line of JSON for each test."""
 
     def __init__(self) -> None:
-        self.of: dict[str, set[str]] = defaultdict(set)
-        self.seconds: dict[str, float] = {}
-        self.now = ""
+        self.of: set[str] = set()
+        self.begun_s = 0.0
         self.package = str(ROOT / "fecontact") + os.sep
 
     def trace(self, frame: FrameType, event: str, _: Any) -> None:
         code = frame.f_code
         if event == "call" and code.co_filename.startswith(self.package):
-            self.of[self.now].add(f"{code.co_filename[len(self.package) :]}:{code.co_firstlineno}")
+            self.of.add(f"{code.co_filename[len(self.package) :]}:{code.co_firstlineno}")
 
 
 CALLS = Calls()
 
 
+def cpu_s() -> float:
+    """CPU time of this process and of those that it waited for."""
+    return sum(os.times()[:4])
+
+
+def too_long(*_: object) -> None:
+    """Ends a test that would cost too much for each mutant."""
+    raise TimeoutError(f"longer than {NOTED_S:g} CPU s")
+
+
+def pytest_collection_modifyitems(items: list[Any]) -> None:
+    """Leaves out what was noted before."""
+    _, seconds = reached(Path(os.environ["FECONTACT_CALLS"]))
+    items[:] = [item for item in items if item.nodeid not in seconds]
+
+
 def pytest_runtest_logstart(nodeid: str, location: object) -> None:
-    """Notes the test, and traces calls alone: lines would cost ten times as much."""
-    CALLS.now = nodeid
+    """Traces calls alone: lines would cost ten times as much."""
+    CALLS.of, CALLS.begun_s = set(), cpu_s()
+    signal.signal(signal.SIGPROF, too_long)
+    signal.setitimer(signal.ITIMER_PROF, NOTED_S)
     sys.settrace(CALLS.trace)
     threading.settrace(CALLS.trace)
 
 
 def pytest_runtest_logreport(report: Any) -> None:
-    """Adds up what set-up, call and end take."""
-    CALLS.seconds[report.nodeid] = CALLS.seconds.get(report.nodeid, 0.0) + report.duration
+    """A test that does not pass as the program is cannot notice a mutant."""
+    if report.failed:
+        CALLS.of = set()
+        CALLS.begun_s = -1e9
 
 
-def pytest_sessionfinish() -> None:
-    """Writes what this process noted."""
-    folder = Path(os.environ["FECONTACT_CALLS"])
-    told = {"calls": {test: sorted(what) for test, what in CALLS.of.items()}, "seconds": CALLS.seconds}
-    path = folder / f"{os.environ.get('PYTEST_XDIST_WORKER', 'main')}.json"
-    path.with_suffix(".part").write_text(json.dumps(told))
-    path.with_suffix(".part").rename(path)
+def pytest_runtest_logfinish(nodeid: str, location: object) -> None:
+    """Writes what was noted."""
+    sys.settrace(None)
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
+    with (Path(os.environ["FECONTACT_CALLS"]) / "calls.jsonl").open("a") as file:
+        told = {"test": nodeid, "seconds": round(cpu_s() - CALLS.begun_s, 3), "calls": sorted(CALLS.of)}
+        file.write(json.dumps(told) + "\n")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -133,7 +163,7 @@ def places(tree: ast.AST, function: int = 0) -> Iterator[tuple[ast.AST, int]]:
                 continue
             inside = function
             if isinstance(child, ast.FunctionDef):
-                inside = min([child.lineno, *(each.lineno for each in child.decorator_list)])
+                inside = first_line(child)
             if isinstance(child, ast.expr):
                 yield child, inside
             yield from places(child, inside)
@@ -149,6 +179,27 @@ def mutants_of(file: str) -> list[Mutant]:
     return found
 
 
+def functions_with(mutant: Mutant) -> list[str]:
+    """The function around it; of a constant of the module those in its file that name it, or else the file."""
+    if mutant.function:
+        return [f"{mutant.file}:{mutant.function}"]
+    tree = ast.parse((ROOT / "fecontact" / mutant.file).read_text())
+    around = next(each for each in tree.body if each.lineno <= mutant.line <= (each.end_lineno or 0))
+    names = {each.id for each in ast.walk(around) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
+    users = [
+        f"{mutant.file}:{first_line(each)}"
+        for each in ast.walk(tree)
+        if isinstance(each, ast.FunctionDef)
+        and any(isinstance(name, ast.Name) and name.id in names for name in ast.walk(each))
+    ]
+    return users or [mutant.file]
+
+
+def first_line(function: ast.FunctionDef) -> int:
+    """As its compiled code has it."""
+    return min([function.lineno, *(each.lineno for each in function.decorator_list)])
+
+
 def mutated(mutant: Mutant) -> str:
     """The file with the change, its comments lost."""
     tree = ast.parse((ROOT / "fecontact" / mutant.file).read_text())
@@ -161,69 +212,134 @@ def mutated(mutant: Mutant) -> str:
 
 
 def environment(root: Path, **others: str) -> dict[str, str]:
-    """One thread a process, and the copy before what is installed."""
+    """One thread a process, the copy before what is installed, and no compiled file that outlives its mutant."""
     threads = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    return {**os.environ, **threads, "PYTHONPATH": f"{root}{os.pathsep}{root / 'tests'}", **others}
+    own = {"PYTHONPATH": f"{root}{os.pathsep}{root / 'tests'}", "PYTHONDONTWRITEBYTECODE": "1"}
+    return {**os.environ, **threads, **own, **others}
 
 
-def noted(folder: Path, workers: int) -> None:
-    """Runs the suite once and notes the calls of each test."""
-    command = ["-m", "pytest", "-q", "-n", str(workers), "-m", "not slow", "-p", "mutants", "--dist", "worksteal"]
+def noted(folder: Path, files: list[str]) -> None:
+    """Runs tests once, those that were not noted before, and notes their calls."""
+    command = ["-m", "pytest", "-q", "-m", "not slow", "-p", "mutants", "-p", "no:cacheprovider", *files]
     subprocess.run([sys.executable, *command], cwd=ROOT, env=environment(ROOT, FECONTACT_CALLS=str(folder)))
 
 
 def reached(folder: Path) -> tuple[dict[str, list[str]], dict[str, float]]:
-    """Tests that call each function, quickest first, and what each test takes (s)."""
-    tests, seconds = defaultdict(list), {}
-    for path in folder.glob("*.json"):
-        told = json.loads(path.read_text())
-        seconds |= told["seconds"]
-        for test, functions in told["calls"].items():
-            for function in functions:
-                tests[function].append(test)
-                tests[function.partition(":")[0]].append(test)
-    return {key: sorted(set(each), key=lambda test: seconds.get(test, 0.0)) for key, each in tests.items()}, seconds
+    """Tests that call each function or file, those first that call little else and take little, and their seconds."""
+    tests, seconds, cost = defaultdict(set), {}, {}
+    path = folder / "calls.jsonl"
+    for line in path.read_text().splitlines() if path.exists() else []:
+        told = json.loads(line)
+        seconds[told["test"]] = told["seconds"]
+        cost[told["test"]] = (told["seconds"] + 0.05) * len(told["calls"])
+        for function in told["calls"]:
+            tests[function].add(told["test"])
+            tests[function.partition(":")[0]].add(told["test"])
+    return {key: sorted(each, key=lambda test: (cost[test], test)) for key, each in tests.items()}, seconds
 
 
 def within(tests: list[str], seconds: dict[str, float], budget_s: float) -> list[str]:
-    """The first of them that fit into the time."""
+    """The first of them that fit into the time, one at least."""
     chosen: list[str] = []
     for test in tests:
-        budget_s -= seconds.get(test, 0.0)
+        budget_s -= seconds[test]
         if chosen and budget_s < 0.0:
             break
         chosen.append(test)
     return chosen
 
 
-def notices(root: Path, tests: list[str]) -> bool:
-    """Whether one of the tests fails, or does not end."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *tests]
-    try:
-        done = subprocess.run(command, cwd=root, env=environment(root), capture_output=True, timeout=LONGEST_S)
-    except subprocess.TimeoutExpired:
-        return True
-    return done.returncode not in (0, 5)
+class First:
+    """The first test that fails, told through a pipe."""
+
+    def __init__(self, pipe: int) -> None:
+        self.pipe = pipe
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        """Tells it."""
+        if report.failed:
+            os.write(self.pipe, f"{report.nodeid}\n".encode())
 
 
-def killed(root: Path, mutant: Mutant, tests: dict[str, list[str]], seconds: dict[str, float]) -> str:
-    """What notices the mutant: "tests", "files" that hold them, "nobody", or "unreached"."""
-    calling = tests.get(f"{mutant.file}:{mutant.function}", []) if mutant.function else tests.get(mutant.file, [])
+def noticing(root: Path, tests: list[str], seconds: dict[str, float]) -> str:
+    """The test that fails first, "the end" where there is none of it, or nothing if all pass.
+
+    They run in a process of their own, which has all imports but the package.
+    """
+    told, pipe = os.pipe()
+    if (child := os.fork()) == 0:
+        os.setpgid(0, 0)
+        longest_s = int(START_S + MOST_TIMES * sum(seconds[test] for test in tests))
+        resource.setrlimit(resource.RLIMIT_CPU, (longest_s, longest_s))
+        resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
+        # one that waits takes no CPU time
+        signal.alarm(20 * longest_s)
+        os.chdir(root)
+        os.environ.update(environment(root))
+        sys.path[:0], sys.dont_write_bytecode = [str(root), str(root / "tests")], True
+        for stream in (1, 2):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+        command = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *tests]
+        os._exit(int(import_module("pytest").main(command, plugins=[First(pipe)])))
+    os.close(pipe)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    with suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)
+    with os.fdopen(told) as lines:
+        return "" if code in (0, 5) else lines.readline().strip() or "the end"
+
+
+def noticed_by(
+    root: Path, mutant: Mutant, tests: dict[str, list[str]], seconds: dict[str, float], most_s: float
+) -> str:
+    """The test that notices a mutant, "nobody", or "unreached"."""
+    calling = list(dict.fromkeys(test for function in functions_with(mutant) for test in tests.get(function, [])))
     if not calling:
         return "unreached"
+    few = within(calling[:FEW], seconds, FEW_S)
+    files = {test.partition("::")[0] for test in calling}
+    others = [test for test in seconds if test.partition("::")[0] in files and seconds[test] < NOTED_S]
+    others = sorted(set(others) - set(few), key=lambda test: (test not in calling, seconds[test], test))
     path = root / "fecontact" / mutant.file
     kept = path.read_text()
     try:
         path.write_text(mutated(mutant))
-        if notices(root, within(calling, seconds, SINGLE_S)):
-            return "tests"
-        whole: dict[str, float] = defaultdict(float)
-        for test, each_s in seconds.items():
-            whole[test.partition("::")[0]] += each_s
-        files = sorted({test.partition("::")[0] for test in calling}, key=whole.__getitem__)
-        return "files" if notices(root, within(files, whole, FILES_S)) else "nobody"
+        return (
+            noticing(root, few, seconds)
+            or (others and noticing(root, within(others, seconds, most_s), seconds))
+            or "nobody"
+        )
     finally:
         path.write_text(kept)
+
+
+def drawn(count: int, seed: int, room: str) -> list[Mutant]:
+    """Mutants by chance, of a room or file alone where one is named."""
+    package = ROOT / "fecontact"
+    names = []
+    for each in ROOMS:
+        paths = [package / each] if each.endswith(".py") else sorted((package / each).glob("*.py"))
+        names += [path.relative_to(package).as_posix() for path in paths]
+    every = [mutant for name in names if name.startswith(room) for mutant in mutants_of(name)]
+    print(f"{count} of {len(every)} places")
+    return random.Random(seed).sample(every, min(count, len(every)))
+
+
+def finished(path: Path, again: bool) -> dict[Mutant, str]:
+    """What was found before; `again` leaves out those that nobody noticed."""
+    found = {}
+    for line in path.read_text().splitlines() if path.exists() else []:
+        told = json.loads(line)
+        by, _ = told.pop("noticed_by"), told.pop("seconds")
+        found[Mutant(**told)] = by
+    return {mutant: by for mutant, by in found.items() if not again or by not in ("nobody", "unreached")}
+
+
+def copied(root: Path) -> None:
+    """A copy of the program with its tests."""
+    for name in COPIED:
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, root / name)
 
 
 def main() -> None:
@@ -231,36 +347,36 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--workers", type=int, default=2, help="of the run that notes calls")
     parser.add_argument("--room", default="", help="places of this room or file alone, such as fe or fe/section.py")
+    parser.add_argument("--again", action="store_true", help="those that nobody noticed once more")
+    parser.add_argument("--seconds", type=float, default=45.0, help="CPU time of tests after the first few, for each")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mutants")
+    parser.add_argument("tests", nargs="*", help="files of tests whose calls are noted before; all where none were")
     asked = parser.parse_args()
     asked.out.mkdir(parents=True, exist_ok=True)
-    if not list(asked.out.glob("*.json")):
-        noted(asked.out, asked.workers)
+    if asked.tests or not (asked.out / "calls.jsonl").exists():
+        noted(asked.out, asked.tests)
     tests, seconds = reached(asked.out)
-    package = ROOT / "fecontact"
-    names = []
-    for room in ROOMS:
-        paths = [package / room] if room.endswith(".py") else sorted((package / room).glob("*.py"))
-        names += [path.relative_to(package).as_posix() for path in paths]
-    every = [mutant for name in names if name.startswith(asked.room) for mutant in mutants_of(name)]
-    drawn = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
-    counts: dict[str, int] = defaultdict(int)
-    with TemporaryDirectory() as folder, (asked.out / "mutants.jsonl").open("a") as record:
-        root = Path(folder)
-        for name in COPIED:
-            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
-            copy(ROOT / name, root / name)
-        for number, mutant in enumerate(drawn, 1):
-            begun = time.monotonic()
-            by = killed(root, mutant, tests, seconds)
-            counts[by] += 1
-            record.write(json.dumps({**vars(mutant), "noticed_by": by, "seconds": time.monotonic() - begun}) + "\n")
-            record.flush()
-            if by in ("nobody", "unreached"):
-                print(f"{number:4d} {by}: fecontact/{mutant.file}:{mutant.line} {mutant.change}", flush=True)
-    print(f"{len(drawn)} of {len(every)} places: " + ", ".join(f"{count} {by}" for by, count in sorted(counts.items())))
+    record = asked.out / "mutants.jsonl"
+    before, counts = finished(record, asked.again), defaultdict(int)
+    for name in HEAVY:
+        import_module(name)
+    with TemporaryDirectory() as folder:
+        copied(Path(folder))
+        for number, mutant in enumerate(drawn(asked.count, asked.seed, asked.room), 1):
+            begun_s = time.monotonic()
+            if mutant not in before:
+                before[mutant] = noticed_by(Path(folder), mutant, tests, seconds, asked.seconds)
+                told = {**vars(mutant), "noticed_by": before[mutant], "seconds": time.monotonic() - begun_s}
+                with record.open("a") as file:
+                    file.write(json.dumps(told) + "\n")
+            survives = before[mutant] in ("nobody", "unreached")
+            counts[before[mutant] if survives else "noticed"] += 1
+            if survives:
+                print(
+                    f"{number:4d} {before[mutant]}: fecontact/{mutant.file}:{mutant.line} {mutant.change}", flush=True
+                )
+    print(", ".join(f"{count} {by}" for by, count in sorted(counts.items())))
 
 
 if __name__ == "__main__":

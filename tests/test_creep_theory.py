@@ -131,6 +131,22 @@ def test_signs_of_the_linear_forces():
         assert np.sign([force.fx_N, force.fy_N, force.mz_Nmm]).tolist() == list(sign)
 
 
+def test_the_sizes_of_the_linear_forces():
+    """Kalker (1967): each coefficient times G, and the product of the semi-axes to the power that its unit asks for."""
+    c = kalker_coefficients(WIDE.a_mm / WIDE.b_mm, WIDE.poisson)
+    G, ab = WIDE.shear_MPa, WIDE.a_mm * WIDE.b_mm
+    one, two, three = (kalker_linear(WIDE, Creepages(**{name: 2e-6})) for name in ("xi", "eta", "spin_per_mm"))
+    assert one.fx_N == pytest.approx(-G * ab * c.c11 * 2e-6, rel=ROUNDING)
+    assert two.fy_N == pytest.approx(-G * ab * c.c22 * 2e-6, rel=ROUNDING)
+    assert three.fy_N == pytest.approx(-G * ab**1.5 * c.c23 * 2e-6, rel=ROUNDING)
+    assert three.mz_Nmm == pytest.approx(-G * ab**2 * c.c33 * 2e-6, rel=ROUNDING)
+    # Betti: the moment of a creepage is the force of as large a spin
+    assert two.mz_Nmm == pytest.approx(-three.fy_N, rel=ROUNDING)
+    # lengths twice as large, the same angles: moments are eight times as large
+    larger = replace(WIDE, a_mm=2.0 * WIDE.a_mm, b_mm=2.0 * WIDE.b_mm)
+    assert kalker_linear(larger, Creepages(spin_per_mm=1e-6)).mz_Nmm == pytest.approx(8.0 * three.mz_Nmm, rel=ROUNDING)
+
+
 # saturation
 
 
@@ -181,6 +197,14 @@ def test_the_integrals_of_vermeulen_and_johnson_by_quadrature(ratio):
     phi, psi = (B - nu * (D - C), B - nu * g2 * C) if ratio <= 1 else (g * (D - nu * (D - C)), g * (D - nu * C))
     # quad's own error, and near the circle what cancels
     assert vermeulen_johnson_coefficients(ratio, nu) == pytest.approx((math.pi / phi, math.pi / psi), rel=2e-9)
+
+
+def test_small_creepages_along_and_across_are_those_of_vermeulen_and_johnson():
+    c11, c22 = vermeulen_johnson_coefficients(WIDE.a_mm / WIDE.b_mm, WIDE.poisson)
+    force = vermeulen_johnson(WIDE, Creepages(xi=2e-9, eta=-3e-9))
+    stiffness = WIDE.shear_MPa * WIDE.a_mm * WIDE.b_mm
+    # the saturated force is smaller by a third of its part of mu N, 4e-5
+    assert (force.fx_N, force.fy_N) == pytest.approx((-2e-9 * stiffness * c11, 3e-9 * stiffness * c22), rel=1e-4)
 
 
 def test_the_circle_of_johnson():

@@ -216,6 +216,21 @@ def test_a_carried_field_is_a_cubic_inside_and_constant_outside():
     np.testing.assert_allclose(outside[1, 2], field.values[-1, -1], rtol=1e-12)
 
 
+@pytest.mark.parametrize("yaw_rad", [0.0, 1e-9])
+def test_the_box_is_hertz_s_ellipse_and_the_grid_leaves_a_rim_of_three_nodes(yaw_rad):
+    """A half model, and the whole one of a yaw that turns nothing, which is as symmetric."""
+    hertz, expected = expect_on_half_space(replace(case_on("circle:300"), yaw_rad=yaw_rad))
+    grid, half = expected.half_space.grid, yaw_rad == 0.0
+    step_x, step_s = grid.steps_mm
+    # a node that carries stands for half a step on each side
+    assert (expected.x_low_mm, expected.x_high_mm) == pytest.approx((-hertz.a_mm, hertz.a_mm), abs=0.6 * step_x)
+    assert (expected.s_low_mm, expected.s_high_mm) == pytest.approx((-hertz.b_mm, hertz.b_mm), abs=0.6 * step_s)
+    assert grid.x_mm[-1] == pytest.approx(hertz.a_mm + 3.6 * step_x, abs=1.2 * step_x)
+    assert grid.x_mm[0] == (0.0 if half else pytest.approx(-hertz.a_mm - 3.6 * step_x, abs=1.2 * step_x))
+    assert grid.s_mm[0] == pytest.approx(-hertz.b_mm - 3.6 * step_s, abs=1.2 * step_s)
+    assert grid.s_mm[-1] == pytest.approx(hertz.b_mm + 3.6 * step_s, abs=1.2 * step_s)
+
+
 # --- a patch that is longer than the bodies ---------------------------------------------------------------------------
 
 

@@ -7,13 +7,21 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fecontact.case import BodySize, Track
 from fecontact.errors import InputError
-from fecontact.fe.body import BodyMesh, corner_jacobians, mesh_volume, surface_normals
+from fecontact.fe.body import (
+    CORNER_SIGNS,
+    BodyMesh,
+    corner_jacobians,
+    mesh_volume,
+    shape_gradients,
+    surface_normals,
+)
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
 from fecontact.fe.section import Stretch, Zone, _all_convex, layer_depths, mesh_section, polygon_area
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
@@ -475,3 +483,13 @@ def test_gmsh_leaves_broken_pipes_to_python():
     status = Path("/proc/self/status").read_text()
     ignored = int(next(line.split()[1] for line in status.splitlines() if line.startswith("SigIgn")), 16)
     assert ignored >> (signal.SIGPIPE - 1) & 1
+
+
+def test_jacobians_at_the_corners_are_those_of_the_shape_functions():
+    """Of a hexahedron with no plane face: edges from a corner are twice the derivatives there."""
+    points = 0.5 * CORNER_SIGNS + np.random.default_rng(3).uniform(-0.15, 0.15, (8, 3))
+    mesh = SimpleNamespace(points=points, hexes=np.arange(8)[None, :])
+    (found,) = corner_jacobians(mesh)
+    wanted = [8.0 * np.linalg.det(points.T @ shape_gradients(*corner)) for corner in CORNER_SIGNS]
+    assert np.ptp(wanted) > 0.3
+    assert found == pytest.approx(wanted, rel=1e-13)

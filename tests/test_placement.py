@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile, circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Line, Polynomial
-from fecontact.wheel_rail.placement import OPEN_GAP_MM, Placement, place
+from fecontact.wheel_rail.placement import OPEN_GAP_MM, Placement, climbs_at, place
 from fecontact.wheel_rail.poses import RailPose, WheelPose, place_rail
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
@@ -544,3 +545,13 @@ def test_three_points_touch_at_once():
     # half the second derivative is 1e4 c at the middle one and 4e4 c at the others
     curvatures = {round(touch.rail_y_mm): touch.curvature.rail_per_mm for touch in touches}
     assert curvatures == pytest.approx({0: 2e4 * c, -10: 8e4 * c, 10: 8e4 * c}, rel=1e-6)
+
+
+@pytest.mark.parametrize(("degrees", "has_flange"), [(43.0, False), (47.0, True)])
+def test_a_line_that_is_nowhere_steeper_than_45_degrees_has_no_flange(degrees, has_flange):
+    top = -20.0 * math.tan(math.radians(degrees))
+    points = ((-60.0, top), (-50.0, top), (-30.0, 0.0), (60.0, 0.0))
+    wheel = Profile(name="p", kind="wheel", segments=tuple(Line(start=a, end=b) for a, b in pairwise(points)))
+    # the top of the flange is beyond its straight flank; the tread is not
+    assert climbs_at(wheel, -55.0) is has_flange
+    assert not climbs_at(wheel, -20.0)

@@ -9,6 +9,7 @@ import pytest
 from fecontact import Case, solve
 from fecontact.bodies import STEEL, Material
 from fecontact.comparison.measures import measures_of
+from fecontact.comparison.solved_load import YieldedBody
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh, pardiso_available, stiffness
@@ -412,3 +413,9 @@ def test_materials_that_cannot_be(changes, words):
 def test_a_load_that_is_more_than_five_yield_stresses_is_refused():
     with pytest.raises(InputError, match=r"5\.\d times that; allowed: up to 5 times"):
         solve(sphere(5.2))
+
+
+def test_a_body_that_has_not_yielded_has_no_strain_and_no_volume():
+    body = YieldedBody(yield_MPa=450.0, tangent_MPa=0.0, first_yield_N=1e5)
+    assert (body.largest_strain, body.volume_mm3) == (0.0, 0.0)
+    assert (body.x_mm, body.y_mm, body.depth_mm, body.top_mm, body.bottom_mm) == (0.0,) * 5

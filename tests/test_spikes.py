@@ -9,7 +9,7 @@ from fecontact.errors import InputError
 from fecontact.profiles.library import load, names
 from fecontact.profiles.points import spikes, unclear
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.segments import noise_of
+from fecontact.profiles.segments import crossings, noise_of
 from fecontact.profiles.writers import points_along
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import hertz_of_case, hertz_uncertainty
@@ -138,3 +138,21 @@ def test_what_a_wrong_point_beside_a_junction_does_to_hertz_is_stated(name, shif
     placed = place_case(case, rail=rail)
     found, stated = hertz_of_case(case, placed).p0_MPa, hertz_uncertainty(case, placed)["p_max_MPa"]
     assert 0.1 < abs(true - found) / found < stated
+
+
+@pytest.mark.parametrize("on_first", [-0.05, 0.05, 0.95, 1.05])
+@pytest.mark.parametrize("on_last", [-0.05, 0.05, 0.95, 1.05])
+def test_a_line_crosses_itself_where_both_chords_do_however_near_to_their_ends(on_first, on_last):
+    """The first chord is 10 mm long; the last one is upright, 4 mm, and meets its line at parts of both lengths."""
+    x, low = 10.0 * on_first, -4.0 * on_last
+    line = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, -9.0], [-20.0, -9.0], [-20.0, low], [x, low], [x, low + 4.0]])
+    found = [(one.what, one.size_mm) for one in crossings(line) if one.index == 0]
+    both = 0.0 < on_first < 1.0 and 0.0 < on_last < 1.0
+    assert found == ([("crosses itself", pytest.approx(10.0))] if both else [])
+
+
+def test_few_points_say_nothing_of_their_noise():
+    """Each needs two neighbours on either side."""
+    zigzag = np.column_stack([np.arange(5.0), 0.1 * (-1.0) ** np.arange(5)])
+    assert noise_of(zigzag[:4]) == 0.0
+    assert noise_of(zigzag) > 0.05

@@ -7,6 +7,7 @@ import pickle
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from rungs import on_half_space
 from fecontact.case import Case, Criteria
 from fecontact.comparison.judging import judge_load, judge_theory
 from fecontact.comparison.measures import MEASURES, MISFITS, Approximation, TheoryPatch, deviations_of, ellipse
-from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory, _in_strips
 from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
 from fecontact.features import offered
@@ -308,3 +309,14 @@ def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
     assert len(meanings) > 40
     assert [(letter, what) for letter, what in meanings if letters[letter] > 1] == []
     assert THEORIES["hertz"].letter == "H"
+
+
+@pytest.mark.parametrize(
+    ("notes", "said"),
+    [((), "no strip is in contact"), (("the line is short", "too flat"), "the line is short; too flat")],
+)
+def test_strips_that_do_not_touch_say_why(notes, said):
+    case = replace(ROUND, load_kind="normal")
+    found = SimpleNamespace(half_length_mm=np.zeros(3), notes=notes)
+    loaded = Loaded(placement=place_case(case), case=case, normal_force_N=1e4)
+    assert _in_strips(lambda line, load_N: found)(loaded) == said

@@ -430,7 +430,8 @@ def _pull(wheels: tuple[WheelForce, WheelForce], state: Floats, line: Line) -> f
 # --- Where what is left over vanishes: Newton's method with slopes that follow.
 
 _HALVINGS = 4
-# So many iterations that do not bring what is left over below this part of the least before end the search.
+# So many iterations that do not bring what is left over below this part of the least before end the search; between
+# asked places, where a smaller step is at hand, the first.
 _STALLS, _STALLED = 5, 0.7
 # Slopes from elsewhere are good as long as a step leaves less than this part over.
 _WELL_DOWN = 0.3
@@ -470,6 +471,7 @@ def newton(
     rates: Sequence[int] = (),
     slopes: Floats | None = None,
     near: float = math.inf,
+    stalls: int = _STALLS,
 ) -> tuple[Floats, _Value, Floats | None]:
     """Newton's method from a start (n,): the last state, what is there, and slopes (n, n) near it if there are any.
 
@@ -488,10 +490,12 @@ def newton(
         left over well down, and is taken anew where they do not.
     near
         The search is given up where a position is so far from its start.
+    stalls
+        And after so many iterations that do not bring what is left over well below the least before.
     """
     places = np.delete(np.arange(start.size), list(rates))
     state, here, stalled, least, iterations = start, value_at(start), 0, np.inf, 0
-    while iterations < most and stalled < _STALLS:
+    while iterations < most and stalled < stalls:
         if largest(here.residual_N) < wanted_N or largest((state - start)[places]) >= near:
             break
         iterations += 1
@@ -602,6 +606,7 @@ def solve_at(
         rates=slips,
         slopes=slopes,
         near=_ON_THE_PATH if between else math.inf,
+        stalls=1 if between else _STALLS,
     )
     balanced = largest(found.residual_N) < (_BETWEEN_N if between else TOLERANCE_N) and not found.problems
     return Equilibrium(

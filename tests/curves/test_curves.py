@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import FrozenInstanceError, dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -34,7 +34,10 @@ from fecontact.curves.steady import (
     Line,
     Motion,
     balance,
+    motion_of,
+    newton,
     path,
+    rigid_slip,
     solve_at,
     straight_start,
     wheel_force,
@@ -209,7 +212,10 @@ def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
     )
     (pressed,) = NORMAL_THEORIES[theory](overlap, MODULUS)
     of_hertz = 4.0 / 3.0 * MODULUS * math.sqrt(radius) * deep**1.5
-    assert pressed.force_N_per_mm @ pressed.width_mm == pytest.approx(factor * of_hertz, rel=limit)
+    force = pressed.force_N_per_mm * pressed.width_mm
+    assert force.sum() == pytest.approx(factor * of_hertz, rel=limit)
+    # in the middle of what is symmetric
+    assert force @ pressed.s_mm / force.sum() == pytest.approx(0.0, abs=1e-6)
     if theory != "kik_piotrowski":
         # his area is too large
         assert pressed.half_length_mm.max() == pytest.approx(math.sqrt(radius * deep), rel=0.02)
@@ -529,6 +535,60 @@ def test_a_path_of_slopes_from_before_ends_where_newtons_does():
     anew = solve_at(alone.state + 1e-2, made, lines(-1e-3 / 500.0))
     assert anew.status == "equilibrium"
     assert [anew.state[k] for k in (0, 3, 5, 8)] == pytest.approx(state, abs=1e-8)
+
+
+def test_creepages_are_those_of_the_rigid_wheel_at_the_centre_of_pressure_of_each_patch():
+    """Yawed in a curve, near the flange root: the tangent turns by a degree and more within a patch."""
+    curvature = -1e-3 / 500.0
+    line = lines_of(Ride(wheelset=wheelset()), widest_per_mm=-curvature)(curvature)
+    state = straight_start(FREE, line, (5.3,)) + np.array([0.0, 0.04, 0.0, 4.0, 0.5])
+    motion = motion_of(state, curvature)
+    patches = wheel_force(line.left, motion, line.law).patches
+    assert patches
+    for patch in patches:
+        (velocity,), turning = rigid_slip(
+            np.array([patch.place_mm]) - np.array([0.0, *motion.place[:2]]), motion, FREE.wheelset.rolling_radius_mm
+        )
+        c, s = math.cos(patch.angle_rad), math.sin(patch.angle_rad)
+        own = (patch.creepages.xi, patch.creepages.eta, patch.creepages.spin_per_mm)
+        assert own == pytest.approx((velocity[0], velocity @ (0.0, c, s), turning @ (0.0, -s, c)), rel=1e-12)
+
+
+def test_of_steps_that_all_make_things_worse_the_best_is_taken():
+    """Of 0.5, which leaves the least, 0.25, 0.125 and 0.0625."""
+
+    def value_at(state):
+        return Parabola(residual_N=np.interp(state, [0.0, 0.0625, 0.125, 0.25, 0.5], [1.0, 1.2, 0.99, 0.95, 0.9]))
+
+    state, found, _ = newton(value_at, lambda _: np.array([[-2.0]]), np.array([0.0]), wanted_N=1e-9, most=1)
+    assert (state[0], found.residual_N[0]) == (0.5, 0.9)
+
+
+@dataclass
+class Parabola:
+    """What is left over, such as x^2 + 1, which has no root: Newton's method goes to and fro."""
+
+    residual_N: np.ndarray
+
+
+def test_a_search_that_stalls_ends_after_as_many_stalls_as_it_may():
+    calls = []
+
+    def value_at(state):
+        calls.append(float(state[0]))
+        return Parabola(residual_N=state**2 + 1.0)
+
+    evaluated = []
+    for stalls in (1, 3, 5):
+        calls.clear()
+        _, found, _ = newton(
+            value_at, lambda state: 2.0 * np.diag(state), np.array([0.5]), wanted_N=1e-9, most=50, stalls=stalls
+        )
+        # the least of it is 1
+        assert found.residual_N[0] >= 1.0
+        evaluated.append(len(calls))
+    # the bottom is near at the start: what follows are stalls of five evaluations at most, the halved ones
+    assert evaluated[0] < evaluated[1] < evaluated[2] <= evaluated[0] + 4 * 5
 
 
 def test_a_wheel_out_of_reach_carries_nothing():

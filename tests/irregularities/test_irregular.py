@@ -19,7 +19,7 @@ from fecontact.guide.pages import page
 from fecontact.irregularities.command import IrregularOptions
 from fecontact.irregularities.judging import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
 from fecontact.irregularities.models import MODELS, Pair, eq6_limits, filter_of, peak_exponent
-from fecontact.irregularity.shapes import FORMS, Irregularity, parse_irregularity
+from fecontact.irregularity.shapes import FORMS, Irregularity, irregularity_text, parse_irregularity
 from fecontact.normal.hertz import hertz_ellipse
 from fecontact.outputs.records.results import input_columns
 from fecontact.outputs.records.stored import placement_record, stored_placement
@@ -504,3 +504,8 @@ def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
     # what they would make: cube root of pi in the semi-axes, no force where it saturates
     assert math.pi ** (1.0 / 3.0) == pytest.approx(1.4646, abs=1e-4)
     assert 3.0 - 3.0**2 / 3.0 == 0.0
+
+
+def test_a_table_is_told_by_the_number_of_its_points_and_its_ends():
+    table = Irregularity(kind="table", points_mm=((-30.0, 0.0), (-10.0, 0.01), (0.0, 0.02), (5.0, 0.03), (20.5, 0.0)))
+    assert irregularity_text(table) == "table of 5 points from -30 to 20.5 mm"
