@@ -278,8 +278,8 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
 
     Notes
     -----
-    Between two loads whose verdicts differ, where the excess of a straight line between them is zero (where loads on
-    one side brought little, with less excess on the other: Anderson and Björck 1973, BIT 13); then, as a guard, half
+    Between two loads whose verdicts differ, where the excess of a straight line between them is zero (where tried loads
+    on one side brought little, with less excess on the other: Anderson and Björck 1973, BIT 13); then, as a guard, half
     way from the loads that fail beside a limit to the map's next one above, where Hertz might hold again.
     """
     # not the difference of both numbers: of the map's own loads some may not be known
@@ -305,11 +305,10 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
 
 
 def _left(side: Sequence[KnownLoad], own_N: Sequence[float]) -> float:
-    """What is left of the other side's excess: less where loads on one side, from the change on, brought little."""
+    """What is left of the other side's excess: less where one tried load after the other on a side brought little."""
     left = 1.0
-    for near, far in pairwise(takewhile(lambda one: one.answer == side[0].answer, side)):
-        if near.load_N in own_N:
-            break
+    tried = takewhile(lambda one: one.answer == side[0].answer and one.load_N not in own_N, side)
+    for near, far in pairwise(tried):
         left *= min(max(0.5, 1.0 - near.excess / far.excess), 1.0) if far.excess else 1.0
     return left
 
