@@ -278,22 +278,18 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
 
     Notes
     -----
-    Between two loads whose verdicts differ, where the excess of a straight line between them is zero (where tried loads
-    on one side brought little, with less excess on the other: Anderson and Björck 1973, BIT 13); then, as a guard, half
-    way from the loads that fail beside a limit to the map's next one above, where Hertz might hold again.
+    Between two loads whose verdicts differ, where the excess of a straight line between them is zero; then, as a
+    guard, half way from the loads that fail beside a limit to the map's next one above, where Hertz might hold again.
     """
     # not the difference of both numbers: of the map's own loads some may not be known
     if sum(one.load_N not in own_N for one in known) >= _MOST_TRIED:
         return None
-    for place, (below, above) in enumerate(pairwise(known), 1):
+    for below, above in pairwise(known):
         if below.answer == above.answer:
             continue
         limit = "UNRESOLVED" not in (below.answer, above.answer)
         if above.load_N - below.load_N > (LOAD_TOLERANCE if limit else _OPEN_TOLERANCE) * above.load_N:
-            return _load_between(
-                replace(below, excess=below.excess * _left(known[place:], own_N)),
-                replace(above, excess=above.excess * _left(known[place - 1 :: -1], own_N)),
-            )
+            return _load_between(below, above)
     for number, (before, first) in enumerate(pairwise(known), 1):
         if before.answer == "FAILS" or first.answer != "FAILS" or first.load_N in own_N:
             continue
@@ -302,15 +298,6 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
         if own and (guard := _guard(failing[: own + 1])) is not None:
             return guard
     return None
-
-
-def _left(side: Sequence[KnownLoad], own_N: Sequence[float]) -> float:
-    """What is left of the other side's excess: less where one tried load after the other on a side brought little."""
-    left = 1.0
-    tried = takewhile(lambda one: one.answer == side[0].answer and one.load_N not in own_N, side)
-    for near, far in pairwise(tried):
-        left *= min(max(0.5, 1.0 - near.excess / far.excess), 1.0) if far.excess else 1.0
-    return left
 
 
 def _guard(failing_N: Sequence[float]) -> float | None:
