@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rungs import rung_with
 
 from fecontact.case import Case
 from fecontact.comparison.measures import CellPressure, ellipse, mean_pressure, measures_of, of_rung
 from fecontact.comparison.patch import measure_patch
 from fecontact.contact import halfspace
-from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands, misfit
+from fecontact.contact.grid import ContactGrid, Field, in_bands, misfit
 from fecontact.contact.halfspace import half_space_below, half_space_problem
 from fecontact.contact.solver import inner, solve_contact
 from fecontact.errors import ConvergenceError
@@ -143,27 +144,10 @@ def test_patches_on_bands_are_measured_as_they_are(half):
     np.testing.assert_allclose(shares, force / force.sum(), rtol=4e-3)
 
 
-def rung_on(grid, pressure):
-    area = grid.whole_area_mm2()
-    return Rung(
-        grid=grid,
-        pressure_MPa=pressure,
-        gap_mm=np.zeros_like(pressure),
-        approach_mm=0.05,
-        normal_force_N=float(area @ pressure.ravel()),
-        status="converged",
-        iterations=1,
-        compliance_calls=1,
-        contact_residual=0.0,
-        penetration_residual=0.0,
-        load_balance=0.0,
-    )
-
-
 def test_a_contact_on_bands_is_a_theory_of_itself():
     """Pressures of cells, forces, and what is beside a theory whose patch lies where no nodes are."""
     grid = in_widths()
-    rung = rung_on(grid, ellipsoids(grid, PATCHES))
+    rung = rung_with(grid, ellipsoids(grid, PATCHES))
     theory = of_rung(rung)
     assert theory.normal_force_N == pytest.approx(rung.normal_force_N, rel=1e-12)
     pressure, again, weights = theory.beside(rung)
@@ -180,7 +164,7 @@ def test_theories_are_read_where_their_patches_are_to_the_last_bit():
     """Not all over the grid, where they have no pressure."""
     grid = in_widths()
     hertz = hertz_from_hessian(np.diag([0.01, 0.02]), normal_force_N=2e3, contact_modulus_MPa=MODULUS_MPa)
-    theory = of_rung(rung_on(grid, ellipsoids(grid, PATCHES)))
+    theory = of_rung(rung_with(grid, ellipsoids(grid, PATCHES)))
     for patch in (ellipse(hertz, (0.0, 4.0)), *theory.patches):
         moved = (0.123, -0.077)
         origin = tuple(at + by for at, by in zip(patch.origin_mm, moved, strict=True))
@@ -198,7 +182,7 @@ def test_a_node_has_its_own_cell_and_strips_have_none():
 
 def test_outputs_have_equal_steps_with_the_same_force():
     grid = in_widths()
-    rung = rung_on(grid, ellipsoids(grid, PATCHES))
+    rung = rung_with(grid, ellipsoids(grid, PATCHES))
     even = rung.even()
     assert even.grid.widths_mm is None
     assert float(even.grid.whole_area_mm2() @ even.pressure_MPa.ravel()) == pytest.approx(rung.normal_force_N, rel=1e-9)
@@ -284,7 +268,7 @@ def test_bands_follow_what_elements_carry_beside_them():
     pressure = np.zeros(coarse.shape)
     pressure[6:11, (coarse.s_mm > -2.6) & (coarse.s_mm < -1.9)] = 1.0
     pressure[6:11, (coarse.s_mm > 12.4) & (coarse.s_mm < 16.1)] = 1.0
-    over = grid_over(grid, rung_on(coarse, pressure))
+    over = grid_over(grid, rung_with(coarse, pressure))
     ends = [(band.s_mm[0], band.s_mm[-1]) for band in over.bands]
     # no further than its own width, two elements beyond the contact, and on the places of its own nodes
     np.testing.assert_allclose(ends, [(-3.5, -1.05), (0.0, 8.85), (11.5, 17.0)], atol=0.11)

@@ -119,8 +119,6 @@ def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, m
     assert "1 of 3 positions were tried, up to the first that is none" in capsys.readouterr().err
     placed = []
     monkeypatch.setattr("fecontact.runs.study.place_case", lambda case: placed.append(case.lateral_shift_mm))
-    # what it takes places some of them again
-    monkeypatch.setattr("fecontact.runs.study.cost_of", lambda *_: None)
     path.write_text('lateral_shift_mm = "-4:4:0.1"\n')
     assert call(["check", str(path)]) == 0
     assert "40 of 81 positions were tried, spread over the study" in capsys.readouterr().err

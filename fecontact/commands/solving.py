@@ -178,15 +178,14 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
         if not how.quiet:
             show(rows_parts(outcome.rows))
         _log_rows(outcome.rows)
-        tell_reused(outcome.reused, outcome.recomputed, "cases", how)
+        tell_reused(outcome.reused, outcome.recomputed, "case", how)
         if outcome.conclusion:
             say(outcome.conclusion, quiet=how.quiet)
-        lost = {str(row["id"]): with_remedy(row) for row in outcome.rows if not usable(row)}
-        print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
+        lost = tell_lost(outcome.rows, "case", "without a usable result")
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         paraview = f"; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
         files = ("report.html", "study.csv", "study.png", "cases")
-        tell_files(out, files, paraview if len(lost) < len(outcome.rows) else "", how)
+        tell_files(out, files, paraview if lost < len(outcome.rows) else "", how)
     return 0 if outcome.all_converged else 3
 
 
@@ -205,8 +204,15 @@ def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: st
     """Say what was finished before, and why some of it was done again."""
     print_reasons("done again", recomputed)
     if reused:
-        told = f"1 finished {what.removesuffix('s')} was" if len(reused) == 1 else f"{len(reused)} finished {what} were"
+        told = f"{count(len(reused), f'finished {what}')} {'was' if len(reused) == 1 else 'were'}"
         say(f"{told} reused; --force solves again", quiet=how.quiet)
+
+
+def tell_lost(rows: Sequence[Mapping[str, Any]], what: str, how_lost: str) -> int:
+    """Say which rows of cases have no result that can be used, and why; how many these are."""
+    lost = {str(row["id"]): with_remedy(row) for row in rows if not usable(row)}
+    print_reasons(f"{len(lost)} of {count(len(rows), what)} {how_lost}", lost)
+    return len(lost)
 
 
 def tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> None:

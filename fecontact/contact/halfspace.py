@@ -61,10 +61,10 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: F
 
     Range of validity: flat surfaces; on a curved surface arc lengths are taken for distances.
     """
-    if len(grid.bands) > 1:
-        return _in_bands(grid, contact_modulus_MPa, np.zeros(grid.s_mm.size) if angle_rad is None else angle_rad)
     if angle_rad is not None and np.ptp(angle_rad) > 0.0:
         return along_normals(half_space_below(grid, contact_modulus_MPa), np.tile(angle_rad, grid.shape[0]))
+    if len(grid.bands) > 1:
+        return _in_bands(grid, contact_modulus_MPa)
     (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
     rows = 2 * nodes_x - 1 if grid.half else nodes_x
     kernel = love_influence(
@@ -76,19 +76,17 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: F
     return convolution(kernel, grid.shape, half=grid.half)
 
 
-def _in_bands(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: Floats) -> Compliance:
+def _in_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
     """Compliance of a pair of half-spaces on the nodes of several bands."""
     ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
-    angles = np.split(angle_rad, ends)
-    within = [half_space_below(band, contact_modulus_MPa, own) for band, own in zip(grid.bands, angles, strict=True)]
+    within = [half_space_below(band, contact_modulus_MPa) for band in grid.bands]
     between = _between(grid, contact_modulus_MPa)
-    turns = [turn(angle_rad) for turn in (np.cos, np.sin)] if np.ptp(angle_rad) > 0.0 else [np.ones(angle_rad.size)]
 
     def apply(pressure: Floats) -> Floats:
         own = pressure.reshape(grid.shape)
         parts = zip(np.split(own, ends, axis=1), within, strict=True)
         opening = np.hstack([compliance(part.ravel()).reshape(part.shape) for part, compliance in parts])
-        return np.asarray((opening + sum(turn * between(turn * own) for turn in turns)).ravel())
+        return np.asarray((opening + between(own)).ravel())
 
     return apply
 

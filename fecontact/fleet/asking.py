@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fecontact.commands.console import announce, logged, many, print_reasons, say
-from fecontact.commands.solving import AS_USUAL, RunOptions, tell_reused
-from fecontact.errors import InputError, usable, with_remedy
+from fecontact.commands.console import announce, logged, many, say
+from fecontact.commands.solving import AS_USUAL, RunOptions, tell_lost, tell_reused
+from fecontact.errors import InputError
 from fecontact.outputs.terminal import answer as tell
 from fecontact.outputs.terminal import count
 
@@ -43,9 +43,8 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
             announce(*cost.words, quiet=how.quiet)
         with many("positions", quiet=how.quiet) as progress:
             outcome = solve_sample(folder, drawn, case_of, settings, progress)
-        tell_reused(outcome.reused, outcome.recomputed, "positions", how)
-        lost = {str(row["id"]): with_remedy(row) for row in outcome.rows if not usable(row)}
-        print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'position')} not solved", lost)
+        tell_reused(outcome.reused, outcome.recomputed, "position", how)
+        tell_lost(outcome.rows, "position", "not solved")
         say(f"The sample is in {folder / 'sample.parquet'}; next: fecontact fleet report {folder}", quiet=how.quiet)
     return 0 if outcome.all_converged else 3
 

@@ -68,7 +68,7 @@ def map_(
         how = replace(how, quiet=how.quiet or json)
         if not how.quiet:
             show(map_lines(outcome.made, measure, theory, width=width()))
-        tell_reused(outcome.reused, outcome.recomputed, "positions", how)
+        tell_reused(outcome.reused, outcome.recomputed, "position", how)
         lost = {
             f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
             for cell in outcome.made.cells

@@ -44,7 +44,7 @@ from fecontact.runs.casefile import Study, kinds, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview, refuse_too_long
+from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview, preview_to_solve
 from fecontact.solving.solve import CaseResult, SharedLoads
 
 # --- About what time and memory many cases take, from a few of them that are placed and expected.
@@ -98,25 +98,23 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     """
     import psutil
 
-    first, most, finest, lines = [], [], [], []
+    seen = []
     for case in spread(cases, _MOST_SEEN):
         # what cannot be solved says so when it is its turn
         with suppress(FecontactError):
-            refuse_too_long(case, place_case(case))
-            seen = preview(case)
-            unknowns = seen.degrees_of_freedom
-            lines.append(seen.lines_seconds)
-            first.append(unknowns)
-            most.append(max(unknowns, min(_REFINED * unknowns, case.most_unknowns)))
-            finest.append(max(unknowns, case.most_unknowns))
-    if not first:
+            seen.append(preview_to_solve(case))
+    if not seen:
         return None
-    each = len(cases) / len(first) / workers
+    first = [one.degrees_of_freedom for one in seen]
+    finest = [max(one.degrees_of_freedom, one.case.most_unknowns) for one in seen]
+    most = [min(_REFINED * unknowns, last) for unknowns, last in zip(first, finest, strict=True)]
+    lines_seconds = sum(one.lines_seconds for one in seen)
+    each = len(cases) / len(seen) / workers
     return Cost(
         workers=workers,
-        seconds=START_SECONDS + each * (sum(map(cpu_seconds, first)) + sum(lines)),
+        seconds=START_SECONDS + each * (sum(map(cpu_seconds, first)) + lines_seconds),
         memory_GB=memory_GB(max(first)),
-        most_seconds=START_SECONDS + each * (sum(map(cpu_seconds, most)) + sum(lines)),
+        most_seconds=START_SECONDS + each * (sum(map(cpu_seconds, most)) + lines_seconds),
         most_memory_GB=memory_GB(max(finest)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
@@ -503,8 +501,10 @@ def _ordered(positions: Mapping[str, str], cases: Mapping[str, Case], workers: i
 
 def _label(case: Case, cases: tuple[Case, ...]) -> str:
     """What a case is called while it is solved: position and load, and the pair where there are several."""
-    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
-    pair = "" if len({(one.rail, one.wheel) for one in cases}) == 1 else f"{wheel} on {rail} "
+    pair = ""
+    if len({(one.rail, one.wheel) for one in cases}) > 1:
+        rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
+        pair = f"{wheel} on {rail} "
     along = f" at {case.distance_mm:g} mm" if case.irregularities else ""
     return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN{along}"
 

@@ -217,7 +217,7 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
 _ROUGH_NODES, _ROUGH, _LONG = 8, 1.1, 0.5
 
 
-def refuse_too_long(case: Case, placement: Placement) -> None:
+def _refuse_too_long(case: Case, placement: Placement) -> None:
     """Refuse a patch that is far longer than the bodies before it is known well, which takes seconds.
 
     Raises
@@ -236,7 +236,7 @@ def refuse_too_long(case: Case, placement: Placement) -> None:
 
 def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
     with clock.step("expect the patch"):
-        refuse_too_long(case, placement)
+        _refuse_too_long(case, placement)
         _, expected = expect_on_half_space(case, placement)
     return Position(
         case=case,
@@ -686,7 +686,17 @@ def preview(case: Case) -> Preview:
     InputError, ConvergenceError
         As `expect_on_half_space` does.
     """
+    return _preview(case, place_case(case))
+
+
+def preview_to_solve(case: Case) -> Preview:
+    """As `preview`, of a case that is to be solved: a patch that is far longer than the bodies is refused first."""
     placement = place_case(case)
+    _refuse_too_long(case, placement)
+    return _preview(case, placement)
+
+
+def _preview(case: Case, placement: Placement) -> Preview:
     hertz, expected = expect_on_half_space(case, placement)
     sizes = element_size_mm(case, expected)
     lengths = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
@@ -696,7 +706,8 @@ def preview(case: Case) -> Preview:
     if (zone := fine_zone(expected, sizes)).bands:
         across = zone.intervals_s
     unknowns = unknowns_of(along_x, across, half=case.half)
-    lines_seconds = _LINE_SECONDS * len(_on_lines(case, placement, lambda *_: None))
+    others = {*_labelled(placement.rail.profile), *_labelled(placement.wheel.profile)}
+    lines_seconds = _LINE_SECONDS * (1 + len(others)) if others else 0.0
     return Preview(
         case=case,
         placement=placement,
