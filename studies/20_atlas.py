@@ -68,6 +68,7 @@ QUICK = (
 )
 # Largest difference of what the screen and finite elements say that Hertz's peak is off, where the screen is sure.
 PEAK_PERCENT = 2.0
+LEAST_AGREED_PERCENT = 95.0
 _OF_SAMPLE = "inclusion_probability, fe_verdict, fe_p_max_percent"
 _FLEET = """theory = "strip"
 
@@ -165,8 +166,19 @@ def _place(wheel: str, rail: str, *numbers: float) -> tuple[str | float, ...]:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Hertz's peak off by the screen, against finite elements, where the screen is sure."""
-    return [
+    """Hertz's peak off by the screen where it is sure, and its verdicts where both decide, against finite elements."""
+    found = list(matched(rows))
+    both = decided(found)
+    agreed = Check(
+        quantity="part of the verdicts that are the same",
+        case=f"{len(both)} positions that both decide",
+        reference="finite elements",
+        kind="invariant",
+        value=float(np.mean([screen == elements for screen, elements in both])),
+        expected=1.0,
+        limit_percent=100.0 - LEAST_AGREED_PERCENT,
+    )
+    return [agreed] + [
         Check(
             quantity="Hertz's peak off by finite elements minus by the screen, %",
             case=f"{one.wheel} on {one.rail} {one.inclination}, {one.shift_mm:g} mm, {one.load_kN:g} kN",
@@ -175,19 +187,25 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             value=float(row["hertz_deviation_p_max_percent"]) - one.p_max_percent,
             expected=None,
             limit_percent=PEAK_PERCENT,
+            uncertainty_percent=float(row["hertz_uncertainty_p_max_percent"]),
         )
-        for one, row in matched(rows)
+        for one, row in found
         if one.stratum.startswith("surely")
     ]
 
 
+def decided(found: Iterable[tuple[Drawn, Mapping[str, Any]]]) -> list[tuple[str, str]]:
+    """What the screen and finite elements say where both decide."""
+    said = [(one.verdict, str(row["verdict_answer"])) for one, row in found]
+    return [pair for pair in said if {*pair} <= {HOLDS, FAILS}]
+
+
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Where finite elements and the screen decide, how often they agree; and the share at which Hertz holds."""
-    decided = [(one.verdict, row["verdict_answer"]) for one, row in matched(rows)]
-    decided = [pair for pair in decided if {*pair} <= {HOLDS, FAILS}]
-    agreed = sum(screen == elements for screen, elements in decided)
+    both = decided(matched(rows))
+    agreed = sum(screen == elements for screen, elements in both)
     return (
-        f"Screen and finite elements agree in {agreed} of {len(decided)} positions that both decide. By all"
+        f"Screen and finite elements agree in {agreed} of {len(both)} positions that both decide. By all"
         f" {len(sample())} drawn positions Hertz holds in {interval(share())} of the atlas."
     )
 

@@ -287,6 +287,8 @@ def _peak_checks(rows: list[dict[str, Any]]) -> list[Check]:
             value=row.get("fe_p_max_MPa", np.nan),
             expected=position.peaks_MPa[FILTER_OF_ELEMENTS_MM],
             limit_percent=PEAK_PERCENT,
+            # of the meshes: CONTACT's line is the same one
+            uncertainty_percent=row.get("steps_uncertainty_half_space_to_bodies_p_max_percent"),
         )
         for position, row in zip(solved() if len(rows) > 1 else [solved()[QUICK]], rows, strict=True)
     ]

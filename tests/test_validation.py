@@ -63,6 +63,24 @@ def test_each_study_has_a_page_and_a_line_that_says_what_failed():
     assert "**No usable result: 03_three: some_case**" in text
 
 
+def test_lines_of_studies_that_were_not_run_are_kept():
+    first = reports(
+        {"01_one": [check(101.0)], "02_two": [check(105.0)]}, {"01_one": "?", "02_two": "!"}, {}, ["03_x: a"]
+    )
+    again = reports({"02_two": [check(101.0)] * 2}, {"02_two": "!"}, {"fecontact": "1"}, [], first["VALIDATION.md"])
+    assert list(again) == ["VALIDATION.md", "validation/02_two.md"]
+    text = again["VALIDATION.md"]
+    assert "3 checks, 0 failed" in text
+    assert "fecontact 1 in the last run, of 02_two alone" in text
+    assert "**No usable result: 03_x: a**" in text
+    lines = [line for line in text.splitlines() if line.startswith("| [")]
+    assert [line[3:9] for line in lines] == ["01_one", "02_two"]
+    assert lines[0] in first["VALIDATION.md"]
+    whole = reports({"01_one": [], "02_two": []}, {"01_one": "", "02_two": "", "03_x": ""}, {}, [], text)
+    assert "in the last run" not in whole["VALIDATION.md"]
+    assert "0 checks, 0 failed" in whole["VALIDATION.md"]
+
+
 def test_a_check_without_a_number_stands_out():
     """It is the largest of its study, and limits of nothing and uncertainties of nothing are no divisors."""
     own = [check(math.nan, uncertainty_percent=0.5), check(101.0, uncertainty_percent=0.0), check(0.0, None, 0.0)]

@@ -241,8 +241,8 @@ def validate(
     out
         Folder for the results, one folder a study; finished cases are reused.
     report
-        Markdown file with a line for each study; VALIDATION.md in `out`, if not given. The pages that it links to are
-        in the folder validation beside it.
+        Markdown file with a line for each study; VALIDATION.md in `out`, if not given. Lines of other studies that it
+        has are kept. The pages that it links to are in the folder validation beside it.
     quick
         The small version of each study.
     workers

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -102,6 +103,7 @@ def reports(
     questions: Mapping[str, str],
     versions: Mapping[str, str | None],
     unusable: Sequence[str],
+    before: str = "",
 ) -> dict[str, str]:
     """Files of a validation by their places: VALIDATION.md with a line for each study, and a page for each.
 
@@ -113,15 +115,23 @@ def reports(
         Of the programs, which the table names; one without a version is left out.
     unusable
         Studies without a usable result, with what is wrong.
+    before
+        The table as it was: lines of studies that were not run now are kept, and it says which were run.
     """
     made = ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None)
-    every = [check for of_study in checks.values() for check in of_study]
+    kept = [text for text in before.splitlines() if (study := _study_of(text)) and study not in questions]
+    found = sorted(
+        [text for text in kept if text.startswith("|")] + [_summary(questions, *of) for of in checks.items()]
+    )
+    numbers = [[int(cell) for cell in text.split(" | ")[2:4]] for text in found]
     lines = [
         "# Validation",
         "",
-        f"{len(every)} checks, {_failed(every)} failed. Written by `make validate`; not to be edited.",
+        f"{sum(number for number, _ in numbers)} checks, {sum(failed for _, failed in numbers)} failed. Written by"
+        " `make validate`; not to be edited.",
         "",
-        made,
+        made + (f" in the last run, of {', '.join(questions)} alone" if kept else ""),
+        *(f"\n{text}" for text in kept if not text.startswith("|")),
         *(f"\n**No usable result: {text}**" for text in unusable),
         "",
         _HOW,
@@ -129,14 +139,23 @@ def reports(
         "| study | question | checks | failed | largest error / limit | largest error / u_val, closed forms |",
         "|---|---|---|---|---|---|",
     ]
-    for study, own in checks.items():
-        asked = questions.get(study, "")
-        used = _largest(abs(check.deviation_percent) / check.limit_percent for check in own if check.limit_percent)
-        of_exact = _largest(check.over_uncertainty for check in own if check.kind == "analytic")
-        cells = (f"[{study}]({PAGES}/{study}.md)", asked, f"{len(own)}", f"{_failed(own)}", used, of_exact)
-        lines.append(f"| {' | '.join(cells)} |")
+    lines += found
     pages = {f"{PAGES}/{study}.md": _page(study, questions.get(study, ""), own) for study, own in checks.items()}
     return {"VALIDATION.md": "\n".join(lines) + "\n", **pages}
+
+
+def _study_of(line: str) -> str | None:
+    """The study of which a line of a table, or one on what is not usable, tells."""
+    found = re.match(r"\| \[(\w+)\]|\*\*No usable result: (\w+):", line)
+    return found and (found[1] or found[2])
+
+
+def _summary(questions: Mapping[str, str], study: str, own: Sequence[Check]) -> str:
+    """The line of a study in the table."""
+    used = _largest(abs(check.deviation_percent) / check.limit_percent for check in own if check.limit_percent)
+    of_exact = _largest(check.over_uncertainty for check in own if check.kind == "analytic")
+    numbers = f"{len(own)} | {_failed(own)} | {used} | {of_exact}"
+    return f"| [{study}]({PAGES}/{study}.md) | {questions.get(study, '')} | {numbers} |"
 
 
 def _failed(checks: Sequence[Check]) -> int:

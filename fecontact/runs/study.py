@@ -715,7 +715,7 @@ def validate(
     workers: int | None = None,
     watched: Callable[[str], AbstractContextManager[Progress]],
 ) -> Validation:
-    """Run studies that have checks, and write a table of them and a page for each.
+    """Run studies that have checks, and write a table of them and a page for each; other studies' lines are kept.
 
     Parameters
     ----------
@@ -742,7 +742,8 @@ def validate(
             unusable.append(f"{study.name}: its checks: {error}")
     path = table or out / "VALIDATION.md"
     asked = {study.name: study.question for study in studies}
-    summary, *pages = reports(found, asked, versions(), unusable).items()
+    before = path.read_text("utf-8") if path.exists() else ""
+    summary, *pages = reports(found, asked, versions(), unusable, before).items()
     for place, text in ((path.name, summary[1]), *pages):
         write_text(path.parent / place, text)
     checks = tuple(check for own in found.values() for check in own)
