@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import shutil
 import time
 import zipfile
@@ -16,12 +17,14 @@ from test_study import run as run_fakes
 from test_study import study
 
 import fecontact
+from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.records.stored import read_arrays
-from fecontact.outputs.tables import short_name
+from fecontact.outputs.tables import body_words, pair_words, short_name
+from fecontact.profiles.library import profile_identity
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.store import FIELDS, SOLVED
 
@@ -201,3 +204,22 @@ def test_a_long_profile_name_is_cut_in_ids_alone(elliptic_quick, tmp_path, stem)
     if len(other.name.encode()) < 255:
         other.write_text(rail.read_text().replace("-20", "-19.9"))
         assert case_id(replace(case, rail=str(other))) != name
+
+
+def test_files_that_are_called_rail_and_wheel_are_told_by_their_hashes(tmp_path):
+    """The stem says nothing of them: "rail rail 1:40" was every pair of such files."""
+    titles = []
+    for site, crown_mm in (("site1", 300.0), ("site2", 310.0)):
+        (folder := tmp_path / site).mkdir()
+        paths = {body: folder / f"{body}.csv" for body in ("rail", "wheel")}
+        for path in paths.values():
+            path.write_text(f"-1,0\n0,0\n1,{crown_mm}\n")
+        titles.append(pair_words(Case(**{body: str(path) for body, path in paths.items()})))
+    first, second = titles
+    assert first != second
+    assert re.fullmatch(r"rail\.csv@[0-9a-f]{8} 1:40, wheel\.csv@[0-9a-f]{8}", first)
+    # the hash is that of the table's column
+    assert profile_identity(str(tmp_path / "site2" / "rail.csv")) in second
+    assert body_words("rail", "worn_rail.csv@01234567") == "rail worn_rail"
+    assert body_words("wheel", "Rail.csv@01234567") == "wheel Rail.csv@01234567"
+    assert [body_words("rail", name) for name in ("rail", "60E1")] == ["rail", "rail 60E1"]

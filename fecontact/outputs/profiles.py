@@ -10,7 +10,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.outputs.style import MARKS, SIDES, Colour, blank_figure, finish, save_figure
-from fecontact.outputs.tables import number, picked, radius, short_name, table_of, text
+from fecontact.outputs.tables import body_words, number, picked, radius, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
@@ -62,7 +62,8 @@ def profile_lines(profile: Profile) -> Lines:
     """The segments of a profile, and the junctions where its curvature jumps."""
 
     low, high = profile.y_range_mm
-    yield f"{profile.kind} {profile.name}: y from {low:.3f} to {high:.3f} mm, {profile.length_mm:.2f} mm long"
+    named, long = body_words(profile.kind, profile.name), f"{profile.length_mm:.2f} mm long"
+    yield f"{named}: y from {low:.3f} to {high:.3f} mm, {long}"
     if profile.source:
         yield f"source: {profile.source}"
     yield from notes(profile.notes)
@@ -124,7 +125,7 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
         xlabel=f"y in mm\n{SIDES}",
     )
     of = "" if measured is None else _draw_points(line, points[0], measured)
-    line.set(title=f"{profile.kind} {short_name(profile.name)}{of}", ylabel="z (up) in mm")
+    line.set(title=f"{body_words(profile.kind, profile.name)}{of}", ylabel="z (up) in mm")
     _write_radii(line, profile)
     draw_problems(line, profile)
     finish(line, *points, bent)

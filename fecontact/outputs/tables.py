@@ -349,12 +349,17 @@ Row: TypeAlias = Mapping[str, Any]
 _LONGEST_NAME = 60
 
 
+BODIES = ("rail", "wheel")
+
+
 def short_name(name: str) -> str:
-    """A profile's name, for a file (`NAME.ext@HASH`) without ending and hash; a long name is cut and has its hash."""
+    """A profile's name, for a file (`NAME.ext@HASH`) without ending and hash; a long name is cut and has its hash.
+
+    A file that is called rail or wheel, whatever it is, is told from others by its hash alone.
+    """
     file = file_of_identity(name)
-    if file is None:
+    if file is None or (stem := Path(file).stem).lower() in BODIES:
         return name
-    stem = Path(file).stem
     return stem if len(stem) <= _LONGEST_NAME else f"{stem[: _LONGEST_NAME - 20]}…{name.rpartition('@')[2]}"
 
 
@@ -374,8 +379,14 @@ def pair_of_row(row: Row, between: str = ", ") -> str:
 
 
 def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> str:
-    """Two profiles by their identities, without endings and hashes."""
-    return f"rail {short_name(rail)}{inclination_words(inclination_rad)}{between}wheel {short_name(wheel)}"
+    """Two profiles by their identities, without endings and hashes where their names tell enough."""
+    return f"{body_words('rail', rail)}{inclination_words(inclination_rad)}{between}{body_words('wheel', wheel)}"
+
+
+def body_words(body: str, name: str) -> str:
+    """A rail or a wheel with its name, such as "rail 60E1"; the name alone of a file that is called so."""
+    short = short_name(name)
+    return short if short.lower().partition(".")[0] == body else f"{body} {short}"
 
 
 VARIED = "varied"

@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.outputs.profiles import draw_problems
 from fecontact.outputs.style import SIDES, Colour, blank_figure, finish, legend_beside, save_figure
-from fecontact.outputs.tables import short_name
+from fecontact.outputs.tables import body_words
 from fecontact.outputs.words import case_words
 from fecontact.solving.position import Preview
 from fecontact.wheel_rail.placement import Placement
@@ -56,7 +56,7 @@ def draw_section(ax: Axes, placement: Placement, lines: Lines) -> None:
     """Draw both lines and the touch points; the first touch point is filled."""
     names = {"rail": placement.rail.profile.name, "wheel": placement.wheel.profile.name}
     for (of, line), colour in zip(lines.items(), Colour.LINES.values(), strict=True):
-        ax.plot(*line, color=colour, lw=1.8, label=f"{of} {short_name(names[of])}")
+        ax.plot(*line, color=colour, lw=1.8, label=body_words(of, names[of]))
     for number, touch in enumerate(placement.touch_points):
         label = "touch point" if number == 0 else ("further touch points" if number == 1 else None)
         inside = Colour.HERTZ if number == 0 else "white"
