@@ -79,10 +79,7 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 validate: setup ## run the studies at full size and write studies/VALIDATION.md with its pages; one to two hours
 	$(BIN)/fecontact validate --out out/validate --report studies/VALIDATION.md
 
-# What only the site needs is no part of the lock.
 docs: setup ## build the site of the documentation; results in out/site
-	@$(BIN)/python -c 'import material, mkdocstrings' 2>/dev/null \
-	  || $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[docs]'
 	@PYTHONPATH=$(CURDIR) OMP_NUM_THREADS=1 $(BIN)/python -m mkdocs build --strict -f studies/mkdocs.yml
 
 # Debian's ParaView draws on a screen only: xvfb-run stands in for one. It must not begin anew when its last client
@@ -117,7 +114,7 @@ lint: $(INSTALLED) ## ruff check, ruff format --check, mypy; how large the progr
 
 lock: $(CREATED) ## write requirements.lock again from pyproject.toml
 	@test -x $(BIN)/uv || $(BIN)/python -m pip install --quiet --disable-pip-version-check uv
-	$(BIN)/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
+	$(BIN)/uv pip compile pyproject.toml --extra dev --extra docs --universal --python-version 3.11 --generate-hashes \
 	  --no-header --no-emit-index-url --no-emit-find-links --no-annotate -o requirements.lock
 
 clean: ## remove .venv, caches and out/

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 @pytest.mark.slow
 def test_the_site_is_built_and_whole(tmp_path):
     """As `make docs` does; a link that leads nowhere ends the build."""
-    pytest.importorskip("material", reason="the site needs pip install -e .[docs]")
+    pytest.importorskip("material", reason="the site needs the extra docs")
     site = tmp_path / "site"
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", "studies/mkdocs.yml", "--site-dir", str(site)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=1200, check=False)
@@ -35,7 +35,7 @@ def test_the_site_is_built_and_whole(tmp_path):
 
 
 def test_a_page_that_needs_something_from_elsewhere_is_refused():
-    pages = pytest.importorskip("studies.site.pages", reason="the site needs pip install -e .[docs]")
+    pages = pytest.importorskip("studies.site.pages", reason="the site needs the extra docs")
     page = type("Page", (), {"file": type("File", (), {"src_uri": "a.md"})})
     assert pages.on_post_page('<img src="a.png">', page, None)
     with pytest.raises(pages.PluginError, match="needs something from elsewhere"):

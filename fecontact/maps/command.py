@@ -85,9 +85,13 @@ def map_(
 def _tell_cost(cells: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
     """Say about what a map takes before it begins."""
     from fecontact.jobs.workers import default_workers
+    from fecontact.maps.model import LOADS_FOR_LIMITS, MOST_TRIED
     from fecontact.runs.study import cost_of
 
-    cost = cost_of(cells, how.workers or min(default_workers(), positions))
+    # the limits of one load are that load
+    searched = positions if len(cells) > positions else 0
+    further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))
+    cost = cost_of(cells, how.workers or min(default_workers(), positions), further=further)
     if cost is None:
         # no position can be solved, which its cells say
         return

@@ -91,10 +91,11 @@ class Cost:
         return (expected, f"{self.available_GB:.1f} GB are available: fewer --workers may be needed")
 
 
-def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
+def cost_of(cases: Sequence[Case], workers: int, *, further: tuple[float, float] = (0.0, 0.0)) -> Cost | None:
     """What all cases take together, so many at a time; None where none of those that are looked at can be solved.
 
-    The loads of a map are counted as cases: what they save by sharing their meshes its load limits take about again.
+    The loads of a map are counted as cases: what they save by sharing their meshes its load limits take about again,
+    but for the lines of measured points: `further` has how many loads limits take, about and at most.
     """
     import psutil
 
@@ -110,11 +111,12 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     most = [min(_REFINED * unknowns, last) for unknowns, last in zip(first, finest, strict=True)]
     lines_seconds = sum(one.lines_seconds for one in seen)
     each = len(cases) / len(seen) / workers
+    of_limits, of_limits_most = (loads * lines_seconds / len(seen) / workers for loads in further)
     return Cost(
         workers=workers,
-        seconds=START_SECONDS + each * (sum(map(cpu_seconds, first)) + lines_seconds),
+        seconds=START_SECONDS + each * (sum(map(cpu_seconds, first)) + lines_seconds) + of_limits,
         memory_GB=memory_GB(max(first)),
-        most_seconds=START_SECONDS + each * (sum(map(cpu_seconds, most)) + lines_seconds),
+        most_seconds=START_SECONDS + each * (sum(map(cpu_seconds, most)) + lines_seconds) + of_limits_most,
         most_memory_GB=memory_GB(max(finest)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
