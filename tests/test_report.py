@@ -171,7 +171,9 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
     (relief,) = [json.loads(text_of(one)) for one in page.iter("script") if one.get("type") == "application/json"]
     x, y, z, pressure = (np.array(relief[name]) for name in ("x", "y", "z", "p"))
-    assert relief["peak_MPa"] == pressure.max() == pytest.approx(1238.4, abs=1.0)
+    # the peak that the page says elsewhere lies between nodes
+    assert relief["peak_MPa"] == round(elliptic_quick.comparison.fe.p_max_MPa)
+    assert [relief["peak_MPa"], pressure.max()] == pytest.approx([1238.4] * 2, abs=1.0)
     # on the rail of radius 300, and its pressure carries the load
     assert np.hypot(y, z + 300.0) == pytest.approx(300.0, abs=1e-3)
     carried = np.trapezoid(np.trapezoid(pressure.reshape(x.size, y.size), 300.0 * np.arctan2(y, z + 300.0)), x)

@@ -206,6 +206,18 @@ def test_expected_times_of_a_map_and_of_a_position_are_those_that_were_measured(
     assert 1 / 1.5 < seen.memory_GB / 0.34 < 1.5
 
 
+def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypatch):
+    """On new profiles these loads cost what shared meshes save."""
+    cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 100e3)]
+    seen = preview(cells[0])
+    for lines_seconds in (0.0, 4.5):
+        one = replace(seen, lines_seconds=lines_seconds)
+        monkeypatch.setattr("fecontact.runs.study.preview_to_solve", lambda _, one=one: one)
+        plain, searched = cost_of(cells, 2), cost_of(cells, 2, further=(5.0, 14.0))
+        assert searched.seconds - plain.seconds == pytest.approx(5.0 * lines_seconds / 2)
+        assert searched.most_seconds - plain.most_seconds == pytest.approx(14.0 * lines_seconds / 2)
+
+
 def test_the_demo_has_the_exact_sphere():
     hertz = hertz_of_case(SPHERE, place_case(SPHERE))
     assert hertz.a_mm == pytest.approx(hertz.b_mm, rel=1e-9)

@@ -57,8 +57,8 @@ class Theory:
 
     Attributes
     ----------
-    words
-        Name of the theory for readers.
+    words, spoken
+        Name of the theory in tables, and within a sentence where it is another one there.
     letter
         One or two letters of the theory in the cells of a map; no picture has them for anything else.
     cost
@@ -81,6 +81,12 @@ class Theory:
     approximate: Approximate
     at_approach: AtApproach | None = None
     differs: str = ""
+    spoken: str = ""
+
+    @property
+    def in_sentence(self) -> str:
+        """Name of the theory within a sentence."""
+        return self.spoken or self.words
 
 
 def _hertz(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:

@@ -238,8 +238,9 @@ LOAD_TOLERANCE = 0.02
 _OPEN_TOLERANCE = 0.05
 MOST_TRIED = 14
 """Loads at a position that its limits take at most, beside the map's own."""
-LOADS_FOR_LIMITS = 3.0
-"""What they take in the mean: 2.2 at 25 positions of new profiles, where 12 have limits; 8 at one of a worn pair."""
+LOADS_FOR_LIMITS = 5.0
+"""What they take about at a position of measured profiles: 10 were at one of a worn pair whose verdict changes, and a
+verdict changes at half of the positions (12 of 25 of new profiles, where limits take 4.7 each)."""
 # A load beyond a limit is tried where the next one is farther away than this.
 _GUARD_FROM = 1.1
 # Loads on the way guard it if no gap between them is more than this part of the whole, in logarithms.

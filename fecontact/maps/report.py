@@ -210,7 +210,7 @@ def _limits(made: ApplicabilityMap) -> Table:
 def _cells(made: ApplicabilityMap) -> Table:
     """The verdict of each cell, and the cheapest theory that holds there."""
     words = ("decided by", "cheapest theory that holds")
-    headings = ("shift mm", "load kN", "Hertz", "part of a limit", words[0], "unknowns", words[1])
+    headings = ("shift mm", "load kN", "Hertz", "share of the limit", words[0], "unknowns", words[1])
     rows = []
     for cell in made.cells:
         judged = cell.judged
@@ -240,7 +240,7 @@ _SHARES = (
     number("cheapest\ncells", "cheapest_cells", "{:.0f}"),
     number("cheapest\n%", "cheapest_percent", "{:.0f}"),
     number("out of\nrange", "out_of_range_cells", "{:.0f}"),
-    number("largest part\nof a limit", "largest_limit_used", "{:.2f}"),
+    number("largest share\nof the limit", "largest_limit_used", "{:.2f}"),
     number("holds\n%", "holds_percent", "{:.0f}"),
 )
 

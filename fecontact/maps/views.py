@@ -200,7 +200,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
     A letter says why Hertz does not hold, and a diamond that another theory does there. Where the
     theory is undefined, Hertz is shown.
     """
-    words, of_hertz = THEORIES[theory].words, theory == HERTZ
+    words, of_hertz = THEORIES[theory].in_sentence, theory == HERTZ
     name, instead = (words, all_ellipses_instead(made)) if of_hertz else ("it", "")
     cells = {cell: _verdict_cell(cell, theory) for cell in made.cells}
     of_load = any("%" in cell.text for cell in cells.values())
@@ -336,7 +336,7 @@ def _limit_of(position: MapPosition, theory: str) -> LoadLimit:
     known = [(cell.load_N, judged.verdict.answer) for cell, judged in told if judged is not None]
     return LoadLimit(
         intervals=intervals_of(known),
-        reason=None if known else position.limit.reason or f"no contact by {THEORIES[theory].words}",
+        reason=None if known else position.limit.reason or f"no contact by {THEORIES[theory].in_sentence}",
         note=position.limit.note,
     )
 
@@ -419,7 +419,7 @@ def theory_view(made: ApplicabilityMap) -> MapView:
         laws={name: {"words": THEORIES[name].words} for name in names},
         read=theories_of,
         marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
-        note=f"{title}, and the largest part of a limit that it uses",
+        note=f"{title}, and the largest share of a limit that it uses",
         number="share of the error limit\nthat it uses; above 1 it does not hold",
         of=lambda _, judged: part_words(judged.limit_used),
         in_range=made.case.criteria.theories_in_range,
@@ -544,7 +544,7 @@ def theory_sentences(view: MapView) -> list[str]:
         if where := _where(view, name):
             out = _where(view, name, out_of_range=True)
             begin = "It" if found else _capital(view.title)
-            found.append(f"{begin} is {theory.words} {where}{out and f', out of its range {out}'}.")
+            found.append(f"{begin} is {theory.in_sentence} {where}{out and f', out of its range {out}'}.")
     if where := _where(view, "FAILS"):
         found.append(f"None holds {where}.")
     return found + _counted(view)
@@ -719,7 +719,7 @@ def map_answer(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> lis
     view = map_view(made, measure, theory)
     if measure == "theory":
         return theory_sentences(view)
-    name = THEORIES[theory].words if measure == "pressure" else offered("MAPS")[measure].name
+    name = THEORIES[theory].in_sentence if measure == "pressure" else offered("MAPS")[measure].name
     bodies = against(made, theory == HERTZ).removeprefix(", ") if measure == "pressure" else ""
     more = [f"Verdicts are {bodies}."] if bodies else []
     return verdict_sentences(made, view, name, why=measure == "pressure" and theory == HERTZ) + more

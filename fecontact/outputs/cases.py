@@ -112,7 +112,7 @@ _EFFORT = (
 _PEAKS = (
     number("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
     number("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
-    number("part of a limit", "verdict_limit_used", "{:.2f}"),
+    number("share of the limit", "verdict_limit_used", "{:.2f}"),
 )
 
 
@@ -221,7 +221,7 @@ _OF_THEORY = (
     text("theory", lambda theory: THEORIES[theory["name"]].words),
     number("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
     number("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
-    number("part of\na limit", "limit_used", "{:.2f}", none=""),
+    number("share of\nthe limit", "limit_used", "{:.2f}", none=""),
     text("decided by", lambda theory: theory.get("problem") or WORDS[theory["verdict"]["measure"]].name, wraps=True),
     text("verdict", lambda theory: theory_words(theory["verdict"]["answer"], theory.get("status")), wraps=True),
 )

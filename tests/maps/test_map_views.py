@@ -237,7 +237,7 @@ def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path
     text = io.StringIO()
     show(map_lines(made, "theory", HERTZ, width=100), Console(file=text, width=100))
     shown = text.getvalue()
-    assert "the cheapest theory that holds, and the largest part of a limit that it uses" in shown
+    assert "the cheapest theory that holds, and the largest share of a limit that it uses" in shown
     assert "The cheapest theory that holds, and where each holds" in shown
     alone = io.StringIO()
     show(map_lines(made, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
@@ -339,6 +339,13 @@ def test_the_answer_of_a_map_is_a_few_sentences(made):
     assert map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
     assert map_answer(verdicts(made, [0.0], [20, 50], ["oo"]), "pressure")[0] == "At 0 mm Hertz is open 20 to 50 kN."
     assert map_answer(verdicts(made, [0.0], [50], ["h"]), "pressure") == ["At 0 mm Hertz holds at all loads (50 kN)."]
+
+
+def test_a_theory_has_its_article_within_a_sentence(made):
+    """ "It is Strip method at 0 mm" was none; names of people and codes have no article."""
+    assert verdict_view(made, "strip").title == "where the strip method holds"
+    assert any("the strip method " in sentence for sentence in map_answer(made, "pressure", "strip"))
+    assert {theory.in_sentence for theory in THEORIES.values()} >= {"Hertz", "ANALYN", "the half-space"}
 
 
 def test_the_answer_by_the_cheapest_theory_says_which_where(made):

@@ -43,7 +43,7 @@ def relief_picture(load: JudgedLoad, placement: Placement) -> Picture:
         "ny": _short(normals[:, 1]),
         "nz": _short(normals[:, 2]),
         "p": np.rint(pressure).astype(int).ravel().tolist(),
-        "peak_MPa": round(float(fields.fe.max())),
+        "peak_MPa": round(load.comparison.fe.p_max_MPa),
         "mm_per_MPa": _RAISED * max(np.ptp(x), np.ptp(s)) / float(fields.fe.max()),
         "ellipse": _short(_ellipse(fields, placement)),
         "sides": ["gauge side", "field side"],

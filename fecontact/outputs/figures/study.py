@@ -148,7 +148,7 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     ticks = [tick for tick in (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0) if tick <= top]
     ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
-    ax.set(ylabel="Hertz against FE\nin parts of the limit\n(logarithmic above 1)")
+    ax.set(ylabel="Hertz against FE:\nshare of the limit\n(logarithmic above 1)")
     # outside: so many lines leave no room for a legend
     legend_beside(ax)
 

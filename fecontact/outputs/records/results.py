@@ -74,7 +74,7 @@ def theory_text(row: Mapping[str, Any]) -> str:
     off = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
     return (
         f"the cheapest theory that holds: {cheapest_words(row)} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %,"
-        f" part of a limit {float(row[f'{name}_limit_used']):.2f})"
+        f" share of the limit {float(row[f'{name}_limit_used']):.2f})"
     )
 
 
