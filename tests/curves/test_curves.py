@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow_but
 from scipy.optimize import brentq, fsolve
 
 import fecontact
@@ -382,7 +383,7 @@ BOGIES = {
 }
 
 
-@pytest.mark.parametrize(("vehicle", "unbalanced"), BOGIES)
+@pytest.mark.parametrize(("vehicle", "unbalanced"), slow_but(BOGIES, 1))
 def test_bogies_in_curves(vehicle, unbalanced):
     found = run(vehicle, RADII, unbalanced=unbalanced)
     for one, numbers in zip(found, BOGIES[vehicle, unbalanced], strict=True):
@@ -401,6 +402,7 @@ def test_bogies_in_curves(vehicle, unbalanced):
         assert one.pull_N == pytest.approx(one.power_per_speed_N, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_guiding_forces_and_resistance_of_the_manchester_bogie():
     found = {one.radius_m: one for one in run("manchester", RADII)}
     for radius, lateral, vertical in ((3000.0, -3, 54), (1000.0, 6, 55), (500.0, 15, 58), (300.0, 23, 61)):
@@ -415,6 +417,7 @@ def test_guiding_forces_and_resistance_of_the_manchester_bogie():
     assert found[500.0].resistance_N_per_kN == pytest.approx(1.2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_curve_to_the_other_side_is_the_mirror_image():
     right, left = run("manchester", (500.0, -500.0))
     for one, other in zip(right.wheelsets, left.wheelsets, strict=True):
@@ -630,6 +633,7 @@ def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
     assert 5.0**2 / 2.0 / 18e-3 < least < 5.0**2 / 2.0 / 13e-3
 
 
+@pytest.mark.slow
 def test_an_equilibrium_that_derails_is_said_to():
     made = load_vehicle("manchester")
     conditions = Conditions(friction=1.0, unbalanced_m_s2=1.0)
@@ -705,6 +709,7 @@ def test_nadals_limit():
 # the command
 
 
+@pytest.mark.slow
 def test_springs_at_touch_points_have_no_equilibrium_at_some_radii_which_stands_first(tmp_path, capsys):
     given = ["curve", "--vehicle", "wheelset", "--radii", "10000,5000,1000,500", "--theory", "multi_hertz,overlap"]
     assert call([*given, "--out", str(tmp_path)]) == 3
