@@ -44,7 +44,7 @@ from fecontact.curves.steady import (
     wheel_force,
     without_rails,
 )
-from fecontact.curves.telling import curves_figure, difference_words, straight_words, visits_figure
+from fecontact.curves.telling import curves_figure, difference_words, position_rows, straight_words, visits_figure
 from fecontact.curves.visits import Curves, MapCell, MapColumn, Visit, differences
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.profiles.curve import Profile, circular_rail_head
@@ -728,6 +728,24 @@ def test_springs_at_touch_points_have_no_equilibrium_at_some_radii_which_stands_
     assert "another one beyond it" in found[1000.0]["notes"][0]
     shifts = [found[radius]["wheelsets"][0]["lateral_shift_mm"] for radius in (10_000.0, 1000.0, 500.0)]
     assert shifts == pytest.approx([0.20, 1.58, 4.61], abs=0.04)
+
+
+def test_wheels_in_curves_are_positions_of_a_fleet():
+    found = fecontact.curve("manchester", {500.0: 1.0, -500.0: 3.0})
+    rows = position_rows(found)
+    assert sum(row["weight"] for row in rows) == pytest.approx(1.0)
+    # a left wheel in a curve to the right is the right wheel in its mirror image
+    of_left, of_right = (
+        [(row["shift_mm"], row["load_kN"]) for row in rows if (row["radius_m"], row["side"]) == wanted]
+        for wanted in ((500.0, "left"), (-500.0, "right"))
+    )
+    assert np.array(of_left) == pytest.approx(np.array(of_right), rel=1e-8)
+    (right, _) = found.runs["overlap"]
+    loads = [1e-3 * wheel.vertical_force_N for one in right.wheelsets for wheel in one.wheels]
+    shifts = [sign * one.lateral_shift_mm for one in right.wheelsets for sign in (1.0, -1.0)]
+    assert [(row["shift_mm"], row["load_kN"], row["weight"]) for row in rows[:4]] == [
+        (shift, load, 0.25 / 4) for shift, load in zip(shifts, loads, strict=True)
+    ]
 
 
 def test_python_has_what_the_command_prints():
