@@ -349,7 +349,7 @@ def _seal(fleet: Fleet, screened: Screened) -> None:
 
 def _words(fleet: Fleet, screened: Screened) -> str:
     how = "listed" if fleet.pairing.table else "drawn at random" if fleet.pairing.draw else "every wheel on every rail"
-    ends = [f"{min(one):g} to {max(one):g}" for one in zip(*fleet.positions, strict=True)]
+    ends = [f"{min(one):.4g} to {max(one):.4g}" for one in zip(*fleet.positions, strict=True)]
     return (
         f"{screened.pairs} pairs ({how}) of the wheels {', '.join(fleet.wheels)} and rails {', '.join(fleet.rails)},"
         f" each at {len(fleet.positions)} positions (shifts of {ends[0]} mm, loads of {ends[1]} kN) by their weights"
