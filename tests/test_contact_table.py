@@ -171,6 +171,7 @@ def test_a_table_as_json_is_the_table_alone(capsys):
     assert row["strip_p_max_MPa"] == same["strip_p_max_MPa"]
 
 
+@pytest.mark.slow
 def test_the_example_of_the_guide_reads_a_table(tmp_path, monkeypatch):
     """As it stands, on a part of the table of the command above it."""
     code = page("maps").partition("```python")[2].partition("```")[0]

@@ -173,6 +173,7 @@ def test_calculix_reads_one_body_and_its_reaction_is_the_load(pair, tmp_path, el
     assert up == pytest.approx(100.0 * pressed_area_mm2(pair.rail), rel=1e-5)
 
 
+@pytest.mark.slow
 @needs_ccx
 def test_calculix_finds_the_same_pressure_on_the_same_meshes(pair, tmp_path):
     """Another code on the same meshes: its mortar contact against ours, node by node."""

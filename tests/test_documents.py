@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from cyclopts import App
+from marks import slow_but
 
 from fecontact.cli import app, call
 from fecontact.fleet.model import read_fleet
@@ -141,7 +142,7 @@ def test_what_is_imported_in_an_example_exists(page):
 # --- the guide as it is pasted, a page at a time, into an empty folder ------------------------------------------------
 
 # what is done in a second or two
-QUICK = {"check", "creep", "doctor", "hertz", "init", "place", "profiles", "table", "theories", "theory"}
+QUICK = ("conventions", "setup")
 WRITTEN = {"--examples", "--out", "--write"}
 A_FILE = re.compile(r"[\w.+-]*/[\w./+-]+|[\w+-]+\.[a-z]+")
 
@@ -209,13 +210,7 @@ def test_what_a_mesh_moves_is_no_other_line(printed, same):
     assert not agrees("case.png in 3.00mm_d57239c3", "case.png in 3.01mm_d57239c3")
 
 
-def marked(topic: str):
-    """A page that takes more than some seconds is slow."""
-    slow = {words[1] for words in pasted(topic)} - QUICK or "```python" in TEXTS[f"fecontact/guide/{topic}.md"]
-    return pytest.param(topic, marks=pytest.mark.slow if slow else ())
-
-
-@pytest.mark.parametrize("topic", [marked(topic) for topic in TOPICS])
+@pytest.mark.parametrize("topic", slow_but(TOPICS, *map(list(TOPICS).index, QUICK)))
 def test_a_page_of_the_guide_runs_as_it_is_pasted(topic, tmp_path):
     """In its order; each line that it shows of an output was printed, as far as a mesh leaves its numbers alone."""
     program = tmp_path / "bin" / "fecontact"

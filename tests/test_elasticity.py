@@ -119,6 +119,7 @@ def test_both_solver_paths_give_the_same_displacements(small, iterations):
     direct.close()
 
 
+@pytest.mark.slow
 def test_stretched_elements_do_not_slow_multigrid(iterations):
     # swept to the cut plane the elements are up to a hundred times as long as thin; 21 and 25 iterations measured, 31
     # and 42 with strengths that are read off the matrix

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from marks import slow_but
 
 from fecontact.features import FEATURES
 
@@ -101,7 +102,7 @@ def python(tree: Path, *words: str, **environment: str) -> subprocess.CompletedP
     )
 
 
-@pytest.mark.parametrize("feature", REMOVED)
+@pytest.mark.parametrize("feature", slow_but(REMOVED, REMOVED.index("irregularities")))
 def test_the_program_works_without_a_feature(feature, tmp_path):
     tree = copied(tmp_path, "tests")
     without(feature, tree)
@@ -115,8 +116,7 @@ def test_the_program_works_without_a_feature(feature, tmp_path):
 
 
 # all other tests, some twenty minutes of a core
-@pytest.mark.slow
-@pytest.mark.parametrize("feature", REMOVED)
+@pytest.mark.parametrize("feature", slow_but(REMOVED, REMOVED.index("irregularities")))
 def test_all_other_tests_pass_without_a_feature(feature, tmp_path):
     names = ("tests", "studies", "meshes", ".ci", "Makefile", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")
     tree = copied(tmp_path, *names, "CITATION.cff", "pyproject.toml", "requirements.lock")
@@ -195,6 +195,7 @@ def different(one: Path, other: Path) -> set[str]:
     return found
 
 
+@pytest.mark.slow
 def test_a_feature_is_put_in_by_its_folder_and_its_name(tmp_path):
     tree = copied(tmp_path, "tests")
     (tree / "fecontact" / "dummy").mkdir()

@@ -97,6 +97,7 @@ def test_the_row_that_is_stored_is_that_of_the_result(elliptic_quick, solved_fol
     same(row, {"id": row["id"], **case_row(load(solved_folder))})
 
 
+@pytest.mark.slow
 def test_other_criteria_give_the_verdict_of_a_solution_with_them(elliptic_quick, solved_folder):
     # Hertz's peak is off by 0.07 ± 0.25 % there
     strict = Criteria(p_max=0.002)
@@ -225,6 +226,7 @@ def twice(tmp_path_factory) -> tuple[Path, Path]:
     return first, second
 
 
+@pytest.mark.slow
 def test_results_made_under_two_folders_are_the_same(twice):
     first, second = (load_table(folder / "out") for folder in twice)
     assert list(first.rows.index) == list(second.rows.index)
@@ -263,6 +265,7 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
         assert f"{inside} {'is' if inside == out else 'lies in'} the folder of the results" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_judging_a_study_that_still_runs_says_how_many_cases_are_missing(twice, tmp_path, capsys):
     out = shutil.copytree(twice[0] / "out", tmp_path / "out")
     name, rows, cases = stored_study(out)
@@ -276,6 +279,7 @@ def test_judging_a_study_that_still_runs_says_how_many_cases_are_missing(twice, 
     assert stored_study(tmp_path / "again")[2] == 4
 
 
+@pytest.mark.slow
 def test_many_cases_are_judged_by_processes_with_the_same_rows(twice, monkeypatch):
     here = judge_study(twice[0] / "out", Criteria(p_max=0.01))
     monkeypatch.setattr(judging, "_WORTH_PROCESSES", 2)
@@ -319,6 +323,7 @@ def test_versions_that_a_result_names_are_no_part_of_its_checksums(solved_folder
     assert "numpy 0.1 -> " in (kept.problem or "")
 
 
+@pytest.mark.slow
 def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profiles(tmp_path, monkeypatch):
     draw_nothing(monkeypatch)
     folder = tmp_path / "one"

@@ -101,6 +101,7 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
     assert feet.off_mm.min() == pytest.approx(-0.6, abs=0.05)
 
 
+@pytest.mark.slow
 def test_what_is_taken_for_granted_of_a_measured_rail_is_said_with_the_way_back():
     def notes(turn_rad, **reading):
         line = read(sampled("60E1", 0.01, moved=Registration(turn_rad=turn_rad)), **reading)

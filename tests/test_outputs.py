@@ -1050,6 +1050,7 @@ def test_every_measure_has_words_and_every_limit_its_unit():
 # Figures
 
 
+@pytest.mark.slow
 def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quick, tmp_path):
     first, second = (case_figure(elliptic_quick, tmp_path / f"{k}.png") for k in (1, 2))
     assert first.read_bytes() == second.read_bytes()

@@ -103,6 +103,7 @@ def checked(study: Path, pictures: Path) -> subprocess.CompletedProcess:
     return subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=pictures, env=clean, check=False)
 
 
+@pytest.mark.slow
 def test_paraview_reads_integrates_and_shows_the_whole_ellipse(study, tmp_path):
     write_view(study)
     done = checked(study, tmp_path)
@@ -119,6 +120,7 @@ def test_paraview_reads_integrates_and_shows_the_whole_ellipse(study, tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_path):
     folder, pictures = tmp_path / "hidden", tmp_path / "pictures"
     shutil.copytree(study / "cases" / "at-1", folder)

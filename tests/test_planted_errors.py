@@ -343,6 +343,7 @@ def test_elements_that_look_off_are_made_finer(elliptic_quick):
     assert not is_open(solved.case, (off,) * 5, placement, None, solved.half_space)
 
 
+@pytest.mark.slow
 def test_elements_beside_a_near_side_are_not_called_soft():
     """60E2 upright at 5.15 mm, 80 kN: healthy elements read 2.5 % with four of them per semi-axis, 0.3 with nine.
 

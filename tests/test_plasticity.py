@@ -210,6 +210,7 @@ def test_the_load_is_balanced_and_every_step_converges(loaded):
     assert all(point.corrections <= 14 and point.change < 1e-4 for point in yielded.path)
 
 
+@pytest.mark.slow
 @needs_factors
 def test_first_yield_that_is_not_found_is_said(monkeypatch):
     monkeypatch.setattr(plastic_contact, "_SEARCHES", 0)
@@ -222,6 +223,7 @@ def test_first_yield_that_is_not_found_is_said(monkeypatch):
     assert any("what it does to the contact was not solved: not converged" in warning for warning in load.warnings)
 
 
+@pytest.mark.slow
 @needs_factors
 def test_other_yield_stresses_that_do_not_converge_are_said(monkeypatch):
     climb = plastic_contact.YieldingBodies.climb
@@ -256,6 +258,7 @@ def test_the_step_is_known_as_well_as_it_says(loaded):
     assert np.log((1 + high) / (1 + low)) / np.log(1.15 / 0.85) == pytest.approx(0.72, abs=0.2)
 
 
+@pytest.mark.slow
 @needs_factors
 def test_with_four_elements_a_semi_axis_the_step_is_known_as_well_as_it_says():
     # two meshes put the area to 4 % of its step here, which is 7 % of it too small
@@ -326,6 +329,7 @@ def test_a_variant_whose_first_yield_is_not_found_is_not_converged(used, starts,
     assert found.yielded.nodal.status == status
 
 
+@pytest.mark.slow
 def test_first_yield_below_narrow_lobes_is_where_the_climb_yields(lobes):
     found = lobes.load.plastic
     first = found.yielded.first_yield_N

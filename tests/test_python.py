@@ -66,6 +66,7 @@ def test_the_examples_of_functions_have_these_numbers(module):
     assert done.failed == 0
 
 
+@pytest.mark.slow
 def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(elliptic_quick, tmp_path):
     keep_case(elliptic_quick, tmp_path / "one")
     judged = fecontact.judge(tmp_path / "one", fecontact.Criteria(p_max=1e-9, judged_by=("p_max",)))
@@ -78,6 +79,7 @@ def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(e
         fecontact.judge(tmp_path / "one", measure="force")
 
 
+@pytest.mark.slow
 def test_the_story_of_the_package_has_these_numbers(solved, monkeypatch):
     # the same function, which keeps what it solved for other tests
     monkeypatch.setattr(fecontact, "solve", solved, raising=False)
@@ -184,6 +186,7 @@ def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, c
     assert all(measure in out for measure in elliptic_quick.load.uncertainty)
 
 
+@pytest.mark.slow
 def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
     """As it stands, but with results that are there already in place of four that would be solved."""
     code = example(page("python"))

@@ -67,6 +67,7 @@ def text_of(element: ElementTree.Element) -> str:
     return "".join(element.itertext())
 
 
+@pytest.mark.slow
 def test_the_answer_of_a_study_without_a_conclusion_stands_once(study, tmp_path):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     shutil.copy(study / "study.svg", tmp_path)
@@ -190,6 +191,7 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
     found = assert_readable(study / "report.html", tmp_path)
     assert found["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
@@ -235,6 +237,7 @@ def test_the_browser_finds_what_is_wrong(tmp_path):
     assert [line for line in found["console"] if "planted" in line]
 
 
+@pytest.mark.slow
 def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
     other = tmp_path / "other"
     shutil.copytree(study, other)

@@ -18,6 +18,7 @@ def both() -> list[CaseResult]:
     return [shared.sweep.result(load) for load in LOADS_N]
 
 
+@pytest.mark.slow
 def test_a_load_that_is_solved_alone_later_is_the_same_to_the_last_bit(both):
     # as after a run that was killed behind the first load
     again = SharedLoads(case=CASE, loads_N=LOADS_N).sweep.result(LOADS_N[1])

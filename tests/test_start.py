@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from marks import slow_but
 
 from fecontact import __version__
 from fecontact.case import Case
@@ -353,6 +354,7 @@ def test_reasons_are_told_together(capsys):
     assert capsys.readouterr().err == "3 of 5:\n  a, c: derails\n  b: memory\n"
 
 
+@pytest.mark.slow
 def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
     (tmp_path / "two.toml").write_text(BAD_STUDY)
     done = program(
@@ -382,7 +384,7 @@ def test_a_quiet_study_says_only_what_went_wrong(tmp_path, capfd):
     assert f"Results in {tmp_path / 'out'}" in log
 
 
-@pytest.mark.parametrize("given", ["file", "stdin"])
+@pytest.mark.parametrize("given", slow_but(["file", "stdin"], 0))
 def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given):
     code = (
         # cases that fail at once

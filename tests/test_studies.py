@@ -204,6 +204,7 @@ def test_12_exact_contacts_on_the_elements_own_nodes(number, monkeypatch):
         assert max(one.true[name] for one in own) < limit
 
 
+@pytest.mark.slow
 def test_11_conforming_pair(tmp_path):
     (*grooves, row), said = run_quick("11_conforming_pair", tmp_path)
     # finite bodies by another theory, also checks of the study: healthy elements are not refused in any groove
@@ -254,6 +255,7 @@ def test_08_switch_rail(tmp_path):
     assert (tmp_path / "switch_rail.png").is_file()
 
 
+@pytest.mark.slow
 def test_08_the_wheel_need_not_face_all_of_a_wide_zone():
     """Off the centre of a narrow head the flat wheel's surface misses the zone's ends on the corner of the head."""
     (off,) = (case for case in load_study(STUDIES / "08_switch_rail.py").cases if case.lateral_shift_mm)
@@ -328,6 +330,7 @@ def test_14_measured_profiles_keeps_its_limits():
     assert [case.lateral_shift_mm for case in study.cases(quick=True)] == [4.0]
 
 
+@pytest.mark.slow
 def test_15_cheaper_than_finite_elements(quick, tmp_path):
     study = module("15_cheaper_than_finite_elements")
     rows, said = quick("15_cheaper_than_finite_elements", tmp_path)
@@ -534,6 +537,7 @@ def test_12_the_deflection_of_a_polynomial_pressure_is_the_integral_of_point_loa
         assert made.deflection_mm([place[0]], [place[1]])[0] == pytest.approx(summed, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_12_others_are_contacts_and_half_spaces_find_them():
     """No negative pressure, open outside, and the half-space of their gap has their pressure, wherever nodes lie."""
     study, found = others_by_chance(12, 5)

@@ -21,6 +21,7 @@ import fake_solve
 import psutil
 import pytest
 from inline import study_by
+from marks import slow_but
 from pictures import draw_nothing
 from points import MEASURED_COLUMNS
 from test_store import profile
@@ -237,6 +238,7 @@ def test_what_is_short_of_memory_alone_says_so(tmp_path):
     assert len(fake_solve.solves(tmp_path)) == 2
 
 
+@pytest.mark.slow
 def test_any_number_of_processes_gives_the_same_table_in_the_study_s_order(tmp_path, serial):
     fake_solve.plan(tmp_path, kN50="sleep 0.3")
     environment = dict(os.environ)
@@ -247,6 +249,7 @@ def test_any_number_of_processes_gives_the_same_table_in_the_study_s_order(tmp_p
     assert [row["load_kN"] for row in rows] == list(LOADS_KN)
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_once_costs_nothing(tmp_path, serial):
     fake_solve.plan(tmp_path, kN60="die once", all="sleep 0.1")
     outcome = run(tmp_path, workers=2)
@@ -262,6 +265,7 @@ def test_a_case_that_always_kills_its_worker_is_a_failed_row_and_the_others_are_
     assert fake_solve.solves(tmp_path).count(case_id(case(60))) == 2
 
 
+@pytest.mark.slow
 def test_a_full_disk_that_ends_the_process_is_named_and_its_room_given_back(tmp_path, monkeypatch):
     fake_solve.plan(tmp_path, kN60="die")
     usage = type("Usage", (), {"free": 1e6})
@@ -412,7 +416,7 @@ def wait_until(done: Callable[[], bool], seconds: float = 60.0) -> None:
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", slow_but([signal.SIGINT, signal.SIGKILL], 1))
 def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, serial, number):
     out = tmp_path / "out"
     out.mkdir()
@@ -453,6 +457,7 @@ POOLED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", POOLED)
 def test_workers_end_with_their_command(words):
     process, children = begun_command(words)
@@ -462,7 +467,7 @@ def test_workers_end_with_their_command(words):
     assert alive == [], "workers linger"
 
 
-@pytest.mark.parametrize("words", POOLED)
+@pytest.mark.parametrize("words", slow_but(POOLED, 0))
 def test_a_command_whose_worker_is_killed_says_so(words):
     process, children = begun_command(words)
     next(one for one in children if "spawn_main" in " ".join(one.cmdline())).kill()
@@ -555,6 +560,7 @@ def dask_cluster(tmp_path: Path, count: int, **environment: str):
         yield address, processes[1:]
 
 
+@pytest.mark.slow
 def test_dask_workers_of_another_version_solve_nothing_and_others_do_their_jobs(tmp_path, serial, caplog):
     fake_solve.plan(tmp_path, all="sleep 0.3")
     with dask_processes(tmp_path, 1, strange=1) as (address, processes):
@@ -589,6 +595,7 @@ def _workers(address: str) -> int:
         return len(client.nthreads())
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_lost_is_said_in_a_line_and_the_run_goes_on(tmp_path, serial):
     from fecontact.jobs.workers import WorkersLost
 
@@ -610,6 +617,7 @@ def test_a_scheduler_that_is_lost_is_said_in_a_line_and_the_run_goes_on(tmp_path
     assert not list((out / "cases").glob(".*"))
 
 
+@pytest.mark.slow
 def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path, serial):
     out = tmp_path / "out"
     out.mkdir()

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
+from marks import slow_but
 from points import MEASURED_COLUMNS
 
 from fecontact.case import Case
@@ -89,7 +90,7 @@ def test_a_row_has_paths_and_relative_numbers_in_percent():
     assert flat({"failing": ["a", "b"], "none": []}) == {"failing": "a; b", "none": ""}
 
 
-@pytest.fixture(scope="module", params=list(CASES))
+@pytest.fixture(scope="module", params=slow_but(CASES, 1))
 def result(request, solved) -> CaseResult:
     return solved(CASES[request.param])
 

@@ -125,6 +125,7 @@ def test_bad_arcs_are_refused(spec, said):
         resolve_rail(spec)
 
 
+@pytest.mark.slow
 def test_junction_is_judged_with_both_curvatures():
     """Touch exactly at a junction R 300 / R 80: the truth lies between both ellipses, and neither holds."""
     result = solve(

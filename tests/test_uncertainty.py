@@ -239,6 +239,7 @@ def test_rounded_points_have_a_part_of_the_size_of_what_they_do(tmp_path):
     assert finer["p_max_MPa"] < 0.2 * part["p_max_MPa"]
 
 
+@pytest.mark.slow
 def test_the_part_of_points_goes_into_the_uncertainty(tmp_path):
     rail = head_of_points(tmp_path / "head.txt", 80.0, 1.0, 4)
     options = {

@@ -134,6 +134,7 @@ def checks(rows):
 """
 
 
+@pytest.mark.slow
 def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys, monkeypatch):
     # what processes and pictures cost is not looked at here
     monkeypatch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: inline_crew())

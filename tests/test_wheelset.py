@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from marks import slow_but
 from scipy.optimize import brentq
 
 from fecontact.bodies import Material, contact_modulus_MPa
@@ -266,7 +267,7 @@ def test_the_axle_has_one_height(shift):
     assert roll_of_case(case, placed.left) == pytest.approx(placed.roll_rad, abs=1e-15)
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("side", slow_but(["left", "right"], 1))
 def test_a_case_at_many_shifts_is_as_it_is_at_each(side):
     case = Case(side=side, roll="touching")
     # outermost a flange climbs on either side: the other wheel is placed, which has that roll, the climbing one is not

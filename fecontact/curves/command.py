@@ -90,11 +90,18 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
     json
         Print the result as JSON and nothing else.
     out
-        Folder for curve.csv, curve.json and pictures.
+        Folder for curve.csv, curve.json, pictures, and positions.csv for a fleet.
     """
     from fecontact.curves.curve import Conditions
     from fecontact.curves.running import curve as run_curves
-    from fecontact.curves.telling import curve_rows, curves_figure, curves_lines, curves_record, visits_figure
+    from fecontact.curves.telling import (
+        curve_rows,
+        curves_figure,
+        curves_lines,
+        curves_record,
+        position_rows,
+        visits_figure,
+    )
     from fecontact.files import write_json
     from fecontact.outputs.tables import write_csv
 
@@ -128,6 +135,7 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
     record = curves_record(found)
     if out is not None:
         write_csv(curve_rows(found), out / "curve.csv")
+        write_csv(position_rows(found), out / "positions.csv")
         write_json(out / "curve.json", record)
         curves_figure(found, out / "curve.png")
         if found.columns:

@@ -97,7 +97,7 @@ def curve(
         straight=straight,
         differences=differences(runs, straight),
         columns=columns,
-        visits=visits_on(runs, columns) if columns else (),
+        visits=visits_on(runs, columns),
     )
 
 

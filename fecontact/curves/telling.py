@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -73,6 +74,25 @@ def curve_rows(found: Curves) -> list[Record]:
         for run in runs
         for number, wheelset in enumerate(run.wheelsets, start=1)
         for wheel in wheelset.wheels
+    ]
+
+
+def position_rows(found: Curves) -> list[Record]:
+    """Shift and load of each wheel on a map of the left wheel, by the last theory, with its weight.
+
+    A wheel has its part of the way of its radius; those of radii without an equilibrium are left out.
+    """
+    way = dict(zip(found.radii_m, found.share, strict=True))
+    wheels = [one for one in found.visits if one.theory == list(found.runs)[-1]]
+    of_radius = Counter(one.radius_m for one in wheels)
+    return [
+        {
+            "shift_mm": one.lateral_shift_mm,
+            "load_kN": 1e-3 * one.vertical_force_N,
+            "weight": way[one.radius_m] / of_radius[one.radius_m],
+            **picked(one, "radius_m wheelset side yaw_mrad"),
+        }
+        for one in wheels
     ]
 
 

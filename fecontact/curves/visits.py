@@ -160,8 +160,10 @@ class Curves:
         What each theory says of straight track.
     differences
         Each theory against the last.
-    columns, visits
-        Of a map, and all wheels on it; none without one.
+    columns
+        Of a map; none without one.
+    visits
+        Where all wheels are on a map of the left wheel, whether there is one or not.
     """
 
     vehicle: Vehicle
@@ -216,7 +218,9 @@ def _visit(theory: str, run: CurveRun, number: int, wheel: WheelRun, columns: Se
 
 
 def _cell_at(columns: Sequence[MapColumn], shift_mm: float, load_kN: float) -> MapCell | None:
-    """What a map says at a shift and a load; None beside what was solved."""
+    """What a map says at a shift and a load; None beside what was solved, and without a map."""
+    if not columns:
+        return None
     column = min(columns, key=lambda one: abs(one.lateral_shift_mm - shift_mm))
     if abs(column.lateral_shift_mm - shift_mm) > column.reach_mm:
         return None

@@ -298,12 +298,14 @@ def _rounded(value: float) -> str:
 
 
 def _cells(tables: DuckDBPyConnection) -> list[Record]:
-    """Shares at each shift and load, of the weight of all pairs there."""
+    """Shares at each shift and load, of the weight of all pairs there; many of them in steps, and such in pairs."""
+    shifts, loads = _distinct(tables, "shift_mm"), _distinct(tables, "load_kN")
+    in_pairs = 2 * _distinct(tables, "(shift_mm, load_kN)") < shifts * loads
     shift, load = (
-        f"round({name} / {step}) * {step}" if _distinct(tables, name) > most else name
-        for name, most, step in (
-            ("shift_mm", _MOST_SHIFTS, _SHIFT_STEP_MM),
-            ("load_kN", _MOST_LOADS, _LOAD_STEP_KN),
+        f"round({name} / {step}) * {step}" if many or in_pairs else name
+        for name, many, step in (
+            ("shift_mm", shifts > _MOST_SHIFTS, _SHIFT_STEP_MM),
+            ("load_kN", loads > _MOST_LOADS, _LOAD_STEP_KN),
         )
     )
     return asked(
@@ -313,8 +315,8 @@ def _cells(tables: DuckDBPyConnection) -> list[Record]:
     )
 
 
-def _distinct(tables: DuckDBPyConnection, column: str) -> int:
-    (found,) = asked(tables, f"SELECT count(DISTINCT {column}) AS number FROM screen")
+def _distinct(tables: DuckDBPyConnection, columns: str) -> int:
+    (found,) = asked(tables, f"SELECT count(DISTINCT {columns}) AS number FROM screen")
     return int(found["number"])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from statistics import NormalDist
 from typing import Any, Literal
@@ -12,11 +12,15 @@ from typing import Any, Literal
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.files import toml_content
+from fecontact.fleet.tables import rows_of, weight_of
 from fecontact.inputs import as_number, choice, custom, inputs, number, read_table
+from fecontact.outputs.tables import Record
 from fecontact.runs.casefile import case_of
 
 Screen = Literal["strip", "half_space"]
-_MOST_POINTS = 1000
+Position = tuple[float, float]
+"""Lateral shift (mm) and wheel load (kN)."""
+_MOST_POINTS, _MOST_POSITIONS = 1000, 10_000
 _GIVEN_ELSEWHERE = ("rail", "wheel", "lateral_shift_mm", "load_kN")
 
 
@@ -112,6 +116,19 @@ class Distribution:
         return shares(((NormalDist(mean, deviation).inv_cdf(part), 1.0) for part in middles), "weights")
 
 
+@inputs
+class Positions:
+    """Shifts and loads that go together, in place of `Distribution` of each."""
+
+    table: str | None = custom(
+        None,
+        "Table (.csv, .parquet) with columns shift_mm and load_kN, and weight if positions differ in it",
+        domain="file",
+        words="the path of a table",
+        holds=lambda one: isinstance(one, str) and bool(one),
+    )
+
+
 def shares(weighted: Any, what: str) -> dict[Any, float]:
     """Weight of each key over the sum of all, keys increasing; of equal keys the sum.
 
@@ -156,20 +173,24 @@ class Fleet:
         Folder that the paths of its file are relative to.
     case
         Everything but profiles, shift and load.
-    shifts_mm, loads_kN
-        Weight of each; they sum to 1.
+    positions
+        Weight of each shift (mm) with a load (kN); they sum to 1.
     """
 
     folder: Path
     wheels: tuple[str, ...]
     rails: tuple[str, ...]
     pairing: Pairing
-    shifts_mm: Mapping[float, float]
-    loads_kN: Mapping[float, float]
+    positions: Mapping[Position, float]
     case: Case
     theory: Screen
     filters_mm: tuple[float, ...]
     seed: int
+
+    @property
+    def shifts_mm(self) -> tuple[float, ...]:
+        """All shifts, increasing."""
+        return tuple(dict.fromkeys(shift for shift, _ in self.positions))
 
 
 def read_fleet(path: Path, folder: Path | None = None) -> Fleet:
@@ -197,6 +218,7 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
         "pairs": Pairing,
         "shifts_mm": Distribution,
         "loads_kN": Distribution,
+        "positions": Positions,
     }
     top = {one.name for one in fields(_Asked)}
     for key in content.keys() - {*tables, *top, "case"}:
@@ -204,9 +226,14 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
             f"{key}: there is no such key; keys: {', '.join(sorted(top))}; tables: {', '.join(tables)}, case"
         )
     asked = read_table(_Asked, "fleet", {key: value for key, value in content.items() if key in top})
+    separate = {name for name, kind in tables.items() if kind is Distribution}
+    if "positions" in content and (both := sorted(separate & content.keys())):
+        raise InputError(f"[positions] and [{both[0]}] are both given; allowed: one of them; leave one out")
+    left_out = separate if "positions" in content else {"positions"}
     read: dict[str, Any] = {
         name: read_table(kind, name, content.get(name, {} if kind is Pairing else None))
         for name, kind in tables.items()
+        if name not in left_out
     }
     for name in ("wheels", "rails"):
         if not read[name].texts:
@@ -222,20 +249,49 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
         raise InputError(
             "[case]: a position has one roll for all loads; say under which load it is found: roll_load_kN"
         )
-    points = {}
-    for name in ("shifts_mm", "loads_kN"):
-        try:
-            points[name] = read[name].points
-        except InputError as error:
-            raise InputError(f"[{name}]: {error}") from error
     return Fleet(
         folder=folder,
         wheels=read["wheels"].texts,
         rails=read["rails"].texts,
         pairing=read["pairs"],
-        **points,
+        positions=_positions(read, case, folder),
         case=case,
         theory=asked.theory,
         filters_mm=tuple(sorted(set(map(float, asked.filters_mm)))),
         seed=int(asked.seed),
     )
+
+
+def _positions(read: Mapping[str, Any], case: Case, folder: Path) -> dict[Position, float]:
+    """Weight of each position: of a table, or of every shift with every load."""
+    if "positions" in read:
+        if read["positions"].table is None:
+            raise InputError("[positions]: table is missing; give a table with columns shift_mm and load_kN")
+        path = folder / read["positions"].table
+        rows = enumerate(rows_of(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1)
+        given = [(_position(row, f"table {path}, row {number}"), number, row) for number, row in rows]
+        weighted = [(one, weight_of(row, f"table {path}, row {number}")) for one, number, row in given]
+        found = shares(weighted, f"table {path}")
+    else:
+        points = {}
+        for name in ("shifts_mm", "loads_kN"):
+            try:
+                points[name] = read[name].points
+            except InputError as error:
+                raise InputError(f"[{name}]: {error}") from error
+        by_shift, by_load = points["shifts_mm"].items(), points["loads_kN"].items()
+        found = {(shift, load): part * share for shift, part in by_shift for load, share in by_load}
+    for shift, load in found:
+        # a case refuses what it cannot have
+        replace(case, lateral_shift_mm=shift, load_N=1e3 * load)
+    return found
+
+
+def _position(row: Record, where: str) -> Position:
+    shift, load = (as_number(row[name]) for name in ("shift_mm", "load_kN"))
+    if shift is None or load is None:
+        raise InputError(
+            f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: finite numbers; mend"
+            " the row, or take it out"
+        )
+    return shift, load

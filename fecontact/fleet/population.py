@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.fleet.model import Fleet, shares
-from fecontact.fleet.tables import of_arrow
+from fecontact.fleet.tables import rows_of, weight_of
 from fecontact.profiles.library import is_known
 from fecontact.profiles.readers.columns import file_bytes
 
@@ -100,50 +100,14 @@ def _is_table(path: Path) -> bool:
         return "file" in (name.strip().strip('"') for name in file.readline(10_000).split(","))
 
 
-def rows_of(path: Path, needed: Iterable[str], most: int) -> list[dict[str, Any]]:
-    """Rows of a table (.csv or .parquet).
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, has too many rows, or lacks a column.
-    """
-    module = of_arrow("parquet" if path.suffix.lower() == ".parquet" else "csv")
-    read = module.read_table if path.suffix.lower() == ".parquet" else module.read_csv
-    try:
-        table = read(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"table {path}: it cannot be read ({str(error)[:200]})") from error
-    if missing := [name for name in needed if name not in table.column_names]:
-        raise InputError(f"table {path}: it has no column {missing[0]}; it has {', '.join(table.column_names)[:200]}")
-    if table.num_rows > most:
-        raise InputError(
-            f"table {path}: {table.num_rows} rows; allowed: up to {most}; give a part of it, or draw pairs"
-        )
-    rows: list[dict[str, Any]] = table.to_pylist()
-    return rows
-
-
 def _of_table(path: Path, body: Body) -> Iterator[Candidate]:
     for number, row in enumerate(rows_of(path, ["file"], MOST_FILES), start=1):
         known = {name: value for name, value in row.items() if name not in _OWN_COLUMNS}
-        weight = _weight(row, f"table {path}, row {number}")
+        weight = weight_of(row, f"table {path}, row {number}")
         given = str(row["file"])
         file = path.parent / given
         spec = given if is_known(given) and not file.exists() else str(file.absolute())
         yield Candidate(body=body, name=str(row.get("name") or file.stem), spec=spec, weight=weight, known=known)
-
-
-def _weight(row: Mapping[str, Any], where: str) -> float:
-    try:
-        weight = float(row.get("weight", 1.0))
-    except (TypeError, ValueError):
-        weight = -1.0
-    if not 0.0 <= weight < np.inf:
-        raise InputError(
-            f"{where}: weight is {row['weight']!r}; allowed: finite and >= 0; mend the row, or take it out"
-        )
-    return weight
 
 
 def _named(one: Candidate, taken: dict[str, str]) -> Candidate:
@@ -212,4 +176,4 @@ def _listed(
                 f"table {path}, row {number}: there is no {min(unknown)}; give names as profiles have them"
             )
         if wheel in wheels and rail in rails:
-            yield (wheel, rail), _weight(row, f"table {path}, row {number}") * wheels[wheel] * rails[rail]
+            yield (wheel, rail), weight_of(row, f"table {path}, row {number}") * wheels[wheel] * rails[rail]

@@ -134,7 +134,7 @@ def run_fleet(
         screened = Screened(
             out=folder,
             pairs=len(pairs),
-            positions=len(pairs) * len(asked.shifts_mm) * len(asked.loads_kN),
+            positions=len(pairs) * len(asked.positions),
             verdicts={name: share for name, share in counted.items() if share},
             profiles=len(profiles),
             refused={f"{one.given.body} {one.given.name}": _why(one) for one in profiles if one.kept is None},
@@ -262,7 +262,7 @@ def _names(
 ) -> Iterator[tuple[Pair, str, ScreeningPair]]:
     """The pairs with the ids of their jobs, and those."""
     by_name = {(one.given.body, one.given.name): one for one in profiles}
-    shifts, loads = tuple(fleet.shifts_mm), tuple(fleet.loads_kN)
+    positions = tuple(fleet.positions)
     cases: dict[Stand, tuple[Case, str]] = {}
     for pair in pairs:
         wheel, rail = by_name["wheel", pair[0]], by_name["rail", pair[1]]
@@ -270,11 +270,9 @@ def _names(
         assert rail.kept is not None
         if (stand := _stand(wheel.given, rail.given)) not in cases:
             case = _case_of(fleet, stand)
-            cases[stand] = case, json_digest([case_record(case), shifts, loads, fleet.theory])
+            cases[stand] = case, json_digest([case_record(case), positions, fleet.theory])
         case, decides = cases[stand]
-        work = ScreeningPair(
-            wheel=wheel.kept, rail=rail.kept, case=case, shifts_mm=shifts, loads_kN=loads, theory=fleet.theory
-        )
+        work = ScreeningPair(wheel=wheel.kept, rail=rail.kept, case=case, positions=positions, theory=fleet.theory)
         yield pair, json_digest([decides, wheel.kept.folder.name, rail.kept.folder.name])[:20], work
 
 
@@ -302,11 +300,6 @@ def _write_screen(
 ) -> dict[str, float]:
     """Write a part for each wheel, from what its pairs kept, with names and weights; the weight of each verdict."""
     parquet, lib = of_arrow("parquet"), of_arrow("lib")
-    positions = [
-        (shift, load, by_shift * by_load)
-        for shift, by_shift in fleet.shifts_mm.items()
-        for load, by_load in fleet.loads_kN.items()
-    ]
     counted: dict[str, float] = {name: 0.0 for name in VERDICTS}
     written = set()
     for number, (_, own) in enumerate(groupby(_names(fleet, profiles, sorted(pairs)), key=lambda one: one[0][0])):
@@ -314,14 +307,14 @@ def _write_screen(
         tables = []
         for pair, name, _work in own:
             if pair in failed:
-                rows = [{"shift_mm": s, "load_kN": load, **refused(failed[pair])} for s, load, _ in positions]
+                rows = [{"shift_mm": s, "load_kN": load, **refused(failed[pair])} for s, load in fleet.positions]
                 table = lib.Table.from_pylist(rows, schema=schema())
             else:
                 table = parquet.ParquetFile(out / "pairs" / name / PART).read()
-            weights = [pairs[pair] * weight for _, _, weight in positions]
+            weights = [pairs[pair] * weight for weight in fleet.positions.values()]
             for verdict, weight in zip(table["verdict"].to_pylist(), weights, strict=True):
                 counted[verdict] += weight
-            own_columns = [[pair[0]] * len(positions), [pair[1]] * len(positions), weights]
+            own_columns = [[pair[0]] * len(weights), [pair[1]] * len(weights), weights]
             arrays = [lib.array(column) for column in own_columns]
             tables.append(lib.Table.from_arrays([*arrays, *table.columns], schema=schema(*_OF_PAIR)))
         whole = lib.concat_tables(tables)
@@ -342,8 +335,7 @@ def _seal(fleet: Fleet, screened: Screened) -> None:
         "filters_mm": list(fleet.filters_mm),
         "seed": fleet.seed,
         "limits": fleet.case.criteria.limits,
-        "shifts_mm": [list(one) for one in fleet.shifts_mm.items()],
-        "loads_kN": [list(one) for one in fleet.loads_kN.items()],
+        "positions_mm_kN_weight": [[*one, weight] for one, weight in fleet.positions.items()],
         "pairs": screened.pairs,
         "positions": screened.positions,
         "files": screened.profiles,
@@ -357,11 +349,10 @@ def _seal(fleet: Fleet, screened: Screened) -> None:
 
 def _words(fleet: Fleet, screened: Screened) -> str:
     how = "listed" if fleet.pairing.table else "drawn at random" if fleet.pairing.draw else "every wheel on every rail"
-    ends = [f"{min(one):g} to {max(one):g}" for one in (fleet.shifts_mm, fleet.loads_kN)]
+    ends = [f"{min(one):.4g} to {max(one):.4g}" for one in zip(*fleet.positions, strict=True)]
     return (
         f"{screened.pairs} pairs ({how}) of the wheels {', '.join(fleet.wheels)} and rails {', '.join(fleet.rails)},"
-        f" each at {len(fleet.shifts_mm)} shifts ({ends[0]} mm) and {len(fleet.loads_kN)} loads ({ends[1]} kN) by their"
-        " weights"
+        f" each at {len(fleet.positions)} positions (shifts of {ends[0]} mm, loads of {ends[1]} kN) by their weights"
     )
 
 
@@ -403,14 +394,14 @@ def check_fleet(fleet: str | Path) -> Checked:
     weights = {body: {one.name: one.weight for one in given} for body, given in found.items()}
     known = {f"{body} {name}" for body, names in weights.items() for name in names}
     pairs = len(pairs_of(asked, weights["wheel"], weights["rail"], known))
-    shifts, loads, lines = len(asked.shifts_mm), len(asked.loads_kN), len(asked.filters_mm)
-    of_pair = _PAIR_S + lines * shifts * (_PLACE_S + loads * _POSITION_S)
+    positions, lines = len(asked.positions), len(asked.filters_mm)
+    of_pair = _PAIR_S + lines * (len(asked.shifts_mm) * _PLACE_S + positions * _POSITION_S)
     files = sum(map(len, found.values()))
     return Checked(
         wheels=len(found["wheel"]),
         rails=len(found["rail"]),
         pairs=pairs,
-        positions=pairs * shifts * loads,
+        positions=pairs * positions,
         cpu_seconds=files * _FILE_S + pairs * of_pair,
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
     )

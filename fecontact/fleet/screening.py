@@ -32,7 +32,7 @@ from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded, 
 from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
 from fecontact.criteria import Criteria
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.fleet.model import Screen
+from fecontact.fleet.model import Position, Screen
 from fecontact.fleet.reading import Kept
 from fecontact.fleet.tables import of_arrow
 from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
@@ -265,19 +265,20 @@ def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class ScreeningPair:
-    """What a worker does with a pair: all its shifts and loads, as rows of a table.
+    """What a worker does with a pair: all its positions, as rows of a table.
 
     Attributes
     ----------
     case
         Everything but profiles, shift and load.
+    positions
+        By shift, then load.
     """
 
     wheel: Kept
     rail: Kept
     case: Case
-    shifts_mm: tuple[float, ...]
-    loads_kN: tuple[float, ...]
+    positions: tuple[Position, ...]
     theory: Screen
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
@@ -286,16 +287,21 @@ class ScreeningPair:
         return False
 
     def rows(self) -> list[Row]:
-        """A row a position, by shift, then load."""
+        """A row a position."""
         filters = sorted({*self.wheel.filters_mm, *self.rail.filters_mm}) or [0.0]
         lines = [{"rail": self.rail.line(one), "wheel": self.wheel.line(one)} for one in filters]
         conicity, concentration = conicity_and_concentration(wheelset_of_case(self.case, **lines[0]))
         pair = {"conicity": conicity, "contact_concentration": concentration}
-        placed = [place_at_shifts(self.case, self.shifts_mm, **line) for line in lines]
-        return [row | pair for shift in self.shifts_mm for row in self._at(shift, [one[shift] for one in placed])]
+        loads: dict[float, list[float]] = {}
+        for shift, load in self.positions:
+            loads.setdefault(shift, []).append(load)
+        placed = [place_at_shifts(self.case, tuple(loads), **line) for line in lines]
+        return [
+            row | pair for shift, own in loads.items() for row in self._at(shift, own, [one[shift] for one in placed])
+        ]
 
-    def _at(self, shift: float, placed: Sequence[Placement | str]) -> list[Row]:
-        keys = [{"shift_mm": shift, "load_kN": load} for load in self.loads_kN]
+    def _at(self, shift: float, loads_kN: Sequence[float], placed: Sequence[Placement | str]) -> list[Row]:
+        keys = [{"shift_mm": shift, "load_kN": load} for load in loads_kN]
         placements = [one for one in placed if not isinstance(one, str)]
         if reasons := [one for one in placed if isinstance(one, str)]:
             return [key | refused(reasons[0]) for key in keys]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,49 @@ def of_arrow(module: str) -> Any:
         return import_module(f"pyarrow.{module}")
     except ImportError as error:
         raise InputError("fleets need the package pyarrow: pip install 'fecontact[fleet]'") from error
+
+
+def rows_of(path: Path, needed: Iterable[str], most: int) -> list[Record]:
+    """Rows of a table (.csv or .parquet).
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, has too many rows, or lacks a column.
+    """
+    module = of_arrow("parquet" if path.suffix.lower() == ".parquet" else "csv")
+    read = module.read_table if path.suffix.lower() == ".parquet" else module.read_csv
+    try:
+        table = read(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"table {path}: it cannot be read ({str(error)[:200]})") from error
+    if missing := [name for name in needed if name not in table.column_names]:
+        raise InputError(f"table {path}: it has no column {missing[0]}; it has {', '.join(table.column_names)[:200]}")
+    if table.num_rows > most:
+        raise InputError(
+            f"table {path}: {table.num_rows} rows; allowed: up to {most}; give a part of it, or draw pairs"
+        )
+    rows: list[Record] = table.to_pylist()
+    return rows
+
+
+def weight_of(row: Record, where: str) -> float:
+    """Weight of a row of a table; 1 without one.
+
+    Raises
+    ------
+    InputError
+        If it is no number, negative or infinite.
+    """
+    try:
+        weight = float(row.get("weight", 1.0))
+    except (TypeError, ValueError):
+        weight = -1.0
+    if not 0.0 <= weight < math.inf:
+        raise InputError(
+            f"{where}: weight is {row['weight']!r}; allowed: finite and >= 0; mend the row, or take it out"
+        )
+    return weight
 
 
 def write_table(rows: Sequence[Record], path: Path) -> Path:

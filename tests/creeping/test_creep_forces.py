@@ -177,6 +177,7 @@ def test_given_creepages_go_before_those_of_the_wheelset():
 # Hertz against a solved pressure
 
 
+@pytest.mark.slow
 def test_curved_surfaces_change_the_force_as_their_mean_creepage_does():
     # without slip: the force along is that of a weighted mean creepage; the spin is odd and gives none
     plain = replace(ROUND, creep=Creep(friction=1.9, xi=2e-5, eta=0.0, spin_per_mm=0.0))
@@ -227,6 +228,7 @@ def test_hertzs_own_pressure_gives_hertzs_forces():
     assert found.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_patch_beside_the_touch_point_feels_the_spin():
     spin, moved = 2e-4, 4.0
     case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
@@ -302,12 +304,14 @@ def test_forces_are_evaluated_only_with_friction():
     assert not [name for name in load_row(load, placement_of(ROUND)) if name.startswith("creep_")]
 
 
+@pytest.mark.slow
 def test_a_load_may_be_judged_for_forces_by_another_friction_than_its_own():
     load, placement = judged(ROUND), placement_of(ROUND)
     found = force_verdict(load, placement, CREEP)
     assert asdict(found) == asdict(judged(replace(ROUND, creep=CREEP)).features["creep"].verdict)
 
 
+@pytest.mark.slow
 def test_the_record_has_both_sides_of_each_theory():
     case = replace(ROUND, creep=replace(CREEP, spin_per_mm=1e-4))
     record = load_record(judged(case))["creep"]

@@ -47,6 +47,7 @@ def test_the_laws_of_forces_are_listed_with_their_sources():
     assert list(fecontact.theories()["forces"]) == list(CREEP_LAWS)
 
 
+@pytest.mark.slow
 def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, tmp_path, capsys):
     solved_folder = tmp_path / "one"
     keep_case(elliptic_quick, solved_folder)

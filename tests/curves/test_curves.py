@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow_but
 from scipy.optimize import brentq, fsolve
 
 import fecontact
@@ -43,7 +44,7 @@ from fecontact.curves.steady import (
     wheel_force,
     without_rails,
 )
-from fecontact.curves.telling import curves_figure, difference_words, straight_words, visits_figure
+from fecontact.curves.telling import curves_figure, difference_words, position_rows, straight_words, visits_figure
 from fecontact.curves.visits import Curves, MapCell, MapColumn, Visit, differences
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.profiles.curve import Profile, circular_rail_head
@@ -382,7 +383,7 @@ BOGIES = {
 }
 
 
-@pytest.mark.parametrize(("vehicle", "unbalanced"), BOGIES)
+@pytest.mark.parametrize(("vehicle", "unbalanced"), slow_but(BOGIES, 1))
 def test_bogies_in_curves(vehicle, unbalanced):
     found = run(vehicle, RADII, unbalanced=unbalanced)
     for one, numbers in zip(found, BOGIES[vehicle, unbalanced], strict=True):
@@ -401,6 +402,7 @@ def test_bogies_in_curves(vehicle, unbalanced):
         assert one.pull_N == pytest.approx(one.power_per_speed_N, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_guiding_forces_and_resistance_of_the_manchester_bogie():
     found = {one.radius_m: one for one in run("manchester", RADII)}
     for radius, lateral, vertical in ((3000.0, -3, 54), (1000.0, 6, 55), (500.0, 15, 58), (300.0, 23, 61)):
@@ -415,6 +417,7 @@ def test_guiding_forces_and_resistance_of_the_manchester_bogie():
     assert found[500.0].resistance_N_per_kN == pytest.approx(1.2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_curve_to_the_other_side_is_the_mirror_image():
     right, left = run("manchester", (500.0, -500.0))
     for one, other in zip(right.wheelsets, left.wheelsets, strict=True):
@@ -630,6 +633,7 @@ def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
     assert 5.0**2 / 2.0 / 18e-3 < least < 5.0**2 / 2.0 / 13e-3
 
 
+@pytest.mark.slow
 def test_an_equilibrium_that_derails_is_said_to():
     made = load_vehicle("manchester")
     conditions = Conditions(friction=1.0, unbalanced_m_s2=1.0)
@@ -705,6 +709,7 @@ def test_nadals_limit():
 # the command
 
 
+@pytest.mark.slow
 def test_springs_at_touch_points_have_no_equilibrium_at_some_radii_which_stands_first(tmp_path, capsys):
     given = ["curve", "--vehicle", "wheelset", "--radii", "10000,5000,1000,500", "--theory", "multi_hertz,overlap"]
     assert call([*given, "--out", str(tmp_path)]) == 3
@@ -723,6 +728,24 @@ def test_springs_at_touch_points_have_no_equilibrium_at_some_radii_which_stands_
     assert "another one beyond it" in found[1000.0]["notes"][0]
     shifts = [found[radius]["wheelsets"][0]["lateral_shift_mm"] for radius in (10_000.0, 1000.0, 500.0)]
     assert shifts == pytest.approx([0.20, 1.58, 4.61], abs=0.04)
+
+
+def test_wheels_in_curves_are_positions_of_a_fleet():
+    found = fecontact.curve("manchester", {500.0: 1.0, -500.0: 3.0})
+    rows = position_rows(found)
+    assert sum(row["weight"] for row in rows) == pytest.approx(1.0)
+    # a left wheel in a curve to the right is the right wheel in its mirror image
+    of_left, of_right = (
+        [(row["shift_mm"], row["load_kN"]) for row in rows if (row["radius_m"], row["side"]) == wanted]
+        for wanted in ((500.0, "left"), (-500.0, "right"))
+    )
+    assert np.array(of_left) == pytest.approx(np.array(of_right), rel=1e-8)
+    (right, _) = found.runs["overlap"]
+    loads = [1e-3 * wheel.vertical_force_N for one in right.wheelsets for wheel in one.wheels]
+    shifts = [sign * one.lateral_shift_mm for one in right.wheelsets for sign in (1.0, -1.0)]
+    assert [(row["shift_mm"], row["load_kN"], row["weight"]) for row in rows[:4]] == [
+        (shift, load, 0.25 / 4) for shift, load in zip(shifts, loads, strict=True)
+    ]
 
 
 def test_python_has_what_the_command_prints():

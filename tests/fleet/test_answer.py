@@ -175,3 +175,18 @@ def test_shifts_that_were_drawn_at_random_are_rounded(fleet):
     found = answer_of(fleet.folder)
     assert {cell["shift"] for cell in found.cells} <= set(np.arange(-8.0, 8.5, 0.5))
     assert math.fsum(cell["weight"] for cell in found.cells) == pytest.approx(1.0)
+
+
+def test_shifts_and_loads_that_go_together_are_rounded(fleet):
+    path = fleet.folder / "screen"
+    rows = rows_of(path)
+    for part in path.iterdir():
+        part.unlink()
+    # seven of them, each of its own shift and its own load
+    places = [{"shift_mm": 1.1 * k - 3.0, "load_kN": 52.3 + 1.7 * k} for k in range(7)]
+    own = [row | places[number % 7] for number, row in enumerate(rows)]
+    write(path / "part-0.parquet", own)
+    found = answer_of(fleet.folder)
+    wanted = {(0.5 * round(2.0 * one["shift_mm"]), 10.0 * round(0.1 * one["load_kN"])) for one in places}
+    assert {(cell["shift"], cell["load"]) for cell in found.cells} == wanted
+    assert math.fsum(cell["weight"] for cell in found.cells) == pytest.approx(1.0)

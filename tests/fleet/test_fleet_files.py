@@ -38,7 +38,7 @@ def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
     (tmp_path / "pairs.csv").write_text("wheel,rail,weight\na,x,1\na,y,2\nb,x,1\nlost,x,9\n")
     text = FLEET + '[pairs]\ntable = "pairs.csv"\n'
     fleet = read_fleet(written(tmp_path, text))
-    assert fleet.shifts_mm == {0.0: 0.75, 2.0: 0.25}
+    assert fleet.positions == {(0.0, 60.0): 0.75, (2.0, 60.0): 0.25}
     known = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
     found = pairs_of(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, known)
     # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
@@ -51,12 +51,44 @@ def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
 
 def test_quantiles_of_a_normal_distribution_are_equally_likely(tmp_path):
     text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "normal = [1.0, 2.0]\ncount = 4")
-    points = read_fleet(written(tmp_path, text)).shifts_mm
-    assert list(points.values()) == [0.25] * 4
+    fleet = read_fleet(written(tmp_path, text))
+    assert list(fleet.positions.values()) == [0.25] * 4
     wanted = [1.0 + 2.0 * NormalDist().inv_cdf(part) for part in (0.125, 0.375, 0.625, 0.875)]
-    assert list(points) == pytest.approx(wanted)
+    assert fleet.shifts_mm == pytest.approx(wanted)
     text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "uniform = [-4, 4]\ncount = 4")
-    assert list(read_fleet(written(tmp_path, text)).shifts_mm) == [-3.0, -1.0, 1.0, 3.0]
+    assert read_fleet(written(tmp_path, text)).shifts_mm == (-3.0, -1.0, 1.0, 3.0)
+
+
+TOGETHER = f"{FLEET[: FLEET.index('[shifts_mm]')]}[positions]\ntable = 'places.csv'\n"
+
+
+def test_shifts_and_loads_that_go_together_stand_in_a_table(tmp_path):
+    (tmp_path / "places.csv").write_text("radius_m,shift_mm,load_kN,weight\n500,2,60,1\n500,-1,55,2\n900,2,60,1\n")
+    fleet = read_fleet(written(tmp_path, TOGETHER))
+    assert fleet.positions == {(-1.0, 55.0): 0.5, (2.0, 60.0): 0.5}
+    assert fecontact.check_fleet(tmp_path / "fleet.toml").positions == 2 * 2 * 2
+    # equal weights without a column of them
+    (tmp_path / "places.csv").write_text("shift_mm,load_kN\n2,60\n2,70\n")
+    assert read_fleet(tmp_path / "fleet.toml").positions == {(2.0, 60.0): 0.5, (2.0, 70.0): 0.5}
+
+
+@pytest.mark.parametrize(
+    ("content", "text", "said"),
+    [
+        ("shift_mm,load_kN\n2,60\n", TOGETHER + "[loads_kN]\nvalues = [60]\n", "both given"),
+        ("shift_mm,load_kN\n2,60\n", TOGETHER.replace("table =", "#"), "table is missing"),
+        ("shift_mm,load\n2,60\n", TOGETHER, "no column load_kN"),
+        ("shift_mm,load_kN\n2,\n", TOGETHER, "row 1: shift_mm is 2 and load_kN None"),
+        ("shift_mm,load_kN\nleft,60\n", TOGETHER, "row 1: shift_mm is 'left'"),
+        ("shift_mm,load_kN\n2,-60\n", TOGETHER, "-60"),
+        ("shift_mm,load_kN,weight\n2,60,-1\n", TOGETHER, "row 1: weight is -1"),
+        ("shift_mm,load_kN\n", TOGETHER, "they sum to 0"),
+    ],
+)
+def test_positions_that_cannot_be_are_refused_with_their_value(tmp_path, content, text, said):
+    (tmp_path / "places.csv").write_text(content)
+    with pytest.raises(InputError, match=said):
+        fecontact.check_fleet(written(tmp_path, text))
 
 
 def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):

@@ -93,6 +93,21 @@ def test_a_row_a_position_with_weights_that_sum_to_one(fleet):
         assert (row.verdict == "HOLDS") == (row.lines_holding == row.lines)
 
 
+def test_positions_of_a_table_have_the_rows_of_shifts_and_loads(fleet, tmp_path):
+    path = file_of(tmp_path, RAILS[:1])
+    (tmp_path / "places.csv").write_text("shift_mm,load_kN,weight\n3,100,3\n0,60,1\n")
+    text = path.read_text()
+    path.write_text(f'{text[: text.index("[shifts_mm]")]}[positions]\ntable = "places.csv"\n')
+    rows = screened(run(path, tmp_path / "out").out)
+    assert sorted(rows.groupby(["shift_mm", "load_kN"])["weight"].sum().items()) == [
+        ((0.0, 60.0), pytest.approx(0.25)),
+        ((3.0, 100.0), pytest.approx(0.75)),
+    ]
+    keys = ["wheel", "rail", "shift_mm", "load_kN"]
+    own = screened(fleet[1].out).merge(rows[keys], on=keys).sort_values(keys, ignore_index=True)
+    assert own.drop(columns="weight").equals(rows.sort_values(keys, ignore_index=True).drop(columns="weight"))
+
+
 def test_rows_of_an_exact_pair_are_those_of_a_contact_table(fleet):
     rows = screened(fleet[1].out).query("wheel == 'S1002' and rail == '60E1'").sort_values(["shift_mm", "load_kN"])
     wanted = fecontact.table(Case(), [0.0, 3.0], [60e3, 100e3])

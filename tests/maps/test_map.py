@@ -27,6 +27,7 @@ import pytest
 from damage import files_without_checksum, unnoticed
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from marks import slow_but
 from points import MEASURED_COLUMNS
 from positions import map_by
 from test_study import dask_cluster
@@ -797,6 +798,7 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
     assert (open_.low_N, open_.high_N, open_.answer) == (100e3, 150e3, "UNRESOLVED")
 
 
+@pytest.mark.slow
 def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
     """Their threads are pinned, so that the last digits do not hang on those of the caller."""
 
@@ -1167,6 +1169,7 @@ def of_cells(page):
     return {table for part in page.iter("details") for table in part.iter("table")}
 
 
+@pytest.mark.slow
 def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     from xml.etree import ElementTree
 
@@ -1382,6 +1385,7 @@ def test_what_is_short_of_memory_alone_says_so_and_is_tried_again_by_the_next_ru
     assert plain(outcome.made) == plain(fresh_map([-1.0, 0.0], FEW_LOADS))
 
 
+@pytest.mark.slow
 def test_finished_positions_are_taken_from_their_folders(run, tmp_path):
     shifts = [-2.0, 0.0, 1.0, 3.0]
     first = run(tmp_path, shifts, loads=LOADS[::3])
@@ -1428,6 +1432,7 @@ def test_parts_together_are_the_whole_map(run, tmp_path):
     assert rows_of(tmp_path / "parts" / "map.csv") == rows_of(tmp_path / "whole" / "map.csv")
 
 
+@pytest.mark.slow
 def test_positions_of_other_inputs_or_loads_stay_beside_each_other(run, tmp_path):
     shifts = [-1.0, 0.0]
     before = run(tmp_path, shifts, loads=FEW_LOADS).made
@@ -1444,6 +1449,7 @@ def test_positions_of_other_inputs_or_loads_stay_beside_each_other(run, tmp_path
     assert len(list((tmp_path / "positions").iterdir())) == 4 * len(shifts)
 
 
+@pytest.mark.slow
 def test_other_criteria_are_judged_again_without_solving(run, tmp_path):
     run(tmp_path, [0.0, 1.0], loads=TWO_SIDES)
     # all loads hold by these: there is no limit to look for
@@ -1532,6 +1538,7 @@ def test_a_folder_that_cannot_be_used_is_named_and_solved_again(run, two, tmp_pa
     assert run(tmp_path, [0.0, 1.0], loads=FEW_LOADS).recomputed == {}
 
 
+@pytest.mark.slow
 def test_another_layout_is_solved_again_also_with_other_criteria(run, one):
     sealed(folder_of(one, 0.0), lambda text: text.replace("solved/2", "solved/0"))
     case = replace(ROUND, criteria=Criteria(p_max=0.03))
@@ -1691,7 +1698,9 @@ def test_a_folder_without_results_is_refused(tmp_path):
         fecontact.load(tmp_path)
 
 
-@pytest.mark.parametrize("criteria", [Criteria(p_max=0.03, area=0.2), Criteria(p_max=0.08), Criteria()], ids=str)
+@pytest.mark.parametrize(
+    "criteria", slow_but([Criteria(p_max=0.03, area=0.2), Criteria(p_max=0.08), Criteria()], 2), ids=str
+)
 def test_other_criteria_give_the_verdicts_of_a_new_evaluation(uneven, tmp_path, criteria):
     out, stored = uneven
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
@@ -1725,6 +1734,7 @@ def test_other_criteria_give_the_verdicts_of_a_new_evaluation(uneven, tmp_path, 
         assert plain(made) == plain(stored)
 
 
+@pytest.mark.slow
 def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(one):
     """At 0 mm Hertz deviates by 4 % at 100 kN: 5 % were looked for around 125 kN, and nothing below 100 kN."""
     made = judge_map(one, Criteria(p_max=0.03, area=0.2)).map
@@ -1790,6 +1800,7 @@ def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(one):
         assert is_decided(folder, case) is (decided and position.limit.narrowed)
 
 
+@pytest.mark.slow
 def test_cells_of_all_kinds_come_back_from_a_cluster(run, tmp_path):
     shifts = [-2.0, 3.0, 4.0]
     here = run(tmp_path / "here", shifts).made
@@ -1815,20 +1826,24 @@ def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):
 
 @pytest.mark.parametrize(
     ("damage", "says"),
-    [
-        *DAMAGES[:-1],
-        (
-            lambda folder: edited(
-                folder / "stored.json",
-                lambda text: text.replace('"source of solving": "', '"source of solving": "x'),
+    slow_but(
+        [
+            *DAMAGES[:-1],
+            (
+                lambda folder: edited(
+                    folder / "stored.json",
+                    lambda text: text.replace('"source of solving": "', '"source of solving": "x'),
+                ),
+                "made by another version: source of solving x",
             ),
-            "made by another version: source of solving x",
-        ),
-        (
-            lambda folder: sealed(folder, lambda text: text.replace("solved/2", "solved/0")),
-            "its layout is",
-        ),
-    ],
+            (
+                lambda folder: sealed(folder, lambda text: text.replace("solved/2", "solved/0")),
+                "its layout is",
+            ),
+        ],
+        4,
+        6,
+    ),
 )
 def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two, tmp_path, damage, says):
     kept_whole, whole = two
@@ -1899,6 +1914,7 @@ def test_profiles_that_are_files_are_kept_with_a_position(run, tmp_path, monkeyp
 # --- the command ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
     options = ["map", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]
     options += ["--resolution", "1.6,1.2"]

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import pytest
 from browser import shown
+from marks import slow_but
 from rich.console import Console
 from rungs import on_half_space
 
@@ -402,7 +403,7 @@ TOUCHED = """
 });</script></body>"""
 
 
-@pytest.mark.parametrize("width", [400, 1400])
+@pytest.mark.parametrize("width", slow_but([400, 1400], 1))
 def test_a_cell_of_a_map_can_be_touched_in_a_browser(made, width, tmp_path):
     page = write_map_report(made, tmp_path)
     page.write_text(page.read_text("utf-8").replace("</body>", TOUCHED), "utf-8")

@@ -20,6 +20,7 @@ import fake_solve
 import positions
 import pytest
 from inline import inline_crew
+from marks import slow_but
 from points import MEASURED_COLUMNS
 from positions import map_by
 from test_cli import limits_and_sets
@@ -85,6 +86,7 @@ def springs():
     )
 
 
+@pytest.mark.slow
 def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkeypatch, tmp_path):
     lines = map_table(verdict_view(springs)).splitlines()
     assert lines[1].split()[1] == "+"
@@ -123,6 +125,7 @@ def test_a_further_theory_is_in_maps(judged, tmp_path):
     assert told[1].split()[1].startswith("x")
 
 
+@pytest.mark.slow
 def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
     load = loaded.load
     position = MapPosition(lateral_shift_mm=0.0, cells=(solved_cell(0.0, load),), limit=LoadLimit(reason="one load"))
@@ -428,6 +431,7 @@ def test_a_wheel_on_a_map_has_the_verdict_of_the_load_limits_and_none_beside_wha
     assert visited([(65e3, 70e3, "FAILS")]) == {"not on the map": 0.5, "HOLDS": 0.5}
 
 
+@pytest.mark.slow
 def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
     out, shifts = tmp_path / "out", [-1.0, 0.0, 1.0]
     out.mkdir()
@@ -510,7 +514,7 @@ def test_what_is_not_usual_and_what_it_takes_are_said_before_it_begins(tmp_path,
     assert error == "error: begun"
 
 
-@pytest.mark.parametrize(("options", "case"), WAYS)
+@pytest.mark.parametrize(("options", "case"), slow_but(WAYS, 0, 8, 9))
 def test_the_command_rolls_its_wheelset(options, case, monkeypatch, tmp_path):
     rolls("fecontact.maps.running.run_map", ["map", "--shifts", "0", "--out"], options, case, monkeypatch, tmp_path)
 
