@@ -15,7 +15,6 @@ from scipy.interpolate import CubicSpline
 from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
 from fecontact.normal.hertz import EllipseShape, ellipse_shape
-from fecontact.normal.strip_method import Strips
 from fecontact.wheel_rail.placement import Placement
 
 # Chord for the line's curvature: long enough against rounding, short against any patch.
@@ -56,8 +55,6 @@ class GapLine:
     turned_rad (n,)
         Angle between the surface and the tangent plane at first touch; 0 if not given. Only the strip method uses
         `surface_mm` and `turned_rad`; all other theories work in the plane.
-    near
-        Strips in contact on nearly this line, from which the strip method starts; None if it starts from nothing.
 
     Raises
     ------
@@ -72,7 +69,6 @@ class GapLine:
     B_per_mm: Floats = field(default_factory=lambda: np.empty(0))
     surface_mm: Floats = field(default_factory=lambda: np.empty(0))
     turned_rad: Floats = field(default_factory=lambda: np.empty(0))
-    near: Strips | None = None
 
     def __post_init__(self) -> None:
         t, f, b, s, turned = (

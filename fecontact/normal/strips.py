@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from scipy.special import ellipe, ellipkm1
@@ -22,7 +21,7 @@ from fecontact.normal.gap_line import (
     strip_contact,
 )
 from fecontact.normal.hertz import ellipse_shape
-from fecontact.normal.strip_method import Line, Load, Search, Strips, solve_strips
+from fecontact.normal.strip_method import Line, Load, Search, solve_strips
 from fecontact.wheel_rail.placement import Placement
 
 VIRTUAL_PENETRATION = 0.55
@@ -307,7 +306,17 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
 def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
     if strips < _FEWEST_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: {_FEWEST_STRIPS} and more; 100 are good to 0.1 %")
-    solved = _swept(line, load, strips)
+    solved = solve_strips(
+        Line(
+            t=line.surface_mm,
+            f=line.f_mm,
+            A=line.A_per_mm,
+            E=line.contact_modulus_MPa,
+            closing=np.cos(line.turned_rad),
+        ),
+        load,
+        Search(strips=strips),
+    )
     half_length = np.sqrt(solved.q)
     notes = []
     if solved.at_end:
@@ -327,23 +336,11 @@ def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
     )
 
 
-def _swept(line: GapLine, load: Load, strips: int = STRIPS) -> Strips:
-    across = Line(
-        t=line.surface_mm,
-        f=line.f_mm,
-        A=line.A_per_mm,
-        E=line.contact_modulus_MPa,
-        closing=np.cos(line.turned_rad),
-    )
-    return solve_strips(across, load, Search(strips=strips), start=line.near)
-
-
 def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:
     """Gap line of a wheel under a vertical load, which slides along the tangent plane by approach times tan(angle).
 
     Range of validity: as in `gap_line`; below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
     """
     line = gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
-    near = _swept(line, Load(force=normal_force_N))
-    slide = near.approach * math.tan(placement.first.contact_angle_rad)
-    return replace(gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=-slide), near=near)
+    slide = strip(line, normal_force_N).approach_mm * math.tan(placement.first.contact_angle_rad)
+    return gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=-slide)
