@@ -239,8 +239,8 @@ _OPEN_TOLERANCE = 0.05
 MOST_TRIED = 14
 """Loads at a position that its limits take at most, beside the map's own."""
 LOADS_FOR_LIMITS = 5.0
-"""What they take about at a position of measured profiles: 10 were at one of a worn pair whose verdict changes, and a
-verdict changes at half of the positions (12 of 25 of new profiles, where limits take 4.7 each)."""
+"""What they take about at a position of measured profiles: 14 were at one of a worn pair whose second patch comes at
+once, and 4.7 at each of the 12 in 25 positions of new profiles at which the verdict changes."""
 # A load beyond a limit is tried where the next one is farther away than this.
 _GUARD_FROM = 1.1
 # Loads on the way guard it if no gap between them is more than this part of the whole, in logarithms.
@@ -281,20 +281,18 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
 
     Notes
     -----
-    Between two loads whose verdicts differ, where the excess of a straight line between them is zero, or half way where
-    such a line has brought little; then, as a guard, half way from the loads that fail beside a limit to the map's next
-    one above, where Hertz might hold again.
+    Between two loads whose verdicts differ, where the excess of a straight line between them is zero; then, as a
+    guard, half way from the loads that fail beside a limit to the map's next one above, where Hertz might hold again.
     """
     # not the difference of both numbers: of the map's own loads some may not be known
     if sum(one.load_N not in own_N for one in known) >= MOST_TRIED:
         return None
-    for place, (below, above) in enumerate(pairwise(known), 1):
+    for below, above in pairwise(known):
         if below.answer == above.answer:
             continue
         limit = "UNRESOLVED" not in (below.answer, above.answer)
         if above.load_N - below.load_N > (LOAD_TOLERANCE if limit else _OPEN_TOLERANCE) * above.load_N:
-            creeps = _creeps(known[place - 1 :: -1], above, own_N) or _creeps(known[place:], below, own_N)
-            return math.sqrt(below.load_N * above.load_N) if creeps else _load_between(below, above)
+            return _load_between(below, above)
     for number, (before, first) in enumerate(pairwise(known), 1):
         if before.answer == "FAILS" or first.answer != "FAILS" or first.load_N in own_N:
             continue
@@ -303,19 +301,6 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
         if own and (guard := _guard(failing[: own + 1])) is not None:
             return guard
     return None
-
-
-def _creeps(side: Sequence[KnownLoad], other: KnownLoad, own_N: Sequence[float]) -> bool:
-    """Whether the last load tried on a side of a change has halved neither the way to the other nor the excess.
-
-    `side` begins beside the change. Where the excess is smooth a straight line brings it to a fraction; a second patch
-    that comes at once leaves it as it was.
-    """
-    if len(side) < 2 or side[0].load_N in own_N or side[0].answer != side[1].answer:
-        return False
-    last, before = side[:2]
-    way, way_before = (abs(math.log(other.load_N / one.load_N)) for one in (last, before))
-    return way > 0.5 * way_before and abs(last.excess) > 0.5 * abs(before.excess)
 
 
 def _guard(failing_N: Sequence[float]) -> float | None:
