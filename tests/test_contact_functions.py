@@ -12,6 +12,7 @@ from rich.console import Console
 
 from fecontact.case import Case, Opposite, Track
 from fecontact.cli import call
+from fecontact.features import FEATURES
 from fecontact.outputs.geometry import functions_lines, functions_record
 from fecontact.outputs.terminal import show
 from fecontact.profiles.curve import Profile, circular_rail_head
@@ -184,9 +185,11 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
 
 
 def test_what_a_feature_offers_is_missed_where_it_is_not_installed(monkeypatch, capsys):
-    monkeypatch.setattr("fecontact.features.FEATURES", ("irregularities",))
+    others = tuple(one for one in FEATURES if one != "curves")
+    monkeypatch.setattr("fecontact.features.FEATURES", others)
     assert call(["geometry", "--shifts", "0", "--loaded-kn", "60"]) == 2
-    assert "--loaded-kn needs a feature that is not installed; installed: irregularities" in capsys.readouterr().err
+    said = f"--loaded-kn needs a feature that is not installed; installed: {', '.join(others)}"
+    assert said in capsys.readouterr().err
 
 
 def test_the_command_needs_neither_gmsh_nor_finite_elements():

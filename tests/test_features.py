@@ -116,7 +116,8 @@ def test_the_program_works_without_a_feature(feature, tmp_path):
 
 
 # all other tests, some twenty minutes of a core
-@pytest.mark.parametrize("feature", slow_but(REMOVED, REMOVED.index("irregularities")))
+@pytest.mark.slow
+@pytest.mark.parametrize("feature", REMOVED)
 def test_all_other_tests_pass_without_a_feature(feature, tmp_path):
     names = ("tests", "studies", "meshes", ".ci", "Makefile", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")
     tree = copied(tmp_path, *names, "CITATION.cff", "pyproject.toml", "requirements.lock")
