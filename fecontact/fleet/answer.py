@@ -298,11 +298,14 @@ def _rounded(value: float) -> str:
 
 
 def _cells(tables: DuckDBPyConnection) -> list[Record]:
-    """Shares at each shift and load, of the weight of all pairs there; many of them in steps, and such in pairs."""
+    """Shares at each shift and load, of the weight of all pairs there.
+
+    In steps where there are many of one of them, or fewer than half of all their combinations.
+    """
     shifts, loads = _distinct(tables, "shift_mm"), _distinct(tables, "load_kN")
-    in_pairs = 2 * _distinct(tables, "(shift_mm, load_kN)") < shifts * loads
+    sparse = 2 * _distinct(tables, "(shift_mm, load_kN)") < shifts * loads
     shift, load = (
-        f"round({name} / {step}) * {step}" if many or in_pairs else name
+        f"round({name} / {step}) * {step}" if many or sparse else name
         for name, many, step in (
             ("shift_mm", shifts > _MOST_SHIFTS, _SHIFT_STEP_MM),
             ("load_kN", loads > _MOST_LOADS, _LOAD_STEP_KN),

@@ -14,7 +14,6 @@ from fecontact.errors import InputError
 from fecontact.files import toml_content
 from fecontact.fleet.tables import rows_of, weight_of
 from fecontact.inputs import as_number, choice, custom, inputs, number, read_table
-from fecontact.outputs.tables import Record
 from fecontact.runs.casefile import case_of
 
 Screen = Literal["strip", "half_space"]
@@ -35,6 +34,16 @@ def _numbers(help: str, words: str) -> Any:
 def _is_sources(value: Any) -> bool:
     names = [value] if isinstance(value, str) else value
     return isinstance(names, list | tuple) and bool(names) and all(isinstance(one, str) and one for one in names)
+
+
+def _table(help: str) -> Any:
+    return custom(
+        None,
+        help,
+        domain="file",
+        words="the path of a table",
+        holds=lambda one: isinstance(one, str) and bool(one),
+    )
 
 
 @inputs
@@ -62,13 +71,7 @@ class Pairing:
     draw: float | None = number(
         None, "Pairs drawn at random by the weights of wheels and rails", low=0.5, high=1e6, remedy="give 1 to 1000000"
     )
-    table: str | None = custom(
-        None,
-        "Table (.csv, .parquet) with columns wheel and rail, and weight if pairs differ in it",
-        domain="file",
-        words="the path of a table",
-        holds=lambda one: isinstance(one, str) and bool(one),
-    )
+    table: str | None = _table("Table (.csv, .parquet) with columns wheel and rail, and weight if pairs differ in it")
 
     def __post_init__(self) -> None:
         if self.draw is not None and self.table is not None:
@@ -120,12 +123,8 @@ class Distribution:
 class Positions:
     """Shifts and loads that go together, in place of `Distribution` of each."""
 
-    table: str | None = custom(
-        None,
-        "Table (.csv, .parquet) with columns shift_mm and load_kN, and weight if positions differ in it",
-        domain="file",
-        words="the path of a table",
-        holds=lambda one: isinstance(one, str) and bool(one),
+    table: str | None = _table(
+        "Table (.csv, .parquet) with columns shift_mm and load_kN, and weight if positions differ in it"
     )
 
 
@@ -264,34 +263,38 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
 
 def _positions(read: Mapping[str, Any], case: Case, folder: Path) -> dict[Position, float]:
     """Weight of each position: of a table, or of every shift with every load."""
-    if "positions" in read:
-        if read["positions"].table is None:
-            raise InputError("[positions]: table is missing; give a table with columns shift_mm and load_kN")
-        path = folder / read["positions"].table
-        rows = enumerate(rows_of(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1)
-        given = [(_position(row, f"table {path}, row {number}"), number, row) for number, row in rows]
-        weighted = [(one, weight_of(row, f"table {path}, row {number}")) for one, number, row in given]
-        found = shares(weighted, f"table {path}")
-    else:
-        points = {}
-        for name in ("shifts_mm", "loads_kN"):
-            try:
-                points[name] = read[name].points
-            except InputError as error:
-                raise InputError(f"[{name}]: {error}") from error
-        by_shift, by_load = points["shifts_mm"].items(), points["loads_kN"].items()
-        found = {(shift, load): part * share for shift, part in by_shift for load, share in by_load}
-    for shift, load in found:
-        # a case refuses what it cannot have
-        replace(case, lateral_shift_mm=shift, load_N=1e3 * load)
+    found = _listed(read["positions"], folder) if "positions" in read else _crossed(read)
+    # a case refuses what it cannot have; it is asked for each shift and each load, of which there are fewer
+    for shift in {shift for shift, _ in found}:
+        replace(case, lateral_shift_mm=shift)
+    for load in {load for _, load in found}:
+        replace(case, load_N=1e3 * load)
     return found
 
 
-def _position(row: Record, where: str) -> Position:
-    shift, load = (as_number(row[name]) for name in ("shift_mm", "load_kN"))
-    if shift is None or load is None:
-        raise InputError(
-            f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: finite numbers; mend"
-            " the row, or take it out"
-        )
-    return shift, load
+def _crossed(read: Mapping[str, Any]) -> dict[Position, float]:
+    points = {}
+    for name in ("shifts_mm", "loads_kN"):
+        try:
+            points[name] = read[name].points.items()
+        except InputError as error:
+            raise InputError(f"[{name}]: {error}") from error
+    of_shifts, of_loads = points.values()
+    return {(shift, load): part * share for shift, part in of_shifts for load, share in of_loads}
+
+
+def _listed(positions: Positions, folder: Path) -> dict[Position, float]:
+    if positions.table is None:
+        raise InputError("[positions]: table is missing; give a table with columns shift_mm and load_kN")
+    path = folder / positions.table
+    weighted = []
+    for place, row in enumerate(rows_of(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1):
+        where = f"table {path}, row {place}"
+        shift, load = (as_number(row[name]) for name in ("shift_mm", "load_kN"))
+        if shift is None or load is None:
+            raise InputError(
+                f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: numbers; mend the"
+                " row, or take it out"
+            )
+        weighted.append(((shift, load), weight_of(row, where)))
+    return shares(weighted, f"table {path}")
