@@ -283,7 +283,9 @@ def test_section_area_of_a_rail_with_its_outline():
 
 
 def test_section_reports_its_areas():
-    zone = Zone(stretches=(Stretch(low_mm=30.0, high_mm=42.0, intervals=12),), depth_step_mm=0.8, depth_mm=5.0)
+    zone = Zone(
+        stretches=(Stretch(low_mm=30.0, high_mm=42.0, intervals=12),), depth_step_mm=0.8, depth_mm=np.full(13, 5.0)
+    )
     profile = resolve_rail("circle:300")
     section = mesh_section(profile, np.array([[36.0, -60.0], [-36.0, -60.0]]), (0, 1), zone)
     p = section.points[section.quads]
@@ -304,7 +306,7 @@ def test_section_that_recombination_turns_inside_out():
     zone = Zone(
         stretches=(Stretch(low_mm=60.27262004761905, high_mm=70.17738195238095, intervals=20),),
         depth_step_mm=0.3961904761904764,
-        depth_mm=4.457142857142857,
+        depth_mm=np.full(21, 4.457142857142857),
     )
     rail = load("MBench_UIC60")
     (y_low, _), (y_high, _) = ((float(p.y), float(p.z)) for p in (rail.evaluate(0.0), rail.evaluate(7.0)))

@@ -27,6 +27,12 @@ from fecontact.wheel_rail.placement import Placement
 # corner then read -2.3 % too soft, beyond their limit, instead of -1.3 %.
 _PART_STEPS = 25
 _PART_SEMI_AXES = 3.0
+# The same where patches far apart have bands of their own: four layers that grow by 1.6 in place of eight that grow by
+# 1.3, for half of the time. On a worn pair under 60 kN, with 8 and 67 mm of least radius below its patches, the peak,
+# half-widths and the load on separate patches are within 0.08 % of those of eight layers, where both meshes of a case
+# are up to 0.3 % apart, and the compliance is 0.1 % off. Layers that all ended where the tightest line allows: -2.5 %.
+_PART_STEPS_IN_BANDS = 15
+_LAYER_RATIO_IN_BANDS = 1.6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +56,21 @@ class FineZone:
     bands: tuple[Stretch, ...] = ()
 
     @property
-    def block_width_mm(self) -> float:
-        """Width that decides about the depth of the uniform block below the zone."""
-        part = max(_PART_STEPS * self.step_s_mm, _PART_SEMI_AXES * self.semi_axis_mm)
-        return min(self.s_high_mm - self.s_low_mm, 2.0 * self.half_length_mm, part)
+    def steps_s_mm(self) -> tuple[float, ...]:
+        """Step of the nodes across of each stretch."""
+        return tuple(band.step_mm for band in self.bands) or (self.step_s_mm,)
+
+    @property
+    def block_widths_mm(self) -> tuple[float, ...]:
+        """Width that decides about the depth of the uniform block, below each stretch."""
+        steps = _PART_STEPS_IN_BANDS if self.bands else _PART_STEPS
+        most = min(self.s_high_mm - self.s_low_mm, 2.0 * self.half_length_mm)
+        return tuple(min(most, max(steps * step, _PART_SEMI_AXES * self.semi_axis_mm)) for step in self.steps_s_mm)
+
+    @property
+    def layer_ratio(self) -> float:
+        """How the layers of the block grow downwards in steel that does not yield."""
+        return _LAYER_RATIO_IN_BANDS if self.bands else LAYER_RATIO
 
     @property
     def intervals_x(self) -> int:
@@ -92,8 +109,9 @@ _BYTES_A_NODE = 8e3
 
 def least_memory_bytes(zone: FineZone) -> float:
     """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
-    layers = 0.45 * zone.block_width_mm / min(zone.step_x_mm, zone.step_s_mm)
-    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p((LAYER_RATIO - 1.0) * layers) / np.log(LAYER_RATIO))
+    layers = _OF_WIDTH * min(zone.block_widths_mm) / min(zone.step_x_mm, zone.step_s_mm)
+    ratio = zone.layer_ratio
+    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p((ratio - 1.0) * layers) / np.log(ratio))
     return float(2.0 * nodes * _BYTES_A_NODE)
 
 
@@ -109,6 +127,10 @@ _SAME_POINT_MM = 1e-3
 _ON_PROFILE_MM = 1e-6
 # Spacing of the profile's places among which the nearest to a node is looked up.
 _LOOKED_AT_MM = 0.02
+# Depth of the layers of a section over the width above them, and over the least radius of a convex line.
+_OF_WIDTH, _OF_RADIUS = 0.45, 0.35
+# Places of a section's zone where its curvature is looked at, and how steeply the depth of the layers may change.
+_DEPTH_PLACES, _STEEPEST = 200, 0.5
 # Newton steps from this place to the foot of the normal through the node: each step squares the error.
 _STEPS_ALONG = 3
 # The surface by which each body is held.
@@ -118,7 +140,7 @@ _COVER_STEPS = 2
 
 
 def rail_mesh(
-    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, layer_ratio: float = LAYER_RATIO
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, layer_ratio: float | None = None
 ) -> BodyMesh:
     """Extrude the rail's head along x.
 
@@ -141,7 +163,7 @@ def rail_mesh(
             zone,
             [(middle + part.low_mm, middle + part.high_mm, part.intervals) for part in zone.stretches],
         ),
-        layer_ratio,
+        layer_ratio or zone.layer_ratio,
     )
     c, s = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
     y = pose.crown_y_mm + section.points @ np.array([c, -s])
@@ -153,7 +175,7 @@ def rail_mesh(
 
 
 def wheel_mesh(
-    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, layer_ratio: float = LAYER_RATIO
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, layer_ratio: float | None = None
 ) -> BodyMesh:
     """Revolve the wheel's rim about the axle.
 
@@ -171,7 +193,7 @@ def wheel_mesh(
         np.array([[y_high, z_inner], [y_low, z_inner]]),
         (0, 1),
         _section_zone(pose.profile, zone, _facing(placement, zone)),
-        layer_ratio,
+        layer_ratio or zone.layer_ratio,
     )
     rolling = float(pose.radius(touch.wheel_u))
     theta_0 = float(pose.silhouette(touch.wheel_u)[0]) + np.arcsin(placement.ahead_mm / rolling)
@@ -253,12 +275,29 @@ def _section_zone(profile: Profile, zone: FineZone, parts: list[tuple[float, flo
             f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
             f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
         )
-    depth_step = 0.8 * min(zone.step_x_mm, zone.step_s_mm)
-    p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, 200)))
+    columns = lines_of(stretches)
+    places = np.union1d(columns, np.linspace(low, high, _DEPTH_PLACES))
+    p = profile.evaluate(profile.at_arc_length(places))
     # the layers follow the normals, and must end before the normals of a convex line meet
-    tightest = float(np.max(profile.convex_sign * p.curvature_per_mm))
-    depth = min(0.45 * min(high - low, zone.block_width_mm), 0.35 / tightest if tightest > 0 else np.inf)
-    return Zone(stretches=stretches, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step))
+    convex = profile.convex_sign * p.curvature_per_mm
+    allowed = np.divide(_OF_RADIUS, convex, out=np.full(places.size, np.inf), where=convex > 0.0)
+    below = [(places >= one.low_mm) & (places <= one.high_mm) for one in stretches]
+    widths = [min(one.high_mm - one.low_mm, wide) for one, wide in zip(stretches, zone.block_widths_mm, strict=True)]
+    # a single block has two layers that are no thinner than others; thin ones cost nothing where others are deep
+    firsts = [0.8 * min(zone.step_x_mm, step) for step in zone.steps_s_mm]
+    least = 0.0 if zone.bands else 2.0 * firsts[0]
+    depths = [
+        max(least, min(_OF_WIDTH * wide, float(allowed[own].min()))) for own, wide in zip(below, widths, strict=True)
+    ]
+    allowed = np.minimum(allowed, max(depths))
+    for own, depth in zip(below, depths, strict=True):
+        allowed[own] = depth
+    return Zone(
+        stretches=stretches,
+        depth_step_mm=firsts[int(np.argmax(depths))],
+        # what lies between two stretches leads from one depth to the other
+        depth_mm=np.asarray(np.min(allowed + _STEEPEST * np.abs(columns[:, None] - places), axis=1)),
+    )
 
 
 def _rail_closure(profile: Profile, depth: float) -> Floats:

@@ -67,12 +67,13 @@ def lines_of(stretches: Sequence[Stretch]) -> Floats:
 class Zone:
     """Part of a contact line with regular nodes: stretches of arc lengths of the profile, and coarse strips between.
 
-    `depth_step_mm` is the thickness of the first layer below the line; down to `depth_mm` the layers follow the line.
+    Down to `depth_mm` (columns,) layers follow the line, their thicknesses in proportion to it. `depth_step_mm` is the
+    thickness of the first layer where they reach deepest.
     """
 
     stretches: tuple[Stretch, ...]
     depth_step_mm: float
-    depth_mm: float
+    depth_mm: Floats
 
     @property
     def low_mm(self) -> float:
@@ -134,10 +135,10 @@ def mesh_section(
     outer = _graded(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm))
     ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
     if _crosses_itself(ring):
+        wide, deep = zone.high_mm - zone.low_mm, float(zone.depth_mm.max())
         raise NotCovered(
             f"{profile.kind} {profile.name}: the body is cut too close below its running surface for a contact zone of"
-            f" {zone.high_mm - zone.low_mm:.2f} mm, which is meshed {zone.depth_mm:.2f} mm deep; cut it deeper (rail"
-            " depth, rim thickness)"
+            f" {wide:.2f} mm, which is meshed {deep:.2f} mm deep; cut it deeper (rail depth, rim thickness)"
         )
     fill_points, fill_quads = _fill(ring)
 
@@ -199,8 +200,9 @@ def _block(profile: Profile, zone_s: Floats, zone: Zone, layer_ratio: float) -> 
     """Nodes (layers, columns, 2) of the uniform block: copies of the line, moved inwards along its normals."""
     line = profile.evaluate(profile.at_arc_length(zone_s))
     inward = profile.convex_sign * np.column_stack([-line.dz, line.dy]) / np.hypot(line.dy, line.dz)[:, None]
-    depths = layer_depths(zone.depth_step_mm, zone.depth_mm, layer_ratio)
-    return np.asarray(np.column_stack([line.y, line.z])[None] + depths[:, None, None] * inward[None])
+    parts = layer_depths(zone.depth_step_mm, float(zone.depth_mm.max()), layer_ratio) / zone.depth_mm.max()
+    depths = parts[:, None] * zone.depth_mm
+    return np.asarray(np.column_stack([line.y, line.z])[None] + depths[..., None] * inward[None])
 
 
 def _along(profile: Profile, low: float, high: float) -> Floats:

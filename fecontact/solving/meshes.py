@@ -32,7 +32,6 @@ from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
 from fecontact.fe.body import check_memory, choose_solver, elastic_body, stiffness
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
-from fecontact.fe.section import LAYER_RATIO
 from fecontact.normal.hertz import hertz_from_hessian
 from fecontact.solving.expected_patch import SLIDES, TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
@@ -70,7 +69,7 @@ def couple(
     """Mesh both bodies, couple their surfaces, assemble and factorise them, for one load or for several."""
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
-        ratio = _LAYERS_THAT_YIELD if case.may_yield else LAYER_RATIO
+        ratio = _LAYERS_THAT_YIELD if case.may_yield else None
         rail = rail_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=ratio)
         wheel = wheel_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=ratio)
         check_on_profiles(placement, rail, wheel)
