@@ -174,7 +174,7 @@ MOVED, UNCERTAINTY_MOVED = 0.005, 0.2
 
 
 def agrees(shown: str, printed: str) -> bool:
-    """Whether a line is what was printed: words exactly, numbers to 2 units of their last decimal or what meshes move."""
+    """Whether a line is what was printed: words exactly, numbers to 2 units of the last decimal or what meshes move."""
 
     def close(one: str, other: str) -> bool:
         moved, decimals = UNCERTAINTY_MOVED if one.startswith("±") else MOVED, len(one.partition(".")[2])
