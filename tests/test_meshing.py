@@ -317,6 +317,24 @@ def test_section_that_recombination_turns_inside_out():
     assert total == pytest.approx(section.outline_area_mm2, rel=1e-12)
 
 
+@pytest.mark.parametrize("low", [28.337, 31.791, 36.113, 40.959])
+def test_a_section_is_meshed_alike_by_all_processors(low):
+    """Their instruction sets move points by up to 2e-12 mm; gmsh alone then makes other meshes."""
+    profile = resolve_rail("60E1")
+    closure = np.array([[36.0, -60.0], [-36.0, -60.0]])
+
+    def meshed(off: float):
+        ends = low + off, low + 12.3 - off
+        stretch = Stretch(low_mm=ends[0], high_mm=ends[1], intervals=12)
+        return mesh_section(profile, closure, (0, 1), Zone(stretches=(stretch,), depth_step_mm=0.8, depth_mm=5.0))
+
+    first = meshed(0.0)
+    for off in (-1e-12, 1e-12, 3e-12):
+        other = meshed(off)
+        np.testing.assert_array_equal(other.quads, first.quads)
+        np.testing.assert_allclose(other.points, first.points, atol=1e-11)
+
+
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 DART = np.array([[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]])
 BOW_TIE = SQUARE[[0, 2, 1, 3]]
