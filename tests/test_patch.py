@@ -144,6 +144,17 @@ def test_a_patch_that_goes_on_beyond_its_grid_ends_with_the_last_cells(low, high
         assert sum(area_between(part, *cut) for cut in cuts) == pytest.approx(patch.area_mm2, rel=1e-9)
 
 
+def test_a_patch_that_reaches_the_end_of_its_grid_is_measured_alike_wherever_that_lies():
+    x = 0.1 * np.arange(30.0)
+    # both ends lie half a step beyond the last node
+    s = 0.1 * np.arange(40.0)
+    p = np.sqrt(np.maximum(1.0 - (x[:, None] / 2.0) ** 2 - ((s - 1.95) / 2.0) ** 2, 0.0))
+    one, moved = (
+        measure_patch(Field(grid=ContactGrid(x_mm=x, s_mm=s + by, half=True), values=p)) for by in (0.0, 40.0)
+    )
+    assert (moved.area_mm2, moved.extent_y_mm) == pytest.approx((one.area_mm2, one.extent_y_mm), rel=1e-9)
+
+
 def test_patches_of_a_few_nodes():
     x = s = np.linspace(-3.0, 3.0, 13)
     single = np.zeros((13, 13))

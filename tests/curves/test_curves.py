@@ -6,6 +6,7 @@ import re
 from dataclasses import FrozenInstanceError, dataclass, replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from fecontact.curves import model
 from fecontact.curves.curve import Conditions, Ride, curves, lines_of, nadal_limit, steepest_rad, straight_line
 from fecontact.curves.loaded import loaded_conicities, radius_differences_mm
 from fecontact.curves.model import Vehicle, built_in_vehicles, load_vehicle, with_bogie
-from fecontact.curves.normal import NORMAL_THEORIES, Overlap, Surfaces
+from fecontact.curves.normal import NORMAL_THEORIES, Overlap, Surfaces, half_space
 from fecontact.curves.stability import (
     StraightTrack,
     critical_speed_m_s,
@@ -34,6 +35,7 @@ from fecontact.curves.steady import (
     ContactLaw,
     Line,
     Motion,
+    _pull,
     balance,
     motion_of,
     newton,
@@ -47,6 +49,7 @@ from fecontact.curves.steady import (
 from fecontact.curves.telling import curves_figure, difference_words, position_rows, straight_words, visits_figure
 from fecontact.curves.visits import Curves, MapCell, MapColumn, Visit, differences
 from fecontact.errors import ConvergenceError, InputError
+from fecontact.normal.hertz import hertz_ellipse
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line as Segment
@@ -851,3 +854,53 @@ def test_the_picture_of_one_radius_has_the_values_of_each_wheelset(monkeypatch):
     assert shift.get_xlabel().startswith("curvature 1/R in 1/km")
     leading, trailing = (line.get_markerfacecolor() for line in shift.lines)
     assert leading != trailing
+
+
+def test_the_half_space_of_a_small_overlap_on_a_long_line_is_hertz():
+    """As fine as the overlap is wide, however long the line beside it."""
+    s, radius, across, depth = np.linspace(-20.0, 20.0, 4001), 460.0, 20.0, 0.005
+    overlap = Overlap(
+        s_mm=s,
+        depth_mm=depth - s**2 / (2.0 * across),
+        place_mm=np.column_stack((np.zeros_like(s), s, np.zeros_like(s))),
+        angle_rad=np.zeros_like(s),
+        radius_mm=np.full_like(s, radius),
+    )
+    (found,) = half_space(overlap, MODULUS)
+    hertz = hertz_ellipse(0.5 / radius, 0.5 / across, normal_force_N=1.0, contact_modulus_MPa=MODULUS)
+    # 0.2 % too much is reached; on the widest steps of 0.3 mm it is 2.7 % too little
+    force = float(found.force_N_per_mm @ found.width_mm)
+    assert force == pytest.approx((depth / hertz.approach_mm) ** 1.5, rel=4e-3)
+
+
+def test_a_wheelset_that_follows_the_rails_does_not_slip_across_them_ahead_of_its_axle():
+    """It turns as the rails do: at any place ahead both are turned alike."""
+    curvature = 1e-3 / 300.0
+    motion = Motion(place=np.zeros(4), slip=0.0, curvature_per_mm=curvature)
+    arms = np.array([[ahead, 750.0, -460.0] for ahead in (-20.0, 0.0, 5.0)])
+    velocity, turning = rigid_slip(arms, motion, 460.0)
+    # what is ahead of the axle goes down
+    np.testing.assert_allclose(velocity[:, 1], 0.0, atol=1e-12)
+    np.testing.assert_allclose(velocity[:, 2], -arms[:, 0] / 460.0, atol=1e-12)
+    assert turning[2] == pytest.approx(curvature, rel=1e-12)
+
+
+def test_what_pulls_a_wheelset_back_is_the_power_of_its_motion_along_the_curve():
+    """Its centre goes by 1 - kappa y, and it turns by kappa."""
+    force, moment = np.array([200.0, 3e3, 9e4]), np.array([1e5, 2e5, 4e5])
+    wheel = SimpleNamespace(force_N=force, moment_Nmm=moment, turned_N=7.0)
+    state, line = np.array([5.0, 470.0, 0.1, 2.0]), SimpleNamespace(curvature_per_mm=1e-3)
+    assert _pull((wheel, wheel), state, line) == pytest.approx(14.0 - 400.0 * 0.995 - 800.0, rel=1e-12)
+
+
+def test_a_short_step_of_newtons_method_is_taken_whole():
+    """What is linear vanishes after one; a step of 0.6 mm is the longest."""
+    for root, iterations in ((0.5, 1), (-1.1, 2)):
+        state, *_ = newton(
+            lambda at, root=root: SimpleNamespace(residual_N=3.0 * (at - root)),
+            lambda _: np.array([[3.0]]),
+            np.array([0.0]),
+            wanted_N=1e-9,
+            most=iterations,
+        )
+        assert state[0] == pytest.approx(root, abs=1e-12)
