@@ -1,5 +1,6 @@
 """Wheelset and bogie against closed forms on cones, a proven solution on S1002 and 60E1, and invariants."""
 
+import csv
 import json
 import math
 import re
@@ -46,7 +47,14 @@ from fecontact.curves.steady import (
     wheel_force,
     without_rails,
 )
-from fecontact.curves.telling import curves_figure, difference_words, position_rows, straight_words, visits_figure
+from fecontact.curves.telling import (
+    curves_figure,
+    difference_words,
+    path_words,
+    position_rows,
+    straight_words,
+    visits_figure,
+)
 from fecontact.curves.visits import Curves, MapCell, MapColumn, Visit, differences
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.normal.hertz import hertz_ellipse
@@ -725,12 +733,64 @@ def test_springs_at_touch_points_have_no_equilibrium_at_some_radii_which_stands_
     found = {one["radius_m"]: one for one in curves_of if one["theory"] == "multi_hertz"}
     assert [radius for radius, one in found.items() if one["status"] == "no equilibrium"] == [5000.0]
     # where the touch point on the arc of R 300 vanishes under load
-    assert "the path from straight track ends at R 5" in found[5000.0]["notes"][0]
-    assert "N left" in found[5000.0]["notes"][1]
+    assert "N left" in found[5000.0]["notes"][0]
     assert found[5000.0]["left_over_N"] > 1e3
-    assert "another one beyond it" in found[1000.0]["notes"][0]
+    assert found[10_000.0]["path_ends_m"] == []
+    assert all(5000.0 <= found[radius]["path_ends_m"][0] < 6000.0 for radius in (5000.0, 1000.0, 500.0))
+    (said,) = json.loads((tmp_path / "curve.json").read_text("utf-8"))["path_notes"]
+    assert said.startswith("multi_hertz: the path from straight track ends at R 5")
+    assert said.endswith("no equilibrium was found at R 5000 m, another equilibrium at R 1000, 500 m")
     shifts = [found[radius]["wheelsets"][0]["lateral_shift_mm"] for radius in (10_000.0, 1000.0, 500.0)]
     assert shifts == pytest.approx([0.20, 1.58, 4.61], abs=0.04)
+
+
+@pytest.mark.slow
+def test_a_bogie_at_much_acceleration_loses_its_path_and_all_that_lies_beyond_says_so(tmp_path, capsys):
+    """Its leading wheelset would jump by 0.3 mm, which a single step from R 1200 to R 1000 does not see."""
+    given = ["curve", "--radii", "3000,1200,1000,500", "--unbalanced-m-s2", "1.5", "--out", str(tmp_path)]
+    assert call(given) == 0
+    said = "overlap: the path from straight track ends at R 1097 m; beyond it another equilibrium at R 1000, 500 m"
+    assert f"note: {said}" in capsys.readouterr().out
+    record = json.loads((tmp_path / "curve.json").read_text("utf-8"))
+    assert record["path_notes"] == [said]
+    ends = [one["path_ends_m"] for one in record["curves"]]
+    assert ends[:2] == [[], []]
+    assert ends[2] == ends[3] == [pytest.approx(1097.5, abs=1.5)]
+    with (tmp_path / "curve.csv").open(newline="", encoding="utf-8") as file:
+        told = {row["radius_m"]: row["path_ends_m"] for row in csv.DictReader(file)}
+    assert [bool(told[radius]) for radius in ("3000.0", "1200.0", "1000.0", "500.0")] == [False, False, True, True]
+
+
+@pytest.mark.parametrize(
+    ("ends", "status", "said"),
+    [
+        ((1098.2,), "equilibrium", "ends at R 1098 m; beyond it another equilibrium at R 400 m"),
+        ((1098.2, 512.3), "derails", "ends at R 1098 m, another one at R 512.3 m; beyond it another equilibrium at R"),
+        ((math.inf,), "no equilibrium", "ends where it begins; beyond it no equilibrium was found at R 400 m"),
+    ],
+)
+def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status, said, monkeypatch):
+    on, off = run("manchester", RADII)[:2]
+    runs = (replace(on, radius_m=900.0), replace(off, radius_m=400.0, path_ends_m=ends, status=status))
+    mirrored = tuple(replace(one, radius_m=-one.radius_m, path_ends_m=(), status="equilibrium") for one in runs)
+    found = Curves(
+        vehicle=FREE,
+        case=Case(),
+        conditions=Conditions(),
+        radii_m=(900.0, 400.0, -900.0, -400.0),
+        share=(0.25,) * 4,
+        runs={"overlap": (*runs, *mirrored)},
+    )
+    (words,) = path_words(found)
+    assert words.startswith(f"overlap: the path from straight track {said}")
+    drawn = []
+    monkeypatch.setattr("fecontact.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
+    curves_figure(found, "a.png")
+    assert words in drawn[0].get_suptitle()
+    # two wheelsets
+    counts = [len(line.get_xdata()) for line in drawn[0].axes[0].lines]
+    assert counts == ([3, 3] if status == "no equilibrium" else [3, 3, 1, 1])
+    assert len(drawn[0].axes[0].get_legend_handles_labels()[1]) == 2
 
 
 def test_wheels_in_curves_are_positions_of_a_fleet():
