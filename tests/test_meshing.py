@@ -23,7 +23,7 @@ from fecontact.fe.body import (
     surface_normals,
 )
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
-from fecontact.fe.section import Stretch, Zone, _all_convex, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import Stretch, Zone, _all_convex, _on_segment, layer_depths, mesh_section, polygon_area
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -417,6 +417,17 @@ def test_meshes_are_the_same_bytes_in_every_run(request):
     ]
     assert runs[0] == runs[1]
     assert len(set(runs[0].split())) == 2
+
+
+def test_only_edges_within_a_segment_lie_on_it():
+    start, end = np.array([30.0, 40.0]), np.array([33.0, 44.0])
+    along = (end - start) / 5.0
+
+    def edge(first, last, aside=0.0):
+        return np.array([start + first * along, start + last * along + aside * np.array([-along[1], along[0]])])
+
+    edges = np.array([edge(0.0, 1.0), edge(5.0, 4.0), edge(4.0, 5.1), edge(-0.1, 1.0), edge(1.0, 2.0, 0.01)])
+    assert list(_on_segment(edges, start, end)) == [True, True, False, False, False]
 
 
 # --- refusals ----------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import math
 import runpy
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from fecontact.case import Case
 from fecontact.fe.body import BodyMesh
 from fecontact.fe.section import layer_depths
-from fecontact.fe.stress import peak_on_line, stress_peak
+from fecontact.fe.stress import _below_the_block, peak_on_line, stress_peak
 from fecontact.solving.solve import CaseResult
 
 _STUDY = runpy.run_path(str(Path(__file__).parents[1] / "studies" / "10_subsurface.py"))
@@ -141,3 +142,16 @@ def test_a_peak_below_a_shallow_block_is_found_all_the_same(elliptic_quick: Case
     # other points and another interpolation: measured within 0.04 % and 1.3 %
     assert found.von_mises_MPa == pytest.approx(whole.von_mises_MPa, rel=2e-3)
     assert found.depth_mm == pytest.approx(whole.depth_mm, rel=0.03)
+
+
+@pytest.mark.parametrize("j", [0, 1, 5, 9, 10])
+def test_below_each_column_of_a_block_a_linear_stress_goes_on(j):
+    """Also below the first and the last one; cubics among the nodes are exact for it."""
+    y, z = np.meshgrid(np.linspace(-2.0, 2.0, 21), np.linspace(0.0, -4.0, 21), indexing="ij")
+    points = np.tile(np.stack([0.0 * y, y, z], axis=-1).reshape(-1, 3), (2, 1))
+    points[y.size :, 0] = 1.0
+    numbers = np.arange(2 * y.size).reshape(2, 21, 21)
+    mesh = SimpleNamespace(points=points, block_nodes=numbers[:, 5:16, :3])
+    depth, stress = _below_the_block(mesh, 1, j, 100.0 - 7.0 * points[:, 2] + 3.0 * points[:, 1])
+    np.testing.assert_allclose(depth[:2], (0.6, 0.8), rtol=1e-12)
+    np.testing.assert_allclose(stress, 100.0 + 7.0 * depth + 3.0 * y[5 + j, 0], rtol=1e-9)

@@ -267,12 +267,20 @@ def _clipped(line: Floats, low: float, high: float) -> Floats:
 
 
 def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] | None = None) -> Floats:
-    """Area and lengths of the bounding box (3,), inside the line where a signed square (nx + 2, ns + 2) is zero."""
+    """Area and lengths of the bounding box (3,), inside the line where a signed square (nx + 2, ns + 2) is zero.
+
+    The ring around the nodes is negative in it, so that each line is closed.
+    """
     from contourpy import contour_generator
 
     hx, hs = x[1] - x[0], s[1] - s[0]
     x = np.concatenate([[x[0] - hx], x, [x[-1] + hx]])
     s = np.concatenate([[s[0] - hs], s, [s[-1] + (s[-1] - s[-2])]])
+    # a patch that goes on beyond the grid ends with the last cells: half a step beyond their nodes
+    square = square.copy()
+    for each in (square, square.T):
+        for ring, last in ((0, 1), (-1, -2)):
+            each[ring] = np.minimum(each[ring], -np.abs(each[last]))
     lines = cast(list[Floats], contour_generator(x=s, y=x, z=square).lines(0.0))
     if between is not None:
         lines = [cut for line in lines if len(cut := _clipped(line[:-1], *between))]
