@@ -25,7 +25,7 @@ from fecontact.comparison.measures import (
     misfit_of,
     patch_of,
 )
-from fecontact.comparison.patch import area_between, measure_patch, signed_square, standing_peaks
+from fecontact.comparison.patch import area_between, lobe_windows, measure_patch, signed_square, standing_peaks
 from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
@@ -655,3 +655,18 @@ def test_first_guess_does_not_matter():
 def test_patch_past_the_end_of_the_rail_is_refused():
     with pytest.raises(InputError, match="reaches the end of the running surface of rail circle:300"):
         expected(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=2e7))
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.2, 0.4, 0.6, 0.8])
+@pytest.mark.parametrize("hollow", [3.0, 30.0])
+def test_a_valley_is_shared_where_it_is_lowest(offset, hollow):
+    """Two equal lobes have half of the load each, wherever nodes lie; with a column for one it was up to 1.3 %."""
+    step = 0.4 / 32
+    x, s = step * np.arange(-84, 85), step * (np.arange(-84, 85) + offset)
+    p = np.sqrt(np.maximum(1.0 - x[:, None] ** 2 - s**2, 0.0)) * (1.0 + hollow * s**2)
+    force = p.sum(axis=0)
+    first, last = lobe_windows(p)
+    shares = [float(force[one.columns] @ one.parts / force.sum()) for one in (first, last)]
+    assert sum(shares) == pytest.approx(1.0, rel=1e-12)
+    assert shares[0] == pytest.approx(0.5, abs=1e-4)
+    assert first.high == last.low == pytest.approx(84.0 - offset, abs=0.02)
