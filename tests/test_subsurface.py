@@ -131,17 +131,20 @@ def test_the_peak_is_that_of_the_closed_form(solved, body):
     assert (found.x_mm, found.y_mm) == pytest.approx((0.0, 750.0), abs=0.2)
 
 
-@pytest.mark.parametrize("layers", [3, 4])
+@pytest.mark.parametrize(("layers", "stress_off", "depth_off"), [(3, 2.5e-3, 1e-2), (4, 5e-4, 1e-3)])
 @pytest.mark.parametrize("name", ["rail", "wheel"])
-def test_a_peak_below_a_shallow_block_is_found_all_the_same(elliptic_quick: CaseResult, name, layers):
+def test_a_peak_below_a_shallow_block_is_found_all_the_same(
+    elliptic_quick: CaseResult, name, layers, stress_off, depth_off
+):
     # as over a tight corner; with 3 layers the block ends at 0.4, with 4 at 0.7 of the peak's depth
     body = getattr(elliptic_quick.bodies.coupled, name)
     shallow = replace(body.mesh, block_nodes=body.mesh.block_nodes[:, :, :layers])
     found = stress_peak(replace(body, mesh=shallow), elliptic_quick.bodies.displacement_mm[name])
     whole = elliptic_quick.von_mises[name]
-    # other points and another interpolation: measured within 0.04 % and 1.3 %
-    assert found.von_mises_MPa == pytest.approx(whole.von_mises_MPa, rel=2e-3)
-    assert found.depth_mm == pytest.approx(whole.depth_mm, rel=0.03)
+    # other points and another interpolation: on eight meshes, loads of 99 to 100.7 kN, within 0.22 and 0.8 % with three
+    # layers, within 0.03 and 0.07 % with four
+    assert found.von_mises_MPa == pytest.approx(whole.von_mises_MPa, rel=stress_off)
+    assert found.depth_mm == pytest.approx(whole.depth_mm, rel=depth_off)
 
 
 @pytest.mark.parametrize("j", [0, 1, 5, 9, 10])
