@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from fecontact.errors import InputError
 from fecontact.inputs import parse_inclination
 from fecontact.normal.gap_line import GapLine, StripContact, _around, under_load
 from fecontact.normal.hertz import ellipse_shape, hertz_ellipse
-from fecontact.normal.strip_method import Line, Load, Search, Strips, influence, solve_strips
+from fecontact.normal.strip_method import Line, Load, Search, Strips, _runs, influence, solve_strips
 from fecontact.normal.strips import (
     analyn_at,
     equivalent_ellipse_at,
@@ -324,6 +326,35 @@ def test_no_force_and_no_approach_are_refused(name, bad):
         ALL[name][1](line, bad)
 
 
+@pytest.mark.parametrize("touch", [0, 1, 2, 37, 78, 79, 80])
+def test_kik_and_piotrowskis_contact_of_a_mirrored_line_is_mirrored(touch):
+    """Also where the bodies are deepest at the end of what is known of the gap."""
+    t = 0.1 * np.arange(81.0)
+    f = 0.004 * (t - t[touch]) ** 2
+    one, other = (
+        kik_piotrowski_at(GapLine(t_mm=t, f_mm=gap, A_per_mm=1e-3, contact_modulus_MPa=MODULUS), 0.02)
+        for gap in (f, f[::-1])
+    )
+    np.testing.assert_allclose(one.centre_pressure_MPa, other.centre_pressure_MPa[::-1], rtol=1e-9)
+
+
+def test_a_load_far_beyond_that_of_hertz_is_found_or_told_to_be_carried_by_none():
+    """Of a spring a thousand times as soft as Hertz's, at a hundred times his approach."""
+    t = 0.1 * (np.arange(201.0) - 100.0)
+    line = GapLine(t_mm=t, f_mm=0.004 * t**2, A_per_mm=1e-3, contact_modulus_MPa=MODULUS)
+    contact = kik_piotrowski_at(line, 0.02)
+
+    def soft(_, approach_mm):
+        return replace(contact, approach_mm=approach_mm, normal_force_N=1e4 * approach_mm**1.5)
+
+    found = under_load(line, 8e4, soft)
+    assert (found.status, found.solutions) == ("solved", 1)
+    assert found.approach_mm == pytest.approx(4.0, rel=1e-6)
+    # no approach carries it where the force stays below
+    never = under_load(line, 8e4, lambda _, approach_mm: replace(contact, approach_mm=approach_mm, normal_force_N=4e4))
+    assert (never.status, never.solutions) == ("not converged", 0)
+
+
 # --- the strip method ---------------------------------------------------------------------------------------------
 
 
@@ -448,3 +479,10 @@ def test_a_line_ends_where_the_gap_is_too_wide_on_each_side_of_the_touch_point(w
     found = _around(places, index)
     assert found.start <= index < found.stop
     assert "".join("01"[int(each)] for each in places[found]) == run
+
+
+def test_runs_of_a_line_reach_half_a_step_beyond_their_places():
+    line = SimpleNamespace(t=0.5 * np.arange(6.0))
+    (low, high), (last, end) = _runs(line, np.array([False, True, True, False, False, True]))
+    # not beyond the end of the line
+    assert (low, high, last, end) == pytest.approx((0.25, 1.25, 2.25, 2.5), abs=1e-12)

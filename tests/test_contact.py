@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.contact.grid import ContactGrid, Field, misfit
-from fecontact.contact.halfspace import half_space_below, half_space_problem, love_influence
+from fecontact.contact.halfspace import _box, half_space_below, half_space_problem, love_influence
 from fecontact.contact.solver import ContactProblem, ContactSolution, mixture, solve_contact
 from fecontact.normal.hertz import HertzContact, hertz_ellipse
 
@@ -545,3 +545,25 @@ def test_mixed_solutions_of_a_linear_iteration_are_its_fixed_point(unknowns):
     mixed = mixture(solved, [after - before for after, before in zip(solved, inputs, strict=True)])
     np.testing.assert_allclose(mixed, fixed, rtol=1e-8, atol=1e-8)
     assert mixture(solved[:1], [solved[0] - inputs[0]]) is solved[0]
+
+
+def test_coarse_nodes_lie_evenly_over_what_is_near():
+    """One place of the search beyond it on each side; in the middle of it."""
+    x, y = np.linspace(-20.0, 20.0, 81), np.linspace(0.0, 10.0, 21)
+    near = np.zeros((x.size, y.size), dtype=bool)
+    near[21:34, :5] = True
+    grid = _box(x, y, near)
+    assert float(grid.s_mm.mean()) == pytest.approx(0.5 * (x[21] + x[33]), abs=1e-9)
+    assert np.ptp(grid.s_mm) >= x[34] - x[20]
+    assert grid.x_mm[-1] >= y[5]
+
+
+def test_directions_stay_conjugate_at_a_prescribed_approach():
+    """30 iterations beside 34 under the load of the same contact; steepest descent takes 218."""
+    grid = ContactGrid(x_mm=0.1 * np.arange(30.0), s_mm=0.1 * (np.arange(59.0) - 29.0), half=True)
+    gap = (grid.x_mm[:, None] ** 2 + grid.s_mm**2).ravel() / 600.0
+    problem = half_space_problem(grid, gap, contact_modulus_MPa=MODULUS)
+    loaded = solve_contact(problem, 3e3, tolerance=1e-8)
+    given = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-8)
+    assert (loaded.status, given.status) == ("converged", "converged")
+    assert given.iterations <= 1.5 * loaded.iterations

@@ -243,3 +243,12 @@ def test_a_tail_that_falls_with_the_cube_of_the_distance_is_the_elements(half):
     elements = UnitResponse.of(bodies, grid, contact_modulus_MPa=MODULUS).half_space_of_elements()
     # rounding of the fit and of the FFT
     np.testing.assert_allclose(elements(p), base.compliance(p) + local(p) + tail(p), rtol=1e-8)
+
+
+def test_bodies_answer_alike_on_opposite_sides():
+    """A symmetric compliance: all shapes of a response are even."""
+    grid = ContactGrid(x_mm=0.1 * np.arange(9.0), s_mm=0.15 * np.arange(9.0), half=False)
+    response = UnitResponse(grid=grid, contact_modulus_MPa=MODULUS, node=(4, 4), opening_mm=np.zeros((9, 9)))
+    x, s = (each.ravel() for each in np.meshgrid(np.arange(-3, 4), np.arange(-3, 4), indexing="ij"))
+    for one, other in zip(response._shapes(x, s, quartic=True), response._shapes(-x, -s, quartic=True), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)

@@ -13,7 +13,15 @@ from fecontact.bodies import STEEL
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.fe import body as elasticity
-from fecontact.fe.body import _skfem_mesh, choose_solver, elastic_body, factor_bytes, pardiso_available, stiffness
+from fecontact.fe.body import (
+    _skfem_mesh,
+    choose_solver,
+    elastic_body,
+    factor_bytes,
+    pardiso_available,
+    rigid_body_modes,
+    stiffness,
+)
 from fecontact.solving.position import mesh_case
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
@@ -128,3 +136,10 @@ def test_stretched_elements_do_not_slow_multigrid(iterations):
         nodes, (forces,) = loads_on(mesh, 1)
         elastic_body(mesh, STEEL, "amg").displacements(nodes, forces)
     assert max(iterations) < 35
+
+
+def test_rigid_body_modes_have_no_unit_of_length():
+    points = np.random.default_rng(1).uniform(size=(20, 3)) * [4.0, 2.0, 1.0]
+    modes = rigid_body_modes(points)
+    np.testing.assert_allclose(rigid_body_modes(1e3 * points + 50.0), modes, atol=1e-9)
+    assert np.abs(modes).max() <= 1.0

@@ -16,7 +16,7 @@ from table_form import curvature_sums_per_mm, table_form
 import fecontact.normal.hertz
 from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.errors import InputError
-from fecontact.normal.hertz import HertzContact, hertz_ellipse, hertz_from_hessian, hertz_spring_force_N
+from fecontact.normal.hertz import HertzContact, ellipse_shape, hertz_ellipse, hertz_from_hessian, hertz_spring_force_N
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)
 # Algebraically equal expressions of well conditioned quantities agree to rounding times a few hundred operations.
@@ -318,6 +318,16 @@ def test_curvature_sums_are_those_of_the_turned_hessians(
     d1, d2 = curvatures[0] - curvatures[1], curvatures[2] - curvatures[3]
     printed = 0.5 * math.sqrt(max(d1**2 + d2**2 + 2.0 * d1 * d2 * math.cos(2.0 * angle), 0.0))
     assert k2 == pytest.approx(printed, abs=5e-9)
+
+
+def test_the_ellipse_of_equal_curvatures_is_a_circle_and_turns_with_them():
+    """Hertz: F(0, 1, 1) = pi / 2, and half the approach at each end."""
+    circle = ellipse_shape(2e-3, 2e-3)
+    assert (float(circle.axis_ratio), float(circle.part_x)) == pytest.approx((1.0, 0.5), rel=1e-12)
+    assert float(circle.integral) == pytest.approx(0.5 * math.pi, rel=1e-12)
+    one, turned = ellipse_shape(1e-3, 7e-3), ellipse_shape(7e-3, 1e-3)
+    assert float(one.axis_ratio * turned.axis_ratio) == pytest.approx(1.0, rel=1e-12)
+    assert float(one.part_x) == pytest.approx(float(turned.part_t), rel=1e-12)
 
 
 # ---- table form -----------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,8 +20,19 @@ from fecontact.outputs.profiles import profile_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.segments import noise_of, smoothed_by
-from fecontact.profiles.smoothing import Registration, foot_points, nearest, register, scaled
+from fecontact.profiles.segments import Polynomial, least_bending, noise_of, smoothed_by
+from fecontact.profiles.smoothing import (
+    FootPoints,
+    Registration,
+    _ByContent,
+    _choices,
+    _length,
+    _lost_on_field_side_mm,
+    foot_points,
+    nearest,
+    register,
+    scaled,
+)
 from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case, preview
 
 
@@ -214,6 +226,54 @@ def test_the_deviation_from_the_nominal_scales():
     )
     with pytest.raises(InputError, match="not known by its deviation"):
         scaled(load("60E1"), 0.5)
+
+
+@pytest.mark.parametrize("spacing_mm", [0.5, 2.0])
+def test_three_points_are_bent_as_their_one_second_difference_says(spacing_mm):
+    """min |u - v|^2 + (w / 2 pi)^4 (D u)^2 with D = (1, -2, 1) / h^2: one number is left of the smoothing."""
+    width, v = 3.0, np.array([0.0, 0.4, 0.1])
+    values = np.column_stack((np.zeros(3), v))
+    found = least_bending(spacing_mm * np.arange(3.0), values, np.tile([0.0, 1.0], (3, 1)), width)
+    bent = np.array([1.0, -2.0, 1.0]) / spacing_mm**2
+    much = (width / (2.0 * math.pi)) ** 4
+    np.testing.assert_allclose(found[:, 1], v - bent * (much * bent @ v / (1.0 + much * bent @ bent)), atol=1e-9)
+
+
+def test_a_parabola_is_as_long_as_its_closed_form():
+    """z = y^2 / 2 from 0 to 2: (y sqrt(1 + y^2) + asinh y) / 2."""
+    wanted = 0.5 * (2.0 * math.sqrt(5.0) + math.asinh(2.0))
+    assert _length(Polynomial(coefficients=(0.0, 0.0, 0.5), y_from=0.0, y_to=2.0)) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_smoothed_profiles_are_equal_by_their_points():
+    def profile(points):
+        made = SimpleNamespace(filter_mm=4.0, nominal="", noise_mm=0.01, points=np.array(points), s_mm=np.arange(2.0))
+        return _ByContent(SimpleNamespace(kind="rail", name="one", measured=made))
+
+    one = profile([1.0, 2.0])
+    assert one == profile([1.0, 2.0])
+    assert one != profile([1.0, 2.5])
+    assert one != "one"
+
+
+@pytest.mark.parametrize("cant", [20, 30, 40])
+def test_a_rail_that_lies_canted_in_its_file_is_asked_for(cant):
+    held = SimpleNamespace(registration=SimpleNamespace(turn_rad=-1.0 / cant))
+    (*_, said) = _choices(SimpleNamespace(nominal="60E1", held=held), "rail")
+    assert f"near 1:{cant}: is the rail canted" in said
+
+
+@pytest.mark.parametrize(("gauge_mm", "field_mm"), [(0.7, 0.7), (0.2, 0.9), (0.9, 0.2)])
+def test_what_a_head_has_lost_of_its_field_side_counts_beside_its_gauge_side(gauge_mm, field_mm):
+    y = np.linspace(-30.0, 30.0, 121)
+    feet = FootPoints(
+        s_mm=y,
+        points=np.column_stack((y, -(y**2) / 100.0)),
+        normals=np.tile([0.0, 1.0], (y.size, 1)),
+        off_mm=np.where(y < 0.0, -gauge_mm, -field_mm),
+        inside=np.ones(y.size, dtype=bool),
+    )
+    assert _lost_on_field_side_mm(feet) == pytest.approx(field_mm - gauge_mm, abs=1e-12)
 
 
 # --- a case before it is solved -------------------------------------------------------------------------------------

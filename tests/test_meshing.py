@@ -23,7 +23,7 @@ from fecontact.fe.body import (
     surface_normals,
 )
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
-from fecontact.fe.section import Stretch, Zone, _all_convex, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import Stretch, Zone, _all_convex, _on_segment, layer_depths, mesh_section, polygon_area
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -319,6 +319,24 @@ def test_section_that_recombination_turns_inside_out():
     assert total == pytest.approx(section.outline_area_mm2, rel=1e-12)
 
 
+@pytest.mark.parametrize("low", [28.337, 31.791, 36.113, 40.959])
+def test_a_section_is_meshed_alike_by_all_processors(low):
+    """Their instruction sets move points by up to 2e-12 mm; gmsh alone then makes other meshes."""
+    profile = resolve_rail("60E1")
+    closure = np.array([[36.0, -60.0], [-36.0, -60.0]])
+
+    def meshed(off: float):
+        ends = low + off, low + 12.3 - off
+        stretch = Stretch(low_mm=ends[0], high_mm=ends[1], intervals=12)
+        return mesh_section(profile, closure, (0, 1), Zone(stretches=(stretch,), depth_step_mm=0.8, depth_mm=5.0))
+
+    first = meshed(0.0)
+    for off in (-1e-12, 1e-12, 3e-12):
+        other = meshed(off)
+        np.testing.assert_array_equal(other.quads, first.quads)
+        np.testing.assert_allclose(other.points, first.points, atol=1e-11)
+
+
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 DART = np.array([[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]])
 BOW_TIE = SQUARE[[0, 2, 1, 3]]
@@ -401,6 +419,17 @@ def test_meshes_are_the_same_bytes_in_every_run(request):
     ]
     assert runs[0] == runs[1]
     assert len(set(runs[0].split())) == 2
+
+
+def test_only_edges_within_a_segment_lie_on_it():
+    start, end = np.array([30.0, 40.0]), np.array([33.0, 44.0])
+    along = (end - start) / 5.0
+
+    def edge(first, last, aside=0.0):
+        return np.array([start + first * along, start + last * along + aside * np.array([-along[1], along[0]])])
+
+    edges = np.array([edge(0.0, 1.0), edge(5.0, 4.0), edge(4.0, 5.1), edge(-0.1, 1.0), edge(1.0, 2.0, 0.01)])
+    assert list(_on_segment(edges, start, end)) == [True, True, False, False, False]
 
 
 # --- refusals ----------------------------------------------------------------------------------------------------

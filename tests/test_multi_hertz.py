@@ -125,6 +125,9 @@ def test_each_patch_is_a_contact_of_its_own(two_patches):
         assert one.rungs["half_space"] == pytest.approx(one.fe)
         assert one.verdict.answer == "HOLDS"
         assert one.hertz.normal_force_N == one.normal_force_N
+        # what is stated of each patch covers it: both carry half of the load
+        assert abs(one.normal_force_N / (0.5 * case.load_N) - 1.0) <= one.fe_uncertainty["normal_force_N"] < 0.02
+        assert all(0.0 < one.fe_uncertainty[name] < 0.01 for name in one.fe)
 
 
 def test_a_single_touch_point_is_one_ellipse_by_both_theories():

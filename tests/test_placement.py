@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -481,6 +482,16 @@ def test_gap_is_open_where_the_wheel_is_missing():
     pair = place(circular_rail_head(300.0), narrow, inclination_rad=0.0, track=CENTRED)
     assert pair.gap(0.0, 15.0) == OPEN_GAP_MM
     assert pair.gap(0.0, 9.0) < 1.0
+
+
+def test_the_side_of_a_line_that_does_not_turn_is_its_end():
+    arc = np.linspace(0.0, 40.0, 401)
+    profile = SimpleNamespace(
+        spread=lambda _: arc, arc_length=lambda u: u, evaluate=lambda u: SimpleNamespace(angle_rad=np.zeros_like(u))
+    )
+    placement = SimpleNamespace(rail=SimpleNamespace(profile=profile), first_arc_length_mm=20.0)
+    assert Placement.side_mm(placement, -13.0) == pytest.approx(7.0, abs=1e-9)
+    assert Placement.side_mm(placement, 13.0) == pytest.approx(7.0, abs=1e-9)
 
 
 # --- positions that cannot be ------------------------------------------------------------------------------------

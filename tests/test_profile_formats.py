@@ -18,6 +18,7 @@ from fecontact.profiles.examples import NOISE_MM, WEAR_MM
 from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.segments import out_of_order
 from fecontact.profiles.writers import csv_text, points_along, refuse_other_endings
 from fecontact.runs.casefile import toml_cases
 
@@ -384,6 +385,16 @@ def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, re
         "utf-8",
     )  # fmt: skip
     assert points_along(resolve_rail(str(path), AS_IS)) == pytest.approx(np.column_stack((y, z)), abs=1e-9)
+
+
+@pytest.mark.parametrize("moved", [(0.0, 0.0), (-50.0, 30.0), (50.0, -30.0)])
+@pytest.mark.parametrize(("back_mm", "problems"), [(0.3, 0), (0.8, 1)])
+def test_whether_a_line_turns_back_does_not_hang_on_where_it_lies(moved, back_mm, problems):
+    """A dent of 0.5 mm may be there; the line turns to either side of the fold by 1.5 rad at most."""
+    steps = [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (-back_mm, 0.9 * back_mm), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]
+    points = np.cumsum([moved, *steps], axis=0)
+    found = out_of_order(points, np.full(len(points), 0.01))
+    assert len(found) == problems
 
 
 # --- a library of one's own --------------------------------------------------------------------------------------

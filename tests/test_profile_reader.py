@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from points import profile_from_points, read_points
 
 from fecontact.errors import InputError
+from fecontact.profiles.curve import check_shape
 from fecontact.profiles.library import load
 from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
@@ -366,3 +367,17 @@ def test_noise_factor_is_the_mean_of_the_transfer_function():
     w = np.linspace(0.0, math.pi, 20001)
     power = (12.0 * (1.0 - np.cos(w)) / (4.0 + 2.0 * np.cos(w))) ** 2
     assert math.sqrt(np.trapezoid(power, w) / math.pi) == pytest.approx(SPLINE_NOISE, rel=1e-9)
+
+
+def test_a_rail_upside_down_is_seen_wherever_its_file_has_the_origin():
+    y = np.linspace(-36.0, 36.0, 73)
+    for origin in (0.0, 60.0, 750.0, -750.0):
+        check_shape(y + origin, -(y**2) / 100.0, kind="rail", what="file")
+        with pytest.raises(InputError, match=r"below the chord between its ends"):
+            check_shape(y + origin, y**2 / 100.0, kind="rail", what="file")
+
+
+def test_a_wheel_upside_down_whose_last_point_is_the_highest_is_told_with_that_point():
+    y = np.linspace(0.0, 100.0, 101)
+    with pytest.raises(InputError, match=r"above the tread at y = 100\.0 mm"):
+        check_shape(y, 40.0 * (y / 100.0) ** 4, kind="wheel", what="file")

@@ -49,18 +49,19 @@ S1002_VALUES = [
     (40.0, -1.302343, -0.0666667, None),
 ]
 RAILS = names("rail")
-# What its published coefficients miss each other by at -26.
+# What its published coefficients miss each other by at -26, and at -35: sections beyond lie so much lower, then higher.
 S1002_CLOSED_MM = 3.655e-5
+S1002_FLANGE_MM = 1.1833e-4 - S1002_CLOSED_MM
 
 
 @pytest.mark.parametrize(("s", "depth", "slope", "radius"), S1002_VALUES)
 def test_s1002_reproduces_its_table(s, depth, slope, radius):
     wheel = load("S1002")
-    # At -35 two sections meet with the step of their rounded coefficients; the table has the flange's one. The step of
-    # 0.037 um at -26 is closed, so that all beyond it lies lower.
+    # of the two sections that meet at -35 the table has the flange's one
     u = wheel.snap(wheel.locate(s))
     z = wheel.evaluate(u, "left").z
-    assert -z == pytest.approx(depth + (S1002_CLOSED_MM if s <= -26.0 else 0.0), abs=1e-5)
+    closed = 0.0 if s > -26.0 else S1002_CLOSED_MM if s > -35.0 else -S1002_FLANGE_MM
+    assert -z == pytest.approx(depth + closed, abs=1e-5)
     assert -wheel.slope(s, "left") == pytest.approx(slope, abs=1e-6)
     curvature = wheel.curvature(s, "left")
     if radius is None:
@@ -87,22 +88,16 @@ def steps_of(wheel):
     return {float(y): dz for y, dz in zip(np.round(right.y, 3), right.z - left.z, strict=True)}
 
 
-def test_s1002_joint_steps_are_those_of_the_rounded_coefficients():
-    step = steps_of(load("S1002"))
-    assert step.pop(-35.0) == pytest.approx(1.18e-4, abs=1e-6)  # D to C
-    assert max(map(abs, step.values())) < 1e-9
-
-
 @pytest.mark.parametrize("name", sorted({*names("wheel"), *names("rail")}))
 def test_steps_of_rounded_digits_are_closed_from_the_tape_circle_outwards(name):
-    """Published sections that miss each other by less than 0.1 um: a spike of pressure, the higher the finer nodes."""
+    """Published sections that miss each other by less than 0.2 um: a spike of pressure, the higher the finer nodes."""
     line = load(name)
-    assert not [step for step in steps_of(line).values() if 1e-9 < abs(step) < 0.999e-4]
+    assert not [step for step in steps_of(line).values() if 1e-9 < abs(step) < 2e-4]
     # the piece at the origin stays as it was published
     assert line.height(0.0) == pytest.approx(0.0, abs=1e-5)
 
 
-@given(st.lists(st.floats(-2e-4, 2e-4), min_size=3, max_size=3))
+@given(st.lists(st.floats(-4e-4, 4e-4), min_size=3, max_size=3))
 def test_what_is_joined_keeps_its_slopes_and_its_larger_steps(steps):
     surface = [
         Line(start=(-30.0, 1.0 + steps[0]), end=(-20.0, 1.0 + steps[0])),
@@ -117,14 +112,14 @@ def test_what_is_joined_keeps_its_slopes_and_its_larger_steps(steps):
         assert after.angle_rad == pytest.approx(before.angle_rad, abs=1e-9)
     gaps = [[b.z[0] - a.z[1] for a, b in pairwise(of)] for of in ends]
     for before, after in zip(*gaps, strict=True):
-        closed = 1e-9 < abs(before) < 1e-4
+        closed = 1e-9 < abs(before) < 2e-4
         assert after == pytest.approx(0.0 if closed else before, abs=1e-12)
     assert made[2] is surface[2]
 
 
 def test_s1002_flange_tip():
     wheel = load("S1002")
-    assert wheel.height(-55.0) == pytest.approx(-28.0 - S1002_CLOSED_MM, abs=1e-7)
+    assert wheel.height(-55.0) == pytest.approx(-28.0 + S1002_FLANGE_MM, abs=1e-7)
     assert wheel.slope(-55.0) == pytest.approx(0.0, abs=1e-12)
     assert wheel.curvature(-55.0) == pytest.approx(1 / 12, rel=1e-12)
     assert wheel.y_range_mm == (-70.0, 65.0)
@@ -325,7 +320,7 @@ def test_locate_near_the_vertical_tangent_of_the_flange_back():
     offset = np.array([0.0, 1e-12, 1e-9, 1e-6, 1e-3])
     z = wheel.height(-70.0 + offset)
     # circle of 20.5 mm; the published arc ends at its vertical tangent, where z moves by sqrt(2 * 20.5 * rounding)
-    assert z == pytest.approx(-9.519259302 - S1002_CLOSED_MM - np.sqrt(20.5**2 - (20.5 - offset) ** 2), abs=2e-6)
+    assert z == pytest.approx(-9.519259302 + S1002_FLANGE_MM - np.sqrt(20.5**2 - (20.5 - offset) ** 2), abs=2e-6)
 
 
 def test_any_shape_goes_through():

@@ -154,6 +154,22 @@ def test_texts_are_exact(tmp_path, column):
         assert [d.column for d in lines(different.differences)] == [column]
 
 
+@pytest.mark.parametrize("of", ["", "stripes_"])
+def test_two_measures_that_use_as_much_of_their_limits_may_change_places(tmp_path, of):
+    """On an exact ellipse STRIPES uses 0.01276 or 0.01270 of its limits, by one measure or another: two processors."""
+    share = f"{of}limit_used" if of else "verdict_limit_used"
+
+    def judged(measure: str, used: float, answer: str = "HOLDS") -> list[dict]:
+        return [case_row(**{f"{of}verdict_answer": answer, f"{of}verdict_measure": measure, share: used})]
+
+    was = judged("p_max_MPa", 0.01276)
+    assert compared(tmp_path, was, judged("misplaced_load", 0.01270)).same
+    differ = lines(compared(tmp_path, was, judged("misplaced_load", 0.0247)).differences)
+    assert {line.column for line in differ} == {f"{of}verdict_measure", share}
+    differ = lines(compared(tmp_path, was, judged("misplaced_load", 0.01270, "FAILS")).differences)
+    assert {line.column for line in differ} == {f"{of}verdict_answer"}
+
+
 def test_a_rail_whose_name_is_a_number_is_text(tmp_path):
     # float("60E1") is 600
     different = compared(tmp_path, [case_row(rail="60E1")], [case_row(rail="600")])

@@ -167,8 +167,7 @@ def test_a_root_of_the_corners_own_radius_touches_it_somewhere_or_is_refused():
 
 @pytest.mark.parametrize("shift", [6.6, 6.62, 6.65, 6.68, 6.7])
 def test_the_standard_pair_without_roll_where_it_passes_to_the_flank(shift):
-    # sections C and D of the S1002 miss each other by 1.2e-4 mm: no touch point
-    assert assert_right(pair_with(load("S1002")), shift, prominence_mm=2e-4) >= 1
+    assert assert_right(pair_with(load("S1002")), shift) >= 1
 
 
 @pytest.mark.parametrize("name", ["S1002", "hollow"])

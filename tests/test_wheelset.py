@@ -29,7 +29,7 @@ from fecontact.solving.placing import (
 )
 from fecontact.solving.position import hertz_alone, hertz_points_of_case
 from fecontact.wheel_rail.placement import SIGN, pair_of
-from fecontact.wheel_rail.wheelset import Wheelset
+from fecontact.wheel_rail.wheelset import Wheelset, _lowest
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 # Manchester Contact Benchmark: shift to the right (mm) and roll (mrad) of the wheelset in CONTACT's examples, which
@@ -454,3 +454,12 @@ def test_a_pair_over_itself_is_symmetric():
     assert not Wheelset.of(pair, replace(pair, rolling_radius_mm=459.0)).symmetric
     stand = wheelset.stand(0.0)
     assert abs(stand.roll_rad) < 1e-15
+
+
+@pytest.mark.parametrize("at", [0.7, 1.2, 1.8, 7.8])
+def test_the_smallest_gap_is_that_of_the_parabola_next_to_an_end_too(at):
+    """Of ten samples: from the second to the last but one."""
+    k = np.arange(10)
+    found = _lowest(0.0, k, 5.0 + 0.3 * (k - at) ** 2, 0.02 * k, np.zeros(10), 460.0 - 0.1 * k)
+    assert found.axle_mm == pytest.approx(-5.0, abs=1e-12)
+    assert (found.y_mm, found.radius_mm) == pytest.approx((0.02 * at, 460.0 - 0.1 * at), abs=1e-12)

@@ -35,7 +35,7 @@ from fecontact.comparison.measures import (
     patch_of,
     values_of,
 )
-from fecontact.comparison.patch import area_between, lobe_columns
+from fecontact.comparison.patch import area_between, lobe_windows
 from fecontact.comparison.solved_load import (
     CONTRADICTION,
     ELEMENTS_OFF,
@@ -44,7 +44,9 @@ from fecontact.comparison.solved_load import (
     SolvedLoad,
     Status,
     as_solved,
+    cut_planes_share,
     elements_uncertainties,
+    share_uncertainty,
     step_uncertainty,
     uncertainties,
     unmeshed_uncertainties,
@@ -113,8 +115,8 @@ class LobeJudgement:
     Attributes
     ----------
     p_max_lines_MPa
-        Its least and largest peak over the lines that measured points allow, with what meshes leave open of it where it
-        has an ellipse; None of exact lines.
+        Its least and largest peak over the lines that measured points allow, with what meshes leave open of it; None of
+        exact lines.
     normal_force_N
         Sum of its pressures.
     centre_mm, rail_y_mm, contact_angle_rad
@@ -122,8 +124,9 @@ class LobeJudgement:
     touch_point, touch
         Number of the touch point, the one of the smallest gap between its ends; None without one, and then without an
         ellipse, deviations and a verdict.
-    fe
-        Its measures between the finite bodies.
+    fe, fe_uncertainty
+        Its measures between the finite bodies, and what meshes and their nodes leave open of them and of its force
+        (relative).
     rungs
         Measures of the lobe on each other rung that has a lobe at this place.
     """
@@ -136,6 +139,7 @@ class LobeJudgement:
     touch_point: int | None
     touch: TouchPoint | None
     fe: Mapping[str, float]
+    fe_uncertainty: Mapping[str, float]
     rungs: Mapping[str, Mapping[str, float]]
     hertz: HertzContact | None = None
     deviation: Mapping[str, float] = field(default_factory=dict)
@@ -149,19 +153,17 @@ class LobeJudgement:
 def parts_of(rung: Rung) -> tuple[Part, ...]:
     """The lobes of a contact, from the gauge side on."""
     pressure, s = rung.pressure, rung.grid.s_mm
-    columns = lobe_columns(pressure.whole().values)
+    windows = lobe_windows(pressure.whole().values)
     # what is read of the whole contact is read of a single lobe
-    only = len(columns) == 1
+    only = len(windows) == 1
     whole_area, force = rung.grid.whole_area_mm2(), rung.pressure_MPa.sum(axis=0)
     found = []
-    for own in columns:
+    for own in windows:
         kept = np.zeros_like(rung.pressure_MPa)
-        kept[:, own] = rung.pressure_MPa[:, own]
+        kept[:, own.columns] = own.parts * rung.pressure_MPa[:, own.columns]
         own_force_N = float(np.sum(kept.ravel() * whole_area))
-        first, last = own.start, own.stop - 1
-        # the column of a valley belongs to the lobe behind it
-        after = own.stop if own.stop < s.size else last
-        low, high = float(s[first]), float(s[after])
+        first, last = own.columns.start, own.columns.stop - 1
+        low, high = (float(np.interp(end, np.arange(s.size), s)) for end in (own.low, own.high))
         found.append(
             Part(
                 rung=rung if only else replace(rung, pressure_MPa=kept, normal_force_N=own_force_N),
@@ -171,9 +173,9 @@ def parts_of(rung: Rung) -> tuple[Part, ...]:
                 area_mm2=patch_of(rung).area_mm2
                 if only
                 else area_between(
-                    pressure, -np.inf if own is columns[0] else low, np.inf if own is columns[-1] else high
+                    pressure, -np.inf if own is windows[0] else low, np.inf if own is windows[-1] else high
                 ),
-                separate=bool(force[first] == 0.0 or first == 0) and bool(force[after] == 0.0 or after == s.size - 1),
+                separate=bool(force[first] == 0.0 or first == 0) and bool(force[last] == 0.0 or last == s.size - 1),
             )
         )
     return tuple(found)
@@ -193,7 +195,8 @@ def _judge(
     rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
     number = _touch_below(part, placement)
     on_half_space = _same(half_space, part)
-    measured = _measures(part)
+    measured, unsure = _measures(part), lobe_uncertainties(part, solved.levels)
+    moves = EXACT if solved.lines is None else solved.lines.moves_of_lobe(rail_y)
     judgement = LobeJudgement(
         normal_force_N=part.normal_force_N,
         centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
@@ -203,23 +206,24 @@ def _judge(
         touch_point=number,
         touch=None if number is None else placement.touch_points[number],
         fe=measured,
+        fe_uncertainty=unsure,
         rungs={"fe": measured, **({} if on_half_space is None else {"half_space": _measures(on_half_space)})},
+        p_max_lines_MPa=moves.band(measured["p_max_MPa"], unsure["p_max_MPa"]),
     )
     if number is None:
         return judgement
-    beside = _beside_hertz(judgement, part, solved, placement)
+    beside = _beside_hertz(judgement, part, solved, placement, moves)
     return beside if beside.verdict is None else replace(beside, verdict=beside.verdict.usable(usable))
 
 
-def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, placement: Placement) -> LobeJudgement:
-    number, moves = judgement.touch_point, EXACT
-    assert number is not None
-    if solved.lines is not None:
-        moves = solved.lines.moves_of_lobe(judgement.rail_y_mm)
-    theory = _ellipse_below(part, number, placement, solved.case)
+def _beside_hertz(
+    judgement: LobeJudgement, part: Part, solved: SolvedLoad, placement: Placement, moves: Moves
+) -> LobeJudgement:
+    assert judgement.touch_point is not None
+    theory = _ellipse_below(part, judgement.touch_point, placement, solved.case)
     if theory is None:
         # the surfaces conform there
-        return replace(judgement, p_max_lines_MPa=moves.band(judgement.fe["p_max_MPa"]))
+        return judgement
 
     def read(rung: Rung) -> dict[str, float]:
         same = _same(parts_of(rung), part)
@@ -229,15 +233,31 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, plac
     numerical = uncertainties(solved.levels, read, deviation)
     verdict, uncertainty = judge_on_lines(deviation, numerical, moves, solved.case.criteria)
     assert theory.single is not None
-    unsure = numerical["p_max_MPa"] / abs(1.0 + deviation["p_max_MPa"])
     return replace(
         judgement,
         hertz=theory.single.hertz,
-        p_max_lines_MPa=moves.band(judgement.fe["p_max_MPa"], unsure),
         deviation=deviation,
         uncertainty=uncertainty,
         verdict=verdict,
     )
+
+
+def lobe_uncertainties(part: Part, levels: Sequence[Level]) -> dict[str, float]:
+    """Uncertainty of a lobe's force and of what is read off it on the finest level, relative."""
+
+    def read(rung: Rung) -> dict[str, float]:
+        same = _same(parts_of(rung), part)
+        return dict.fromkeys(_READ, float("nan")) if same is None else _measures(same)
+
+    def share(rung: Rung) -> float:
+        parts = parts_of(rung)
+        same = _same(parts, part)
+        return math.nan if same is None else same.normal_force_N / sum(one.normal_force_N for one in parts)
+
+    found = uncertainties(levels, read, dict.fromkeys(_READ, 0.0))
+    shares, otherwise = [share(level.fe) for level in levels], share(levels[0].otherwise)
+    of_share = share_uncertainty(shares, as_solved(levels), otherwise=otherwise) + cut_planes_share(shares[0])
+    return {"normal_force_N": of_share / shares[0]} | found
 
 
 def _ellipse_below(part: Part, touch_point: int, placement: Placement, case: Case) -> Approximation | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, cast
@@ -127,9 +128,9 @@ def _lobes(p: Floats, force: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float
         Lobe(
             y_mm=float(s[peak - 1]),
             p_max_MPa=float(ridge[peak]),
-            force_share=float(force[low - 1 : high - 1].sum()),
+            force_share=float(force[own.columns] @ own.parts),
         )
-        for peak, (low, high) in zip(seen, pairwise(ends), strict=True)
+        for peak, own in zip(seen, _between(ridge, ends), strict=True)
     )
     return tuple(sorted(lobes, key=lambda lobe: -lobe.p_max_MPa)), valley
 
@@ -139,10 +140,52 @@ def valley_of(p: Floats) -> float:
     return _windows(p)[3]
 
 
-def lobe_columns(p: Floats) -> tuple[slice, ...]:
-    """Columns of each lobe of a pressure (nx, ns), from the gauge side on: from valley to valley."""
-    _, _, ends, _ = _windows(p)
-    return tuple(slice(low - 1, high - 1) for low, high in pairwise(ends))
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Window:
+    """Where a lobe lies across.
+
+    Attributes
+    ----------
+    columns
+        From valley to valley, both included.
+    parts (n,)
+        How much of each of them is the lobe's: of a valley what lies on its side of the lowest place.
+    low, high
+        Its ends in columns, between them where the lowest place is.
+    """
+
+    columns: slice
+    parts: Floats
+    low: float
+    high: float
+
+
+def lobe_windows(p: Floats) -> tuple[Window, ...]:
+    """Where each lobe of a pressure (nx, ns) lies, from the gauge side on."""
+    ridge, _, ends, _ = _windows(p)
+    return tuple(_between(ridge, ends))
+
+
+def _between(ridge: Floats, ends: Sequence[int]) -> Iterator[Window]:
+    """Windows between ends on a line of the largest pressures with zeros around, the outermost with all of theirs."""
+    count = ridge.size - 2
+    lowest = [0.0, *(k - 1 + _lowest(ridge[k - 1 : k + 2]) for k in ends[1:-1]), count - 1.0]
+    for k, (low, high) in enumerate(pairwise(lowest)):
+        columns = slice(ends[k] - 1, min(ends[k + 1], count))
+        parts = np.ones(columns.stop - columns.start)
+        if k > 0:
+            parts[0] = 0.5 - (low - columns.start)
+        if k + 2 < len(ends):
+            parts[-1] = 0.5 + (high - (columns.stop - 1))
+        yield Window(columns=columns, parts=parts, low=low, high=high)
+
+
+def _lowest(three: Floats) -> float:
+    """Where the parabola through three values is lowest: from the middle one, in steps; 0 on free surface."""
+    bend = float(three[0] - 2.0 * three[1] + three[2])
+    if three[1] == 0.0 or bend <= 0.0:
+        return 0.0
+    return float(np.clip(0.5 * (three[0] - three[2]) / bend, -0.5, 0.5))
 
 
 def _windows(p: Floats) -> tuple[Floats, Any, list[int], float]:
@@ -267,12 +310,20 @@ def _clipped(line: Floats, low: float, high: float) -> Floats:
 
 
 def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] | None = None) -> Floats:
-    """Area and lengths of the bounding box (3,), inside the line where a signed square (nx + 2, ns + 2) is zero."""
+    """Area and lengths of the bounding box (3,), inside the line where a signed square (nx + 2, ns + 2) is zero.
+
+    The ring around the nodes is negative in it, so that each line is closed.
+    """
     from contourpy import contour_generator
 
     hx, hs = x[1] - x[0], s[1] - s[0]
     x = np.concatenate([[x[0] - hx], x, [x[-1] + hx]])
     s = np.concatenate([[s[0] - hs], s, [s[-1] + (s[-1] - s[-2])]])
+    # a patch that goes on beyond the grid ends with the last cells: half a step beyond their nodes
+    square = square.copy()
+    for each in (square, square.T):
+        for ring, last in ((0, 1), (-1, -2)):
+            each[ring] = np.minimum(each[ring], -np.abs(each[last]))
     lines = cast(list[Floats], contour_generator(x=s, y=x, z=square).lines(0.0))
     if between is not None:
         lines = [cut for line in lines if len(cut := _clipped(line[:-1], *between))]

@@ -277,6 +277,8 @@ class CurveRun:
         The pull over the weight.
     left_over_N
         Largest force, or moment at a metre, that is not in balance.
+    path_ends_m
+        Radii at which paths end before this curve, the one from straight track first; none where it is on that one.
     """
 
     radius_m: float
@@ -290,6 +292,7 @@ class CurveRun:
     power_per_speed_N: float
     resistance_N_per_kN: float
     left_over_N: float
+    path_ends_m: tuple[float, ...] = ()
 
     @property
     def is_balanced(self) -> bool:
@@ -356,6 +359,7 @@ def _run(radius: float, vehicle: Vehicle, ride: Ride, one: Equilibrium) -> Curve
         power_per_speed_N=one.balance.power_per_speed_N,
         resistance_N_per_kN=1e3 * one.balance.pull_N / weight if weight > 0.0 else math.nan,
         left_over_N=one.left_over_N,
+        path_ends_m=tuple(-1e-3 / end if end else math.inf for end in one.path_ends_per_mm),
     )
 
 

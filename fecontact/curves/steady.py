@@ -551,8 +551,9 @@ _BETWEEN_N, _FEW = 1.0, 12
 _FIRST_STEP, _GROWTH, _SMALLEST_STEP = 5e-8, 2.0, 1e-3
 # Two places on the path have a direction if they are farther apart than this part of their curvature.
 _APART = 0.02
-# Farther (mm, mrad) from where the path leads an equilibrium is taken for one of another path.
-_ON_THE_PATH = 0.5
+# Farther (mm, mrad) from where the path leads an equilibrium is taken for one of another path; and beyond a place where
+# none was met, over which a path may end and another one begin.
+_ON_THE_PATH, _BEYOND_A_GAP = 0.5, 0.1
 _STARTS_MM = (0.0, 4.5, -4.5)
 BASE_MM = 1500.0
 """Distance of the contact circles, over which cant is measured."""
@@ -568,10 +569,12 @@ class Equilibrium:
     ----------
     slopes (n, n)
         Of what is left over, near the state; None where they were not to be had.
-    near
-        Whether it is on the path that leads to its start.
+    moved
+        How far (mm, mrad) from its start it lies.
     notes
-        What happened on the way: folds, jumps to another branch; and contacts that were not solved.
+        From how many starts none was found; and contacts that were not solved.
+    path_ends_per_mm
+        Curvatures at which paths end before it, the one from straight track first; none where it is on that one.
     """
 
     status: Status
@@ -579,8 +582,9 @@ class Equilibrium:
     state: Floats
     balance: Balance
     slopes: Floats | None
-    near: bool
+    moved: float
     notes: tuple[str, ...] = ()
+    path_ends_per_mm: tuple[float, ...] = ()
 
     @property
     def left_over_N(self) -> float:
@@ -615,7 +619,7 @@ def solve_at(
         state=state,
         balance=found,
         slopes=slopes,
-        near=largest(np.delete(state - start, slips)) < _ON_THE_PATH,
+        moved=largest(np.delete(state - start, slips)),
         notes=found.problems,
     )
 
@@ -654,8 +658,9 @@ def path(
     Notes
     -----
     Each step starts where the straight line through the two equilibria before it leads, and is halved where Newton's
-    method does not end. Where the smallest step fails the path has a fold, or a contact has vanished under load: the
-    radius is told, and the next equilibrium is looked for from several starts. What is found so need not be all.
+    method does not end, or ends too far from there. Where the smallest step fails the path has a fold, or a contact has
+    vanished under load: the curvature is told, and the next equilibrium is looked for from several starts. What is
+    found so need not be all, and a gap over which the path goes on by less than 0.1 mm is not seen.
     """
     walk, ways = _Path(vehicle, lines), sorted(set(curvatures_per_mm), key=abs)
     found = dict(zip(ways, watched(map(walk.to, ways), len(ways), progress, "curves"), strict=True))
@@ -670,17 +675,23 @@ class _Path:
         line = lines(0.0)
         self._known = [solve_at(straight_start(vehicle, line), vehicle, line)]
         self._step = _FIRST_STEP
-        self._broken_at = None if self._known[0].status == "equilibrium" else 0.0
+        self._broken = self._known[0].status != "equilibrium"
+        self._ends = [0.0] if self._broken else []
+        self._missed = math.inf
 
     def to(self, curvature: float) -> Equilibrium:
         """The equilibrium at a curvature beyond those before."""
         sign = -1.0 if curvature < 0.0 else 1.0
-        while self._broken_at is None and abs(self._here) < abs(curvature):
+        while not self._broken and abs(self._here) < abs(curvature):
             self._forward(curvature, sign)
-        if self._broken_at is not None:
-            return self._beyond(curvature)
         last = self._known[-1]
-        return last if self._here == curvature else solve_at(last.state, self._vehicle, self._lines(curvature))
+        if self._broken:
+            one = self._beyond(curvature)
+        elif self._here == curvature:
+            one = last
+        else:
+            one = solve_at(last.state, self._vehicle, self._lines(curvature))
+        return replace(one, path_ends_per_mm=tuple(self._ends))
 
     @property
     def _here(self) -> float:
@@ -692,13 +703,17 @@ class _Path:
         there = curvature if step == abs(curvature) - abs(self._here) else self._here + sign * step
         start, slopes = self._predicted(there), self._known[-1].slopes
         one = solve_at(start, self._vehicle, self._lines(there), slopes=slopes, between=there != curvature)
-        if one.status == "equilibrium" and one.near:
+        if one.status == "equilibrium" and one.moved < (_ON_THE_PATH if abs(there) < self._missed else _BEYOND_A_GAP):
             # a direction is not taken from two places that are nearly one
             before = self._known[-1] if step > _APART * abs(self._here) else self._known[0]
             self._known = [before, one]
             self._step = _GROWTH * max(step, _FIRST_STEP)
-        elif step < max(_SMALLEST_STEP * abs(self._here), 1e-3 * _FIRST_STEP):
-            self._broken_at = there
+            self._missed = self._missed if abs(there) < self._missed else math.inf
+            return
+        self._missed = min(self._missed, abs(there))
+        if step < max(_SMALLEST_STEP * abs(self._here), 1e-3 * _FIRST_STEP):
+            self._broken = True
+            self._ends.append(there)
         else:
             self._step = 0.5 * step
 
@@ -711,26 +726,20 @@ class _Path:
 
     def _beyond(self, curvature: float) -> Equilibrium:
         """An equilibrium beyond the end of the path from several starts, with what is to be said of it."""
-        assert self._broken_at is not None
-        end = f"the path from straight track ends at R {_radius_m(self._broken_at)} m"
         line, vehicle = self._lines(curvature), self._vehicle
         tried: list[Equilibrium] = []
         for start in self._starts(line):
             one = solve_at(start, vehicle, line)
             if one.status == "equilibrium":
                 # from here on the path is followed again
-                self._known, self._broken_at, self._step = [one], None, _FIRST_STEP
-                return replace(one, notes=(f"{end}; this equilibrium is another one beyond it",))
+                self._known, self._broken, self._step, self._missed = [one], False, _FIRST_STEP, math.inf
+                return one
             tried.append(one)
         best = min(tried, key=lambda one: one.left_over_N)
         left = f"no equilibrium was found from {len(tried)} starts: {best.left_over_N:.0f} N left"
-        return replace(best, notes=(end, left, *best.notes))
+        return replace(best, notes=(left, *best.notes))
 
     def _starts(self, line: Line) -> Iterator[Floats]:
         yield self._known[-1].state
         for shifts in itertools.product(_STARTS_MM, repeat=self._vehicle.wheelsets):
             yield straight_start(self._vehicle, line, (*shifts, 0.0))
-
-
-def _radius_m(curvature_per_mm: float) -> str:
-    return "infinite" if curvature_per_mm == 0.0 else f"{1e-3 / abs(curvature_per_mm):.0f}"

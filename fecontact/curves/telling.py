@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -45,6 +46,7 @@ def curves_record(found: Curves) -> Record:
         **picked(found, "vehicle conditions differences"),
         "straight_track": told(found.straight),
         "stability_notes": [_OF_STABILITY],
+        "path_notes": path_words(found),
         "curves": [told(run) for runs in found.runs.values() for run in runs],
     }
     if found.columns:
@@ -68,7 +70,7 @@ def curve_rows(found: Curves) -> list[Record]:
             **picked(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
             **flat(told(wheel)),
             "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
-            **flat(picked(run, "resistance_N_per_kN left_over_N notes")),
+            **flat(picked(run, "resistance_N_per_kN left_over_N path_ends_m notes")),
         }
         for runs in found.runs.values()
         for run in runs
@@ -130,6 +132,27 @@ def straight_words(one: StraightTrack) -> str:
     )
 
 
+def path_words(found: Curves) -> list[str]:
+    """Where paths from straight track end, and which of the curves lie beyond: a sentence a theory and side."""
+    words = []
+    for theory, sign in itertools.product(found.runs, (1.0, -1.0)):
+        beyond = [run for run in found.runs[theory] if run.path_ends_m and run.radius_m * sign > 0.0]
+        if not beyond:
+            continue
+        first, *others = max((run.path_ends_m for run in beyond), key=len)
+        end = f"at R {first:.0f} m" if math.isfinite(first) else "where it begins"
+        further = f", another one at R {_radii_words(others)} m" if others else ""
+        without, another = ([run.radius_m for run in beyond if run.is_balanced is had] for had in (False, True))
+        reached = [f"no equilibrium was found at R {_radii_words(without)} m"] if without else []
+        reached += [f"another equilibrium at R {_radii_words(another)} m"] if another else []
+        words.append(f"{theory}: the path from straight track ends {end}{further}; beyond it {', '.join(reached)}")
+    return words
+
+
+def _radii_words(radii_m: Sequence[float]) -> str:
+    return ", ".join(f"{radius:.4g}" for radius in radii_m)
+
+
 def share_words(parts: Mapping[str, float], order: tuple[str, ...] = ()) -> str:
     """Shares of the way in percent, those in a given order first, the rest from the largest."""
     rest = sorted((name for name in parts if name not in order), key=lambda name: -parts[name])
@@ -156,7 +179,7 @@ def curves_figure(found: Curves, path: str | Path) -> Path:
     for ax in axes.flat:
         if ax.get_legend_handles_labels()[0]:
             ax.legend(fontsize=8)
-    headline = [difference_words(one) for one in found.differences]
+    headline = [*map(difference_words, found.differences), *path_words(found)]
     radius = f", R {1.0 / curvatures.pop():g} m" if len(curvatures) == 1 else ""
     told = f"{_title(found)}{radius}, friction {found.conditions.friction:g}"
     figure.suptitle("\n".join([*headline, told]), fontsize=10)
@@ -190,17 +213,24 @@ def _draw_one_curve(axes: NDArray[Any], runs: Mapping[str, Sequence[CurveRun]]) 
 def _draw_curves(axes: NDArray[Any], runs_of: Mapping[str, Sequence[CurveRun]]) -> None:
     for index, (theory, runs) in enumerate(runs_of.items()):
         good = sorted((run for run in runs if run.is_balanced), key=lambda run: 1.0 / run.radius_m)
-        style = series_style(index)
-        x = [1e3 / run.radius_m for run in good]
-        for place, dash in zip(range(len(good[0].wheelsets) if good else 0), ("-", "--"), strict=False):
-            of_place = style | {"mfc": "white" if place else style["color"]}
-            label = f"{theory}, {'leading' if place == 0 else 'trailing'}" if len(good[0].wheelsets) > 1 else theory
-            axes[0, 0].plot(x, [r.wheelsets[place].lateral_shift_mm for r in good], dash, label=label, **of_place)
-            axes[0, 1].plot(x, [r.wheelsets[place].yaw_mrad for r in good], dash, label=label, **of_place)
-        axes[1, 0].plot(x, [_outer_y_over_q(run) for run in good], label=theory, **style)
-        axes[1, 1].plot(x, [run.resistance_N_per_kN for run in good], label=theory, **style)
+        # a line does not go on beyond the end of its path
+        paths = [list(one) for _, one in itertools.groupby(good, key=lambda run: run.path_ends_m)]
+        for place, one in enumerate(paths):
+            _draw_path(axes, one, "" if place else theory, series_style(index))
     for ax in axes.flat:
         ax.set(xlabel="curvature 1/R in 1/km (> 0: to the right)")
+
+
+def _draw_path(axes: NDArray[Any], runs: Sequence[CurveRun], theory: str, style: dict[str, Any]) -> None:
+    """Runs of one path by the curvature; without a name of their theory they have no label."""
+    x, wheelsets = [1e3 / run.radius_m for run in runs], len(runs[0].wheelsets)
+    for place, dash in zip(range(wheelsets), ("-", "--"), strict=False):
+        of_place = style | {"mfc": "white" if place else style["color"]}
+        label = f"{theory}, {'leading' if place == 0 else 'trailing'}" if theory and wheelsets > 1 else theory
+        axes[0, 0].plot(x, [r.wheelsets[place].lateral_shift_mm for r in runs], dash, label=label, **of_place)
+        axes[0, 1].plot(x, [r.wheelsets[place].yaw_mrad for r in runs], dash, label=label, **of_place)
+    axes[1, 0].plot(x, [_outer_y_over_q(run) for run in runs], label=theory, **style)
+    axes[1, 1].plot(x, [run.resistance_N_per_kN for run in runs], label=theory, **style)
 
 
 def _title(found: Curves) -> str:
@@ -280,6 +310,7 @@ def curves_lines(found: Curves) -> Lines:
         title = f"{found.vehicle.name}{which}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
         yield _wheelset_table(title, runs)
         yield from notes(f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes)
+    yield from notes(path_words(found))
     yield from map(straight_words, found.straight)
     yield from notes([_OF_STABILITY])
     if found.columns:

@@ -30,6 +30,8 @@ _TRACE_STEP_MM = 0.1
 # 1.4, with 0.4 of its unknowns (S1002 on 60E1, 60E2, cylinders on R 300, R 80 and A120, 100 kN).
 _RATE, _LARGEST_MM = 0.3, 9.0
 _INSIDE_RATE, _INSIDE_LARGEST_MM = 0.5, 12.0
+# Decimals in mm of what gmsh is given. Another processor moves points by 1e-13 mm, and gmsh makes another mesh of them.
+_DECIMALS = 5
 LAYER_RATIO = 1.3
 """Ratio of the thicknesses of neighbouring element layers, growing downwards."""
 
@@ -279,8 +281,9 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
     Recombining triangles to quadrilaterals moves nodes, and this now and then turns a remaining triangle inside out.
     Then nodes are not moved; if cells still fold, the mesh is made from triangles alone, which never fold.
     """
+    corners = np.round(ring[::2], _DECIMALS)
     for recombine, optimize in ((True, True), (True, False), (False, False)):
-        points, quads = _subdivide(*_gmsh_cells(ring[::2], recombine=recombine, optimize=optimize), ring)
+        points, quads = _subdivide(*_gmsh_cells(corners, recombine=recombine, optimize=optimize), ring)
         if _all_convex(points[quads]):
             break
     return points, quads
@@ -304,7 +307,7 @@ def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Fl
 
     def size(dimension: int, tag: int, y: float, z: float, x: float, given: float) -> float:
         away = np.hypot(middles[:, 0] - y, middles[:, 1] - z)
-        return float(min(np.min(lengths + 2.0 * _INSIDE_RATE * away), 2.0 * _INSIDE_LARGEST_MM))
+        return round(float(min(np.min(lengths + 2.0 * _INSIDE_RATE * away), 2.0 * _INSIDE_LARGEST_MM)), _DECIMALS)
 
     with _gmsh_session() as gmsh:
         gmsh.option.setNumber("Mesh.Algorithm", 8)

@@ -42,7 +42,7 @@ FARTHEST_MM = 1e9
 CORNER_RAD = 1e-3
 # Curvature jump that makes a junction (1/mm): the curvature of an arc of R 100 m.
 CURVATURE_JUMP_PER_MM = 1e-5
-# Largest gap between neighbouring segments (mm). The published sections of the S1002 leave 1.2e-4.
+# Largest gap between neighbouring segments (mm). The published sections of EN 15302 leave up to 8.2e-4.
 JOINT_GAP_MM = 1e-3
 # Smallest sine between the line and the observer's direction that still counts as running forward.
 _FORWARD_SINE = 1e-9

@@ -33,6 +33,8 @@ SHORT_FORMS = {"shift": "lateral_shift_mm", "load": "load_kN", "roll": "roll_mra
 _POSITION, _VERDICT = ("lateral_shift_mm", "load_kN"), "verdict_answer"
 _MATCHED_INPUTS = (*_POSITION, "rail", "wheel", "inclination_rad", "roll_mrad", "yaw_mrad", "load_kind", "resolution")
 _IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
+# Ends of names: the measure of a verdict that uses most of its limit, and the share of the limit that it uses.
+_MEASURE, _SHARES = "verdict_measure", ("limit_used", "verdict_limit_used")
 # Inputs only if the resolution has no name; else they follow from the patch.
 _SIZES = ("solver_element_size_mm_x", "solver_element_size_mm_y")
 
@@ -326,4 +328,19 @@ def _values(baseline: pandas.DataFrame, new: pandas.DataFrame, tolerances: Toler
     allowed = np.maximum(values.absolute, values.relative * was.abs()).where(np.isfinite(was), 0.0)
     of_texts = (values.baseline != values.new).map({False: 0.0, True: math.inf})
     excess = (difference.abs() / allowed).mask(difference == 0.0, 0.0).where(difference.notna(), of_texts)
-    return values.assign(difference=difference, tolerance=allowed.where(difference.notna()), times_tolerance=excess)
+    return _with_ties(
+        values.assign(difference=difference, tolerance=allowed.where(difference.notna()), times_tolerance=excess)
+    )
+
+
+def _with_ties(values: pandas.DataFrame) -> pandas.DataFrame:
+    """The measure that uses most of its limit may be another one where two of them use as much of their limits.
+
+    So it is, if the share of the limit is the same within its tolerance. What the measures say is compared by itself.
+    """
+    times = values.set_index(["column", "case"]).times_tolerance
+    for line in values.index[values.column.str.endswith(_MEASURE) & (values.times_tolerance > 1.0)]:
+        name, case = values.column[line].removesuffix(_MEASURE), values.case[line]
+        if any(times.get((name + share, case), math.inf) <= 1.0 for share in _SHARES):
+            values.loc[line, "times_tolerance"] = 1.0
+    return values

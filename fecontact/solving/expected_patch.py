@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -404,7 +404,9 @@ _SEEN_APART = 0.5
 # longer one where the first is not enough.
 _RIMS = (1.02, 1.05)
 FEWEST_NODES = 8.0
-"""Nodes that are left to the least lobes where all of them would be more than are solved."""
+"""Nodes that are left to lobes where all of them would be more than are solved."""
+# Nodes that are not nearer to one another than this part of the distance before are no more of them.
+_NO_MORE = 0.85
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -488,7 +490,7 @@ def expected_patch(
         rung = _on_coarse(gap, load_N, half=half, guess_mm=guess_mm)
     for share in _FITS_AFTER_SLIDES if gap.is_steep else _FITS:
         gap = gap.after(rung.approach_mm) if gap.is_steep else gap
-        rung = _solve(gap, _fitted_grid(rung, round(share * nodes)), load_N, start=rung.pressure)
+        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes))
     if gap.overlaps_between(rung):
         rung = _solve(gap, rung.even().grid, load_N, start=rung.pressure)
     expected = _patch_of(gap, rung)
@@ -506,9 +508,34 @@ def on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung
     ConvergenceError
         If those would be too many, or the contact is not found on them.
     """
+    grid = _fitted_grid(expected.half_space, nodes)
+    step, own = grid.steps_mm[1], expected.half_space.grid.steps_mm[1]
+    if step > _NO_MORE * own:
+        raise ConvergenceError(f"more nodes than {own:.2g} mm apart would be too many")
+    return _again_on(expected, grid, load_N)
+
+
+def on_fewer_nodes(expected: ExpectedPatch, load_N: float, *, fewer: float) -> Rung:
+    """The half-space of an expected patch in one band once more, on nodes so many times farther apart.
+
+    Raises
+    ------
+    ConvergenceError
+        If it is in several bands, or the contact is not found on them.
+    """
+    grid = expected.half_space.grid
+    if len(grid.bands) > 1:
+        raise ConvergenceError("fewer nodes: patches far apart have bands of nodes of their own")
+    x, s = (
+        line[0] + fewer * step * np.arange(math.ceil(np.ptp(line) / (fewer * step)) + 1)
+        for line, step in zip((grid.x_mm, grid.s_mm), grid.steps_mm, strict=True)
+    )
+    return _again_on(expected, ContactGrid(x_mm=np.asarray(x), s_mm=np.asarray(s), half=grid.half), load_N)
+
+
+def _again_on(expected: ExpectedPatch, grid: ContactGrid, load_N: float) -> Rung:
     gap, rung = expected.true_gap, expected.half_space
     angle = angle_of_patches(gap.placement, rung)
-    grid = _fitted_grid(rung, nodes)
     turned = None if np.ptp(angle) == 0.0 else np.interp(grid.s_mm, rung.grid.s_mm, angle)
     return _solve(gap, grid, load_N, start=rung.pressure, angle_rad=turned)
 
@@ -533,6 +560,16 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
     x = np.linspace(0.0 if half else x_low, x_high, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
     s = np.linspace(s_low, s_high, max(33, int(np.ceil((s_high - s_low) / _COARSE_STEP_S_MM)) + 1))
     return ContactGrid(x_mm=x, s_mm=s, half=half)
+
+
+def _on_fitted(true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int) -> Rung:
+    """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off."""
+    fitted = _solve(true_gap, _fitted_grid(rung, nodes), load_N, start=rung.pressure)
+    p = fitted.pressure_MPa
+    ends = (p[:, 0], p[:, -1], p[-1], p[0] if not fitted.grid.half else np.zeros(1))
+    if not any(end.any() for end in ends):
+        return fitted
+    return _solve(true_gap, _fitted_grid(rung, nodes, rung.grid.steps_mm), load_N, start=rung.pressure)
 
 
 def _solve(
@@ -578,7 +615,7 @@ def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, f
     return (x[rows[0]] - dx, x[rows[-1]] + dx), (s[columns[0]] - _COARSE_STEP_S_MM, s[columns[-1]] + _COARSE_STEP_S_MM)
 
 
-def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
+def _fitted_grid(rung: Rung, nodes: int, room_mm: tuple[float, float] = (0.0, 0.0)) -> ContactGrid:
     grid, sizes = rung.grid, lobe_sizes(rung)
     (x_low, x_high), (s_low, s_high) = _bounds(rung)
     followed = followed_mm(sizes)
@@ -589,24 +626,25 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
         banded = _grid_in_bands(rung, parts, nodes)
         if math.prod(banded.shape) <= most:
             return banded
-    for rim in _RIMS:
-        # the least lobes get fewer nodes where all of them would be too many, no others
+    for of_large, rim in product((nodes, FEWEST_NODES), _RIMS):
+        # the least lobes get fewer nodes where all of them would be too many, large ones where that is not enough
         fewer = min(max(1.0, rim * math.sqrt(wanted)), nodes / FEWEST_NODES)
         along_x, across = (
-            max(step, min(fewer * step, min(large) / nodes))
+            max(step, min(fewer * step, min(large) / of_large))
             for step, large in zip((step_x, step_s), zip(*sizes.large, strict=True), strict=True)
         )
-        first_x = 0.0 if grid.half else x_low - 3.0 * along_x
-        first_s = s_low - 3.0 * across
-        count_x = int(np.ceil((x_high + 3.0 * along_x - first_x) / along_x))
-        count_s = int(np.ceil((s_high + 3.0 * across - first_s) / across))
+        room_x, room_s = (max(3.0 * step, room) for step, room in zip((along_x, across), room_mm, strict=True))
+        first_x = 0.0 if grid.half else x_low - room_x
+        first_s = s_low - room_s
+        count_x = int(np.ceil((x_high + room_x - first_x) / along_x))
+        count_s = int(np.ceil((s_high + room_s - first_s) / across))
         if count_x * count_s <= most:
             return ContactGrid(
                 x_mm=np.asarray(first_x + along_x * np.arange(count_x + 1)),
                 s_mm=np.asarray(first_s + across * np.arange(count_s + 1)),
                 half=grid.half,
             )
-    lobe = nodes * across
+    lobe = FEWEST_NODES * across
     raise ConvergenceError(
         f"a lobe of the contact is {lobe:.2g} mm from its peak to a valley, in a patch {s_high - s_low:.1f} mm wide:"
         f" nodes that follow it would be {count_x} by {count_s}, and at most {most} are solved, which"

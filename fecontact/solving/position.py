@@ -20,7 +20,7 @@ from fecontact.arrays import Floats
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.judging import judge_line
 from fecontact.comparison.lines import FILTER, NOISE, Lines, OnLine, is_drawn
-from fecontact.comparison.measures import patch_of
+from fecontact.comparison.measures import MEASURES, patch_of
 from fecontact.comparison.solved_load import changes_on_more_nodes
 from fecontact.contact.grid import Rung
 from fecontact.errors import ConvergenceError, InputError
@@ -31,7 +31,14 @@ from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.touch_hertz import HertzPoints, hertz_points
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.smoothing import other_lines
-from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch, TrueGap, expected_patch, on_more_nodes
+from fecontact.solving.expected_patch import (
+    ExpectedPart,
+    ExpectedPatch,
+    TrueGap,
+    expected_patch,
+    on_fewer_nodes,
+    on_more_nodes,
+)
 from fecontact.solving.placing import place_case
 from fecontact.wheel_rail.placement import Placement
 
@@ -183,16 +190,20 @@ class Position:
     def more_nodes(self) -> dict[str, float]:
         """What more nodes change of the half-space; nothing where no junction lies below and there is no valley.
 
-        Nothing is known where more nodes would be too many, or find no contact: then a note says that there are few.
+        Where more nodes would be too many, or find no contact, it is what these change of fewer ones. A lobe that does
+        not get all of its nodes may be read less well in all measures.
         """
         expected, clock = self.expected, self.clock
         rung = expected.half_space
         below = any(expected.s_low_mm < one.s_mm < expected.s_high_mm for one in self.placement.junctions)
         if not below and patch_of(rung).valley == 0.0:
             return {}
+        nodes = round(_MORE_NODES * self.case.nodes_a_semi_axis)
         with clock.step("resolve"), suppress(ConvergenceError):
-            nodes = round(_MORE_NODES * self.case.nodes_a_semi_axis)
             return changes_on_more_nodes(rung, on_more_nodes(expected, self.case.load_N, nodes=nodes))
+        with clock.step("resolve"), suppress(ConvergenceError):
+            fewer = on_fewer_nodes(expected, self.case.load_N, fewer=_MORE_NODES)
+            return changes_on_more_nodes(fewer, rung, MEASURES)
         return {}
 
 

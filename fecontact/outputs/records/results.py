@@ -291,7 +291,7 @@ def _axes(hertz: HertzContact) -> Record:
 def lobe_record(one: LobeJudgement) -> Record:
     """A separate patch, or a lobe of one, with Hertz's ellipse under its own force at the nearest touch point."""
     return {
-        **picked(one, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe"),
+        **picked(one, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe fe_uncertainty"),
         "half_space": told(one.rungs.get("half_space")),
         "hertz": None if one.hertz is None else told(hertz_measures(one.hertz)) | _axes(one.hertz),
         **picked(one, "deviation uncertainty verdict p_max_lines_MPa"),
