@@ -328,7 +328,8 @@ def test_a_section_is_meshed_alike_by_all_processors(low):
     def meshed(off: float):
         ends = low + off, low + 12.3 - off
         stretch = Stretch(low_mm=ends[0], high_mm=ends[1], intervals=12)
-        return mesh_section(profile, closure, (0, 1), Zone(stretches=(stretch,), depth_step_mm=0.8, depth_mm=5.0))
+        zone = Zone(stretches=(stretch,), depth_step_mm=0.8, depth_mm=np.full(13, 5.0))
+        return mesh_section(profile, closure, (0, 1), zone)
 
     first = meshed(0.0)
     for off in (-1e-12, 1e-12, 3e-12):
