@@ -235,12 +235,12 @@ _OTHER_ANSWERS = {
 }
 
 _SHARES = (
-    text("theory", lambda one: one.get("words") or _OTHER_ANSWERS[one["theory"]]),
-    text("cost", "cost"),
+    text("theory", lambda one: one.get("words") or _OTHER_ANSWERS[one["theory"]], wraps=True),
+    text("cost", "cost", wraps=True),
     number("cheapest\ncells", "cheapest_cells", "{:.0f}"),
     number("cheapest\n%", "cheapest_percent", "{:.0f}"),
     number("out of\nrange", "out_of_range_cells", "{:.0f}"),
-    number("largest share\nof the limit", "largest_limit_used", "{:.2f}"),
+    number("largest\nshare of\nthe limit", "largest_limit_used", "{:.2f}"),
     number("holds\n%", "holds_percent", "{:.0f}"),
 )
 

@@ -240,6 +240,11 @@ def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path
     shown = text.getvalue()
     assert "the cheapest theory that holds, and the largest share of a limit that it uses" in shown
     assert "The cheapest theory that holds, and where each holds" in shown
+    narrow = io.StringIO()
+    show([shares_table(share_records(made))], Console(file=narrow, width=80))
+    # headings are whole where a terminal is no wider
+    (line,) = [line for line in narrow.getvalue().splitlines() if line.lstrip().startswith("theory")]
+    assert line.split()[-2:] == ["limit", "%"]
     alone = io.StringIO()
     show(map_lines(made, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
     assert "where each holds" not in alone.getvalue()
