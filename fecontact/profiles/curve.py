@@ -500,9 +500,8 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: 
                 " two rails, or a rail with its guard; cut the file there, and give the running rail alone"
             )
         # a head lies above the chord between its ends, canted, worn or half
-        weight = (0.5 * (y[0] + y[-1]) - y[0]) / (y[-1] - y[0]) if y[-1] != y[0] else 0.5
         middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])
-        above = float(np.median(z[middle])) - (z[0] + weight * (z[-1] - z[0])) if middle.any() else 0.0
+        above = float(np.median(z[middle])) - 0.5 * (z[0] + z[-1]) if middle.any() else 0.0
         if above < -0.1:
             raise InputError(
                 f"{what}: the middle of the rail lies {-above:.2f} mm below the chord between its ends, but z points "

@@ -233,6 +233,24 @@ def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
         assert pressed.half_length_mm.max() == pytest.approx(math.sqrt(radius * deep), rel=0.02)
 
 
+def test_a_contact_ten_times_as_large_has_strips_ten_times_as_long():
+    """Its nodes are a 24th of it, as long as it is narrower than 7 mm."""
+
+    def longest(size: float) -> float:
+        s = size * np.arange(-1.0, 1.005, 0.01)
+        overlap = Overlap(
+            s_mm=s,
+            depth_mm=size * 2e-4 - s**2 / (2.0 * 50.0 * size),
+            place_mm=np.stack([0.0 * s, s, 0.0 * s], axis=1),
+            angle_rad=0.0 * s,
+            radius_mm=np.full(s.size, 50.0 * size),
+        )
+        (pressed,) = NORMAL_THEORIES["half_space"](overlap, MODULUS)
+        return float(pressed.half_length_mm.max())
+
+    assert longest(10.0) == pytest.approx(10.0 * longest(1.0), rel=1e-6)
+
+
 def test_the_half_space_finds_nothing_where_its_nodes_miss_all_that_overlaps():
     s = np.arange(-12.0, 12.05, 0.1)
     # two stretches of 0.1 mm, far apart and between nodes of 0.3 mm
