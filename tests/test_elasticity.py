@@ -1,5 +1,6 @@
 """The two solver paths: which is taken, and what a factor needs."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +16,8 @@ from fecontact.errors import InputError
 from fecontact.fe import body as elasticity
 from fecontact.fe.body import (
     _skfem_mesh,
+    assembled_part,
+    check_mesh,
     choose_solver,
     elastic_body,
     factor_bytes,
@@ -125,6 +128,30 @@ def test_both_solver_paths_give_the_same_displacements(small, iterations):
     assert iterations[2] <= 1
     assert min(iterations[k] for k in (0, 1, 3)) > 10
     direct.close()
+
+
+@pytest.mark.parametrize("solver", [pytest.param("pardiso", marks=needs_pardiso), "amg"])
+@pytest.mark.parametrize("body", ["rail", "wheel"])
+def test_both_halves_of_a_whole_body_are_the_body(body, solver):
+    whole = mesh_case(Case(lateral_shift_mm=3.0, yaw_rad=0.02, resolution=(2.5, 2.5)), body)
+    nodes, (forces,) = loads_on(whole, 1)
+    # on the middle plane, within and on the far planes, too
+    everywhere = np.random.default_rng(4).normal(size=whole.points.shape)
+    of_halves, as_one = (elastic_body(mesh, STEEL, solver) for mesh in (whole, replace(whole, opposite=None)))
+    found, exact = (made.displacements(nodes, forces, everywhere) for made in (of_halves, as_one))
+    # rounding of a factor; residuals of multigrid as in the test of both paths
+    assert np.abs(found - exact).max() < (1e-12 if solver == "pardiso" else 1e-8) * np.abs(exact).max()
+    assert len(assembled_part(whole).hexes) == len(whole.hexes) / 2
+    for made in (of_halves, as_one):
+        made.close()
+
+
+def test_a_whole_mesh_that_is_no_mirror_image_is_refused():
+    whole = mesh_case(Case(lateral_shift_mm=3.0, yaw_rad=0.02, resolution=(2.5, 2.5)), "wheel")
+    points = whole.points.copy()
+    points[whole.contact_nodes[0, 0]] += 1e-5
+    with pytest.raises(AssertionError, match="off its own mirror image"):
+        check_mesh(replace(whole, points=points))
 
 
 @pytest.mark.slow

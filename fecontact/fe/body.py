@@ -7,11 +7,12 @@ import os
 import sys
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, files
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix, diags, triu
 from scipy.sparse.linalg import cg
 
@@ -41,6 +42,8 @@ class BodyMesh:
         Whether only x >= 0 is meshed.
     volume_mm3
         Volume of the swept section in closed form.
+    opposite (n,)
+        Of a whole mesh that is its own mirror image: the node opposite of each node.
     """
 
     name: Literal["rail", "wheel"]
@@ -51,6 +54,7 @@ class BodyMesh:
     block_nodes: Integers = field(repr=False)
     half: bool
     volume_mm3: float
+    opposite: Integers | None = field(default=None, repr=False)
 
 
 # Corner, and its three neighbours in a right-handed order, of a hexahedron in VTK order.
@@ -112,6 +116,11 @@ def check_mesh(mesh: BodyMesh) -> None:
         f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
     )
     up = 1.0 if mesh.name == "rail" else -1.0
+    if mesh.opposite is not None:
+        apart, both = (mesh.points + sign * mesh.points[mesh.opposite] for sign in (-1.0, 1.0))
+        across = _half_of(mesh)[1]
+        off = max(np.abs(apart @ across[:, 1:]).max(), np.ptp(both @ across[:, 0]))
+        assert off < 1e-9 * np.ptp(mesh.points), f"{mesh.name}: {off:.2g} mm off its own mirror image"
     # only the mean: around a corner some normals may point sideways or even backwards
     upwards = up * float(surface_normals(mesh, "contact")[:, 2].mean())
     assert upwards > 0.0, f"{mesh.name}: contact normals point inwards"
@@ -468,9 +477,15 @@ def _no_factor(forces: Floats) -> Floats:
 def elastic_body(
     mesh: BodyMesh, material: Material, solver: SolverName, matrix: csr_matrix | None = None
 ) -> ElasticBody:
-    """Set up the linear solver of one body; assembles its stiffness matrix unless `matrix` gives it."""
+    """Set up the linear solver of one body; assembles the stiffness of its `assembled_part` unless `matrix` gives it."""
+    part = assembled_part(mesh)
     if matrix is None:
-        matrix = stiffness(mesh, material)
+        matrix = stiffness(part, material)
+
+    def held_at(held: NDArray[np.bool_]) -> LinearSolver:
+        free = np.flatnonzero(~held.ravel())
+        return _PardisoFactor(matrix, free) if solver == "pardiso" else amg_solver(matrix, free, part.points)
+
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
     if mesh.name == "rail":
@@ -478,6 +493,69 @@ def elastic_body(
         held[np.unique(mesh.surfaces["end"]), 1:] = True
     if mesh.half:
         held[np.unique(mesh.surfaces["symmetry"]), 0] = True
-    free = np.flatnonzero(~held.ravel())
-    solve = _PardisoFactor(matrix, free) if solver == "pardiso" else amg_solver(matrix, free, mesh.points)
+    solve: LinearSolver = held_at(held) if mesh.opposite is None else _BothHalves(mesh, held, held_at)
     return ElasticBody(mesh=mesh, material=material, solve=solve, solver=solver)
+
+
+# --- A whole body that is its own mirror image, solved on one half of it.
+#
+# A load is the sum of an even and an odd part. Under the even one the middle plane keeps its points in it, under the odd
+# one it moves them straight out: two factors of half of the unknowns cost less than one of all of them.
+
+
+_MIRRORED = np.array([-1.0, 1.0, 1.0])
+
+
+def assembled_part(mesh: BodyMesh) -> BodyMesh:
+    """The mesh whose stiffness is needed: all of it, or a half in axes of which the first is the plane's normal."""
+    if mesh.opposite is None:
+        return mesh
+    nodes, axes = _half_of(mesh)
+    number = np.full(len(mesh.points), -1)
+    number[nodes] = np.arange(nodes.size)
+    hexes = number[mesh.hexes]
+    return replace(
+        mesh, points=(mesh.points @ axes)[nodes], hexes=hexes[(hexes >= 0).all(axis=1)], surfaces={}, opposite=None
+    )
+
+
+def _half_of(mesh: BodyMesh) -> tuple[Integers, Floats]:
+    """Nodes (k,) on one side of the middle plane of a mesh and on it, and axes (3, 3) whose first is its normal."""
+    opposite, points = mesh.opposite, mesh.points
+    apart = points - points[opposite]
+    first = int(np.argmax(np.einsum("nd,nd->n", apart, apart)))
+    axes, _ = np.linalg.qr(np.column_stack([apart[first], np.eye(3)]))
+    return np.flatnonzero((apart @ apart[first] > 0.0) | (opposite == np.arange(len(points)))), axes
+
+
+class _BothHalves:
+    """Solver of a body that is its own mirror image; it is held alike on both sides (n, 3), and so is each half."""
+
+    def __init__(
+        self, mesh: BodyMesh, held: NDArray[np.bool_], held_at: Callable[[NDArray[np.bool_]], LinearSolver]
+    ) -> None:
+        assert mesh.opposite is not None
+        self._nodes, self._axes = _half_of(mesh)
+        self._opposite = mesh.opposite[self._nodes]
+        self._on_plane = self._nodes == self._opposite
+        # a force on the plane is shared by both halves
+        self._share = np.where(self._on_plane, 0.25, 0.5)[:, None]
+        even, odd = held[self._nodes], held[self._nodes]
+        even[self._on_plane, 0], odd[self._on_plane, 1:] = True, True
+        self._halves = held_at(even), held_at(odd)
+
+    def __call__(self, forces: Floats) -> Floats:
+        f = forces.reshape(-1, 3) @ self._axes
+        here, there = f[self._nodes], f[self._opposite] * _MIRRORED
+        even, odd = (
+            solve((self._share * own).ravel()).reshape(-1, 3)
+            for solve, own in zip(self._halves, (here + there, here - there), strict=True)
+        )
+        u = np.empty_like(f)
+        # on the plane both are the same
+        u[self._opposite], u[self._nodes] = (even - odd) * _MIRRORED, even + odd
+        return np.asarray((u @ self._axes.T).ravel())
+
+    def release(self) -> None:
+        for solve in self._halves:
+            getattr(solve, "release", lambda: None)()

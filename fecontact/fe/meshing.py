@@ -422,6 +422,7 @@ def _swept(
         block_nodes=blocks,
         half=half,
         volume_mm3=volume,
+        opposite=None if half else np.arange(len(points)).reshape(layers, count)[::-1].ravel(),
     )
     check_mesh(mesh)
     return mesh

@@ -29,7 +29,7 @@ from fecontact.contact.solver import (
     solve_contact,
 )
 from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
-from fecontact.fe.body import check_memory, choose_solver, elastic_body, stiffness
+from fecontact.fe.body import assembled_part, check_memory, choose_solver, elastic_body, stiffness
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.normal.hertz import hertz_from_hessian
@@ -83,15 +83,17 @@ def couple(
         local[wheel_nodes] = np.arange(wheel_nodes.size)
         coupling = mortar_matrix(grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]])
     # bodies that yield are solved many times for one load, and several patches twice a patch before the contact
+    # a whole body has a factor of each half
+    factors = 1 if case.half else 2
     path = choose_solver(
         case.solver,
-        [3 * len(mesh.points) for mesh in (rail, wheel)],
+        [3 * len(mesh.points) // factors for mesh in (rail, wheel) for _ in range(factors)],
         several_loads=several_loads or case.may_yield or len(zone.bands) > 1,
     )
     bodies = []
     for mesh, material in ((rail, case.rail_material), (wheel, case.wheel_material)):
         with clock.step("assemble"):
-            matrix = stiffness(mesh, material)
+            matrix = stiffness(assembled_part(mesh), material)
         with clock.step("factorise"):
             bodies.append(elastic_body(mesh, material, path, matrix))
         # the factor is what is kept
