@@ -44,8 +44,7 @@ def half_space_problem(
         gap_mm=gap_mm,
         closing=np.ones(gap_mm.size) if closing is None else closing,
         area_mm2=grid.whole_area_mm2(),
-        # a pressure on narrower cells, below a smaller patch, opens less
-        stiffness=None if grid.widths_mm is None else np.tile(1.0 / grid.weights, grid.shape[0]),
+        stiffness=stiffness_below(grid, contact_modulus_MPa),
     )
 
 
@@ -74,6 +73,32 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: F
         step_s,
     ) / (np.pi * contact_modulus_MPa)
     return convolution(kernel, grid.shape, half=grid.half)
+
+
+def stiffness_below(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+    """Pressures that open a pair of half-spaces by a displacement of the nodes, about: each band by itself.
+
+    A wave of length 2 pi / k opens by 2 / (k E*) of its pressure (Johnson 1985, sec. 13.2). Waves go on beyond the ends
+    of the grid, and the mean is taken for half of the longest wave.
+    """
+    ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
+    below = [_of_waves(band, contact_modulus_MPa) for band in grid.bands]
+
+    def apply(opening: Floats) -> Floats:
+        parts = zip(np.split(opening.reshape(grid.shape), ends, axis=1), below, strict=True)
+        return np.hstack([pressing(part.ravel()).reshape(part.shape) for part, pressing in parts]).ravel()
+
+    return apply
+
+
+def _of_waves(band: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+    (nodes_x, nodes_s), (step_x, step_s), half = band.shape, band.steps_mm, band.half
+    length_s = next_fast_len(nodes_s + 1, real=True)
+    length_x = next_fast_len(nodes_x, real=True) + 1 if half else next_fast_len(nodes_x + 1)
+    along_x = np.arange(length_x) / (2 * length_x - 2) if half else np.fft.fftfreq(length_x)
+    k = 2.0 * np.pi * np.hypot(along_x[:, None] / step_x, np.fft.rfftfreq(length_s, step_s))
+    k[0, 0] = 0.5 * min(k[0, 1], k[1, 0])
+    return _Waves((nodes_x, nodes_s), (length_x, length_s), half).times(0.5 * contact_modulus_MPa * k)
 
 
 def _in_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
@@ -184,22 +209,12 @@ def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spe
     least_spectrum
         Lower bound of the kernel's spectrum, relative to the largest value; above 0: positive definite.
     """
-    nodes_x, nodes_s = shape
-    rows = kernel.shape[0]
+    rows, nodes_s = kernel.shape[0], shape[1]
     length_s = next_fast_len(2 * nodes_s - 1, real=True)
     # a half model is even in x and needs cosines alone: a quarter of the time
     length_x = next_fast_len(rows - 1, real=True) + 1 if half else next_fast_len(2 * rows - 1)
 
-    def forward(of_nodes: Floats) -> Complexes:
-        along_x = dct(of_nodes, 1, length_x, axis=0) if half else of_nodes
-        spectrum = rfft(along_x, length_s)
-        return np.asarray(spectrum if half else fft(spectrum, length_x, axis=0))
-
-    def back(spectrum: Complexes) -> Floats:
-        along_x = spectrum if half else ifft(spectrum, axis=0)[:nodes_x]
-        of_nodes = irfft(along_x, length_s)[:, :nodes_s]
-        return np.asarray(idct(of_nodes, 1, axis=0)[:nodes_x] if half else of_nodes)
-
+    waves = _Waves(shape, (length_x, length_s), half)
     wrapped = np.zeros((length_x, length_s))
     wrapped[:rows, :nodes_s] = kernel[:, nodes_s - 1 :]
     wrapped[:rows, 1 - nodes_s :] = kernel[:, : nodes_s - 1]
@@ -208,13 +223,37 @@ def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spe
         wrapped[1 - rows :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
         wrapped[1 - rows :, 1 - nodes_s :] = kernel[:0:-1, : nodes_s - 1 : -1]
     # the spectrum is real, since opposite sides are equal
-    spectrum = forward(wrapped).real
-    spectrum = np.maximum(spectrum, least_spectrum * spectrum.max())
+    spectrum = waves.forward(wrapped).real
+    return waves.times(np.maximum(spectrum, least_spectrum * spectrum.max()))
 
-    def apply(pressure: Floats) -> Floats:
-        return np.ascontiguousarray(back(forward(pressure.reshape(nodes_x, nodes_s)) * spectrum)).ravel()
 
-    return apply
+@dataclass(frozen=True)
+class _Waves:
+    """Waves of these lengths, in steps, on nodes of a shape: of cosines along x in a half model."""
+
+    shape: tuple[int, int]
+    lengths: tuple[int, int]
+    half: bool
+
+    def forward(self, of_nodes: Floats) -> Complexes:
+        """Spectrum of values (nx, ns), continued by zeros."""
+        along_x = dct(of_nodes, 1, self.lengths[0], axis=0) if self.half else of_nodes
+        spectrum = rfft(along_x, self.lengths[1])
+        return np.asarray(spectrum if self.half else fft(spectrum, self.lengths[0], axis=0))
+
+    def _back(self, spectrum: Complexes) -> Floats:
+        nodes_x, nodes_s = self.shape
+        along_x = spectrum if self.half else ifft(spectrum, axis=0)[:nodes_x]
+        of_nodes = irfft(along_x, self.lengths[1])[:, :nodes_s]
+        return np.asarray(idct(of_nodes, 1, axis=0)[:nodes_x] if self.half else of_nodes)
+
+    def times(self, factors: Floats) -> Compliance:
+        """Function that multiplies the spectrum of nodal values (n,) by factors."""
+
+        def apply(of_nodes: Floats) -> Floats:
+            return np.ascontiguousarray(self._back(self.forward(of_nodes.reshape(self.shape)) * factors)).ravel()
+
+        return apply
 
 
 def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) -> Floats:

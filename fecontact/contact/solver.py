@@ -21,6 +21,8 @@ ContactStatus = Literal["converged", "not converged"]
 # Largest error of the gap relative to the approach: 1e-7 leaves some 1e-7 in the pressure, far below any mesh error.
 CONTACT_TOLERANCE = 1e-7
 CONTACT_ITERATIONS = 300
+# Part of the nodes that press at first, and part of a guessed peak that is rounding.
+_NEAREST, _ROUNDING = 0.2, 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,15 +40,17 @@ class ContactProblem:
         How much the gap closes when the bodies approach by 1: cosine between the node's normal and the approach.
     area_mm2 (n,)
         Area that each node stands for; in a half model doubled, so that sums give the whole contact.
-    stiffness (n,)
-        How much more pressure the nodes need than others for a change of the gap, about; None where all are alike.
+    stiffness
+        Maps gaps (n,) to about the pressures that would close them, to some factor: the inverse of a compliance like
+        this one, symmetric and positive definite as it is. The closer it is, the fewer iterations are needed; None
+        where nothing is known of it.
     """
 
     compliance: Compliance
     gap_mm: Floats
     closing: Floats
     area_mm2: Floats
-    stiffness: Floats | None = None
+    stiffness: Compliance | None = None
 
     def load_N(self, pressure: Floats) -> float:
         """Force along the approach that pressures (n,) in MPa carry."""
@@ -114,62 +118,64 @@ def solve_contact(
     approach_mm
         Prescribed approach instead of a load; not 0.
     start_MPa (n,)
-        First guess of the pressure. Without it the pressure is uniform over the nodes with the smallest gaps under a
-        load, and zero at an approach.
+        First guess of the pressure. Without it the pressure under a load is larger the smaller the gap is, on the nodes
+        with the smallest gaps, and zero at an approach.
     tolerance
         Bound of both residuals relative to the approach.
 
     Notes
     -----
-    Polonsky and Keer (1999), with nodal areas as weights and normals that need not be parallel. Every iteration
-    holds the load, or the approach, exactly. Where nodes are not alike their gaps are scaled by their stiffness, which
-    is Jacobi's preconditioner (Saad 2003, sec. 9.2).
+    Polonsky and Keer (1999), with nodal areas as weights and normals that need not be parallel, and with a
+    preconditioner (Vollebregt 2014). Every iteration holds the load, or the approach, exactly. Nodes that press or
+    overlap take part in a step, and pressures that it would make negative are cut off. Where the contact has changed,
+    Polak and Ribiere's factor begins anew by itself.
     """
-    g0, c, w = problem.gap_mm, problem.closing, problem.area_mm2
-    p = _start(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else np.maximum(start_MPa, 0.0)
+    w = problem.area_mm2
+    p = _start(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else _cleared(start_MPa)
     p = p * _scale(problem, load_N, p)
-    direction = np.zeros_like(p)
-    norm_old, conjugate = 1.0, False
-    calls = 1
+    direction, gap_before, norm_before = np.zeros_like(p), np.zeros_like(p), np.inf
+    moving = np.zeros(p.size, dtype=bool)
+    calls, iteration = 1, 0
     opening = problem.compliance(p)
-    iteration = 0
     while True:
         iteration += 1
         state = solution_at(problem, load_N, p, opening, tolerance, approach_mm)
         if state.status == "converged" or iteration == iterations:
             return replace(state, iterations=iteration, compliance_calls=calls)
-        active, gap = state.in_contact, state.gap_mm
-        if state.contact_residual <= tolerance:
-            # the nodes in contact are solved (a single node always is): the overlapping nodes decide about the step
-            active = active | (gap < 0.0)
-            total = g0 + opening
-            gap = total - (_mean(problem, total, active) if approach_mm is None else approach_mm) * c
-            conjugate = False
-        downhill = gap if problem.stiffness is None else _scaled(problem, gap, active, load_N)
-        norm = inner((w * downhill)[active], gap[active])
-        direction = np.where(active, downhill + (norm / norm_old if conjugate else 0.0) * direction, 0.0)
-        norm_old = norm
+        before, moving = moving, state.in_contact | (state.gap_mm < 0.0)
+        total = problem.gap_mm + opening
+        gap = total - (_mean(problem, total, moving) if approach_mm is None else approach_mm) * problem.closing
+        downhill = _pressures(problem, gap, moving)
+        if approach_mm is None:
+            # a direction that carries none of the load
+            if not np.array_equal(before, moving):
+                upright = _pressures(problem, problem.closing, moving)
+            downhill = downhill - problem.load_N(downhill) / problem.load_N(upright) * upright
+        norm = inner(w * downhill, gap)
+        factor = max(0.0, inner(w * downhill, gap - gap_before) / norm_before)
+        direction = np.where(moving, downhill + factor * direction, 0.0)
+        gap_before, norm_before = gap, norm
         moved = problem.compliance(direction)
         calls += 1
-        moved_mean = _mean(problem, moved, active) if approach_mm is None else 0.0
-        curvature = inner((w * direction)[active], (moved - moved_mean * c)[active])
-        step = inner((w * gap)[active], direction[active]) / curvature
+        moved_mean = _mean(problem, moved, moving) if approach_mm is None else 0.0
+        curvature = inner(w * direction, moved - moved_mean * problem.closing)
+        step = inner(w * gap, direction) / curvature
         trial = p - step * direction
-        overlapping = ~active & (gap < 0.0)
-        clipped = bool(np.any(trial[active] < 0.0))
         new = np.maximum(trial, 0.0)
-        new[overlapping] = -step * downhill[overlapping]
-        entered = bool(np.any(overlapping))
-        # at a prescribed approach, a restart after pressures were cut off saves a fifth of the iterations
-        conjugate = not (entered or (clipped and load_N is None))
         scale = _scale(problem, load_N, new)
-        if clipped or entered:
+        if np.any(trial < 0.0):
             opening = problem.compliance(scale * new)
             calls += 1
         else:
             # the opening is linear in the pressure: no new application of the compliance
             opening = scale * (opening - step * moved)
         p = scale * new
+
+
+def _pressures(problem: ContactProblem, gap: Floats, nodes: NDArray[np.bool_]) -> Floats:
+    """About the pressures (n,) on some nodes that would close gaps (n,) there; zero on all others."""
+    there = np.where(nodes, gap, 0.0)
+    return there if problem.stiffness is None else np.where(nodes, problem.stiffness(there), 0.0)
 
 
 def solution_at(
@@ -209,16 +215,6 @@ def _mean(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> 
     return inner(w * c, values[nodes]) / inner(w * c, c)
 
 
-def _scaled(problem: ContactProblem, gap: Floats, active: NDArray[np.bool_], load_N: float | None) -> Floats:
-    """Gaps (n,) times the nodes' stiffness; under a load without what would change it."""
-    assert problem.stiffness is not None
-    scaled, closing = problem.stiffness * gap, problem.stiffness * problem.closing
-    if load_N is None:
-        return scaled
-    carried = (problem.area_mm2 * problem.closing)[active]
-    return np.asarray(scaled - inner(carried, scaled[active]) / inner(carried, closing[active]) * closing)
-
-
 def inner(a: Floats, b: Floats) -> float:
     """Inner product of (n,) and (n,).
 
@@ -233,11 +229,15 @@ def _scale(problem: ContactProblem, load_N: float | None, pressure: Floats) -> f
     return 1.0 if load_N is None else load_N / problem.load_N(pressure)
 
 
+def _cleared(start: Floats) -> Floats:
+    """A first guess (n,) without what is negative, and without what interpolation leaves beside its contact."""
+    return np.where(start > _ROUNDING * start.max(), start, 0.0)
+
+
 def _start(problem: ContactProblem, load_N: float | None) -> Floats:
     if load_N is None:
         return np.zeros_like(problem.gap_mm)
-    near = problem.gap_mm <= np.quantile(problem.gap_mm, 0.2)
-    return np.where(near, 1.0, 0.0)
+    return np.maximum(np.quantile(problem.gap_mm, _NEAREST) - problem.gap_mm, 0.0)
 
 
 # --- Mixing of the last solutions of a fixed-point iteration (Anderson 1965; Walker and Ni 2011).

@@ -477,7 +477,7 @@ def _no_factor(forces: Floats) -> Floats:
 def elastic_body(
     mesh: BodyMesh, material: Material, solver: SolverName, matrix: csr_matrix | None = None
 ) -> ElasticBody:
-    """Set up the linear solver of one body; assembles the stiffness of its `assembled_part` unless `matrix` gives it."""
+    """Set up the linear solver of one body; `matrix` is the stiffness of its `assembled_part`, if it is there."""
     part = assembled_part(mesh)
     if matrix is None:
         matrix = stiffness(part, material)
@@ -499,8 +499,8 @@ def elastic_body(
 
 # --- A whole body that is its own mirror image, solved on one half of it.
 #
-# A load is the sum of an even and an odd part. Under the even one the middle plane keeps its points in it, under the odd
-# one it moves them straight out: two factors of half of the unknowns cost less than one of all of them.
+# A load is the sum of an even and an odd part. Under the even part points of the middle plane stay in it, under the odd
+# part they move straight out of it: two factors of half of the unknowns cost less than one of all of them.
 
 
 _MIRRORED = np.array([-1.0, 1.0, 1.0])

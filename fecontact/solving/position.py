@@ -449,6 +449,8 @@ def hertz_alone(case: Case) -> HertzAlone:
 
 # A patch within so many elements of the edge enlarges the zone.
 EDGE_ELEMENTS = 2
+# A patch that is a whole number of elements long but for rounding gets no element more.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -474,7 +476,7 @@ def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], roo
     high = expected.s_high_mm + MARGIN_ELEMENTS * step_s + room.s_high
     whole = _even_stretch(low, high, step_s)
     return FineZone(
-        half_length_mm=step_x * math.ceil(length / step_x),
+        half_length_mm=step_x * math.ceil(length / step_x - _ROUNDING),
         s_low_mm=bands[0].low_mm if bands else whole.low_mm,
         s_high_mm=bands[-1].high_mm if bands else whole.high_mm,
         step_x_mm=step_x,
@@ -485,7 +487,7 @@ def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], roo
 
 
 def _even_stretch(low: float, high: float, step: float) -> Stretch:
-    steps = 2 * math.ceil(0.5 * (high - low) / step)
+    steps = 2 * math.ceil(0.5 * (high - low) / step - _ROUNDING)
     middle = 0.5 * (low + high)
     return Stretch(low_mm=middle - 0.5 * steps * step, high_mm=middle + 0.5 * steps * step, intervals=steps)
 
