@@ -17,8 +17,8 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.comparison.theories import THEORIES
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact.halfspace import along_normals, half_space_below
-from fecontact.contact.solver import ContactProblem, solve_contact
+from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.solver import solve_contact
 from fecontact.errors import InputError
 from fecontact.normal.gap_line import AtApproach, GapLine, crossings_mm, regions
 from fecontact.normal.hertz import HertzContact, hertz_ellipse
@@ -333,15 +333,9 @@ def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = Fal
     x = np.asarray(longest / (along - 0.5) * np.arange(along))
     rows = np.full(x.size, 2.0 * x[1])
     rows[0] = x[1]
-    flat = half_space_below(ContactGrid(x_mm=x, s_mm=np.asarray(s), half=True), contact_modulus_MPa)
     wanted = (depth - 0.5 * curvature * x[:, None] ** 2).ravel()
-    contact = ContactProblem(
-        compliance=along_normals(flat, np.tile(angle, x.size)),
-        gap_mm=deepest - wanted,
-        closing=np.ones_like(wanted),
-        # half of the cells on the plane of symmetry is in the model
-        area_mm2=np.repeat(rows, s.size),
-    )
+    grid = ContactGrid(x_mm=x, s_mm=np.asarray(s), half=True)
+    contact = half_space_problem(grid, deepest - wanted, contact_modulus_MPa=contact_modulus_MPa, angle_rad=angle)
     solution = solve_contact(contact, None, approach_mm=deepest, tolerance=_TOLERANCE, iterations=_ITERATIONS)
     pressure = solution.pressure_MPa.reshape(x.size, -1)
     force = rows @ pressure
