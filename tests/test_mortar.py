@@ -217,7 +217,7 @@ def on_rollers(mesh: BodyMesh, material: Material) -> ElasticBody:
     held[corner, :2] = True
     held[along, 1] = True
     free = np.flatnonzero(~held.ravel())
-    factor = splu(stiffness(mesh, material)[free][:, free].tocsc())
+    factor = splu(stiffness(mesh, material).tocsr()[free][:, free].tocsc())
 
     def solve(forces):
         u = np.zeros_like(forces)

@@ -9,11 +9,12 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, files
+from types import SimpleNamespace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import bsr_matrix, csr_matrix, diags, triu
+from scipy.sparse import bsr_matrix, csr_matrix
 from scipy.sparse.linalg import cg
 
 from fecontact.arrays import Floats, Integers
@@ -146,8 +147,8 @@ def elasticity_MPa(material: Material) -> Floats:
 _TO_SKFEM = np.array([0, 4, 3, 1, 7, 5, 2, 6])
 
 
-def stiffness(mesh: BodyMesh, material: Material) -> csr_matrix:
-    """Stiffness matrix (3n, 3n) in N/mm, three displacement components per node in turn.
+def stiffness(mesh: BodyMesh, material: Material) -> bsr_matrix:
+    """Stiffness matrix (3n, 3n) in N/mm in blocks of the three displacement components of each node.
 
     Trilinear hexahedra, isotropic Hooke's law, small strains. The integrals of d_i u d_j v use scikit-fem's shape
     functions and quadrature. They are computed for all elements at once and added up in one sparsity pattern, which is
@@ -174,7 +175,7 @@ def stiffness(mesh: BodyMesh, material: Material) -> csr_matrix:
     blocks = np.tensordot(parts, elasticity_MPa(material), axes=((1, 2), (1, 3)))
     rows, columns = np.divmod(pairs, count)
     starts = np.searchsorted(rows, np.arange(count + 1))
-    return bsr_matrix((blocks, columns, starts), shape=(3 * count, 3 * count)).tocsr()
+    return bsr_matrix((blocks, columns, starts), shape=(3 * count, 3 * count))
 
 
 def _skfem_mesh(mesh: BodyMesh) -> Any:
@@ -186,9 +187,9 @@ def _skfem_mesh(mesh: BodyMesh) -> Any:
 # --- Memory that the solution of a body needs, and whether the machine has it.
 
 # Bytes of a Cholesky factor of n degrees of freedom, and bytes a degree of freedom of its analysis. PARDISO itself
-# counts 145 to 163 n^(4/3) (the growth of nested dissection in space) and 1.3 kB on bodies of 11 to 61 thousand.
-_FACTOR_BYTES = 165.0
-_ANALYSIS_BYTES = 1300.0
+# counts 146 to 179 n^(4/3) (the growth of nested dissection in space) and 0.2 kB on bodies of 12 to 66 thousand.
+_FACTOR_BYTES = 180.0
+_ANALYSIS_BYTES = 220.0
 # Part of the available memory for factors: the matrix, its assembly and the other body need the rest.
 USABLE_MEMORY = 0.8
 
@@ -292,35 +293,42 @@ def choose_solver(
 def _pardiso() -> Any:
     solver = _pypardiso().PyPardisoSolver(mtype=2)
     os.environ.setdefault(_MKL_PATH, solver.libmkl._name)
-    # nested dissection, and no refinement of the solution: it takes 2.6 times as long, and Cholesky's errors are of
-    # rounding size without it
-    solver.iparm[0], solver.iparm[1] = 1, 2
+    # nested dissection, somewhat slower at that and faster after it, and no refinement of the solution: it takes 2.6
+    # times as long, and Cholesky's errors are of rounding size without it
+    solver.iparm[0], solver.iparm[1] = 1, 32
+    # 3 x 3 blocks: their graph is ordered in a third of the time
+    solver.iparm[36] = 3
     return solver
 
 
 class _PardisoFactor:
-    """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle)."""
+    """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle of blocks)."""
 
-    def __init__(self, matrix: csr_matrix, free: Integers) -> None:
-        self._free = free
-        self._upper = triu(matrix[free][:, free], format="csr")
-        self._upper.sort_indices()
+    def __init__(self, matrix: bsr_matrix, moves: NDArray[np.bool_]) -> None:
+        self._moves, count = moves, moves.shape[0]
+        rows = _block_rows(matrix)
+        upper = matrix.indices >= rows
+        # what pypardiso hands over, which knows no blocks; PARDISO reads each of them by columns
+        self._upper: Any = SimpleNamespace(
+            shape=(count, count),
+            data=np.ascontiguousarray(matrix.data[upper].transpose(0, 2, 1)),
+            indices=matrix.indices[upper],
+            indptr=np.searchsorted(rows[upper], np.arange(count + 1)),
+        )
         self._pardiso = _pardiso()
         self._run(11)
         # the analysis gives the memory in KB: the peak while ordering, or the factor and its work space
         peak, permanent, factor = (self._pardiso.get_iparm(k) for k in (15, 16, 17))
-        check_memory(1024.0 * max(peak, permanent + factor), f"the factor of {free.size} degrees of freedom")
+        check_memory(1024.0 * max(peak, permanent + factor), f"the factor of {moves.size} degrees of freedom")
         self._run(22)
         self._pardiso.set_phase(33)
 
     def _run(self, phase: int) -> None:
         self._pardiso.set_phase(phase)
-        self._pardiso._call_pardiso(self._upper, np.zeros(self._free.size))
+        self._pardiso._call_pardiso(self._upper, np.zeros(self._moves.size))
 
     def __call__(self, forces: Floats) -> Floats:
-        u = np.zeros_like(forces)
-        u[self._free] = self._pardiso._call_pardiso(self._upper, np.ascontiguousarray(forces[self._free]))
-        return u
+        return np.asarray(self._pardiso._call_pardiso(self._upper, forces * self._moves.ravel()))
 
     def release(self) -> None:
         if self._upper is not None:
@@ -334,22 +342,29 @@ class _PardisoFactor:
             self.release()
 
 
-def amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
-    """Conjugate gradients with smoothed aggregation.
+def _block_rows(matrix: bsr_matrix) -> Integers:
+    """Row of each block (k,)."""
+    return np.repeat(np.arange(matrix.indptr.size - 1), np.diff(matrix.indptr))
 
-    Held degrees of freedom stay as decoupled rows, so that each node keeps its 3 x 3 block.
-    """
+
+def _decoupled(matrix: bsr_matrix, moves: NDArray[np.bool_]) -> bsr_matrix:
+    """The matrix with what does not move (n, 3) decoupled, so that each node keeps its 3 x 3 block."""
+    rows, columns = _block_rows(matrix), matrix.indices
+    data = matrix.data * (moves[rows][:, :, None] & moves[columns][:, None, :])
+    held = np.zeros((len(moves), 3, 3))
+    held[:, range(3), range(3)] = float(matrix.diagonal().mean()) * ~moves
+    data[rows == columns] += held
+    return bsr_matrix((data, columns, matrix.indptr), shape=matrix.shape)
+
+
+def amg_solver(matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats) -> LinearSolver:
+    """Conjugate gradients with smoothed aggregation."""
     import pyamg
 
-    moves = np.zeros(matrix.shape[0])
-    moves[free] = 1.0
-    keep = diags(moves)
-    scale = float(matrix.diagonal().mean())
-    held = (keep @ matrix @ keep + diags(scale * (1.0 - moves))).tobsr(blocksize=(3, 3))
-    strengths, aggregates = _near_neighbours(held, points)
+    strengths, aggregates = _near_neighbours(matrix, points)
     hierarchy = pyamg.smoothed_aggregation_solver(
-        held,
-        B=rigid_body_modes(points) * moves[:, None],
+        matrix,
+        B=rigid_body_modes(points) * moves.reshape(-1, 1),
         strength=strengths,
         aggregate=aggregates,
         smooth=("energy", {"krylov": "cg", "maxiter": 3}),
@@ -357,7 +372,7 @@ def amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolv
         postsmoother=("block_gauss_seidel", {"sweep": "backward"}),
         improve_candidates=None,
     )
-    return _MultigridSolver(held, moves, hierarchy.aspreconditioner())
+    return _MultigridSolver(matrix, moves.ravel(), hierarchy.aspreconditioner())
 
 
 def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], list[Any]]:
@@ -391,7 +406,7 @@ def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], lis
 class _MultigridSolver:
     """Preconditioned conjugate gradients, started from the best combination of the last solutions."""
 
-    def __init__(self, matrix: bsr_matrix, moves: Floats, preconditioner: Any) -> None:
+    def __init__(self, matrix: bsr_matrix, moves: NDArray[np.bool_], preconditioner: Any) -> None:
         self._matrix, self._moves, self._preconditioner = matrix, moves, preconditioner
         self._solved: deque[tuple[Floats, Floats]] = deque(maxlen=_REMEMBERED)
 
@@ -475,7 +490,7 @@ def _no_factor(forces: Floats) -> Floats:
 
 
 def elastic_body(
-    mesh: BodyMesh, material: Material, solver: SolverName, matrix: csr_matrix | None = None
+    mesh: BodyMesh, material: Material, solver: SolverName, matrix: bsr_matrix | None = None
 ) -> ElasticBody:
     """Set up the linear solver of one body; `matrix` is the stiffness of its `assembled_part`, if it is there."""
     part = assembled_part(mesh)
@@ -483,8 +498,8 @@ def elastic_body(
         matrix = stiffness(part, material)
 
     def held_at(held: NDArray[np.bool_]) -> LinearSolver:
-        free = np.flatnonzero(~held.ravel())
-        return _PardisoFactor(matrix, free) if solver == "pardiso" else amg_solver(matrix, free, part.points)
+        own = _decoupled(matrix, ~held)
+        return _PardisoFactor(own, ~held) if solver == "pardiso" else amg_solver(own, ~held, part.points)
 
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
