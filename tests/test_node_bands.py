@@ -217,11 +217,11 @@ def test_the_contact_on_bands_is_the_one_on_a_grid():
 
 
 def test_a_narrow_patch_on_nodes_of_its_own_costs_no_iterations():
-    """53 as with nodes that are all alike (44), and 134 without the nodes' stiffness; the pressure is the same."""
+    """22 as on nodes that are all alike, and 117 without the nodes' stiffness; the pressure is the same."""
     lines = [0.08 * np.arange(-60, 61), 12.0 + 0.01 * np.arange(-16, 17)]
     problem = two_bodies(in_bands(0.12 * np.arange(45), lines, half=True), narrower=8.0)
     found, plain = solved(problem), solved(replace(problem, stiffness=None))
-    assert found.iterations < 70 < 110 < plain.iterations
+    assert found.iterations < 25 < 110 < plain.iterations
     np.testing.assert_allclose(found.pressure_MPa, plain.pressure_MPa, atol=1e-6 * plain.pressure_MPa.max())
     at_approach = solve_contact(problem, None, approach_mm=plain.approach_mm, tolerance=1e-9)
     np.testing.assert_allclose(at_approach.pressure_MPa, plain.pressure_MPa, atol=1e-6 * plain.pressure_MPa.max())
