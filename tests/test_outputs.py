@@ -366,7 +366,7 @@ def test_a_collection_has_its_blocks_by_name(vtk_folder):
     assert blocks.keys() == ["rail", "wheel", "pressure", "elements", "hertz_ellipse"]
     bodies = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
     surface = dict.fromkeys(
-        ("contact_pressure_MPa", "hertz_pressure_MPa", "pressure_difference_MPa", "gap_mm", "in_contact"), 1
+        ("contact_pressure_MPa", "hertz_pressure_MPa", "hertz_minus_fe_MPa", "gap_mm", "in_contact"), 1
     )
     surface |= {"pressure_relief_mm": 3}
     arrays = {"rail": bodies, "wheel": bodies, "pressure": surface, "elements": surface, "hertz_ellipse": {}}
@@ -534,8 +534,8 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
     inside = at_nodes > 0.6 * at_nodes.max()
     assert inside.sum() > 30
     np.testing.assert_allclose(data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.055)
-    difference = data["contact_pressure_MPa"] - data["hertz_pressure_MPa"]
-    np.testing.assert_allclose(data["pressure_difference_MPa"], difference, atol=1e-9)
+    difference = data["hertz_pressure_MPa"] - data["contact_pressure_MPa"]
+    np.testing.assert_allclose(data["hertz_minus_fe_MPa"], difference, atol=1e-9)
     np.testing.assert_array_equal(data["in_contact"], data["contact_pressure_MPa"] > 0.0)
     assert float(np.abs(data["gap_mm"][data["in_contact"] == 1]).max()) < 1e-6
 
@@ -1181,6 +1181,13 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened)
     assert judged["centre"][-3:-1] == ["±0.15", "b"]
     # in this font and size a line of so many characters ends at the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 60
+
+
+def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened):
+    (ax,) = [ax for ax in case_axes(flattened) if ax.get_title() == "Hertz minus finite elements"]
+    (image,) = ax.images
+    furthest = max(image.get_array().ravel(), key=abs)
+    assert furthest * flattened.load.deviation["p_max_MPa"] > 0.0
 
 
 def test_a_case_figure_has_the_junctions_of_the_rail_on_its_maps(elliptic_quick):

@@ -127,6 +127,9 @@ def test_results_are_watched_with_the_time_that_is_left(monkeypatch):
     said = []
     assert list(watched("abc", 3, lambda *one: said.append(one), "lines")) == ["a", "b", "c"]
     assert said == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
+    # where there is nothing to do there is nothing to say
+    assert list(watched("", 0, lambda *one: said.append(one), "lines")) == []
+    assert len(said) == 3
 
 
 def test_meshes_say_how_long_they_take_by_what_the_finest_ones_took(monkeypatch):
