@@ -274,6 +274,34 @@ def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, tim
     assert last == "error: the work begins"
 
 
+def test_progress_of_many_quick_cases_is_a_line_in_five_seconds_where_nobody_watches(capsys, monkeypatch, tmp_path):
+    """The first one and the last one always, and all in the log."""
+    now = [100.0]
+    monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])
+
+    with logged(tmp_path / "run.log"), many("pairs") as show:
+        for number in range(300):
+            show(number, 300, f"solving {number}")
+            now[0] += 0.25
+    lines = [line.split()[:6] for line in capsys.readouterr().err.splitlines()]
+    assert lines == [
+        [f"{number / 4:.0f}", "s", str(number), "of", "300", "pairs"] for number in (*range(0, 300, 20), 299)
+    ]
+    assert len(log_lines(tmp_path / "run.log")) == 302
+
+
+def test_the_last_line_of_what_is_interrupted_is_printed(capsys):
+    def interrupted():
+        with many("pairs") as show:
+            show(0, 1000, "solving 0")
+            show(1, 1000, "solving 1")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert [line.split()[2] for line in capsys.readouterr().err.splitlines()] == ["0", "1"]
+
+
 def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypatch):
     now = [100.0]
     monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])
@@ -284,13 +312,14 @@ def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypa
         show(4, 6, "solving three; about 30 s left")
         # parts of what is under way: loads, and those that no one asked for
         for words in ("0 of 2 loads", "2 of 2 loads, 1 more for limits", "2 of 2 loads, 2 more for limits"):
+            now[0] += 10.0
             show(4, 6, f"solving four ({words})")
     lines = [" ".join(line.split()) for line in capsys.readouterr().err.splitlines()]
     assert lines == [
         "0 s 2 of 6 cases done: solving one",
         "30 s 4 of 6 cases done: solving three; about 30 s left",
-        "30 s 4 of 6 cases done: solving four (2 of 2 loads, 1 more for limits)",
-        "30 s 4 of 6 cases done: solving four (2 of 2 loads, 2 more for limits)",
+        "50 s 4 of 6 cases done: solving four (2 of 2 loads, 1 more for limits)",
+        "60 s 4 of 6 cases done: solving four (2 of 2 loads, 2 more for limits)",
     ]
 
 

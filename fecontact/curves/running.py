@@ -83,9 +83,7 @@ def curve(
     columns = () if map_folder is None else _columns(Path(map_folder), case)
     case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
     wheelset, materials = wheelset_of_case(case), (case.wheel_material, case.rail_material)
-    rides = [
-        Ride(wheelset=wheelset, conditions=conditions, theory=theory, materials=materials) for theory in theories
-    ]
+    rides = [Ride(wheelset=wheelset, conditions=conditions, theory=theory, materials=materials) for theory in theories]
     here = 1 in (workers, len(theories))
     with evaluators(len(theories), here=here, workers=workers) as map_over:
         if here:

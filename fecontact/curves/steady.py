@@ -639,9 +639,7 @@ def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0
     return state
 
 
-def path(
-    vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Sequence[float]
-) -> Iterator[Equilibrium]:
+def path(vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Sequence[float]) -> Iterator[Equilibrium]:
     """Equilibria at curvatures of one sign, found one after the other along one path from straight track on.
 
     Parameters

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cyclopts import App
 
-from fecontact.commands.console import announce, logged, many, print_reasons, say
+from fecontact.commands.console import announce, logged, print_reasons, say, several
 from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files
 from fecontact.fleet.asking import report, sample
 
@@ -32,8 +32,8 @@ def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
 
     with logged(out / "run.log"):
         tell_cost(file, how)
-        with many("files", quiet=how.quiet) as files, many("pairs", quiet=how.quiet) as pairs:
-            found = run_fleet(file, out, settings=how.settings(), progress={"files": files, "pairs": pairs})
+        with several("files", "pairs", quiet=how.quiet) as progress:
+            found = run_fleet(file, out, settings=how.settings(), progress=progress)
         say(found.headline, quiet=how.quiet)
         if found.reused:
             say(f"{found.reused} of {found.pairs} pairs were finished before", quiet=how.quiet)

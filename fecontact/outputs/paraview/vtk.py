@@ -52,10 +52,10 @@ def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = No
 
     It lies `LIFT_MM` above the rail and holds the contact and Hertz's ellipse, as far as the rail's surface reaches.
     Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `gap_mm` (deformed; NaN beyond the nodes of the solution,
-    where only Hertz has a pressure), `in_contact` (0 or 1), and with `yielded` the `plastic_pressure_MPa` of bodies that
-    yield. `hertz_minus_fe_MPa`, as the verdict's deviations, and `pressure_relief_mm`, a vector along the normal to warp
-    by, are of the pressure of bodies that yield, else of elastic ones. Pressures are means over the cells of the nodes:
-    they integrate to the force along the contact normal.
+    where only Hertz has a pressure), `in_contact` (0 or 1), and with `yielded` the `plastic_pressure_MPa` of bodies
+    that yield. `hertz_minus_fe_MPa`, as the verdict's deviations, and `pressure_relief_mm`, a vector along the normal
+    to warp by, are of the pressure of bodies that yield, else of elastic ones. Pressures are means over the cells of
+    the nodes: they integrate to the force along the contact normal.
     """
     import pyvista
 
