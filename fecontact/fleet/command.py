@@ -25,8 +25,8 @@ def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
     file
         Wheels, rails, pairs, shifts and loads (TOML); `fecontact guide fleet` has one.
     out
-        Folder for profiles.parquet (a row a file, also of those that were refused), screen/part-*.parquet (a row a
-        position) and fleet.json; a file that is added later costs that file.
+        Folder for profiles.parquet (a row for each file, also for those that were refused), screen/part-*.parquet (a
+        row for each position) and fleet.json; a file that is added later costs that file.
     """
     from fecontact.fleet.running import run_fleet
 
