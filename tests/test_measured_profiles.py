@@ -106,7 +106,13 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
     assert nearest(points, "rail")[0].name == "60E1"
     made = read(points).measured
     assert made.nominal == "60E1"
-    assert "nearest library profile: 60E1" in nearest_text(nearest(points, "rail"))
+    told = nearest_text(nearest(points, "rail"), "54E1")
+    assert "nearest library profile over the whole line: 60E1" in told
+    # another one than it is smoothed from is no riddle
+    assert told.endswith("; what is smoothed is the deviation from 54E1")
+    assert "smoothed" not in nearest_text(nearest(points, "rail"), "60E1")
+    # of points that lie on it no rounding is told
+    assert "all points are within 0.001 mm of it" in nearest_text(nearest(sampled("60E1", 0.0), "rail"))
     # the wear that was planted, to some of the noise, where both lines are registered by the sides of the head
     line = read(points, nominal="60E1")
     feet = foot_points(replace(load("60E1"), outline=()), line.points)
@@ -315,7 +321,7 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert 0.0 < part["p_max_MPa"] < 0.05
     assert call(["profiles", "mine.csv", "--kind", "rail", "--write", "again.csv", "--out", "mine.png"]) == 0
     out = capsys.readouterr().out
-    assert "nearest library profile: 60E1" in out
+    assert "nearest library profile over the whole line: 60E1" in out
     assert "its deviation from 60E1" in out
     assert (tmp_path / "mine.png").exists()
     assert call(["profiles", "again.csv", "--kind", "rail"]) == 0

@@ -1179,6 +1179,8 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened)
     }
     assert judged["p_max"][-3:-1] == ["±5", "%"]
     assert judged["centre"][-3:-1] == ["±0.15", "b"]
+    # sizes of meshes are in the report
+    assert "elements " not in text.replace("finite elements", "")
     # in this font and size a line of so many characters ends at the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 60
 

@@ -256,7 +256,8 @@ def profiles(
     if profile.points is not None:
         from fecontact.outputs.alone import nearest_text
 
-        print(nearest_text(nearest(profile.points, profile.kind)))
+        nominal = "" if profile.measured is None else profile.measured.nominal or ""
+        print(nearest_text(nearest(profile.points, profile.kind), nominal))
     if out is None:
         print("--out FILE.png draws its line and curvature")
     else:

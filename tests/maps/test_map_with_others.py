@@ -490,6 +490,11 @@ def test_maps_have_a_function_a_module_and_results(tmp_path):
     assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
     with pytest.raises(InputError, match="at least one lateral shift"):
         fecontact.map(Case(), [], [], tmp_path)
+    for asked in (partial(fecontact.map, out=tmp_path), fecontact.table):
+        with pytest.raises(InputError, match=r"lateral_shifts_mm is -3; give a list, for example \[-3\]"):
+            asked(Case(), -3, [100e3])
+        with pytest.raises(InputError, match=r"loads_N is 100000\.0; give a list"):
+            asked(Case(), [-3.0], 100e3)
     with pytest.raises(InputError, match=r"no result\.json or study\.json or map\.json"):
         fecontact.load(tmp_path)
 

@@ -348,8 +348,6 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
         carries = f"{lobe.p_max_MPa:.0f} MPa, {1e2 * lobe.force_share:.1f} % of the load"
         lines.append(f"lobe {number} at {lobe.y_mm:+z.1f} mm: {carries}")
     lines.append(f"lobes {len(lobes)}, patches {comparison.patch.pieces}")
-    size_x, size_s = load.level.nodal.grid.steps_mm
-    lines.append(f"elements {size_x:.2f} by {size_s:.2f} mm, {len(load.solved.levels)} meshes")
     lines.append(f"status: {load.status}")
     return "\n".join(lines)
 
