@@ -115,6 +115,15 @@ def test_lines_fit_an_editor(page):
 
 
 @pytest.mark.parametrize("page", TEXTS)
+def test_tables_are_whole(page):
+    """A line of a table that stands alone is shown with its bars."""
+    text = re.sub(r"^```.*?^```$", "", TEXTS[page], flags=re.MULTILINE | re.DOTALL)
+    for table in re.findall(r"(?:^\|.*\n)+", text + "\n", re.MULTILINE):
+        head, rule, *_ = [*table.splitlines(), ""]
+        assert re.fullmatch(r"\|( *:?-+:? *\|)+", rule), head
+
+
+@pytest.mark.parametrize("page", TEXTS)
 def test_what_is_to_be_typed_can_be_pasted(page):
     """Without the sign of a shell before it."""
     assert [line for line in "".join(fenced(TEXTS[page], "console")).splitlines() if line.startswith(("$", "%"))] == []
