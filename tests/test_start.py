@@ -1,6 +1,7 @@
 """The first minutes: an example, a study to begin with and its check, the machine's, and what is said meanwhile."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -272,6 +273,23 @@ def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, tim
     assert time in first
     assert "0 of 4" in then
     assert last == "error: the work begins"
+
+
+def test_a_study_says_what_it_takes_before_it_begins(capsys, monkeypatch, tmp_path):
+    def work(*given, **more):
+        raise InputError("the work begins")
+
+    monkeypatch.setattr("fecontact.runs.study.run_study", work)
+    (tmp_path / "two.toml").write_text("load_kN = 100.0\nlateral_shift_mm = [-4.0, 4.0]\n")
+    asked = ["run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+    said = []
+    for more in ((), ("--part", "1/2"), ("--quiet",)):
+        assert call([*asked, *more]) == 2
+        said.append(capsys.readouterr().err.splitlines())
+    # a part does not know what the others do
+    assert [line for line in said[0] if "about" in line] == [said[0][0]]
+    assert re.match(r"2 cases: about \d+ s with 1 worker and 0\.3 GB per worker; up to \d+ s", said[0][0])
+    assert said[1:] == [["error: the work begins"]] * 2
 
 
 def test_progress_of_many_quick_cases_is_a_line_in_five_seconds_where_nobody_watches(capsys, monkeypatch, tmp_path):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from cyclopts import Parameter
 
-from fecontact.case import Group, unusual
+from fecontact.case import Case, Group, unusual
 from fecontact.commands.console import (
     announce,
     log_only,
@@ -170,6 +170,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         tell_notes(unusual(loaded.cases))
+        tell_cost(loaded.cases, "case", len(loaded.cases), out / "cases", how)
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if json:
@@ -198,6 +199,44 @@ def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
         for name in ("verdict_warnings", "warnings"):
             if row.get(name):
                 log_only(f"{row['id']}: {row[name]}", warning=True)
+
+
+def tell_cost(
+    cases: Sequence[Case],
+    what: str,
+    places: int,
+    finished: Path,
+    how: RunOptions,
+    *,
+    further: tuple[float, float] = (0.0, 0.0),
+) -> None:
+    """Say about what cases take before they are solved.
+
+    Parameters
+    ----------
+    what
+        What one of them is called.
+    places
+        So many workers have something to do.
+    finished
+        Folder of those that were finished before.
+    further
+        As for `cost_of`.
+    """
+    from fecontact.jobs.workers import default_workers
+    from fecontact.runs.study import cost_of
+
+    if how.part is not None or how.scheduler is not None:
+        # how many others work, and on what machines, is not known
+        return
+    cost = cost_of(cases, how.workers or min(default_workers(), places), further=further)
+    if cost is None:
+        # none can be solved, which the results say
+        return
+    forces = "; forces take some 2 s a cell more, laws of them as much again" * any(case.creep.asked for case in cases)
+    taken = f"; finished {finished.name} are taken as they are" * finished.is_dir()
+    expected, *short = cost.words
+    announce(f"{count(len(cases), what)}: {expected}{forces}{taken}", *short, quiet=how.quiet)
 
 
 def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: str, how: RunOptions) -> None:

@@ -83,7 +83,7 @@ class Cost:
         """Time and memory in words, and whether there is too little memory."""
         workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
         expected = (
-            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB a worker; up to"
+            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB per worker; up to"
             f" {duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where verdicts stay open"
         )
         if self.most_memory_GB * self.workers <= self.available_GB:

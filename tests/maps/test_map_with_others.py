@@ -211,7 +211,7 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
         assert call([*asked, *more]) == 2
         capsys.readouterr()
     told, with_forces, quiet = seen
-    assert "4 cells: about 11 s with 1 worker and 0.3 GB a worker" in told
+    assert "4 cells: about 11 s with 1 worker and 0.3 GB per worker" in told
     assert "forces take" not in told
     assert "forces take some 2 s a cell more" in with_forces
     assert quiet == ""
