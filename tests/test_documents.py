@@ -15,7 +15,7 @@ from marks import slow_but
 
 from fecontact.cli import app, call
 from fecontact.fleet.model import read_fleet
-from fecontact.guide.pages import page, titles
+from fecontact.guide.pages import page, titles, without_links
 from fecontact.regression.tables import read_tolerances
 from fecontact.runs.casefile import toml_cases
 
@@ -273,6 +273,16 @@ def test_a_page_is_laid_out_on_a_terminal(monkeypatch, capsys):
     assert "\x1b[1m" in out
     assert "# Conventions" not in out
     assert "contact angle" in out
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_links_on_a_terminal_are_commands_or_words(topic):
+    """A path leads nowhere there."""
+    shown = without_links(page(topic))
+    assert ".md" not in re.sub(r"```.*?```|`[^`]*`", "", shown, flags=re.DOTALL)
+    named = set(re.findall(r"`fecontact guide (\w+)`", shown))
+    assert named >= set(re.findall(r"\]\((\w+)\.md", page(topic)))
+    assert named <= set(TOPICS)
 
 
 def test_a_misspelt_topic_is_recognised(capsys):

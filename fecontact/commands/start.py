@@ -36,11 +36,11 @@ def guide(topic: str = "", /) -> int:
     topic
         Which page; without it the topics are listed.
     """
-    from fecontact.guide.pages import page, titles
+    from fecontact.guide.pages import page, titles, without_links
     from fecontact.outputs.terminal import print_page, print_titles
 
     if topic:
-        print_page(page(topic))
+        print_page(page(topic), without_links)
     else:
         print_titles(titles())
     return 0
