@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from fecontact.commands.console import announce, many, width
 from fecontact.commands.options import CaseOptions, takes
+from fecontact.errors import InputError
 from fecontact.outputs.terminal import answer, show
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ def baseline_update(
     study_result: Path,
     *,
     reason: str,
-    baselines: Path = Path("studies/baselines"),
+    baselines: Path | None = None,
     allow_failed: bool = False,
 ) -> int:
     """Make the results of a study its baseline, and say what changes.
@@ -141,14 +142,17 @@ def baseline_update(
     reason
         Why the new results are right; kept beside the baseline.
     baselines
-        Folder of the baselines.
+        Folder of the baselines; in a clone, if not given, studies/baselines.
     allow_failed
         Take cases that failed or did not converge as well.
     """
     from fecontact.outputs.comparison import comparison_lines
     from fecontact.regression.baselines import update_baseline
 
-    update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)
+    folder = baselines or Path("studies/baselines")
+    if baselines is None and not folder.is_dir():
+        raise InputError(f"there is no {folder} here; give the folder of your own baselines: --baselines FOLDER")
+    update = update_baseline(study_result, folder, reason=reason, allow_failed=allow_failed)
     if update.comparison is not None:
         show(comparison_lines(update.comparison))
     print(f"{update.path}: {update.text}")
