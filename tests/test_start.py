@@ -1,5 +1,6 @@
 """The first minutes: an example, a study to begin with and its check, the machine's, and what is said meanwhile."""
 
+import json
 import os
 import re
 import signal
@@ -71,6 +72,10 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     assert time.perf_counter() - start < 10.0
     out = capsys.readouterr().out
     assert "20 cases, 2 values of rail, 5 values of lateral_shift_mm, 2 values of load_kN" in out
+    assert call(["check", str(path), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert (record["cases"], record["positions"], record["placed"], record["problems"]) == (20, 10, 10, [])
+    assert f"about {record['cost']['seconds']:.0f} s with" in out
     path.write_text('rail = ["60E1", "rail.csv"]\nwheel = "S1003"\n')
     assert call(["check", str(path)]) == 2
     err = capsys.readouterr().err

@@ -46,7 +46,7 @@ def guide(topic: str = "", /) -> int:
     return 0
 
 
-def check(file: Path, *, quick: bool = False) -> int:
+def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
     """Check a study file without solving it: inputs, profiles and positions, how many cases, what time and memory.
 
     Parameters
@@ -55,10 +55,18 @@ def check(file: Path, *, quick: bool = False) -> int:
         A script with `cases(quick=False)`, or a TOML file of cases.
     quick
         The small version of the study.
+    json
+        Print what was found as JSON and nothing else.
     """
+    from dataclasses import asdict
+
+    from fecontact.files import json_text
     from fecontact.runs.study import check_study
 
     found = check_study(file, quick=quick)
+    if json:
+        print(json_text(asdict(found)))
+        return 2 if found.problems else 0
     print(f"{file}: {count(found.cases, 'case')}, {', '.join(found.varied) or 'nothing varied'}")
     for line in () if found.cost is None else found.cost.words:
         print(line)
