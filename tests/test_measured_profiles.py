@@ -299,6 +299,7 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     record = json.loads(json.dumps(preview_record(seen)))
     assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)
     assert preview_figure(seen, tmp_path / "seen.png").stat().st_size > 10_000
+    assert "vertical scale exaggerated" in (tmp_path / "seen.svg").read_text("utf-8")
 
 
 def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):

@@ -262,11 +262,19 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
         ("curve --radii 400", "fecontact.curves.running.curve", "1 curve: about 2 s"),
         ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 lines: about 4 s"),
         ("geometry --shifts 1 --loaded-kn 60", "fecontact.curves.loaded.loaded_conicities", "takes about 15 s"),
-        ("judge folder --friction 0.3", "fecontact.runs.judging.judge", "some 2 s per case or cell"),
+        ("judge folder --friction 0.3", "fecontact.runs.judging.judge", "40 cases: about "),
+        (
+            "irregular --wavelengths-mm 30 --amplitudes-um 5 --workers 2",
+            "fecontact.irregularities.running.irregular",
+            "4 cells: about 2 s",
+        ),
     ],
 )
-def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, time, capsys, monkeypatch):
+def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, time, capsys, monkeypatch, tmp_path):
     """And then how far it is."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "study.csv").write_text("id\n" + "".join(f"case{number}\n" for number in range(40)))
 
     def work(*given, progress, **more):
         progress(0, 4, "working")

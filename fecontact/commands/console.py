@@ -60,7 +60,7 @@ def solving() -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def many(what: str, *, quiet: bool = False) -> Iterator[Progress]:
+def many(what: str, *, quiet: bool = False, before: Callable[[int], str] | None = None) -> Iterator[Progress]:
     """Progress of many jobs: hears how many are done, how many there are, and what is under way.
 
     Parameters
@@ -69,9 +69,18 @@ def many(what: str, *, quiet: bool = False) -> Iterator[Progress]:
         What they are called, such as `cases`.
     quiet
         Keep it for the log.
+    before
+        What is announced of so many jobs when the first one begins: by then all inputs have been checked.
     """
     with several(what, quiet=quiet) as heard:
-        yield heard[what]
+        show, unsaid = heard[what], [before]
+
+        def announced(number: int, count: int, text: str) -> None:
+            if words := unsaid.pop() if unsaid else None:
+                announce(words(count), quiet=quiet)
+            show(number, count, text)
+
+        yield announced
 
 
 @contextmanager

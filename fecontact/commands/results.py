@@ -6,13 +6,19 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.commands.console import announce, many, width
+from fecontact.commands.console import many, width
 from fecontact.commands.options import CaseOptions, takes
+from fecontact.commands.solving import FORCES_S, LAWS_S
 from fecontact.errors import InputError
-from fecontact.outputs.terminal import answer, show
+from fecontact.jobs.remaining import duration
+from fecontact.outputs.terminal import answer, count, show
 
 if TYPE_CHECKING:
     from fecontact.runs.judging import Judged
+
+
+# Of a case or a cell without friction.
+_JUDGED_S = 0.03
 
 
 @takes("verdict", "creep")
@@ -45,13 +51,20 @@ def judge(
     """
     from fecontact.files import json_text
     from fecontact.outputs.words import criteria_text
+    from fecontact.regression.tables import load_table
     from fecontact.runs.judging import judge as judge_stored
+    from fecontact.runs.judging import workers_of
 
     case = options.case()
-    if case.creep.asked:
-        more = ", laws as much again" * (measure == "theory")
-        announce(f"forces take some 2 s per case or cell{more}")
-    with many("positions or cases") as progress:
+
+    def before(places: int) -> str:
+        loads = len(load_table(folder).rows)
+        each = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
+        seconds = each * loads / workers_of(places, case.creep)
+        what = "cell" if (folder / "map.json").is_file() else "case"
+        return f"{count(loads, what)}: about {duration(seconds)}"
+
+    with many("positions or cases", before=before) as progress:
         judged: Judged = judge_stored(
             folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
         )

@@ -25,6 +25,7 @@ from fecontact.commands.console import (
 )
 from fecontact.commands.options import PANELS, CaseOptions, takes
 from fecontact.errors import usable, with_remedy
+from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import count, show
 
 if TYPE_CHECKING:
@@ -79,6 +80,8 @@ class RunOptions:
 
 
 AS_USUAL = RunOptions()
+# Seconds of creep forces of a case or a cell, and of the laws of them.
+FORCES_S, LAWS_S = 2.0, 2.0
 # The time of the files is said from this part of the time of a solution on.
 _MUCH_KEPT = 0.1
 
@@ -209,6 +212,7 @@ def tell_cost(
     how: RunOptions,
     *,
     further: tuple[float, float] = (0.0, 0.0),
+    laws: bool = False,
 ) -> None:
     """Say about what cases take before they are solved.
 
@@ -222,6 +226,8 @@ def tell_cost(
         Folder of those that were finished before.
     further
         As for `cost_of`.
+    laws
+        Whether laws of creep forces are judged where there is friction.
     """
     from fecontact.jobs.workers import default_workers
     from fecontact.runs.study import cost_of
@@ -229,11 +235,13 @@ def tell_cost(
     if how.part is not None or how.scheduler is not None:
         # how many others work, and on what machines, is not known
         return
-    cost = cost_of(cases, how.workers or min(default_workers(), places), further=further)
+    workers = how.workers or min(default_workers(), places)
+    cost = cost_of(cases, workers, further=further)
     if cost is None:
         # none can be solved, which the results say
         return
-    forces = "; forces take some 2 s a cell more, laws of them as much again" * any(case.creep.asked for case in cases)
+    seconds = sum((FORCES_S + LAWS_S * laws) / workers for case in cases if case.creep.asked)
+    forces = f"; creep forces about {duration(seconds)} more" * bool(seconds)
     taken = f"; finished {finished.name} are taken as they are" * finished.is_dir()
     expected, *short = cost.words
     announce(f"{count(len(cases), what)}: {expected}{forces}{taken}", *short, quiet=how.quiet)

@@ -61,7 +61,8 @@ def map_(
         # the limits of one load are that load
         searched = len(positions) if len(loads_N) > 1 else 0
         further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))
-        tell_cost(cells, "cell", len(positions), out / "positions", how, further=further)
+        laws = measure == "theory"
+        tell_cost(cells, "cell", len(positions), out / "positions", how, further=further, laws=laws)
         with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
