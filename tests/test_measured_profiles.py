@@ -14,9 +14,9 @@ from scipy.interpolate import make_smoothing_spline
 from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.outputs.alone import nearest_text, preview_lines, preview_record
+from fecontact.outputs.alone import preview_lines, preview_record
 from fecontact.outputs.figures.position import preview_figure
-from fecontact.outputs.profiles import profile_figure
+from fecontact.outputs.profiles import nearest_text, profile_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
@@ -325,6 +325,14 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert "nearest library profile over the whole line: 60E1" in out
     assert "its deviation from 60E1" in out
     assert (tmp_path / "mine.png").exists()
+    assert call(["profiles", "mine.csv", "--kind", "rail", "--json"]) == 0
+    profile = json.loads(capsys.readouterr().out)
+    assert (profile["smoothed"]["nominal"], profile["nearest"][0]["name"]) == ("60E1", "60E1")
+    # the scatter that was planted, and the junctions of 60E1 between arcs of 300, 80 and 13 mm
+    assert profile["smoothed"]["noise_mm"] == pytest.approx(0.01, rel=0.25)
+    assert [one["y_mm"] for one in profile["junctions"]] == pytest.approx(
+        [one.y_mm for one in load("60E1").junctions], abs=0.05
+    )
     assert call(["profiles", "again.csv", "--kind", "rail"]) == 0
     (tmp_path / "mine.prr").write_text(simpack(*sampled("60E1", 0.01).T), "utf-8")
     assert call(["profiles", "mine.prr", "--kind", "wheel"]) == 2

@@ -40,7 +40,7 @@ from fecontact.outputs.figures.case import PressureFields, case_figure, case_inc
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.meshes import write_mesh
 from fecontact.outputs.paraview.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
-from fecontact.outputs.profiles import library_lines, profile_figure, profile_lines
+from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines
 from fecontact.outputs.records.results import (
     ROW_SCHEMA,
     case_inputs,
@@ -1018,7 +1018,7 @@ def test_every_table_fits_a_terminal(record, flat, width):
     show(rows_parts([flat | {"hertz_deviation_p_max_percent": -43.21}]), console)
     show(case_parts(record), console, long=True)
     show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))), console)
-    show(profile_lines(load("60E1")), console)
+    show(profile_lines(load("60E1"), []), console)
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
     assert "…" not in plain
     assert max(len(line.rstrip()) for line in plain.splitlines()) <= width
@@ -1028,8 +1028,8 @@ def test_every_table_fits_a_terminal(record, flat, width):
 
 def test_hertz_and_profiles_print_their_numbers(capsys):
     show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))))
-    show(library_lines())
-    show(profile_lines(load("60E1")))
+    show(library_lines(library_record()))
+    show(profile_lines(load("60E1"), []))
     text = capsys.readouterr().out
     for part in ("straight", "-10.425", "1722.", "S1002", "-26.0265"):
         assert part in text
