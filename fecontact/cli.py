@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from io import TextIOWrapper
@@ -75,6 +76,8 @@ def run_script(path: str) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the program `fecontact`."""
+    # a queue of jobs ends a program so: its workers end with it, as at Ctrl-C
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(call(arguments))
 
 

@@ -463,8 +463,11 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
-@pytest.mark.parametrize("seconds", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
-def test_ctrl_c_while_workers_begin_is_one_line(tmp_path, seconds):
+@pytest.mark.parametrize(
+    ("ended_by", "seconds"),
+    [(signal.SIGINT, 1.0), (signal.SIGTERM, 1.0), pytest.param(signal.SIGINT, 2.0, marks=pytest.mark.slow)],
+)
+def test_an_end_from_outside_while_workers_begin_is_one_line(tmp_path, ended_by, seconds):
     # in the background a shell has Ctrl-C ignored
     code = (
         "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from fecontact.cli import main;"
@@ -481,7 +484,8 @@ def test_ctrl_c_while_workers_begin_is_one_line(tmp_path, seconds):
     while not (tmp_path / "out" / "run.lock").exists():
         time.sleep(0.02)
     time.sleep(seconds - 0.9)
-    os.killpg(process.pid, signal.SIGINT)
+    # Ctrl-C goes to all processes of a terminal, a queue of jobs knows the first one
+    (os.killpg if ended_by == signal.SIGINT else os.kill)(process.pid, ended_by)
     _, err = process.communicate(timeout=600)
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "interrupted; what was finished is kept"
