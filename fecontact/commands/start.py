@@ -20,7 +20,7 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     from fecontact.outputs.documents import rows_parts
     from fecontact.runs.study import demo_study, demo_words, run_study
 
-    print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact:", flush=True)
+    print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact; half a minute:", flush=True)
     with many("cases") as progress:
         outcome = run_study(demo_study(), out, progress=progress)
     show(rows_parts(outcome.rows))
