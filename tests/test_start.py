@@ -15,6 +15,7 @@ import pytest
 from marks import slow_but
 
 from fecontact import __version__
+from fecontact.bodies import STEEL, Material
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
 from fecontact.commands.console import log_only, logged, many, print_reasons, say, solving
@@ -178,6 +179,28 @@ def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, 
     assert seen.degrees_of_freedom == pytest.approx(unknowns, rel=0.05)
     assert 1 / 1.45 < seen.cpu_seconds / seconds < 1.15
     assert seen.memory_GB == pytest.approx(memory, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("shift", "yield_MPa", "resolution", "seconds"),
+    [
+        (-4.0, 450.0, "quick", 8.7),
+        (3.0, 450.0, "quick", 9.2),
+        (0.0, 450.0, "quick", 12.8),
+        (3.0, 450.0, "standard", 24.6),
+    ],
+)
+def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolution, seconds):
+    """CPU seconds of `solve --refine never --tangent-mpa 4200`; told to a factor of 1.6."""
+    steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=yield_MPa, tangent_MPa=4200.0)
+    case = Case(lateral_shift_mm=shift, resolution=resolution, rail_material=steel, wheel_material=steel)
+    told = preview(case).cpu_seconds
+    assert 1 / 1.6 < told / seconds < 1.15
+    assert cost_of([case], 1).seconds == pytest.approx(told)
+    # a yield stress that is not reached takes nothing
+    hard = replace(steel, yield_MPa=1200.0)
+    elastic = preview(replace(case, rail_material=STEEL, wheel_material=STEEL)).cpu_seconds
+    assert preview(replace(case, rail_material=hard, wheel_material=hard)).cpu_seconds == elastic < 0.6 * told
 
 
 @pytest.mark.parametrize(("unknowns", "memory"), [(67_518, 0.62), (99_402, 0.93), (189_414, 1.80)])
