@@ -289,7 +289,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
         (
             "irregular --wavelengths-mm 30 --amplitudes-um 5 --workers 2",
             "fecontact.irregularities.running.irregular",
-            "4 cells: about 2 s",
+            "4 cells: about 1 s",
         ),
     ],
 )

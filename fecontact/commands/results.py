@@ -62,7 +62,7 @@ def judge(
         each = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
         seconds = each * loads / workers_of(places, case.creep)
         what = "cell" if (folder / "map.json").is_file() else "case"
-        return f"{count(loads, what)}: about {duration(seconds)}"
+        return f"{count(loads, what)}: about {duration(max(1.0, seconds))}"
 
     with many("positions or cases", before=before) as progress:
         judged: Judged = judge_stored(
