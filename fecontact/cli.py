@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CoercionError, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
+from cyclopts import (
+    App,
+    CoercionError,
+    CycloptsError,
+    Group,
+    MissingArgumentError,
+    Parameter,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
 
 from fecontact import __version__, features
 from fecontact.commands import looking, results, solving, start
@@ -66,6 +76,8 @@ def run_script(path: str) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the program `fecontact`."""
+    # a queue of jobs ends a program so: its workers end with it, as at Ctrl-C
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(call(arguments))
 
 
@@ -104,6 +116,14 @@ def _system_error(error: OSError) -> str:
 
 def _misunderstood(error: CycloptsError) -> str:
     """What is wrong with the words of a command."""
+    command = " ".join(("fecontact", *(error.command_chain or ())))
+    # with another option that may be meant the message is right as it is
+    if isinstance(error, MissingArgumentError) and error.argument and "Did you mean" not in str(error):
+        # as the help writes what has a place in a command
+        placed = error.argument.field_info.is_positional
+        name = error.argument.name.removeprefix("--").upper() if placed else error.argument.name
+        what = f"{error.keyword}: there is no value behind it" if error.keyword else f"{name} is missing"
+        return f"{what}; {command} --help says what it is"
     if isinstance(error, UnknownOptionError):
         name = (error.token.keyword or error.token.value or "").removeprefix("--")
         known = {known for argument in error.argument_collection for known in argument.names}
@@ -114,7 +134,6 @@ def _misunderstood(error: CycloptsError) -> str:
     if isinstance(error, CoercionError) and error.target_type is bool and error.token:
         return f"{error.token.keyword}: it is a flag, and {error.token.value} behind it is too much; leave it out"
     if isinstance(error, UnusedCliTokensError):
-        command = " ".join(("fecontact", *(error.command_chain or ())))
         unused = " ".join(error.unused_tokens or ())
         if unused.endswith(".json"):
             return f"{unused}: --json is a flag, and JSON goes to standard output; write: --json > {unused}"

@@ -56,6 +56,13 @@ def parse_numbers(text: str, name: str) -> tuple[float, ...]:
     return tuple(dict.fromkeys(found))
 
 
+def listed(values: Sequence[float], name: str) -> tuple[float, ...]:
+    """Numbers of a list; a single number, which a caller in Python may give in its place, is refused."""
+    if isinstance(values, Real):
+        raise InputError(f"{name} is {values}; give a list, for example [{values}]")
+    return tuple(map(float, values))
+
+
 def _range(first: float, last: float, step: float, what: str) -> list[float]:
     if not step > 0.0 or last < first:
         raise InputError(f"{what}: a range goes up, with a step above zero, such as -6:6:0.5")

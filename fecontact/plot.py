@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["case", "map"]
 
-Field = Literal["finite elements", "Hertz", "finite elements minus Hertz"]
+Field = Literal["finite elements", "Hertz", "Hertz minus finite elements"]
 
 
 def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite elements") -> Figure | SubFigure:
@@ -26,8 +26,8 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     axes
         Axes for the map of one field; if not given, a new figure gets all maps, cuts and measures.
     field
-        Pressure of `finite elements` (bodies that yield if there is a yield stress), of `Hertz`, or `finite elements
-        minus Hertz`; for given axes.
+        Pressure of `finite elements` (bodies that yield if there is a yield stress), of `Hertz`, or `Hertz minus finite
+        elements`, as the verdict's deviations; for given axes.
 
     Returns
     -------

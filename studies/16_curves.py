@@ -19,7 +19,7 @@ Found: without their yaw an ellipse is within the criteria of the strip method f
 (Manchester) wheels; not for the trailing wheelset at 1 to 2 mm, and outer leading wheels about 5 mm. Off the half-space
 are springs by up to 0.27 mm and 0.014 in Y/Q, overlapping strips by 0.12 mm and 0.013 (more than 10 % at R 3000 alone),
 Kik and Piotrowski by 0.16 mm and 0.005, the strip method by 0.02 mm and 0.001. Critical speeds by springs, overlapping
-strips, strip method and half-space: 239, 186, 217, 222 km/h (metro), 305, 242, 276, 272 km/h (Manchester); Kik and
+strips, strip method and half-space: 239, 186, 217, 223 km/h (metro), 305, 242, 276, 272 km/h (Manchester); Kik and
 Piotrowski 177 and 248. The half-space's hangs on its nodes: 212 to 254 km/h on 8 along half the patch and 0.3 mm
 across, 221 to 223 on 16 and 0.1 mm, which are taken for straight track. A free wheelset on springs has no equilibrium
 at some radii.

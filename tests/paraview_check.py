@@ -16,7 +16,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkPNGReader
 
 BODY = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
-CONTACT = {"contact_pressure_MPa": 1, "hertz_pressure_MPa": 1, "pressure_difference_MPa": 1, "gap_mm": 1}
+CONTACT = {"contact_pressure_MPa": 1, "hertz_pressure_MPa": 1, "hertz_minus_fe_MPa": 1, "gap_mm": 1}
 CONTACT |= {"in_contact": 1, "pressure_relief_mm": 3}
 ARRAYS = {"rail": BODY, "wheel": BODY, "pressure": CONTACT, "elements": CONTACT, "hertz_ellipse": {}}
 # Facets are chords of the rail, and nodes at the edge of a patch stand for cells that are only partly in it.

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -135,8 +136,10 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     assert lines["finite elements, bodies that yield"] == pytest.approx(SOFTER * elastic, rel=1e-9)
     assert first_answer(" ".join(case_annotation(result).split())) == "FAILS"
     level = result.load.level
-    shown = contact_surface(result, level.fe, level.yielded.fe).point_data["plastic_pressure_MPa"]
-    assert float(shown.max()) == pytest.approx(SOFTER * elastic, rel=1e-9)
+    shown = contact_surface(result, level.fe, level.yielded.fe).point_data
+    plastic = shown["plastic_pressure_MPa"]
+    assert float(plastic.max()) == pytest.approx(SOFTER * elastic, rel=1e-9)
+    np.testing.assert_allclose(shown["hertz_minus_fe_MPa"], shown["hertz_pressure_MPa"] - plastic, atol=1e-9)
     drawn = study_figure([case_row(result)], tmp_path / "study.png").with_suffix(".svg").read_text("utf-8")
     assert "FAILS" in drawn
     assert "HOLDS" not in drawn

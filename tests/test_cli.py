@@ -60,6 +60,9 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["geometry", "--shifts", "0", "--out", "picture"], "picture: allowed: a name that ends in .png or .svg"),
         (["init", "\0"], "NUL character"),
         (["unknown"], "unknown"),
+        (["map", "--out", "o"], "--shifts is missing; fecontact map --help says what it is"),
+        (["map", "--shifts"], "--shifts: there is no value behind it; fecontact map --help"),
+        (["compare", "a"], "NEW is missing; fecontact compare --help"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(arguments, says, capsys, tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ from marks import slow_but
 
 from fecontact.cli import app, call
 from fecontact.fleet.model import read_fleet
-from fecontact.guide.pages import page, titles
+from fecontact.guide.pages import page, titles, without_links
 from fecontact.regression.tables import read_tolerances
 from fecontact.runs.casefile import toml_cases
 
@@ -112,6 +112,15 @@ def test_lines_fit_an_editor(page):
     text = re.sub(r"^```text\n.*?^```$", "", TEXTS[page], flags=re.MULTILINE | re.DOTALL)
     lines = [line for line in text.splitlines() if not line.lstrip().startswith(("|", "!["))]
     assert [line for line in lines if len(line) > 120] == []
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_tables_are_whole(page):
+    """A line of a table that stands alone is shown with its bars."""
+    text = re.sub(r"^```.*?^```$", "", TEXTS[page], flags=re.MULTILINE | re.DOTALL)
+    for table in re.findall(r"(?:^\|.*\n)+", text + "\n", re.MULTILINE):
+        head, rule, *_ = [*table.splitlines(), ""]
+        assert re.fullmatch(r"\|( *:?-+:? *\|)+", rule), head
 
 
 @pytest.mark.parametrize("page", TEXTS)
@@ -264,6 +273,16 @@ def test_a_page_is_laid_out_on_a_terminal(monkeypatch, capsys):
     assert "\x1b[1m" in out
     assert "# Conventions" not in out
     assert "contact angle" in out
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_links_on_a_terminal_are_commands_or_words(topic):
+    """A path leads nowhere there."""
+    shown = without_links(page(topic))
+    assert ".md" not in re.sub(r"```.*?```|`[^`]*`", "", shown, flags=re.DOTALL)
+    named = set(re.findall(r"`fecontact guide (\w+)`", shown))
+    assert named >= set(re.findall(r"\]\((\w+)\.md", page(topic)))
+    assert named <= set(TOPICS)
 
 
 def test_a_misspelt_topic_is_recognised(capsys):

@@ -14,9 +14,9 @@ from scipy.interpolate import make_smoothing_spline
 from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.outputs.alone import nearest_text, preview_lines, preview_record
+from fecontact.outputs.alone import preview_lines, preview_record
 from fecontact.outputs.figures.position import preview_figure
-from fecontact.outputs.profiles import profile_figure
+from fecontact.outputs.profiles import nearest_text, profile_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
@@ -106,7 +106,13 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
     assert nearest(points, "rail")[0].name == "60E1"
     made = read(points).measured
     assert made.nominal == "60E1"
-    assert "nearest library profile: 60E1" in nearest_text(nearest(points, "rail"))
+    told = nearest_text(nearest(points, "rail"), "54E1")
+    assert "nearest library profile over the whole line: 60E1" in told
+    # another one than it is smoothed from is no riddle
+    assert told.endswith("; what is smoothed is the deviation from 54E1")
+    assert "smoothed" not in nearest_text(nearest(points, "rail"), "60E1")
+    # of points that lie on it no rounding is told
+    assert "all points are within 0.001 mm of it" in nearest_text(nearest(sampled("60E1", 0.0), "rail"))
     # the wear that was planted, to some of the noise, where both lines are registered by the sides of the head
     line = read(points, nominal="60E1")
     feet = foot_points(replace(load("60E1"), outline=()), line.points)
@@ -293,6 +299,7 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     record = json.loads(json.dumps(preview_record(seen)))
     assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)
     assert preview_figure(seen, tmp_path / "seen.png").stat().st_size > 10_000
+    assert "vertical scale exaggerated" in (tmp_path / "seen.svg").read_text("utf-8")
 
 
 def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
@@ -315,9 +322,17 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert 0.0 < part["p_max_MPa"] < 0.05
     assert call(["profiles", "mine.csv", "--kind", "rail", "--write", "again.csv", "--out", "mine.png"]) == 0
     out = capsys.readouterr().out
-    assert "nearest library profile: 60E1" in out
+    assert "nearest library profile over the whole line: 60E1" in out
     assert "its deviation from 60E1" in out
     assert (tmp_path / "mine.png").exists()
+    assert call(["profiles", "mine.csv", "--kind", "rail", "--json"]) == 0
+    profile = json.loads(capsys.readouterr().out)
+    assert (profile["smoothed"]["nominal"], profile["nearest"][0]["name"]) == ("60E1", "60E1")
+    # the scatter that was planted, and the junctions of 60E1 between arcs of 300, 80 and 13 mm
+    assert profile["smoothed"]["noise_mm"] == pytest.approx(0.01, rel=0.25)
+    assert [one["y_mm"] for one in profile["junctions"]] == pytest.approx(
+        [one.y_mm for one in load("60E1").junctions], abs=0.05
+    )
     assert call(["profiles", "again.csv", "--kind", "rail"]) == 0
     (tmp_path / "mine.prr").write_text(simpack(*sampled("60E1", 0.01).T), "utf-8")
     assert call(["profiles", "mine.prr", "--kind", "wheel"]) == 2

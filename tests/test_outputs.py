@@ -40,7 +40,7 @@ from fecontact.outputs.figures.case import PressureFields, case_figure, case_inc
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.meshes import write_mesh
 from fecontact.outputs.paraview.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
-from fecontact.outputs.profiles import library_lines, profile_figure, profile_lines
+from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines
 from fecontact.outputs.records.results import (
     ROW_SCHEMA,
     case_inputs,
@@ -366,7 +366,7 @@ def test_a_collection_has_its_blocks_by_name(vtk_folder):
     assert blocks.keys() == ["rail", "wheel", "pressure", "elements", "hertz_ellipse"]
     bodies = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
     surface = dict.fromkeys(
-        ("contact_pressure_MPa", "hertz_pressure_MPa", "pressure_difference_MPa", "gap_mm", "in_contact"), 1
+        ("contact_pressure_MPa", "hertz_pressure_MPa", "hertz_minus_fe_MPa", "gap_mm", "in_contact"), 1
     )
     surface |= {"pressure_relief_mm": 3}
     arrays = {"rail": bodies, "wheel": bodies, "pressure": surface, "elements": surface, "hertz_ellipse": {}}
@@ -534,8 +534,8 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
     inside = at_nodes > 0.6 * at_nodes.max()
     assert inside.sum() > 30
     np.testing.assert_allclose(data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.055)
-    difference = data["contact_pressure_MPa"] - data["hertz_pressure_MPa"]
-    np.testing.assert_allclose(data["pressure_difference_MPa"], difference, atol=1e-9)
+    difference = data["hertz_pressure_MPa"] - data["contact_pressure_MPa"]
+    np.testing.assert_allclose(data["hertz_minus_fe_MPa"], difference, atol=1e-9)
     np.testing.assert_array_equal(data["in_contact"], data["contact_pressure_MPa"] > 0.0)
     assert float(np.abs(data["gap_mm"][data["in_contact"] == 1]).max()) < 1e-6
 
@@ -1018,7 +1018,7 @@ def test_every_table_fits_a_terminal(record, flat, width):
     show(rows_parts([flat | {"hertz_deviation_p_max_percent": -43.21}]), console)
     show(case_parts(record), console, long=True)
     show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))), console)
-    show(profile_lines(load("60E1")), console)
+    show(profile_lines(load("60E1"), []), console)
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
     assert "…" not in plain
     assert max(len(line.rstrip()) for line in plain.splitlines()) <= width
@@ -1028,8 +1028,8 @@ def test_every_table_fits_a_terminal(record, flat, width):
 
 def test_hertz_and_profiles_print_their_numbers(capsys):
     show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))))
-    show(library_lines())
-    show(profile_lines(load("60E1")))
+    show(library_lines(library_record()))
+    show(profile_lines(load("60E1"), []))
     text = capsys.readouterr().out
     for part in ("straight", "-10.425", "1722.", "S1002", "-26.0265"):
         assert part in text
@@ -1179,8 +1179,18 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened)
     }
     assert judged["p_max"][-3:-1] == ["±5", "%"]
     assert judged["centre"][-3:-1] == ["±0.15", "b"]
+    # sizes of meshes are in the report
+    assert "elements " not in text.replace("finite elements", "")
     # in this font and size a line of so many characters ends at the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 60
+
+
+def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened):
+    shown = {ax.get_title(): ax.images[0].get_array() for ax in case_axes(flattened) if ax.images}
+    fe, hertz, difference = (shown[name] for name in ("finite elements", "Hertz", "Hertz minus finite elements"))
+    # his peak is higher than any pressure of the elements
+    assert flattened.load.deviation["p_max_MPa"] > 0.3
+    assert difference.ravel()[hertz.argmax()] > hertz.max() - fe.max() > 0.0
 
 
 def test_a_case_figure_has_the_junctions_of_the_rail_on_its_maps(elliptic_quick):

@@ -158,7 +158,7 @@ def test_a_result_is_drawn_into_given_axes_or_a_figure_that_is_made(elliptic_qui
     made = fecontact.plot.case(elliptic_quick)
     made.savefig(tmp_path / "case.png")
     assert (tmp_path / "case.png").stat().st_size > 50_000
-    with pytest.raises(InputError, match="finite elements minus Hertz"):
+    with pytest.raises(InputError, match="Hertz minus finite elements"):
         fecontact.plot.case(elliptic_quick, axes, field="FE")
 
 

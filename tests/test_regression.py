@@ -940,6 +940,17 @@ def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
     assert comparison.versions == comparison.settings == {}
 
 
+def test_a_baseline_is_not_written_where_nobody_keeps_any(tmp_path, capsys, monkeypatch):
+    study = write_study(tmp_path / "study", [case_row()])
+    monkeypatch.chdir(tmp_path)
+    assert call(["baseline", "update", str(study), "--reason", "first"]) == 2
+    assert "there is no studies/baselines here" in capsys.readouterr().err
+    assert not (tmp_path / "studies").exists()
+    (tmp_path / "studies" / "baselines").mkdir(parents=True)
+    assert call(["baseline", "update", str(study), "--reason", "first"]) == 0
+    assert (tmp_path / "studies" / "baselines" / "mine.csv").is_file()
+
+
 def test_an_update_says_what_changed(tmp_path, capsys):
     folder = tmp_path / "b"
     update_baseline(write_study(tmp_path / "one", [case_row()]), folder, reason="first")

@@ -127,23 +127,29 @@ def test_results_are_watched_with_the_time_that_is_left(monkeypatch):
     said = []
     assert list(watched("abc", 3, lambda *one: said.append(one), "lines")) == ["a", "b", "c"]
     assert said == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
+    # where there is nothing to do there is nothing to say
+    assert list(watched("", 0, lambda *one: said.append(one), "lines")) == []
+    assert len(said) == 3
 
 
 def test_meshes_say_how_long_they_take_by_what_the_finest_ones_took(monkeypatch):
     """A power of the unknowns, as the cost of a case before it is solved; nothing where steel yields."""
     clock = SimpleNamespace(stage="")
-    position = SimpleNamespace(clock=clock, case=SimpleNamespace(may_yield=False))
+    position = SimpleNamespace(clock=clock, case=SimpleNamespace(may_yield=False, refine="auto"))
     meshes, said = Meshes(position), []
-    now = iter([0.0, 8.0, 8.0, 10.0, 10.0, 26.0])
+    now = iter([0.0, 8.0, 8.0, 10.0, 10.0, 26.0, 26.0, 42.0])
     monkeypatch.setattr("fecontact.solving.meshes.time.perf_counter", lambda: next(now))
     monkeypatch.setattr(meshes, "_solved", lambda position, coarser: said.append(clock.stage))
     level = SimpleNamespace(degrees_of_freedom={"rail": 10_000, "wheel": 20_000})
     for coarser, unknowns in ((1.0, None), (1.5, 15_000.0), (1 / 1.5, 60_000.0)):
         meshes._level(position, coarser, unknowns and meshes._left_s([level], unknowns))
+    position.case.refine = "evidence"
+    meshes._level(position, 1 / 1.5)
     assert said == [
         "first meshes",
         f"coarser meshes, for the uncertainty, about {8.0 * 0.5**1.1:.0f} s left",
         f"finer meshes, because the verdict is open, about {8.0 * 2.0**1.1:.0f} s left if these decide it",
+        "finer meshes, because the verdict, or that of the elements by themselves, is open",
     ]
     # the finest ones count from then on
     assert meshes._left_s([level], 30_000.0) == pytest.approx(16.0)

@@ -161,6 +161,8 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     monkeypatch.setattr("fecontact.runs.store.solve", lambda case, progress=None: elliptic_quick)
     command = ["solve", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "0"]
     assert call([*command, "--out", str(tmp_path / "one")]) == 0
+    # the judged pressure that turns is in the one file
+    assert (tmp_path / "one" / "report.html").stat().st_size < 5e6
     page = parsed(tmp_path / "one" / "report.html")
     (decided,) = [text_of(one) for one in page.iter("p") if one.get("class") == "lead holds"]
     assert re.fullmatch(

@@ -1,6 +1,8 @@
 """The first minutes: an example, a study to begin with and its check, the machine's, and what is said meanwhile."""
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,6 +15,7 @@ import pytest
 from marks import slow_but
 
 from fecontact import __version__
+from fecontact.bodies import STEEL, Material
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
 from fecontact.commands.console import log_only, logged, many, print_reasons, say, solving
@@ -70,6 +73,10 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     assert time.perf_counter() - start < 10.0
     out = capsys.readouterr().out
     assert "20 cases, 2 values of rail, 5 values of lateral_shift_mm, 2 values of load_kN" in out
+    assert call(["check", str(path), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert (record["cases"], record["positions"], record["placed"], record["problems"]) == (20, 10, 10, [])
+    assert f"about {record['cost']['seconds']:.0f} s with" in out
     path.write_text('rail = ["60E1", "rail.csv"]\nwheel = "S1003"\n')
     assert call(["check", str(path)]) == 2
     err = capsys.readouterr().err
@@ -174,6 +181,28 @@ def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, 
     assert seen.memory_GB == pytest.approx(memory, rel=0.15)
 
 
+@pytest.mark.parametrize(
+    ("shift", "yield_MPa", "resolution", "seconds"),
+    [
+        (-4.0, 450.0, "quick", 8.7),
+        (3.0, 450.0, "quick", 9.2),
+        (0.0, 450.0, "quick", 12.8),
+        (3.0, 450.0, "standard", 24.6),
+    ],
+)
+def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolution, seconds):
+    """CPU seconds of `solve --refine never --tangent-mpa 4200`; told to a factor of 1.6."""
+    steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=yield_MPa, tangent_MPa=4200.0)
+    case = Case(lateral_shift_mm=shift, resolution=resolution, rail_material=steel, wheel_material=steel)
+    told = preview(case).cpu_seconds
+    assert 1 / 1.6 < told / seconds < 1.15
+    assert cost_of([case], 1).seconds == pytest.approx(told)
+    # a yield stress that is not reached takes nothing
+    hard = replace(steel, yield_MPa=1200.0)
+    elastic = preview(replace(case, rail_material=STEEL, wheel_material=STEEL)).cpu_seconds
+    assert preview(replace(case, rail_material=hard, wheel_material=hard)).cpu_seconds == elastic < 0.6 * told
+
+
 @pytest.mark.parametrize(("unknowns", "memory"), [(67_518, 0.62), (99_402, 0.93), (189_414, 1.80)])
 def test_memory_grows_faster_than_unknowns_as_measured_at_the_flange(unknowns, memory):
     """At 6 and 5.5 mm (`quick`) and 6 mm (`standard`), with the unknowns that the meshes have."""
@@ -256,11 +285,19 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
         ("curve --radii 400", "fecontact.curves.running.curve", "1 curve: about 2 s"),
         ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 lines: about 4 s"),
         ("geometry --shifts 1 --loaded-kn 60", "fecontact.curves.loaded.loaded_conicities", "takes about 15 s"),
-        ("judge folder --friction 0.3", "fecontact.runs.judging.judge", "some 2 s per case or cell"),
+        ("judge folder --friction 0.3", "fecontact.runs.judging.judge", "40 cases: about "),
+        (
+            "irregular --wavelengths-mm 30 --amplitudes-um 5 --workers 2",
+            "fecontact.irregularities.running.irregular",
+            "4 cells: about 1 s",
+        ),
     ],
 )
-def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, time, capsys, monkeypatch):
+def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, time, capsys, monkeypatch, tmp_path):
     """And then how far it is."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "study.csv").write_text("id\n" + "".join(f"case{number}\n" for number in range(40)))
 
     def work(*given, progress, **more):
         progress(0, 4, "working")
@@ -274,6 +311,51 @@ def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, tim
     assert last == "error: the work begins"
 
 
+def test_a_study_says_what_it_takes_before_it_begins(capsys, monkeypatch, tmp_path):
+    def work(*given, **more):
+        raise InputError("the work begins")
+
+    monkeypatch.setattr("fecontact.runs.study.run_study", work)
+    (tmp_path / "two.toml").write_text("load_kN = 100.0\nlateral_shift_mm = [-4.0, 4.0]\n")
+    asked = ["run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+    said = []
+    for more in ((), ("--part", "1/2"), ("--quiet",)):
+        assert call([*asked, *more]) == 2
+        said.append(capsys.readouterr().err.splitlines())
+    # a part does not know what the others do
+    assert [line for line in said[0] if "about" in line] == [said[0][0]]
+    assert re.match(r"2 cases: about \d+ s with 1 worker and 0\.3 GB per worker; up to \d+ s", said[0][0])
+    assert said[1:] == [["error: the work begins"]] * 2
+
+
+def test_progress_of_many_quick_cases_is_a_line_in_five_seconds_where_nobody_watches(capsys, monkeypatch, tmp_path):
+    """The first one and the last one always, and all in the log."""
+    now = [100.0]
+    monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])
+
+    with logged(tmp_path / "run.log"), many("pairs") as show:
+        for number in range(300):
+            show(number, 300, f"solving {number}")
+            now[0] += 0.25
+    lines = [line.split()[:6] for line in capsys.readouterr().err.splitlines()]
+    assert lines == [
+        [f"{number / 4:.0f}", "s", str(number), "of", "300", "pairs"] for number in (*range(0, 300, 20), 299)
+    ]
+    assert len(log_lines(tmp_path / "run.log")) == 302
+
+
+def test_the_last_line_of_what_is_interrupted_is_printed(capsys):
+    def interrupted():
+        with many("pairs") as show:
+            show(0, 1000, "solving 0")
+            show(1, 1000, "solving 1")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert [line.split()[2] for line in capsys.readouterr().err.splitlines()] == ["0", "1"]
+
+
 def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypatch):
     now = [100.0]
     monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])
@@ -284,13 +366,14 @@ def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypa
         show(4, 6, "solving three; about 30 s left")
         # parts of what is under way: loads, and those that no one asked for
         for words in ("0 of 2 loads", "2 of 2 loads, 1 more for limits", "2 of 2 loads, 2 more for limits"):
+            now[0] += 10.0
             show(4, 6, f"solving four ({words})")
     lines = [" ".join(line.split()) for line in capsys.readouterr().err.splitlines()]
     assert lines == [
         "0 s 2 of 6 cases done: solving one",
         "30 s 4 of 6 cases done: solving three; about 30 s left",
-        "30 s 4 of 6 cases done: solving four (2 of 2 loads, 1 more for limits)",
-        "30 s 4 of 6 cases done: solving four (2 of 2 loads, 2 more for limits)",
+        "50 s 4 of 6 cases done: solving four (2 of 2 loads, 1 more for limits)",
+        "60 s 4 of 6 cases done: solving four (2 of 2 loads, 2 more for limits)",
     ]
 
 
@@ -403,8 +486,11 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
-@pytest.mark.parametrize("seconds", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
-def test_ctrl_c_while_workers_begin_is_one_line(tmp_path, seconds):
+@pytest.mark.parametrize(
+    ("ended_by", "seconds"),
+    [(signal.SIGINT, 1.0), (signal.SIGTERM, 1.0), pytest.param(signal.SIGINT, 2.0, marks=pytest.mark.slow)],
+)
+def test_an_end_from_outside_while_workers_begin_is_one_line(tmp_path, ended_by, seconds):
     # in the background a shell has Ctrl-C ignored
     code = (
         "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from fecontact.cli import main;"
@@ -421,7 +507,8 @@ def test_ctrl_c_while_workers_begin_is_one_line(tmp_path, seconds):
     while not (tmp_path / "out" / "run.lock").exists():
         time.sleep(0.02)
     time.sleep(seconds - 0.9)
-    os.killpg(process.pid, signal.SIGINT)
+    # Ctrl-C goes to all processes of a terminal, a queue of jobs knows the first one
+    (os.killpg if ended_by == signal.SIGINT else os.kill)(process.pid, ended_by)
     _, err = process.communicate(timeout=600)
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "interrupted; what was finished is kept"

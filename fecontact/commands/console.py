@@ -1,4 +1,4 @@
-"""What is said while the program works: on a terminal one line that is kept up to date, elsewhere a short line a step.
+"""What is said while the program works: on a terminal one line that is kept up to date, elsewhere a line now and then.
 
 Everything goes to standard error; standard output has results alone. Long commands keep both in a log file as well.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import errno
 import logging
+import math
 import re
 import shlex
 import shutil
@@ -14,11 +15,15 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from fecontact import __version__
-from fecontact.jobs.remaining import duration
+from fecontact.jobs.remaining import Progress, duration
 
+# Seconds between two lines of progress where nobody watches: less than the 10 s of a position by finite elements, each
+# of which has its line so, and many times what a pair of a fleet takes.
+_BETWEEN_LINES_S = 5.0
 _LOG = logging.getLogger("fecontact")
 _PART = r"\([1-9]\d* of \d+ [^)]*\)"
 _LOG.setLevel(logging.INFO)
@@ -55,7 +60,7 @@ def solving() -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def many(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int, str], None]]:
+def many(what: str, *, quiet: bool = False, before: Callable[[int], str] | None = None) -> Iterator[Progress]:
     """Progress of many jobs: hears how many are done, how many there are, and what is under way.
 
     Parameters
@@ -64,14 +69,30 @@ def many(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int, str]
         What they are called, such as `cases`.
     quiet
         Keep it for the log.
+    before
+        What is announced of so many jobs when the first one begins: by then all inputs have been checked.
     """
+    with several(what, quiet=quiet) as heard:
+        show, unsaid = heard[what], [before]
+
+        def announced(number: int, count: int, text: str) -> None:
+            if words := unsaid.pop() if unsaid else None:
+                announce(words(count), quiet=quiet)
+            show(number, count, text)
+
+        yield announced
+
+
+@contextmanager
+def several(*kinds: str, quiet: bool = False) -> Iterator[Mapping[str, Progress]]:
+    """Progress of jobs of several kinds, done one kind after the other: as `many`, by what they are called."""
     with _line(quiet=quiet) as say:
+        yield {what: partial(_count, say, what) for what in kinds}
 
-        def show(number: int, count: int, text: str) -> None:
-            # a line for each job that is done, and for each of its parts
-            say(f"{number} of {count} {what} done: {text}", f"{number} {re.findall(_PART, text)}")
 
-        yield show
+def _count(say: Callable[[str, str], None], what: str, number: int, count: int, text: str) -> None:
+    # a line for each job that is done, and for each of its parts
+    say(f"{number} of {count} {what} done: {text}", f"{what} {number} {re.findall(_PART, text)}")
 
 
 @contextmanager
@@ -150,29 +171,46 @@ def tell_notes(notes: Iterable[str]) -> None:
 
 @contextmanager
 def _line(*, quiet: bool = False) -> Iterator[Callable[[str, str], None]]:
-    """Where progress goes: takes a text and a key; the log, and where nobody watches, get it when the key changes."""
+    """Where progress goes: takes a text and a key; the log gets it when the key changes.
+
+    Where nobody watches it is printed then, the first and the last one always, others not too often.
+    """
     from rich.console import Console
 
     console = Console(stderr=True)
     start = time.monotonic()
     watched = console.is_terminal and not quiet
     said: str | None = None
+    printed, held = -math.inf, ""
 
     def plain(text: str, key: str) -> None:
-        nonlocal said
+        nonlocal said, printed, held
+        now = time.monotonic()
         if key and key != said:
             _LOG.info(text)
-            if not watched and not quiet:
-                print(f"{duration(time.monotonic() - start):>7} {text}", file=sys.stderr, flush=True)
+            held = f"{duration(now - start):>7} {text}"
+            if now - printed >= _BETWEEN_LINES_S:
+                release()
+                printed = now
         said = key
 
+    def release() -> None:
+        nonlocal held
+        if held and not watched and not quiet:
+            print(held, file=sys.stderr, flush=True)
+        held = ""
+
     if not watched:
-        yield plain
+        try:
+            yield plain
+        finally:
+            release()
         return
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich import progress
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=console, transient=True) as shown:
+    with progress.Progress(*columns, console=console, transient=True) as shown:
         task = shown.add_task("", total=None)
 
         def update(text: str, key: str) -> None:

@@ -17,7 +17,7 @@ from fecontact.commands.options import CONTACT, POSITION, CaseOptions, GridOptio
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
 from fecontact.jobs.remaining import duration
-from fecontact.outputs.terminal import answer, count, show
+from fecontact.outputs.terminal import answer, count
 
 
 @takes(*POSITION, "irregular")
@@ -204,6 +204,7 @@ def profiles(
     write: Path | None = None,
     library: Path | None = None,
     examples: Path | None = None,
+    json: bool = False,
 ) -> int:
     """List the profile library, or show one profile and plot its line and curvature.
 
@@ -221,9 +222,11 @@ def profiles(
         Folder of profiles of your own.
     examples
         Folder into which a worn rail and a worn wheel are written, as they are measured: rail.csv, wheel.csv.
+    json
+        Print the list, or the profile, as JSON and nothing else.
     """
     from fecontact.files import write_text
-    from fecontact.outputs.profiles import library_lines, profile_figure, profile_lines
+    from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines, profile_record
     from fecontact.profiles.library import in_folder
     from fecontact.profiles.resolve import WrongKindError, resolve_rail, resolve_wheel
     from fecontact.profiles.smoothing import nearest
@@ -237,7 +240,7 @@ def profiles(
         print("\n".join(f"written: {path}" for path in write_examples(examples)))
         return 0
     if name is None:
-        show(library_lines(library))
+        answer(library_record(library), library_lines, json=json)
         return 0
     case = options.case()
     found = name if library is None else in_folder(name, library)
@@ -252,17 +255,18 @@ def profiles(
         except InputError as of_wheel:
             # what the file is not is no news where it is known what is wrong with what it is
             raise (of_wheel if isinstance(as_rail, WrongKindError) else as_rail) from None
-    show(profile_lines(profile))
-    if profile.points is not None:
-        from fecontact.outputs.alone import nearest_text
-
-        print(nearest_text(nearest(profile.points, profile.kind)))
-    if out is None:
+    close = [] if profile.points is None else nearest(profile.points, profile.kind)
+    written = None if write is None else write_text(write, csv_text(profile))
+    drawn = None if out is None else profile_figure(profile, out)
+    answer(
+        profile_record(profile, close),
+        lambda _: profile_lines(profile, close),
+        json=json,
+        picture=drawn,
+        written=written,
+    )
+    if out is None and not json:
         print("--out FILE.png draws its line and curvature")
-    else:
-        print(f"picture: {profile_figure(profile, out)}")
-    if write is not None:
-        print(f"written: {write_text(write, csv_text(profile))}")
     return 0
 
 

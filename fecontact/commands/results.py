@@ -6,12 +6,19 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.commands.console import announce, many, width
+from fecontact.commands.console import many, width
 from fecontact.commands.options import CaseOptions, takes
-from fecontact.outputs.terminal import answer, show
+from fecontact.commands.solving import FORCES_S, LAWS_S
+from fecontact.errors import InputError
+from fecontact.jobs.remaining import duration
+from fecontact.outputs.terminal import answer, count, show
 
 if TYPE_CHECKING:
     from fecontact.runs.judging import Judged
+
+
+# CPU seconds of a case or a cell without friction: 0.03 of a sphere, 0.1 of S1002 on 60E1, 0.5 where it has two lobes.
+_JUDGED_S = 0.1
 
 
 @takes("verdict", "creep")
@@ -44,13 +51,20 @@ def judge(
     """
     from fecontact.files import json_text
     from fecontact.outputs.words import criteria_text
+    from fecontact.regression.tables import load_table
     from fecontact.runs.judging import judge as judge_stored
+    from fecontact.runs.judging import workers_of
 
     case = options.case()
-    if case.creep.asked:
-        more = ", laws as much again" * (measure == "theory")
-        announce(f"forces take some 2 s per case or cell{more}")
-    with many("positions or cases") as progress:
+
+    def before(places: int) -> str:
+        loads = len(load_table(folder).rows)
+        each = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
+        seconds = each * loads / workers_of(places, case.creep)
+        what = "cell" if (folder / "map.json").is_file() else "case"
+        return f"{count(loads, what)}: about {duration(max(1.0, seconds))}"
+
+    with many("positions or cases", before=before) as progress:
         judged: Judged = judge_stored(
             folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
         )
@@ -129,7 +143,7 @@ def baseline_update(
     study_result: Path,
     *,
     reason: str,
-    baselines: Path = Path("studies/baselines"),
+    baselines: Path | None = None,
     allow_failed: bool = False,
 ) -> int:
     """Make the results of a study its baseline, and say what changes.
@@ -141,14 +155,17 @@ def baseline_update(
     reason
         Why the new results are right; kept beside the baseline.
     baselines
-        Folder of the baselines.
+        Folder of the baselines; in a clone, if not given, studies/baselines.
     allow_failed
         Take cases that failed or did not converge as well.
     """
     from fecontact.outputs.comparison import comparison_lines
     from fecontact.regression.baselines import update_baseline
 
-    update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)
+    folder = baselines or Path("studies/baselines")
+    if baselines is None and not folder.is_dir():
+        raise InputError(f"there is no {folder} here; give the folder of your own baselines: --baselines FOLDER")
+    update = update_baseline(study_result, folder, reason=reason, allow_failed=allow_failed)
     if update.comparison is not None:
         show(comparison_lines(update.comparison))
     print(f"{update.path}: {update.text}")

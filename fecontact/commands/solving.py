@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from cyclopts import Parameter
 
-from fecontact.case import Group, unusual
+from fecontact.case import Case, Group, unusual
 from fecontact.commands.console import (
     announce,
     log_only,
@@ -25,6 +25,7 @@ from fecontact.commands.console import (
 )
 from fecontact.commands.options import PANELS, CaseOptions, takes
 from fecontact.errors import usable, with_remedy
+from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import count, show
 
 if TYPE_CHECKING:
@@ -79,6 +80,9 @@ class RunOptions:
 
 
 AS_USUAL = RunOptions()
+# CPU seconds of creep forces of a case or a cell, with those of the loads of its limits, and of the laws of them: 0.9,
+# 1.3, 2.0 and 2.3 s, and 1.5, 2.3, 2.9 and 2.7 s, of a cell of S1002 on 60E1 at -4, 0, 3 and 5.5 mm.
+FORCES_S, LAWS_S = 2.0, 2.5
 # The time of the files is said from this part of the time of a solution on.
 _MUCH_KEPT = 0.1
 
@@ -170,6 +174,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         tell_notes(unusual(loaded.cases))
+        tell_cost(loaded.cases, "case", len(loaded.cases), out / "cases", how)
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if json:
@@ -198,6 +203,49 @@ def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
         for name in ("verdict_warnings", "warnings"):
             if row.get(name):
                 log_only(f"{row['id']}: {row[name]}", warning=True)
+
+
+def tell_cost(
+    cases: Sequence[Case],
+    what: str,
+    places: int,
+    finished: Path,
+    how: RunOptions,
+    *,
+    further: tuple[float, float] = (0.0, 0.0),
+    laws: bool = False,
+) -> None:
+    """Say about what cases take before they are solved.
+
+    Parameters
+    ----------
+    what
+        What one of them is called.
+    places
+        So many workers have something to do.
+    finished
+        Folder of those that were finished before.
+    further
+        As for `cost_of`.
+    laws
+        Whether laws of creep forces are judged where there is friction.
+    """
+    from fecontact.jobs.workers import default_workers
+    from fecontact.runs.study import cost_of
+
+    if how.part is not None or how.scheduler is not None:
+        # how many others work, and on what machines, is not known
+        return
+    workers = how.workers or min(default_workers(), places)
+    cost = cost_of(cases, workers, further=further)
+    if cost is None:
+        # none can be solved, which the results say
+        return
+    seconds = sum((FORCES_S + LAWS_S * laws) / workers for case in cases if case.creep.asked)
+    forces = f"; creep forces about {duration(seconds)} more" * bool(seconds)
+    taken = f"; finished {finished.name} are taken as they are" * finished.is_dir()
+    expected, *short = cost.words
+    announce(f"{count(len(cases), what)}: {expected}{forces}{taken}", *short, quiet=how.quiet)
 
 
 def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: str, how: RunOptions) -> None:

@@ -20,7 +20,7 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     from fecontact.outputs.documents import rows_parts
     from fecontact.runs.study import demo_study, demo_words, run_study
 
-    print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact:", flush=True)
+    print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact; half a minute:", flush=True)
     with many("cases") as progress:
         outcome = run_study(demo_study(), out, progress=progress)
     show(rows_parts(outcome.rows))
@@ -36,17 +36,17 @@ def guide(topic: str = "", /) -> int:
     topic
         Which page; without it the topics are listed.
     """
-    from fecontact.guide.pages import page, titles
+    from fecontact.guide.pages import page, titles, without_links
     from fecontact.outputs.terminal import print_page, print_titles
 
     if topic:
-        print_page(page(topic))
+        print_page(page(topic), without_links)
     else:
         print_titles(titles())
     return 0
 
 
-def check(file: Path, *, quick: bool = False) -> int:
+def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
     """Check a study file without solving it: inputs, profiles and positions, how many cases, what time and memory.
 
     Parameters
@@ -55,10 +55,18 @@ def check(file: Path, *, quick: bool = False) -> int:
         A script with `cases(quick=False)`, or a TOML file of cases.
     quick
         The small version of the study.
+    json
+        Print what was found as JSON and nothing else.
     """
+    from dataclasses import asdict
+
+    from fecontact.files import json_text
     from fecontact.runs.study import check_study
 
     found = check_study(file, quick=quick)
+    if json:
+        print(json_text(asdict(found)))
+        return 2 if found.problems else 0
     print(f"{file}: {count(found.cases, 'case')}, {', '.join(found.varied) or 'nothing varied'}")
     for line in () if found.cost is None else found.cost.words:
         print(line)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.commands.console import announce, many
+from fecontact.commands.console import many
 from fecontact.commands.options import CaseOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
@@ -107,15 +107,8 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
 
     radii, theories = asked.shared_radii(), asked.theory.split(",")
     seconds = len(radii) * sum(_SECONDS.get(name, _MOST_SECONDS) for name in theories)
-    # said when the first curve begins, after all inputs have been checked
-    to_say = [f"{count(len(radii), 'curve')}: about {duration(seconds)}"]
-    with many("curves" if 1 in (len(theories), asked.workers) else "theories") as show:
-
-        def progress(number: int, total: int, text: str) -> None:
-            while to_say:
-                announce(to_say.pop())
-            show(number, total, text)
-
+    what = "curves" if 1 in (len(theories), asked.workers) else "theories"
+    with many(what, before=lambda _: f"{count(len(radii), 'curve')}: about {duration(seconds)}") as progress:
         found = run_curves(
             asked.vehicle,
             radii,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -24,7 +24,6 @@ from fecontact.curves.steady import (
 )
 from fecontact.errors import InputError
 from fecontact.inputs import given, inputs, number
-from fecontact.jobs.remaining import Progress
 from fecontact.rolling.laws import rolling_pair
 from fecontact.wheel_rail.placement import Pair
 from fecontact.wheel_rail.poses import search_points
@@ -300,8 +299,10 @@ class CurveRun:
         return self.status != "no equilibrium"
 
 
-def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float], progress: Progress | None = None) -> list[CurveRun]:
-    """Steady motion in curves, each found on the path from straight track.
+def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> Iterator[CurveRun]:
+    """Steady motion in curves, each found on the path from straight track: those to the right first, the widest first.
+
+    Inputs are checked at once, curves are solved one after the other as they are asked for.
 
     Parameters
     ----------
@@ -313,17 +314,19 @@ def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float], progress: Pro
     InputError
         For radii that the gauge does not let through, speeds at which the vehicle overturns, and unknown theories.
     """
-    curvatures = dict(zip(radii_m, curvatures_per_mm(radii_m, vehicle, ride.wheelset), strict=True))
-    found: dict[float, CurveRun] = {}
+    curvatures = dict(zip(curvatures_per_mm(radii_m, vehicle, ride.wheelset), radii_m, strict=True))
+    walks: list[tuple[list[float], Iterator[Equilibrium]]] = []
     for sign in (-1.0, 1.0):
-        own = {radius: curvature for radius, curvature in curvatures.items() if curvature * sign > 0.0}
-        if own:
-            lines = lines_of(ride, widest_per_mm=min(map(abs, own.values())))
-            for curvature in own.values():
+        if own := sorted((curvature for curvature in curvatures if curvature * sign > 0.0), key=abs):
+            lines = lines_of(ride, widest_per_mm=abs(own[0]))
+            for curvature in own:
                 check_speed(vehicle, lines(curvature))
-            equilibria = path(vehicle, lines, list(own.values()), progress)
-            found |= {radius: _run(radius, vehicle, ride, one) for radius, one in zip(own, equilibria, strict=True)}
-    return [found[radius] for radius in radii_m]
+            walks.append((own, path(vehicle, lines, own)))
+    return (
+        _run(curvatures[curvature], vehicle, ride, one)
+        for own, walk in walks
+        for curvature, one in zip(own, walk, strict=True)
+    )
 
 
 def _run(radius: float, vehicle: Vehicle, ride: Ride, one: Equilibrium) -> CurveRun:

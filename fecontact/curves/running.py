@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from fecontact.case import Case
@@ -62,7 +63,7 @@ def curve(
     workers
         Processes, one a theory.
     progress
-        As for `run`, with curves in place of cases, or theories where there are several processes.
+        As for `run`, with curves by each theory in place of cases, or theories where there are several processes.
 
     Raises
     ------
@@ -81,12 +82,19 @@ def curve(
     case, conditions = case or Case(), conditions or Conditions()
     columns = () if map_folder is None else _columns(Path(map_folder), case)
     case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
+    wheelset, materials = wheelset_of_case(case), (case.wheel_material, case.rail_material)
+    rides = [Ride(wheelset=wheelset, conditions=conditions, theory=theory, materials=materials) for theory in theories]
     here = 1 in (workers, len(theories))
     with evaluators(len(theories), here=here, workers=workers) as map_over:
-        work = partial(_of_theory, made, case, radii, conditions, progress=progress if here else None)
-        found = list(watched(map_over(work, theories), len(theories), None if here else progress, "theories"))
-    runs = {theory: one[0] for theory, one in zip(theories, found, strict=True)}
-    straight = tuple(one[1] for one in found)
+        if here:
+            each = chain.from_iterable([curves(made, ride, radii) for ride in rides])
+            found = list(watched(each, len(theories) * len(radii), progress, "curves"))
+        else:
+            walks = map_over(partial(_walked, made, radii), rides)
+            found = list(chain.from_iterable(watched(walks, len(theories), progress, "theories")))
+        straight = tuple(map_over(partial(_straight, made), rides))
+    by_theory = {(run.theory, run.radius_m): run for run in found}
+    runs = {theory: tuple(by_theory[theory, radius] for radius in radii) for theory in theories}
     return Curves(
         vehicle=made,
         case=case,
@@ -114,17 +122,12 @@ def _radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[floa
     return radii, tuple(one / sum(shares) for one in shares)
 
 
-def _of_theory(
-    vehicle: Vehicle,
-    case: Case,
-    radii_m: Sequence[float],
-    conditions: Conditions,
-    theory: str,
-    progress: Progress | None = None,
-) -> tuple[tuple[CurveRun, ...], StraightTrack]:
-    materials = (case.wheel_material, case.rail_material)
-    ride = Ride(wheelset=wheelset_of_case(case), conditions=conditions, theory=theory, materials=materials)
-    return tuple(curves(vehicle, ride, radii_m, progress)), straight_track(theory, vehicle, straight_line(ride))
+def _walked(vehicle: Vehicle, radii_m: Sequence[float], ride: Ride) -> list[CurveRun]:
+    return list(curves(vehicle, ride, radii_m))
+
+
+def _straight(vehicle: Vehicle, ride: Ride) -> StraightTrack:
+    return straight_track(ride.theory, vehicle, straight_line(ride))
 
 
 def _columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:

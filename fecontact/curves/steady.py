@@ -22,7 +22,6 @@ from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.curves.model import GRAVITY_M_S2, Bogie, Vehicle
 from fecontact.curves.normal import NormalTheory, Overlap, Pressed, Surfaces, standing
-from fecontact.jobs.remaining import Progress, watched
 from fecontact.rolling.fastsim import Strips, strip_forces
 from fecontact.rolling.laws import Creepages, CurvedCreepages
 
@@ -640,20 +639,15 @@ def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0
     return state
 
 
-def path(
-    vehicle: Vehicle,
-    lines: Callable[[float], Line],
-    curvatures_per_mm: Sequence[float],
-    progress: Progress | None = None,
-) -> list[Equilibrium]:
-    """Equilibria at curvatures of one sign, found along one path from straight track on.
+def path(vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Sequence[float]) -> Iterator[Equilibrium]:
+    """Equilibria at curvatures of one sign, found one after the other along one path from straight track on.
 
     Parameters
     ----------
     lines
         Track and running conditions at a curvature (1/mm).
     curvatures_per_mm
-        In any order; results are in theirs.
+        The widest first.
 
     Notes
     -----
@@ -662,9 +656,7 @@ def path(
     vanished under load: the curvature is told, and the next equilibrium is looked for from several starts. What is
     found so need not be all, and a gap over which the path goes on by less than 0.1 mm is not seen.
     """
-    walk, ways = _Path(vehicle, lines), sorted(set(curvatures_per_mm), key=abs)
-    found = dict(zip(ways, watched(map(walk.to, ways), len(ways), progress, "curves"), strict=True))
-    return [found[curvature] for curvature in curvatures_per_mm]
+    yield from map(_Path(vehicle, lines).to, curvatures_per_mm)
 
 
 class _Path:

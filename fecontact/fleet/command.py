@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cyclopts import App
 
-from fecontact.commands.console import announce, logged, many, print_reasons, say
+from fecontact.commands.console import announce, logged, print_reasons, say, several
 from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files
 from fecontact.fleet.asking import report, sample
 
@@ -25,15 +25,15 @@ def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
     file
         Wheels, rails, pairs, shifts and loads (TOML); `fecontact guide fleet` has one.
     out
-        Folder for profiles.parquet (a row a file, also of those that were refused), screen/part-*.parquet (a row a
-        position) and fleet.json; a file that is added later costs that file.
+        Folder for profiles.parquet (a row for each file, also for those that were refused), screen/part-*.parquet (a
+        row for each position) and fleet.json; a file that is added later costs that file.
     """
     from fecontact.fleet.running import run_fleet
 
     with logged(out / "run.log"):
         tell_cost(file, how)
-        with many("files", quiet=how.quiet) as files, many("pairs", quiet=how.quiet) as pairs:
-            found = run_fleet(file, out, settings=how.settings(), progress={"files": files, "pairs": pairs})
+        with several("files", "pairs", quiet=how.quiet) as progress:
+            found = run_fleet(file, out, settings=how.settings(), progress=progress)
         say(found.headline, quiet=how.quiet)
         if found.reused:
             say(f"{found.reused} of {found.pairs} pairs were finished before", quiet=how.quiet)

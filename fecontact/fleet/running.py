@@ -378,7 +378,7 @@ class Checked:
     def words(self) -> str:
         """All of it in a sentence, without the time."""
         files = f"{self.wheels} wheels, {self.rails} rails, {self.pairs} pairs, {self.positions} positions"
-        return f"{files}; about {self.memory_MB:.0f} MB a worker"
+        return f"{files}; about {self.memory_MB:.0f} MB per worker"
 
 
 def check_fleet(fleet: str | Path) -> Checked:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from fecontact.errors import InputError
@@ -29,6 +30,13 @@ def page(topic: str) -> str:
         meant = nearest(name, {spelling: each for each, title in known.items() for spelling in (each, title)})
         raise InputError(f"guide: there is no topic {topic!r}; topics are {', '.join(known)}{meant}")
     return (_FOLDER / f"{name}.md").read_text("utf-8")
+
+
+def without_links(text: str) -> str:
+    """A page for a terminal: a link to another page names its command, others and pictures have their words alone."""
+    text = re.sub(r"!\[([^\]]*)\]\([^)]*\)", r"(Picture in the documentation: \1)", text)
+    text = re.sub(r"\[([^\]]*)\]\((\w+)\.md(?:#[^)]*)?\)", r"\1 (`fecontact guide \2`)", text)
+    return re.sub(r"\[([^\]]*)\]\([^)]*\.(?:md|py)(?:#[^)]*)?\)", r"\1", text)
 
 
 def _title(text: str) -> str:

@@ -13,7 +13,8 @@ from fecontact.commands.console import many, tell_notes
 from fecontact.commands.options import POSITION, CaseOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
-from fecontact.outputs.terminal import answer
+from fecontact.jobs.remaining import duration
+from fecontact.outputs.terminal import answer, count
 
 
 @Parameter(name="*")
@@ -51,6 +52,8 @@ class IrregularOptions:
 
 
 _NOTHING = IrregularOptions()
+# CPU seconds of a cell or a place, by all models and the half-space: 18 cells took 2.6, 12 places 0.9.
+_SECONDS = 0.15
 
 
 @takes(*POSITION)
@@ -85,7 +88,12 @@ def irregular(
 
     case, text = options.case(), f"table:{asked.table}" if asked.table else asked.irregularity
     tell_notes(unusual([case]))
-    with many("cells" if not text else "places") as progress:
+    workers = default_workers() if asked.workers is None else asked.workers
+    what = "place" if text else "cell"
+    with many(
+        f"{what}s",
+        before=lambda number: f"{count(number, what)}: about {duration(max(1.0, _SECONDS * number / workers))}",
+    ) as progress:
         record = judged(
             case,
             wavelengths_mm=numbers(asked.wavelengths_mm, "wavelengths"),
@@ -93,7 +101,7 @@ def irregular(
             irregularity=text or None,
             positions_mm=numbers(asked.positions_mm, "positions"),
             limit=0.01 * asked.limit_percent,
-            workers=default_workers() if asked.workers is None else asked.workers,
+            workers=workers,
             progress=progress,
         )
     if out is not None:

@@ -196,7 +196,7 @@ def _map_figure(record: Record, path: str | Path) -> Path:
     legend_beside(ax, title="mark: the cheapest model that holds")
     ax.set_title(
         f"{_of_pair(record)}\nwhich model of the irregular contact is within {100 * record['limit']:g} % of force and"
-        " peak (solved at the marks: lines end with them)\npatch {2 * pair['a_mm']:.1f} mm long, approach"
+        f" peak (solved at the marks: lines end with them)\npatch {2 * pair['a_mm']:.1f} mm long, approach"
         f" {1e3 * pair['approach_mm']:.0f} µm",
         fontsize=10,
     )

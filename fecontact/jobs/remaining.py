@@ -59,16 +59,18 @@ def watched(results: Iterable[Result], count: int, progress: Progress | None, wo
     Parameters
     ----------
     results
-        So many as `count`, one after the other.
+        So many as `count`, one after the other; of none nothing is said.
     words
         What is done, such as "judging".
     """
+    if progress is None or not count:
+        yield from results
+        return
     begun = time.monotonic()
-    if progress is not None:
-        progress(0, count, words)
+    progress(0, count, words)
     for number, result in enumerate(results, start=1):
         yield result
-        if progress is not None and number < count:
+        if number < count:
             left = seconds_left([], [time.monotonic() - begun], 0, 1, [number / count])
             progress(number, count, words if left is None else f"{words}; about {duration(left)} left")
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
-from fecontact.case import Case, Group, unusual
-from fecontact.commands.console import announce, logged, many, print_reasons, say, tell_notes, width
+from fecontact.case import Group, unusual
+from fecontact.commands.console import logged, many, print_reasons, say, tell_notes, width
 from fecontact.commands.options import CaseOptions, GridOptions, takes
-from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files, tell_reused
+from fecontact.commands.solving import AS_USUAL, RunOptions, tell_cost, tell_files, tell_reused
 from fecontact.outputs.terminal import count, show
 
 
@@ -46,6 +45,7 @@ def map_(
         Print what map.json has, and nothing else.
     """
     from fecontact.files import json_text
+    from fecontact.maps.model import LOADS_FOR_LIMITS, MOST_TRIED
     from fecontact.maps.report import map_lines
     from fecontact.maps.running import prepare_for_map, run_map
     from fecontact.maps.telling import map_record
@@ -58,7 +58,11 @@ def map_(
     with logged(out / f"run{settings.part_suffix}.log"):
         cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
         tell_notes(unusual(cells))
-        _tell_cost(cells, len(positions), out, how)
+        # the limits of one load are that load
+        searched = len(positions) if len(loads_N) > 1 else 0
+        further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))
+        laws = measure == "theory"
+        tell_cost(cells, "cell", len(positions), out / "positions", how, further=further, laws=laws)
         with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
@@ -80,22 +84,3 @@ def map_(
         if how.part is None and not (out / "stiffness.csv").is_file():
             say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3
-
-
-def _tell_cost(cells: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
-    """Say about what a map takes before it begins."""
-    from fecontact.jobs.workers import default_workers
-    from fecontact.maps.model import LOADS_FOR_LIMITS, MOST_TRIED
-    from fecontact.runs.study import cost_of
-
-    # the limits of one load are that load
-    searched = positions if len(cells) > positions else 0
-    further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))
-    cost = cost_of(cells, how.workers or min(default_workers(), positions), further=further)
-    if cost is None:
-        # no position can be solved, which its cells say
-        return
-    forces = "; forces take some 2 s a cell more, laws of them as much again" * cells[0].creep.asked
-    finished = "; finished positions are taken as they are" * (out / "positions").is_dir()
-    expected, *short = cost.words
-    announce(f"{count(len(cells), 'cell')}: {expected}{forces}{finished}", *short, quiet=how.quiet)

@@ -59,8 +59,8 @@ from fecontact.wheel_rail.placement import Placement
 _WIDE = 120
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
-# More pictures of cells make a page of more than 5 MB.
-_MOST_CELLS = 80
+# Cells get pictures while the page has room: with those of maps, and what is told of each cell, for 5 MB.
+_MOST_BYTES, _BYTES_A_CELL, _BYTES_A_PICTURE = 4.9e6, 6e3, 32e3
 
 
 def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
@@ -89,7 +89,7 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
         *_pictures(made, shown),
         Heading("Cells"),
         _cells(made),
-        *_each(made, cells),
+        *_each(made, cells, pictures=_pictures_that_fit(drawn, len(cells))),
         *closing(
             THEORIES,
             *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
@@ -129,15 +129,21 @@ def _pointed(parts: Sequence[Part]) -> Iterator[str]:
             yield f"{name}: {off} ± {unsure} (limit {limit}) {answer}"
 
 
-def _each(made: ApplicabilityMap, cells: Mapping[str, Sequence[Part]]) -> Iterator[Details]:
-    """What is told of each cell, with a picture of those that use most of a limit."""
+def _pictures_that_fit(drawn: Sequence[Picture], cells: int) -> int:
+    """Of how many cells a page has room for pictures beside those of its maps, whose bytes become four for three."""
+    of_maps = sum(4 / 3 * len(one.content) for one in drawn if isinstance(one.content, bytes))
+    return max(0, int((_MOST_BYTES - of_maps - _BYTES_A_CELL * cells) / _BYTES_A_PICTURE))
+
+
+def _each(made: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], *, pictures: int) -> Iterator[Details]:
+    """What is told of each cell, with a picture of as many of those that use most of a limit."""
     placements = (position.placement for position in made.positions for _ in position.cells)
     loads = {
         name: (cell.judged, placement)
         for name, cell, placement in zip(cells, made.cells, placements, strict=True)
         if cell.judged is not None and placement is not None
     }
-    drawn = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:_MOST_CELLS]
+    drawn = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:pictures]
     for name, (title, *parts) in cells.items():
         if name in drawn:
             words = "Solid the patch, dashed Hertz; below, cut across."

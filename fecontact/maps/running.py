@@ -16,6 +16,7 @@ from fecontact.case import Case
 from fecontact.comparison.theories import HERTZ
 from fecontact.errors import InputError
 from fecontact.files import json_text
+from fecontact.inputs import listed
 from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.store import kept_folder
@@ -222,7 +223,7 @@ def map_(
     InputError
         As `run_map` does, and for a folder that holds other results.
     """
-    prepare_for_map(Path(out), case, lateral_shifts_mm, loads_N, force=force)
+    asked = case, listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N"), Path(out)
+    prepare_for_map(asked[-1], *asked[:-1], force=force)
     settings = RunSettings(workers=workers, force=force)
-    asked = case, lateral_shifts_mm, loads_N, Path(out)
     return run_map(*asked, measure=measure, theory=theory, settings=settings, progress=progress)

@@ -24,7 +24,6 @@ from fecontact.outputs.records.results import (
 )
 from fecontact.outputs.tables import Item, Record, flat, number, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
-from fecontact.profiles.smoothing import Nearest
 from fecontact.solving.alone import TableLine, TheoryAlone
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.position import Preview
@@ -241,7 +240,7 @@ def alone_lines(record: Item) -> Lines:
     yield from notes(record["warnings"])
 
 
-# --- A case before it is solved, and the library profile that points are nearest to, in words.
+# --- A case before it is solved, in words.
 
 
 def preview_lines(seen: Preview) -> Lines:
@@ -275,20 +274,6 @@ def uncertainty_text(part: dict[str, float]) -> str:
         return "another line that the measured points allow does not come into contact here: Hertz is not known"
     p, a, b = (100.0 * part[name] for name in ("p_max_MPa", "a_mm", "b_mm"))
     return f"the measured profiles leave ±{p:.2g} % of p0, ±{a:.2g} % of a and ±{b:.2g} % of b open"
-
-
-def nearest_text(found: list[Nearest]) -> str:
-    """Which profile of the library measured points are, in words."""
-    if not found:
-        return "nearest library profile: none within 2 mm"
-    best, turn = found[0], 1e3 * found[0].registration.turn_rad
-    dy, dz = found[0].registration.shift
-    rest = "".join(f"; then {one.name} ({one.usual_mm:.2g} mm)" for one in found[1:2])
-    return (
-        f"nearest library profile: {best.name}, turned by {turn:+.2f} mrad and moved by ({dy:+.3f}, {dz:+.3f}) mm; the"
-        f" points are usually {best.usual_mm:.2g} mm off it, at most {best.farthest_mm:.2g} mm at y ="
-        f" {best.at_y_mm:.1f} mm{rest}"
-    )
 
 
 # --- A contact table on the terminal: its most important columns.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.outputs.style import MARKS, SIDES, Colour, blank_figure, finish, save_figure
-from fecontact.outputs.tables import body_words, number, picked, radius, table_of, text
+from fecontact.outputs.tables import Record, body_words, number, picked, radius, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
@@ -18,12 +18,15 @@ from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from fecontact.profiles.smoothing import Nearest
 
+
+# Ends of a line, from the gauge side to the field side.
+_ENDS = ("y_from_mm", "y_to_mm")
 _LIBRARY = (
     text("name", "name"),
     text("kind", "kind"),
-    number("y from\nmm", "low", "{:.1f}", none=""),
-    number("y to\nmm", "high", "{:.1f}", none=""),
+    *(number(f"{name}\nmm", key, "{:.1f}", none="") for name, key in zip(("y from", "y to"), _ENDS, strict=True)),
     text("junctions", "junctions", "number"),
     text("certainty", "certainty"),
     text("source", "source", wraps=True),
@@ -43,24 +46,46 @@ _SEGMENTS = (
 )
 
 
-def library_lines(folder: Path | None = None) -> Lines:
-    """The profiles of the library, the files of a folder, and other texts that may be given instead of a name."""
+def library_record(folder: Path | None = None) -> list[Record]:
+    """The profiles of the library, and the files of a folder."""
     from fecontact.profiles.library import load, names
 
-    items: list[dict[str, Any]] = []
+    items: list[Record] = []
     for profile in map(load, names()):
         own = picked(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
-        items.append(own | dict(zip(("low", "high"), profile.y_range_mm, strict=True)))
+        items.append(own | dict(zip(_ENDS, profile.y_range_mm, strict=True)))
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
             items.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
+    return items
+
+
+def library_lines(items: Sequence[Record]) -> Lines:
+    """The profiles of the library, and other texts that may be given instead of a name."""
     yield table_of("Profile library", _LIBRARY, items)
     yield "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
 
 
-def profile_lines(profile: Profile) -> Lines:
-    """The segments of a profile, and the junctions where its curvature jumps."""
+def profile_record(profile: Profile, found: Sequence[Nearest]) -> Record:
+    """A profile with its junctions, how it was smoothed, and the profiles of the library that it is nearest to."""
+    measured = profile.measured
+    return {
+        "schema": "fecontact/profile/1",
+        **picked(profile, "name kind source length_mm"),
+        **dict(zip(_ENDS, profile.y_range_mm, strict=True)),
+        "notes": list(profile.notes),
+        "smoothed": None if measured is None else picked(measured, "nominal filter_mm noise_mm"),
+        "junctions": [
+            picked(one, "y_mm z_mm curvature_left_per_mm curvature_right_per_mm turn_rad") for one in profile.junctions
+        ],
+        "nearest": [
+            picked(one, "name usual_mm farthest_mm at_y_mm") | picked(one.registration, "turn_rad") for one in found
+        ],
+    }
 
+
+def profile_lines(profile: Profile, found: Sequence[Nearest]) -> Lines:
+    """The segments of a profile, the junctions where its curvature jumps, and what of the library it is nearest to."""
     low, high = profile.y_range_mm
     named, long = body_words(profile.kind, profile.name), f"{profile.length_mm:.2f} mm long"
     yield f"{named}: y from {low:.3f} to {high:.3f} mm, {long}"
@@ -74,6 +99,28 @@ def profile_lines(profile: Profile) -> Lines:
         items.append({"number": place, "segment": segment, **where})
     yield table_of("Running surface, from the gauge side to the field side", _SEGMENTS, items)
     yield table_of("Junctions (radii positive where convex)", _JUNCTIONS, profile.junctions)
+    if profile.points is not None:
+        yield nearest_text(found, "" if profile.measured is None else profile.measured.nominal or "")
+
+
+def nearest_text(found: Sequence[Nearest], nominal: str = "") -> str:
+    """Which profile of the library measured points are, and from which one they are smoothed, in words."""
+    if not found:
+        return "nearest library profile: none within 2 mm"
+    best, turn = found[0], 1e3 * found[0].registration.turn_rad
+    dy, dz = found[0].registration.shift
+    rest = "".join(f"; then {one.name} ({one.usual_mm:.2g} mm)" for one in found[1:2])
+    rest += f"; what is smoothed is the deviation from {nominal}" if nominal not in ("", best.name) else ""
+    off = (
+        f"the points are usually {best.usual_mm:.2g} mm off it, at most {best.farthest_mm:.2g} mm at y ="
+        f" {best.at_y_mm:.1f} mm"
+        if best.farthest_mm > 1e-3
+        else "all points are within 0.001 mm of it"
+    )
+    return (
+        f"nearest library profile over the whole line: {best.name}, turned by {turn:+.2f} mrad and moved by"
+        f" ({dy:+.3f}, {dz:+.3f}) mm; {off}{rest}"
+    )
 
 
 def _segment_radius(segment: Segment) -> str:

@@ -138,8 +138,8 @@ def print_titles(titles: Mapping[str, str]) -> None:
     print("One of them: fecontact guide TOPIC")
 
 
-def print_page(text: str) -> None:
-    """Print a page in Markdown: laid out on a terminal, unchanged into a file or a pipe."""
+def print_page(text: str, without_links: Callable[[str], str]) -> None:
+    """Print a page in Markdown: laid out on a terminal, without its links, and unchanged into a file or a pipe."""
     from rich.console import Console
 
     console = Console()
@@ -148,8 +148,7 @@ def print_page(text: str) -> None:
         return
     from rich.markdown import Markdown
 
-    # addresses are shown instead of links: a click on them would lead nowhere
-    console.print(Markdown(text, hyperlinks=False))
+    console.print(Markdown(without_links(text), hyperlinks=False))
 
 
 def count(number: int, what: str) -> str:

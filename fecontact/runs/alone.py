@@ -11,6 +11,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features import the
+from fecontact.inputs import listed
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.outputs.alone import (
     BETWEEN_LINES,
@@ -119,7 +120,7 @@ def table(
         Without shifts and loads, or for a map of another pair. A position that has no contact is a row with its
         `problem`.
     """
-    shifts, loads = tuple(map(float, lateral_shifts_mm)), tuple(map(float, loads_N))
+    shifts, loads = listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N")
     if not shifts or not loads:
         raise InputError("table: give at least one lateral shift and one load")
     cells = (

@@ -14,7 +14,7 @@ from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, failed, has_numbers, usable
 from fecontact.features import at, places
 from fecontact.jobs.remaining import Progress, watched
-from fecontact.jobs.workers import began_on_one_thread, evaluators
+from fecontact.jobs.workers import began_on_one_thread, default_workers, evaluators
 from fecontact.outputs.documents import judged_rows_parts, write_tables
 from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.tables import VARIED, Part
@@ -212,8 +212,17 @@ def _judged_rows(
 
 def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
     """What judges so many on one thread, as the workers that solved them; this process if others are not worth it."""
+    return evaluators(count, here=_here(count, creep))
+
+
+def workers_of(count: int, creep: Creep | None) -> int:
+    """How many processes judge so many."""
+    return 1 if _here(count, creep) else min(default_workers(), count)
+
+
+def _here(count: int, creep: Creep | None) -> bool:
     worth = _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
-    return evaluators(count, here=count < worth and began_on_one_thread())
+    return count < worth and began_on_one_thread()
 
 
 def _unjudged(old: Row, folder: Path) -> Row | None:

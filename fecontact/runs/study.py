@@ -44,7 +44,14 @@ from fecontact.runs.casefile import Study, kinds, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview, preview_to_solve
+from fecontact.solving.position import (
+    START_SECONDS,
+    cpu_seconds,
+    memory_GB,
+    preview,
+    preview_to_solve,
+    times_by_yielding,
+)
 from fecontact.solving.solve import CaseResult, SharedLoads
 
 # --- About what time and memory many cases take, from a few of them that are placed and expected.
@@ -83,7 +90,7 @@ class Cost:
         """Time and memory in words, and whether there is too little memory."""
         workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
         expected = (
-            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB a worker; up to"
+            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB per worker; up to"
             f" {duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where verdicts stay open"
         )
         if self.most_memory_GB * self.workers <= self.available_GB:
@@ -109,14 +116,18 @@ def cost_of(cases: Sequence[Case], workers: int, *, further: tuple[float, float]
     first = [one.degrees_of_freedom for one in seen]
     finest = [max(one.degrees_of_freedom, one.case.most_unknowns) for one in seen]
     most = [min(_REFINED * unknowns, last) for unknowns, last in zip(first, finest, strict=True)]
+    times = [times_by_yielding(one.case, one.hertz.p0_MPa) for one in seen]
+    solved_s, refined_s = (
+        sum(by * cpu_seconds(unknowns) for by, unknowns in zip(times, of, strict=True)) for of in (first, most)
+    )
     lines_seconds = sum(one.lines_seconds for one in seen)
     each = len(cases) / len(seen) / workers
     of_limits, of_limits_most = (loads * lines_seconds / len(seen) / workers for loads in further)
     return Cost(
         workers=workers,
-        seconds=START_SECONDS + each * (sum(map(cpu_seconds, first)) + lines_seconds) + of_limits,
+        seconds=START_SECONDS + each * (solved_s + lines_seconds) + of_limits,
         memory_GB=memory_GB(max(first)),
-        most_seconds=START_SECONDS + each * (sum(map(cpu_seconds, most)) + lines_seconds) + of_limits_most,
+        most_seconds=START_SECONDS + each * (refined_s + lines_seconds) + of_limits_most,
         most_memory_GB=memory_GB(max(finest)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )

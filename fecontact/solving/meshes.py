@@ -512,7 +512,7 @@ class Meshes:
 
     def _level(self, position: Position, coarser: float, left_s: float | None = None) -> Level:
         clock, begun = position.clock, time.perf_counter()
-        clock.stage = _stage(coarser, left_s)
+        clock.stage = _stage(position.case, coarser, left_s)
         try:
             return self._solved(position, coarser)
         finally:
@@ -558,14 +558,16 @@ def _turned(position: Position) -> Rung | None:
     return position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure, angle_rad=angle)
 
 
-def _stage(coarser: float, left_s: float | None) -> str:
+def _stage(case: Case, coarser: float, left_s: float | None) -> str:
     """Which meshes are under way, and how long they take, for those who wait."""
     if coarser == 1.0:
         return "first meshes"
     left = "" if left_s is None else f", about {max(left_s, 1.0):.0f} s left"
     if coarser > 1.0:
         return f"coarser meshes, for the uncertainty{left}"
-    return f"finer meshes, because the verdict is open{left}{' if these decide it' * bool(left)}"
+    # by all evidence finer ones follow also where the verdict is decided and that of the elements' own nodes is not
+    open_one = "the verdict, or that of the elements by themselves," if case.refine == "evidence" else "the verdict"
+    return f"finer meshes, because {open_one} is open{left}{' if these decide it' * bool(left)}"
 
 
 def _limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:

@@ -55,7 +55,7 @@ def on_files(files: Files, config: Any) -> Files:
     folder = run(gallery.content_string)
     for path in folder.rglob("*.png"):
         files.append(File.generated(config, path.relative_to(folder).as_posix(), abs_src_path=str(path)))
-    text = gallery.content_string + "\n![The difference of both pressures](by_python.png)\n" + from_studies()
+    text = gallery.content_string + "\n![Hertz minus finite elements](by_python.png)\n" + from_studies()
     files.remove(gallery)
     files.append(File.generated(config, "gallery.md", content=text))
     return files

@@ -285,15 +285,13 @@ def wheelset(radius_mm: float = 460.0) -> Wheelset:
 @cache
 def run(vehicle: str, radii: tuple[float, ...], theory: str = "overlap", unbalanced: float = 0.0):
     made = load_vehicle(vehicle)
-    return curves(
-        made,
-        Ride(
-            wheelset=wheelset(made.wheelset.rolling_radius_mm),
-            theory=theory,
-            conditions=Conditions(unbalanced_m_s2=unbalanced),
-        ),
-        radii,
+    ride = Ride(
+        wheelset=wheelset(made.wheelset.rolling_radius_mm),
+        theory=theory,
+        conditions=Conditions(unbalanced_m_s2=unbalanced),
     )
+    found = {one.radius_m: one for one in curves(made, ride, radii)}
+    return [found[radius] for radius in radii]
 
 
 def test_creepages_on_straight_track_are_those_of_the_wheelset():
@@ -827,6 +825,20 @@ def test_wheels_in_curves_are_positions_of_a_fleet():
     assert [(row["shift_mm"], row["load_kN"], row["weight"]) for row in rows[:4]] == [
         (shift, load, 0.25 / 4) for shift, load in zip(shifts, loads, strict=True)
     ]
+
+
+def test_progress_counts_the_curves_to_both_sides_by_all_theories(monkeypatch):
+    known, heard = run("manchester", (500.0, -500.0)), []
+    monkeypatch.setattr(
+        "fecontact.curves.curve._run",
+        lambda radius, vehicle, ride, one: replace(known[radius < 0.0], theory=ride.theory),
+    )
+    monkeypatch.setattr("fecontact.curves.curve.path", lambda vehicle, lines, curvatures: iter(curvatures))
+    found = fecontact.curve(
+        "manchester", (500.0, -500.0), theories=("kik_piotrowski", "overlap"), progress=lambda *one: heard.append(one)
+    )
+    assert [(number, total) for number, total, _ in heard] == [(0, 4), (1, 4), (2, 4), (3, 4)]
+    assert [[one.radius_m for one in runs] for runs in found.runs.values()] == [[500.0, -500.0]] * 2
 
 
 def test_python_has_what_the_command_prints():

@@ -237,6 +237,8 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     drawn = (tmp_path / "irregular.svg").read_text("utf-8")
     for told in ("rail circle:300", "shift +0.00 mm", "the cheapest model that holds", "in the middle"):
         assert told in drawn
+    pair = record["pair"]
+    assert f"patch {2.0 * pair['a_mm']:.1f} mm long, approach {1e3 * pair['approach_mm']:.0f} µm" in drawn
     # corrugation of 30 mm: between 5 and 20 um, as in the sheet 8 um
     limits = {one["wavelength_mm"]: one["amplitude_mm"]["eq6"] for one in record["limits"]}
     assert 0.006 < limits[30.0] < 0.0105

@@ -723,6 +723,20 @@ def test_a_position_has_all_loads_and_its_limit():
     assert FakeSweep.open == 0
 
 
+def test_a_position_tells_how_many_of_its_loads_are_done(monkeypatch):
+    """Those of the map and those for its limits, before each of them, so that one position is not silent."""
+    monkeypatch.setattr("fecontact.maps.model.LoadSweep", FakeSweep)
+    told = []
+    with SWEEPING:
+        position = solve_position(
+            replace(ROUND, lateral_shift_mm=0.0), LOADS, lambda part, words: told.append((words, part))
+        )
+    assert len(told) == len(LOADS) + len(position.tried)
+    assert told[:3] == [("0 of 4 loads", 0.0), ("1 of 4 loads", 0.2), ("2 of 4 loads", 0.4)]
+    more = len(position.tried)
+    assert told[-1] == (f"3 of 4 loads, {more} more for limits", (3 + more) / (5 + more))
+
+
 def test_a_position_that_cannot_be_solved_says_why():
     position = fake_position(replace(ROUND, lateral_shift_mm=4.0), LOADS)
     assert {cell.status for cell in position.cells} == {"failed: the wheel is off the rail"}

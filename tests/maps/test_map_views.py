@@ -7,6 +7,7 @@ import csv
 import html
 import io
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -22,6 +23,7 @@ from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.errors import InputError
 from fecontact.files import json_text
+from fecontact.maps import report
 from fecontact.maps.files import map_figure, write_map
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition, load_limit, solved_cell
 from fecontact.maps.report import map_lines, shares_table, write_map_report
@@ -39,6 +41,7 @@ from fecontact.outputs.cases import theories_table
 from fecontact.outputs.documents import rows_parts
 from fecontact.outputs.records.results import load_record
 from fecontact.outputs.style import ANSWERS
+from fecontact.outputs.tables import Picture
 from fecontact.outputs.terminal import show
 from fecontact.outputs.words import WORDS
 from fecontact.solving.placing import place_case
@@ -377,6 +380,26 @@ def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
             assert f"<dt>{one['words']}</dt><dd>{html.escape(THEORIES[one['theory']].source)}. It takes for" in text
     # the answer first
     assert text.index("At -4 mm Hertz holds at all loads") < text.index("May Hertz")
+
+
+def test_a_report_of_many_cells_stays_below_5_mb(made, tmp_path, monkeypatch):
+    def pictures() -> list[str]:
+        text = write_map_report(made, tmp_path).read_text("utf-8")
+        told = [one.partition("</details>")[0] for one in text.split('id="cell-')[1:]]
+        return re.findall('src="(data:[^"]+)"', "".join(told))
+
+    # what a picture of a cell is taken to need
+    both = pictures()
+    assert len(both) == 2
+    assert 0.5 < len(both[0]) / report._BYTES_A_PICTURE < 1.1
+    fits = [
+        report._pictures_that_fit([Picture(content=b"." * 300_000, words="map")] * 4, count) for count in (3, 175, 1000)
+    ]
+    assert fits[0] > fits[1] > fits[2] == 0
+    assert 1.6e6 + 6e3 * 175 + 32e3 * fits[1] == pytest.approx(4.9e6, abs=32e3)
+    monkeypatch.setattr(report, "_pictures_that_fit", lambda drawn, cells: 1)
+    (worst,) = pictures()
+    assert worst in both
 
 
 TOUCHED = """

@@ -7,6 +7,7 @@ import inspect
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -211,9 +212,9 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
         assert call([*asked, *more]) == 2
         capsys.readouterr()
     told, with_forces, quiet = seen
-    assert "4 cells: about 11 s with 1 worker and 0.3 GB a worker" in told
-    assert "forces take" not in told
-    assert "forces take some 2 s a cell more" in with_forces
+    assert "4 cells: about 11 s with 1 worker and 0.3 GB per worker" in told
+    assert "creep forces" not in told
+    assert re.search(r"; creep forces about \d+ s more", with_forces)
     assert quiet == ""
     assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 11 s") == 3
 
@@ -490,6 +491,11 @@ def test_maps_have_a_function_a_module_and_results(tmp_path):
     assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
     with pytest.raises(InputError, match="at least one lateral shift"):
         fecontact.map(Case(), [], [], tmp_path)
+    for asked in (partial(fecontact.map, out=tmp_path), fecontact.table):
+        with pytest.raises(InputError, match=r"lateral_shifts_mm is -3; give a list, for example \[-3\]"):
+            asked(Case(), -3, [100e3])
+        with pytest.raises(InputError, match=r"loads_N is 100000\.0; give a list"):
+            asked(Case(), [-3.0], 100e3)
     with pytest.raises(InputError, match=r"no result\.json or study\.json or map\.json"):
         fecontact.load(tmp_path)
 

@@ -87,13 +87,13 @@ class PressureFields:
 
 
 def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields) -> None:
-    """Draw a map of `finite elements`, `Hertz`, or `finite elements minus Hertz` over the rail's surface into axes.
+    """Draw a map of `finite elements`, `Hertz`, or `Hertz minus finite elements` over the rail's surface into axes.
 
     The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
     of the finite elements are numbered, the highest first.
     """
-    is_difference = kind == "finite elements minus Hertz"
-    values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.fe - fields.hertz)
+    is_difference = kind == "Hertz minus finite elements"
+    values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.hertz - fields.fe)
     top = (float(np.abs(values).max()) or 1.0) if is_difference else float(max(fields.fe.max(), fields.hertz.max()))
     ground = _NO_DIFFERENCE if is_difference else _NO_PRESSURE
     image = ax.imshow(
@@ -106,7 +106,7 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
         extent=(*_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)),
     )
     if is_difference:
-        # in grey both ends of the colour map are dark: lines are dashed if Hertz's pressure is larger
+        # in grey both ends of the colour map are dark: lines are dashed if the finite elements' pressure is larger
         levels = top * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
         ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
     _draw_outlines(ax, fields)
@@ -214,7 +214,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     write(after, height - 0.42, verdict_reason(load), fontsize=11)
     wide = of_map / _ratio(fields) if tall else _MAP_WIDTH
     step = wide + _BESIDE if tall else width / 3.0
-    for number, kind in enumerate(("finite elements", "Hertz", "finite elements minus Hertz")):
+    for number, kind in enumerate(("finite elements", "Hertz", "Hertz minus finite elements")):
         ax = axes(number * step + _LEFT, _CUTS + _BELOW, wide, of_map)
         draw_pressure(ax, load, kind, fields)
         for place in _junctions(placement, "rail"):
@@ -348,8 +348,6 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
         carries = f"{lobe.p_max_MPa:.0f} MPa, {1e2 * lobe.force_share:.1f} % of the load"
         lines.append(f"lobe {number} at {lobe.y_mm:+z.1f} mm: {carries}")
     lines.append(f"lobes {len(lobes)}, patches {comparison.patch.pieces}")
-    size_x, size_s = load.level.nodal.grid.steps_mm
-    lines.append(f"elements {size_x:.2f} by {size_s:.2f} mm, {len(load.solved.levels)} meshes")
     lines.append(f"status: {load.status}")
     return "\n".join(lines)
 

@@ -85,7 +85,11 @@ def preview_figure(seen: Preview, path: str | Path) -> Path:
     _, z, _ = rail.section(rail.parameter_at_y(np.linspace(*near.get_xlim(), 50)))
     low, high = float(np.nanmin(z)), float(np.nanmax(z))
     near.set_ylim(low - 0.3 * (high - low + 0.1), high + 0.6 * (high - low + 0.1))
-    near.set(title="about the expected patch (shaded), heights drawn out", xlabel=f"y in mm\n{SIDES}", ylabel="z in mm")
+    near.set(
+        title="about the expected patch (shaded), vertical scale exaggerated",
+        xlabel=f"y in mm\n{SIDES}",
+        ylabel="z in mm",
+    )
     near.axvspan(touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=Colour.EXPECTED, alpha=0.3, lw=0)
     _draw_curvatures(bent, seen, reach)
     legend_beside(whole)

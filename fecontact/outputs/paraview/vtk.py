@@ -51,11 +51,11 @@ def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = No
     """A contact on the rail's surface as a pyvista mesh of quadrilaterals with normals out of the rail.
 
     It lies `LIFT_MM` above the rail and holds the contact and Hertz's ellipse, as far as the rail's surface reaches.
-    Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (contact minus Hertz), `gap_mm`
-    (deformed; NaN beyond the nodes of the solution, where only Hertz has a pressure), `in_contact` (0 or 1), and with
-    `yielded` the `plastic_pressure_MPa` of bodies that yield. `pressure_relief_mm` is a vector along the normal to warp
-    by: the pressure of bodies that yield, else of elastic ones. Pressures are means over the cells of the nodes: they
-    integrate to the force along the contact normal.
+    Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `gap_mm` (deformed; NaN beyond the nodes of the solution,
+    where only Hertz has a pressure), `in_contact` (0 or 1), and with `yielded` the `plastic_pressure_MPa` of bodies
+    that yield. `hertz_minus_fe_MPa`, as the verdict's deviations, and `pressure_relief_mm`, a vector along the normal
+    to warp by, are of the pressure of bodies that yield, else of elastic ones. Pressures are means over the cells of
+    the nodes: they integrate to the force along the contact normal.
     """
     import pyvista
 
@@ -87,12 +87,13 @@ def _fields(result: CaseResult, contact: Rung, yielded: Rung | None) -> tuple[di
     fields: dict[str, NDArray[Any]] = {
         "contact_pressure_MPa": pressure,
         "hertz_pressure_MPa": hertz,
-        "pressure_difference_MPa": pressure - hertz,
         "gap_mm": np.where(inside, covering(contact.gap_mm), np.nan),
         # not Boolean: ParaView's readers take Boolean arrays for field data
         "in_contact": (pressure > 0.0).astype(np.uint8),
     }
-    return fields | ({} if yielded is None else {"plastic_pressure_MPa": covering(yielded.pressure_MPa)}), grid
+    if yielded is not None:
+        fields["plastic_pressure_MPa"] = covering(yielded.pressure_MPa)
+    return fields | {"hertz_minus_fe_MPa": hertz - _shown_pressure(fields)}, grid
 
 
 def _shown_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
