@@ -178,6 +178,18 @@ def test_a_name_that_no_file_can_have_is_refused(reader):
         reader("x" * 5000)
 
 
+@pytest.mark.parametrize("sign", ["\n", "\x1b", "\u202e", "\u2028"])
+def test_a_name_that_would_turn_or_break_what_is_printed_is_refused(tmp_path, sign):
+    """A profile's name stands in tables, pages and on the terminal."""
+    good, bad = (tmp_path / f"head{one}.txt" for one in ("", sign))
+    for path in (good, bad):
+        np.savetxt(path, np.column_stack(rail_points()))
+    resolve_rail(str(good))
+    with pytest.raises(InputError, match=r"signs that are not shown, .*; rename the file") as told:
+        resolve_rail(str(bad))
+    assert sign not in str(told.value)
+
+
 def test_points_farther_away_than_numbers_are_fine_are_refused():
     y, z = rail_points()
     for far in (1e308, -1e308, 2e9, math.inf, math.nan):
