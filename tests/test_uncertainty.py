@@ -1,17 +1,20 @@
 """The stated uncertainty: what it is made of, and how it stands to errors that are known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rungs import rung_with
 
 from fecontact.case import Case, Track
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, patch_of
-from fecontact.comparison.solved_load import Solved, step_uncertainty, uncertainty
+from fecontact.comparison.solved_load import Solved, as_solved, skew_of, step_uncertainty, uncertainty
 from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.verdict import judge_on_lines
+from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.profiles.reading import Reading
 from fecontact.solving.expected_patch import on_more_nodes
 from fecontact.solving.position import hertz_of_case, hertz_uncertainty, lines_of_case, place_case, position_of
@@ -131,6 +134,40 @@ def test_an_error_that_falls_with_the_elements_is_covered(name, order):
     error = 0.002
     values = (1.0 + error, 1.0 + error * 1.5**order)
     assert uncertainty(name, values) >= error / (1.0 + error)
+
+
+# --- what is stated of skewed patches ---------------------------------------------------------------------------------
+
+
+def skewed(c: float) -> Rung:
+    """sqrt(1 - X^2 - Y^2) (1 + c Y) on an ellipse of 3 and 2 mm."""
+    x, y = np.linspace(-1.1, 1.1, 221), np.linspace(-1.1, 1.1, 441)
+    pressure = (1.0 + c * y) * np.sqrt(np.maximum(1.0 - x[:, None] ** 2 - y**2, 0.0))
+    return rung_with(ContactGrid(x_mm=3.0 * x, s_mm=2.0 * y, half=False), 1e3 * pressure)
+
+
+@pytest.mark.parametrize("c", [0.0, 0.4, -0.9])
+def test_the_skewness_is_that_of_the_moments_of_the_load_across(c):
+    # (1 - Y^2) (1 + c Y) across: means of Y, Y^2 and Y^3 are c/5, 1/5 and 3 c/35
+    mean, square, cube = c / 5.0, 1.0 / 5.0, 3.0 * c / 35.0
+    expected = (cube - 3.0 * mean * square + 2.0 * mean**3) / (square - mean**2) ** 1.5
+    assert skew_of(skewed(c)) == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize("skew", [0.3, -0.3])
+def test_the_centre_of_a_skewed_patch_is_known_less_well(skew):
+    for name in READING:
+        values = (7.0, 7.0)
+        more = uncertainty(name, values, Solved(skew=skew)) - uncertainty(name, values)
+        # what meshes have in common of 60 exact contacts falls with their skewness
+        assert more == pytest.approx(0.0021 if name == "centre_over_b" else 0.0, abs=1e-12)
+
+
+def test_the_skewness_of_a_load_is_that_of_the_fine_pressure(elliptic_quick):
+    finest, *others = elliptic_quick.load.solved.levels
+    # measured 1.1e-5 of two circles
+    assert as_solved((finest, *others)).skew == pytest.approx(0.0, abs=3e-5)
+    assert as_solved((replace(finest, fe=skewed(0.4)), *others)).skew == skew_of(skewed(0.4))
 
 
 # --- contacts for which Hertz is exact --------------------------------------------------------------------------
