@@ -11,7 +11,16 @@ from rungs import rung_with
 
 from fecontact.case import Case, Track
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, patch_of
-from fecontact.comparison.solved_load import Solved, as_solved, skew_of, step_uncertainty, uncertainty
+from fecontact.comparison.solved_load import (
+    Solved,
+    as_solved,
+    cut_planes_share,
+    elements_uncertainty,
+    share_uncertainty,
+    skew_of,
+    step_uncertainty,
+    uncertainty,
+)
 from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.verdict import judge_on_lines
 from fecontact.contact.grid import ContactGrid, Rung
@@ -134,6 +143,89 @@ def test_an_error_that_falls_with_the_elements_is_covered(name, order):
     error = 0.002
     values = (1.0 + error, 1.0 + error * 1.5**order)
     assert uncertainty(name, values) >= error / (1.0 + error)
+
+
+# Of a rail that is cut farther down, where several patches share the load, written down a second time.
+SHARED = {
+    "p_max_MPa": 0.006,
+    "a_mm": 0.0015,
+    "b_mm": 0.006,
+    "extent_y_mm": 0.006,
+    "centre_over_b": 0.006,
+    "valley": 0.005,
+    "misplaced_load": 0.0045,
+}
+
+
+@pytest.mark.parametrize("name", READING)
+def test_each_part_of_it_counts_as_often_as_its_source_says(name):
+    """A change of 1 % of values of 7, and each part by itself."""
+    size = 7.0 if name in SIZES else 1.0
+    finest, change = 7.0, 0.01 * size
+
+    def step(values=(finest, finest), otherwise=None, **known) -> float:
+        return step_uncertainty(name, values, Solved(**known), otherwise=otherwise)
+
+    rest = step()
+    assert step((finest, finest + change)) - rest == pytest.approx(0.01, rel=1e-9)
+    # where patches just come apart the last change is off by 1.09 of it
+    assert step((finest, finest + change), parting=True) - rest == pytest.approx(0.015, rel=1e-9)
+    assert step(otherwise=finest - change) - rest == pytest.approx(0.02, rel=1e-9)
+    # bodies softer by a part move the area by 0.045 of it; what is not seen is 6 %, as on a gauge corner
+    assert step(compliance_error=-0.02) - rest == pytest.approx(0.05 * 0.02 * finest / size, rel=1e-9)
+    assert step(compliance_error=math.nan) - rest == pytest.approx(0.05 * 0.06 * finest / size, rel=1e-9)
+    own = CUT_PLANES[name]
+    planes = 0.016 * finest if name == "separate_load" else max(own, SHARED.get(name, 0.0))
+    assert step(shared=True) - rest == pytest.approx(planes - own, abs=1e-12)
+    # a notch one to three nodes wide has three times what more nodes change
+    values = (finest, finest)
+    more = uncertainty(name, values, Solved(more_nodes={name: 0.003})) - uncertainty(name, values)
+    assert more == pytest.approx(0.009, rel=1e-9)
+
+
+# Of reading the elements' own nodes with six on a semi-axis, and with which power of their number it falls.
+ON_ELEMENTS = {
+    "p_max_MPa": (0.0025, 1),
+    "area_mm2": (0.024, 1),
+    "a_mm": (0.01, 2),
+    "b_mm": (0.01, 2),
+    "extent_x_mm": (0.025, 1),
+    "extent_y_mm": (0.025, 1),
+    "centre_over_b": (0.003, 2),
+    "valley": (0.01, 2),
+    "separate_load": (0.0004, 2),
+    "misplaced_load": (0.0135, 1),
+}
+
+
+@pytest.mark.parametrize("name", READING)
+def test_what_elements_say_alone_is_known_by_their_number_change_and_softness(name):
+    floor, power = ON_ELEMENTS[name]
+    size = 7.0 if name in SIZES else 1.0
+
+    def stated(values=(7.0, 7.0), elements=6.0, compliance_error=0.0, residual=0.0) -> float:
+        return elements_uncertainty(
+            name, values, elements=elements, compliance_error=compliance_error, residual=residual
+        )
+
+    rest = stated()
+    assert rest == pytest.approx(floor + CUT_PLANES[name], rel=1e-9)
+    assert rest - stated(elements=9.0) == pytest.approx(floor * (1.0 - (2.0 / 3.0) ** power), rel=1e-9)
+    assert stated((7.0, 7.0 - 0.01 * size)) - rest == pytest.approx(0.01, rel=1e-9)
+    assert stated(residual=1e-4) - rest == pytest.approx(1e-4, rel=1e-9)
+    # Hertz: p0 and area with the power 2/3 of the modulus, lengths with 1/3; two lobes somewhat more
+    of_modulus = 0.5 if name in ("a_mm", "b_mm", "extent_x_mm", "extent_y_mm") else 1.0
+    for error, seen in ((-0.01, 0.01), (math.nan, 0.02)):
+        assert stated(compliance_error=error) - rest == pytest.approx(of_modulus * seen * 7.0 / size, rel=1e-9)
+
+
+def test_the_load_on_a_lobe_is_known_by_two_changes_and_the_cut_planes_by_what_goes_to_the_others():
+    assert share_uncertainty((0.3, 0.3)) == pytest.approx(2e-4, rel=1e-9)
+    known = Solved(residual=1e-5, compliance_error=0.01)
+    parts = 2e-4 + 2.0 * 0.004 + 2.0 * 0.001 + 0.05 * 0.01 * 0.3 + 1e-5
+    assert share_uncertainty((0.3, 0.304), known, otherwise=0.299) == pytest.approx(parts, rel=1e-9)
+    assert math.isnan(share_uncertainty((0.3, math.nan)))
+    assert [cut_planes_share(part) for part in (0.1, 0.9, 0.5)] == pytest.approx([0.0016, 0.0016, 0.008], rel=1e-9)
 
 
 # --- what is stated of skewed patches ---------------------------------------------------------------------------------
