@@ -34,7 +34,7 @@ from fecontact.wheel_rail.placement import Placement
 # second time.
 REST = {
     "p_max_MPa": (0.0006, 0.0014 + 0.0006),
-    "area_mm2": (0.0025, 0.0019),
+    "area_mm2": (0.002, 0.0019),
     "a_mm": (0.0004, 0.0009 + 0.0005),
     "b_mm": (0.0005, 0.0018 + 0.0008),
     "extent_x_mm": (0.01, 0.0009),
