@@ -20,6 +20,7 @@ from fecontact.comparison.solved_load import (
     skew_of,
     step_uncertainty,
     uncertainty,
+    unmeshed_uncertainties,
 )
 from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.verdict import judge_on_lines
@@ -217,6 +218,18 @@ def test_what_elements_say_alone_is_known_by_their_number_change_and_softness(na
     of_modulus = 0.5 if name in ("a_mm", "b_mm", "extent_x_mm", "extent_y_mm") else 1.0
     for error, seen in ((-0.01, 0.01), (math.nan, 0.02)):
         assert stated(compliance_error=error) - rest == pytest.approx(of_modulus * seen * 7.0 / size, rel=1e-9)
+
+
+@pytest.mark.parametrize("refined", [0, 1, 4])
+def test_so_many_refinements_leave_what_so_many_times_half_more_elements_read(refined, elliptic_quick):
+    level, size = elliptic_quick.load.level, {"p_max_MPa": 1.0}
+    named = {"compliance_error": 0.0, "elements": 1.0}
+    of_one = elements_uncertainty("p_max_MPa", (1.0,), **named) - CUT_PLANES["p_max_MPa"]
+    left = unmeshed_uncertainties(level, lambda _: size, {"p_max_MPa": 0.0}, on_elements=refined)["p_max_MPa"]
+    found = of_one / (left - CUT_PLANES["p_max_MPa"])
+    patch, steps = patch_of(level.on_elements), level.on_elements.grid.steps_mm
+    first = min(patch.a_mm / steps[0], patch.b_mm / steps[1])
+    assert found == pytest.approx(first * 1.5**refined, rel=1e-9)
 
 
 def test_the_load_on_a_lobe_is_known_by_two_changes_and_the_cut_planes_by_what_goes_to_the_others():
