@@ -107,7 +107,7 @@ class Opposite:
     rail: str | None = text(None, f"Rail {_OTHER}", _RAIL, label="opposite rail")
     wheel: str | None = text(None, f"Wheel {_OTHER}", _WHEEL, label="opposite wheel")
     rolling_radius_mm: float | None = number(
-        None, f"Rolling radius {_OTHER}", label="opposite rolling radius", remedy=_RADII
+        None, f"Rolling radius {_OTHER}", label="opposite rolling radius", usual=(100.0, 1000.0), remedy=_RADII
     )
     wheel_load_N: float | None = _load(
         None, f"Wheel load {_OTHER}", label="opposite load", key="load_kN", group="standing"
@@ -218,7 +218,9 @@ class Case:
     )
     rail_material: Material = part(lambda: STEEL, group="material", body="rail", both=True)
     wheel_material: Material = part(lambda: STEEL, group="material", body="wheel", both=True)
-    rolling_radius_mm: float = number(460.0, "Rolling radius at the tape circle", group="wheelset", remedy=_RADII)
+    rolling_radius_mm: float = number(
+        460.0, "Rolling radius at the tape circle", usual=(100.0, 1000.0), group="wheelset", remedy=_RADII
+    )
     track: Track = part(Track, group="pair")
     size: BodySize = part(BodySize, group="mesh")
     resolution: str | tuple[float, float] = custom(

@@ -184,6 +184,11 @@ def call(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         _tell(_system_error(error))
         return InputError.exit_code
+    except MemoryError:
+        _tell(
+            "there is too little memory; end other programs, use fewer --workers, or allow more, such as by ulimit -v"
+        )
+        return InputError.exit_code
     except KeyboardInterrupt:
         print("interrupted; what was finished is kept", file=sys.stderr)
         return 130

@@ -290,6 +290,14 @@ def test_an_error_of_the_system_without_a_name_is_not_blamed_on_the_workers_wher
     assert "/dev/shm" not in _system_error(gone)
 
 
+def test_too_little_memory_is_one_line_and_no_difference_of_results(monkeypatch, capsys):
+    monkeypatch.setattr("fecontact.cli.page_of", raising(MemoryError()))
+    # 1 would mean that both differ
+    assert call(["compare", "A", "B"]) == 2
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith("error: there is too little memory; end other programs")
+
+
 def raising(error: Exception):
     def call(*_):
         raise error

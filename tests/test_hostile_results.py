@@ -4,6 +4,7 @@ import io
 import json
 import os
 import re
+import resource
 import shutil
 import time
 import zipfile
@@ -11,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from test_load import solved_folder as _solved_folder
 from test_study import run as run_fakes
@@ -126,6 +128,18 @@ def test_a_profile_of_a_result_lies_beside_it(elliptic_quick, solved_folder, tmp
     resealed(elliptic_quick, folder)
     with pytest.raises(InputError, match=r"rail is .*allowed is NAME@HASH|beside the result"):
         fecontact.load(folder)
+
+
+def test_a_small_document_is_read_in_little_memory(tmp_path):
+    """Where memory is limited to 200 MB more than there is: the largest document that is allowed has 1 GB."""
+    path = tmp_path / "small.json"
+    write_json(path, {"small": 1})
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (psutil.Process().memory_info().vms + 200_000_000, before[1]))
+    try:
+        assert read_json(path) == {"small": 1}
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 # --- tables of studies ------------------------------------------------------------------------------------------------

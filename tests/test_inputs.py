@@ -421,6 +421,10 @@ def test_python_refuses_names_and_types_before_anything_is_solved(make, says):
         (["--load-kn", "0.1"], "load is 0.1 kN; usual are 1 to 1000"),
         (["--wheel-young-mpa", "210"], "Young's modulus is 210 MPa; usual are 50000 to 500000"),
         (["--young-mpa", "2.1e11"], "Young's modulus is 210000000000 MPa"),
+        (
+            ["--rolling-radius-mm", "0.46"],
+            "rolling radius is 0.46 mm; usual are 100 to 1000: railway wheels have 300 to",
+        ),
         (["--load-kn", "1000", "--young-mpa", "50000"], ""),
     ],
 )

@@ -439,7 +439,12 @@ def two_lobes(between: float, free: int) -> Rung:
 
 
 @pytest.mark.parametrize(
-    ("between", "free", "part"), [(0.05, 0, True), (0.0, 2, True), (0.5, 0, False), (0.0, 12, False)]
+    ("between", "free", "part"),
+    # a tenth of the peak between them, or of their 42 columns
+    [
+        *((0.05, 0, True), (0.098, 0, True), (0.102, 0, False), (0.5, 0, False)),
+        *((0.0, 2, True), (0.0, 4, True), (0.0, 5, False), (0.0, 12, False)),
+    ],
 )
 def test_patches_that_just_part_are_known_less_well(between, free, part):
     rung = two_lobes(between, free)

@@ -119,6 +119,25 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
     assert feet.off_mm.min() == pytest.approx(-0.6, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("planted", "nominal"),
+    [
+        # worn by 0.6 mm at the corner: it is theirs although they are not unworn
+        ({}, "60E1"),
+        # most points are off it by half a millimetre, one by three
+        ({"usual_mm": 0.49}, "60E1"),
+        ({"usual_mm": 0.51}, ""),
+        ({"farthest_mm": 2.9}, "60E1"),
+        ({"farthest_mm": 3.1}, ""),
+    ],
+)
+def test_a_profile_that_points_are_too_far_off_is_not_theirs(planted, nominal, monkeypatch):
+    monkeypatch.setattr(
+        "fecontact.profiles.smoothing.nearest", lambda *given: [replace(one, **planted) for one in nearest(*given)]
+    )
+    assert read(sampled("60E1", 0.01, wear=corner_wear)).measured.nominal == nominal
+
+
 @pytest.mark.slow
 def test_what_is_taken_for_granted_of_a_measured_rail_is_said_with_the_way_back():
     def notes(turn_rad, **reading):

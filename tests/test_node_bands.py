@@ -10,7 +10,7 @@ from fecontact.case import Case
 from fecontact.comparison.measures import CellPressure, ellipse, mean_pressure, measures_of, of_rung
 from fecontact.comparison.patch import measure_patch
 from fecontact.contact import halfspace
-from fecontact.contact.grid import ContactGrid, Field, in_bands, misfit
+from fecontact.contact.grid import ContactGrid, Field, _growing, in_bands, misfit
 from fecontact.contact.halfspace import half_space_below, half_space_problem
 from fecontact.contact.solver import inner, solve_contact
 from fecontact.normal.hertz import hertz_from_hessian
@@ -24,6 +24,22 @@ STEP_MM = 0.05
 
 def along(half):
     return 0.1 * np.arange(40) if half else 0.1 * (np.arange(79) - 39)
+
+
+def test_cells_between_bands_grow_by_two_fifths_from_both_and_none_is_left_out():
+    # by hand, the smaller of both next cells first
+    expected = np.cumsum([0.0, 1.4, 1.4**2, 1.4**3, 1.4**4])
+    assert _growing(0.0, 20.0, 1.0, 2.0) == pytest.approx([*expected, 20.0 - 2.8, 20.0])
+    for length, first, last in ((300.0, 1.0, 1.1), (57.0, 0.3, 4.0), (3.0, 1.0, 2.0)):
+        ends, mirrored = _growing(5.0, 5.0 + length, first, last), _growing(0.0, length, last, first)
+        assert ends - 5.0 == pytest.approx(length - mirrored[::-1])
+        widths = np.array([first, *np.diff(ends), last])
+        steps = widths[1:] / widths[:-1]
+        # all but the one in the middle, which has what is left
+        middle = int(np.argmax(widths))
+        assert steps[: middle - 1] == pytest.approx(1.4)
+        assert steps[middle + 1 :] == pytest.approx(1.0 / 1.4)
+        assert widths[middle] <= 1.4 * (widths[middle - 1] + widths[middle + 1]) + 1e-9
 
 
 def columns(between):

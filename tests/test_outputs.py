@@ -34,7 +34,7 @@ from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.outputs import tables
-from fecontact.outputs.cases import hertz_lines
+from fecontact.outputs.cases import ReportedCase, hertz_lines, solver_table
 from fecontact.outputs.documents import _write_collections, case_parts, rows_parts, study_figures
 from fecontact.outputs.figures.case import PressureFields, case_figure, case_inches, draw_case
 from fecontact.outputs.figures.study import study_figure
@@ -1008,6 +1008,25 @@ def test_measures_that_nobody_asks_for_are_shown_at_length_and_not_judged(ellipt
     assert not [line for line in shown_case(record, long=False) if line.startswith("area (")]
     area = next(line for line in shown_case(record) if line.startswith("area ("))
     assert area.endswith(" % not judged")
+
+
+def test_a_record_its_table_and_its_report_have_the_balance_of_both_bodies(elliptic_quick):
+    """Of the force and of the moment on the curved surfaces, each as it was solved."""
+    load = elliptic_quick.load
+    # measured 1.5e-16 and 2.3e-11
+    assert 0.0 <= load.level.force_balance < 1e-14
+    assert 0.0 < load.level.moment_balance < 1e-10
+    planted = replace(load.level, force_balance=3e-5, moment_balance=7e-4)
+    solved = replace(load.solved, levels=(planted, *load.solved.levels[1:]))
+    made = replace(elliptic_quick, load=judge_load(solved, elliptic_quick.placement))
+    record = result_record(made)
+    assert record["solver"]["force_balance"] == 3e-5
+    assert record["solver"]["moment_balance"] == 7e-4
+    assert any("of the force on both bodies 3e-05, of its moment 7e-04" in line for line in shown_case(record))
+    told = solver_table([ReportedCase(row=case_row(made), record=record)])
+    headings = [column.heading for column in told.columns]
+    cells = dict(zip(headings, told.rows[0].cells, strict=True))
+    assert (cells["force balance"], cells["moment balance"]) == ("3e-05", "7e-04")
 
 
 @pytest.mark.parametrize("width", [80, 120])

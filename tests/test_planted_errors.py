@@ -380,6 +380,31 @@ def test_a_half_space_along_turning_normals_has_no_error_but_its_own(factor):
     assert response.compliance_error(0.0 * angle) < factor - 1.0 - 0.005
 
 
+@pytest.mark.parametrize(("turn_rad", "read"), [(0.29, True), (0.31, False)])
+def test_elements_are_not_read_where_normals_turn_by_more_than_three_tenths(turn_rad, read):
+    """Over as many nodes as are looked at: 11 to each side of the grid."""
+    grid = ContactGrid(x_mm=0.5 * np.arange(13), s_mm=0.4 * np.arange(-11.0, 12.0), half=True)
+    angle = turn_rad / 11.0 * np.arange(-11.0, 12.0)
+    turning = along_normals(half_space_below(grid, 115e3), np.tile(angle, grid.shape[0]))
+    response = UnitResponse.of(turning, grid, contact_modulus_MPa=115e3)
+    assert math.isnan(response.compliance_error(angle)) is not read
+
+
+@pytest.mark.parametrize("side_mm", [8.9, 9.1])
+def test_a_body_s_part_that_is_no_quadratic_function_is_not_read_within_18_nodes_of_its_side(side_mm):
+    """A softer strip of the body, 1 % of the response at its middle: sides of 18 nodes of 0.5 mm."""
+    grid = ContactGrid(x_mm=0.5 * np.arange(13), s_mm=0.4 * np.arange(-11.0, 12.0), half=True)
+    own = half_space_below(grid, 115e3)
+    wave = np.cos(2.0 * np.pi * grid.s_mm / 3.0)
+    more = 0.03 * own(np.ones(grid.shape).ravel()).reshape(grid.shape).mean() / np.prod(grid.shape)
+
+    def opening(pressure):
+        return own(pressure) + more * pressure.sum() * np.tile(wave, grid.shape[0])
+
+    response = UnitResponse.of(opening, grid, contact_modulus_MPa=115e3)
+    assert math.isnan(response.compliance_error(np.zeros(23), side_mm)) is (side_mm < 9.0)
+
+
 # --- faults of the references, which no mesh sees ---------------------------------------------------------------------
 
 

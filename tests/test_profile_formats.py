@@ -102,6 +102,13 @@ def test_a_cut_simpack_file_is_refused(write):
         resolve_rail(str(write("a.prr", text[: len(text) // 2])))
 
 
+@pytest.mark.parametrize("points", ["point.begin\npoint.end\n", "point.end\n"])
+def test_a_simpack_file_without_points_is_refused(write, points):
+    text = f"header.begin\nversion = 1\ntype = 0\nheader.end\nspline.begin\n{points}spline.end\n"
+    with pytest.raises(InputError, match="there are 0 different points; at least 10 are needed"):
+        resolve_rail(str(write("a.prr", text)))
+
+
 def test_a_simpack_wheel_is_no_rail(write):
     y = np.arange(-69.0, 59.0, 0.5)
     path = write("a.prw", simpack(y, load("S1002").height(y), "wheel"))

@@ -1,6 +1,7 @@
 """Files of points: what is understood, what is refused with which remedy, and how well a curvature survives."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from points import profile_from_points, read_points
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import check_shape
+from fecontact.profiles.curve import check_shape, origin_notes
 from fecontact.profiles.library import load
 from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
@@ -176,6 +177,18 @@ def test_a_name_that_no_file_can_have_is_refused(reader):
         reader("nul\0.txt")
     with pytest.raises(InputError, match=r"cannot read .*too long"):
         reader("x" * 5000)
+
+
+@pytest.mark.parametrize("sign", ["\n", "\x1b", "\u202e", "\u2028"])
+def test_a_name_that_would_turn_or_break_what_is_printed_is_refused(tmp_path, sign):
+    """A profile's name stands in tables, pages and on the terminal."""
+    good, bad = (tmp_path / f"head{one}.txt" for one in ("", sign))
+    for path in (good, bad):
+        np.savetxt(path, np.column_stack(rail_points()))
+    resolve_rail(str(good))
+    with pytest.raises(InputError, match=r"signs that are not shown, .*; rename the file") as told:
+        resolve_rail(str(bad))
+    assert sign not in str(told.value)
 
 
 def test_points_farther_away_than_numbers_are_fine_are_refused():
@@ -381,3 +394,74 @@ def test_a_wheel_upside_down_whose_last_point_is_the_highest_is_told_with_that_p
     y = np.linspace(0.0, 100.0, 101)
     with pytest.raises(InputError, match=r"above the tread at y = 100\.0 mm"):
         check_shape(y, 40.0 * (y / 100.0) ** 4, kind="wheel", what="file")
+
+
+def lines_with(*corners: tuple[float, float]):
+    """A level line from -40 to 40 mm but for straight lines between corners, with a point every 0.1 mm."""
+    y = np.round(np.arange(-40.0, 40.05, 0.1), 9)
+    return y, np.interp(y, *zip(*corners, strict=True))
+
+
+def v(depth: float, at: float) -> tuple[tuple[float, float], ...]:
+    return ((-40.0, 0.0), (at - 8.0, 0.0), (at, -depth), (at + 8.0, 0.0), (40.0, 0.0))
+
+
+def ends(depth: float, dip: float = 0.0) -> tuple[tuple[float, float], ...]:
+    middle = ((-10.0, 0.0), (-8.0, -dip), (-6.0, 0.0)) if dip else ()
+    return ((-40.0, -depth), (-30.0, 0.0), *middle, (30.0, 0.0), (40.0, -depth))
+
+
+@pytest.mark.parametrize(
+    ("kind", "good", "bad", "message"),
+    [
+        # a dip of 8 mm is a flange, and a groove where what is within 8 mm of the top is 20 mm wide on both sides
+        ("rail", v(7.9, 20.5), v(8.1, 20.5), r"the line dips by 8\.1 mm at y = 20\.5 mm"),
+        ("rail", v(7.9, 19.5), v(8.1, 19.5), r"a groove of 8\.1 mm at y = 19\.5 mm"),
+        # 0.1 mm below the chord between the ends
+        ("rail", ends(-0.09), ends(-0.11), r"lies 0\.11 mm below the chord"),
+        # both ends 8 mm below the middle, without a dip of 1 mm
+        ("wheel", ends(7.9), ends(8.1), "both ends of the line lie more than 8 mm below its middle"),
+        ("wheel", ends(8.1, dip=1.1), ends(8.1, dip=0.9), "both ends of the line lie more than 8 mm below its middle"),
+        # 10 mm up, or down on the field side
+        ("wheel", v(-9.9, -25.0), v(-10.1, -25.0), r"rises to 10\.1 mm above the tread at y = -25\.0 mm"),
+        ("wheel", v(9.9, 25.0), v(10.1, 25.0), r"the flange lies at y = 25\.0 mm, on the field side"),
+    ],
+)
+def test_a_line_is_refused_from_the_size_on_that_its_body_does_not_have(kind, good, bad, message):
+    check_shape(*lines_with(*good), kind=kind, what="file")
+    with pytest.raises(InputError, match=message):
+        check_shape(*lines_with(*bad), kind=kind, what="file")
+    # wherever the file has its origin
+    y, z = lines_with(*bad)
+    with pytest.raises(InputError, match=r"file: "):
+        check_shape(y + 700.0, z + 300.0, kind=kind, what="file")
+
+
+def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
+    check_shape(*lines_with(*v(28.0, -25.0)), kind="wheel", what="file")
+    # the back of a flange is steeper than 4 and does not count, a flank of 3.9 does
+    for slope, refused in ((4.1, False), (3.9, True)):
+        wall = ((-40.0, 0.0), (35.0, 0.0), (40.0, 5.0 * slope))
+        if refused:
+            with pytest.raises(InputError, match=r"rises to 19\.5 mm above the tread"):
+                check_shape(*lines_with(*wall), kind="wheel", what="file")
+        else:
+            check_shape(*lines_with(*wall), kind="wheel", what="file")
+
+
+@pytest.mark.parametrize(
+    ("kind", "y_mm", "z_mm", "said"),
+    [
+        ("rail", 0.9, 0.09, ""),
+        ("rail", -1.1, 0.0, r"the highest point is \(-1\.1, 0\) mm"),
+        ("rail", 0.0, -0.11, r"the highest point is \(0, -0\.11\) mm"),
+        ("wheel", 0.0, 0.09, ""),
+        ("wheel", 0.0, -0.11, r"at z = -0\.11 mm, not 0"),
+        ("wheel", 41.0, 0.0, "outside the line, y = 1 to 81 mm"),
+    ],
+)
+def test_an_origin_is_noted_from_a_tenth_of_a_millimetre_on(kind, y_mm, z_mm, said):
+    y, z = lines_with((-40.0, -4.0), (0.0, 0.0), (40.0, -4.0)) if kind == "rail" else lines_with((0.0, 0.0))
+    notes = origin_notes(np.column_stack((y + y_mm, z + z_mm)), kind)
+    assert len(notes) == bool(said)
+    assert re.search(said, " ".join(notes))

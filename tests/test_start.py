@@ -431,6 +431,16 @@ def test_a_log_that_cannot_be_written_any_more_is_no_error(tmp_path, capsys):
     assert capsys.readouterr() == ("here\n", "")
 
 
+def test_a_log_that_leads_elsewhere_or_waits_for_a_reader_is_refused(tmp_path):
+    link, pipe = tmp_path / "link.log", tmp_path / "pipe.log"
+    link.symlink_to(elsewhere := tmp_path / "elsewhere")
+    os.mkfifo(pipe)
+    for path in (link, pipe):
+        with pytest.raises(OSError, match="a link or a pipe, and no file; remove it"), logged(path):
+            pytest.fail("it began")
+    assert not elsewhere.exists()
+
+
 def test_reasons_are_told_together(capsys):
     print_reasons("3 of 5", {"a": "derails", "b": "memory", "c": "derails"})
     print_reasons("none", {})
@@ -522,8 +532,16 @@ def test_a_reader_that_has_enough_is_no_error():
     )
     assert "Traceback" not in done.stderr
     assert "Broken pipe" not in done.stderr
-    # rich ends a program with 1 there; nobody is left who would ask
-    assert done.returncode in (0, 1)
+    assert done.returncode == 0
+
+
+def test_a_closed_standard_output_changes_no_exit_code(monkeypatch, capsys):
+    """As `compare A A >&-` has it: 1 would mean that both differ."""
+    monkeypatch.setattr(sys, "stdout", None)
+    code = call(["compare", "A", "A"])
+    sys.stdout.close()
+    assert code == 2
+    assert capsys.readouterr().err.startswith("error: results A: no such file or folder")
 
 
 def test_a_terminal_without_the_sign_gets_another_one():

@@ -1,17 +1,30 @@
 """The stated uncertainty: what it is made of, and how it stands to errors that are known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rungs import rung_with
 
 from fecontact.case import Case, Track
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, patch_of
-from fecontact.comparison.solved_load import Solved, step_uncertainty, uncertainty
+from fecontact.comparison.solved_load import (
+    Solved,
+    as_solved,
+    cut_planes_share,
+    elements_uncertainty,
+    share_uncertainty,
+    skew_of,
+    step_uncertainty,
+    uncertainty,
+    unmeshed_uncertainties,
+)
 from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.verdict import judge_on_lines
+from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.profiles.reading import Reading
 from fecontact.solving.expected_patch import on_more_nodes
 from fecontact.solving.position import hertz_of_case, hertz_uncertainty, lines_of_case, place_case, position_of
@@ -22,7 +35,7 @@ from fecontact.wheel_rail.placement import Placement
 # second time.
 REST = {
     "p_max_MPa": (0.0006, 0.0014 + 0.0006),
-    "area_mm2": (0.0025, 0.0019),
+    "area_mm2": (0.002, 0.0019),
     "a_mm": (0.0004, 0.0009 + 0.0005),
     "b_mm": (0.0005, 0.0018 + 0.0008),
     "extent_x_mm": (0.01, 0.0009),
@@ -131,6 +144,135 @@ def test_an_error_that_falls_with_the_elements_is_covered(name, order):
     error = 0.002
     values = (1.0 + error, 1.0 + error * 1.5**order)
     assert uncertainty(name, values) >= error / (1.0 + error)
+
+
+# Of a rail that is cut farther down, where several patches share the load, written down a second time.
+SHARED = {
+    "p_max_MPa": 0.006,
+    "a_mm": 0.0015,
+    "b_mm": 0.006,
+    "extent_y_mm": 0.006,
+    "centre_over_b": 0.006,
+    "valley": 0.005,
+    "misplaced_load": 0.0045,
+}
+
+
+@pytest.mark.parametrize("name", READING)
+def test_each_part_of_it_counts_as_often_as_its_source_says(name):
+    """A change of 1 % of values of 7, and each part by itself."""
+    size = 7.0 if name in SIZES else 1.0
+    finest, change = 7.0, 0.01 * size
+
+    def step(values=(finest, finest), otherwise=None, **known) -> float:
+        return step_uncertainty(name, values, Solved(**known), otherwise=otherwise)
+
+    rest = step()
+    assert step((finest, finest + change)) - rest == pytest.approx(0.01, rel=1e-9)
+    # where patches just come apart the last change is off by 1.09 of it
+    assert step((finest, finest + change), parting=True) - rest == pytest.approx(0.015, rel=1e-9)
+    assert step(otherwise=finest - change) - rest == pytest.approx(0.02, rel=1e-9)
+    # bodies softer by a part move the area by 0.045 of it; what is not seen is 6 %, as on a gauge corner
+    assert step(compliance_error=-0.02) - rest == pytest.approx(0.05 * 0.02 * finest / size, rel=1e-9)
+    assert step(compliance_error=math.nan) - rest == pytest.approx(0.05 * 0.06 * finest / size, rel=1e-9)
+    own = CUT_PLANES[name]
+    planes = 0.016 * finest if name == "separate_load" else max(own, SHARED.get(name, 0.0))
+    assert step(shared=True) - rest == pytest.approx(planes - own, abs=1e-12)
+    # a notch one to three nodes wide has three times what more nodes change
+    values = (finest, finest)
+    more = uncertainty(name, values, Solved(more_nodes={name: 0.003})) - uncertainty(name, values)
+    assert more == pytest.approx(0.009, rel=1e-9)
+
+
+# Of reading the elements' own nodes with six on a semi-axis, and with which power of their number it falls.
+ON_ELEMENTS = {
+    "p_max_MPa": (0.0025, 1),
+    "area_mm2": (0.024, 1),
+    "a_mm": (0.01, 2),
+    "b_mm": (0.01, 2),
+    "extent_x_mm": (0.025, 1),
+    "extent_y_mm": (0.025, 1),
+    "centre_over_b": (0.003, 2),
+    "valley": (0.01, 2),
+    "separate_load": (0.0004, 2),
+    "misplaced_load": (0.0135, 1),
+}
+
+
+@pytest.mark.parametrize("name", READING)
+def test_what_elements_say_alone_is_known_by_their_number_change_and_softness(name):
+    floor, power = ON_ELEMENTS[name]
+    size = 7.0 if name in SIZES else 1.0
+
+    def stated(values=(7.0, 7.0), elements=6.0, compliance_error=0.0, residual=0.0) -> float:
+        return elements_uncertainty(
+            name, values, elements=elements, compliance_error=compliance_error, residual=residual
+        )
+
+    rest = stated()
+    assert rest == pytest.approx(floor + CUT_PLANES[name], rel=1e-9)
+    assert rest - stated(elements=9.0) == pytest.approx(floor * (1.0 - (2.0 / 3.0) ** power), rel=1e-9)
+    assert stated((7.0, 7.0 - 0.01 * size)) - rest == pytest.approx(0.01, rel=1e-9)
+    assert stated(residual=1e-4) - rest == pytest.approx(1e-4, rel=1e-9)
+    # Hertz: p0 and area with the power 2/3 of the modulus, lengths with 1/3; two lobes somewhat more
+    of_modulus = 0.5 if name in ("a_mm", "b_mm", "extent_x_mm", "extent_y_mm") else 1.0
+    for error, seen in ((-0.01, 0.01), (math.nan, 0.02)):
+        assert stated(compliance_error=error) - rest == pytest.approx(of_modulus * seen * 7.0 / size, rel=1e-9)
+
+
+@pytest.mark.parametrize("refined", [0, 1, 4])
+def test_so_many_refinements_leave_what_so_many_times_half_more_elements_read(refined, elliptic_quick):
+    level, size = elliptic_quick.load.level, {"p_max_MPa": 1.0}
+    named = {"compliance_error": 0.0, "elements": 1.0}
+    of_one = elements_uncertainty("p_max_MPa", (1.0,), **named) - CUT_PLANES["p_max_MPa"]
+    left = unmeshed_uncertainties(level, lambda _: size, {"p_max_MPa": 0.0}, on_elements=refined)["p_max_MPa"]
+    found = of_one / (left - CUT_PLANES["p_max_MPa"])
+    patch, steps = patch_of(level.on_elements), level.on_elements.grid.steps_mm
+    first = min(patch.a_mm / steps[0], patch.b_mm / steps[1])
+    assert found == pytest.approx(first * 1.5**refined, rel=1e-9)
+
+
+def test_the_load_on_a_lobe_is_known_by_two_changes_and_the_cut_planes_by_what_goes_to_the_others():
+    assert share_uncertainty((0.3, 0.3)) == pytest.approx(2e-4, rel=1e-9)
+    known = Solved(residual=1e-5, compliance_error=0.01)
+    parts = 2e-4 + 2.0 * 0.004 + 2.0 * 0.001 + 0.05 * 0.01 * 0.3 + 1e-5
+    assert share_uncertainty((0.3, 0.304), known, otherwise=0.299) == pytest.approx(parts, rel=1e-9)
+    assert math.isnan(share_uncertainty((0.3, math.nan)))
+    assert [cut_planes_share(part) for part in (0.1, 0.9, 0.5)] == pytest.approx([0.0016, 0.0016, 0.008], rel=1e-9)
+
+
+# --- what is stated of skewed patches ---------------------------------------------------------------------------------
+
+
+def skewed(c: float) -> Rung:
+    """sqrt(1 - X^2 - Y^2) (1 + c Y) on an ellipse of 3 and 2 mm."""
+    x, y = np.linspace(-1.1, 1.1, 221), np.linspace(-1.1, 1.1, 441)
+    pressure = (1.0 + c * y) * np.sqrt(np.maximum(1.0 - x[:, None] ** 2 - y**2, 0.0))
+    return rung_with(ContactGrid(x_mm=3.0 * x, s_mm=2.0 * y, half=False), 1e3 * pressure)
+
+
+@pytest.mark.parametrize("c", [0.0, 0.4, -0.9])
+def test_the_skewness_is_that_of_the_moments_of_the_load_across(c):
+    # (1 - Y^2) (1 + c Y) across: means of Y, Y^2 and Y^3 are c/5, 1/5 and 3 c/35
+    mean, square, cube = c / 5.0, 1.0 / 5.0, 3.0 * c / 35.0
+    expected = (cube - 3.0 * mean * square + 2.0 * mean**3) / (square - mean**2) ** 1.5
+    assert skew_of(skewed(c)) == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize("skew", [0.3, -0.3])
+def test_the_centre_of_a_skewed_patch_is_known_less_well(skew):
+    for name in READING:
+        values = (7.0, 7.0)
+        more = uncertainty(name, values, Solved(skew=skew)) - uncertainty(name, values)
+        # what meshes have in common of 60 exact contacts falls with their skewness
+        assert more == pytest.approx(0.0021 if name == "centre_over_b" else 0.0, abs=1e-12)
+
+
+def test_the_skewness_of_a_load_is_that_of_the_fine_pressure(elliptic_quick):
+    finest, *others = elliptic_quick.load.solved.levels
+    # measured 1.1e-5 of two circles
+    assert as_solved((finest, *others)).skew == pytest.approx(0.0, abs=3e-5)
+    assert as_solved((replace(finest, fe=skewed(0.4)), *others)).skew == skew_of(skewed(0.4))
 
 
 # --- contacts for which Hertz is exact --------------------------------------------------------------------------
@@ -336,3 +478,22 @@ def test_a_valley_beside_a_junction_is_stated_as_far_off_as_more_nodes_find_it(
     assert abs(valleys[0] - valleys[1]) <= stated
     # measured 0.000, 0.0092 and 0.0156 with 0.0005, 0.033 and 0.023 stated
     assert stated <= 4.0 * abs(valleys[0] - valleys[1]) + 0.001
+
+
+@pytest.mark.slow
+def test_a_peak_on_narrow_lobes_beside_a_corner_is_stated_as_far_off_as_finer_meshes_find_it():
+    """Hertz is 58.8 % above it on quick meshes: 1.16 % was stated, and finer meshes find 60.2 to 60.9 %."""
+    case = Case(
+        rail="60E1",
+        wheel="EN15302_A",
+        inclination_rad=math.atan(1.0 / 30.0),
+        lateral_shift_mm=5.73,
+        load_N=90.2e3,
+        resolution="quick",
+        refine="never",
+    )
+    load = solve(case).load
+    assert load.status == "converged"
+    off, stated = load.deviation["p_max_MPa"], load.uncertainty["p_max_MPa"]
+    # `standard`; and nine elements with 32 and 48 nodes, by lines whose published steps were open
+    assert max(abs(off - finer) for finer in (0.602, 0.605, 0.609)) < stated < 0.05

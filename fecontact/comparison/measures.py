@@ -331,11 +331,13 @@ class Measures:
         cut_planes=0.0014,
         meshes=0.0006,
     )
-    # where the line of zero pressure lies between nodes is a matter of chance; all other measures are sums
+    # where the line of zero pressure lies between nodes is a matter of chance; all other measures are sums. On the
+    # half-space, where nothing else errs, areas of exact contacts (studies/12_uncertainty.py) are read within 0.0017 in
+    # the half on which this was chosen, within 0.0016 in the other half
     area_mm2: float = _measure(
         lambda patch, rung: patch.area_mm2,
         lambda theory: sum(one.area_mm2 for one in theory.patches),
-        floor=0.0025,
+        floor=0.002,
         cut_planes=0.0019,
     )
     # two lobes far apart for their length are 0.1 % longer on both meshes: 81 of 100 were inside without what is common

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -23,6 +24,8 @@ class WrongKindError(InputError):
     """A wheel where a rail is wanted, or the other way round."""
 
 
+# Control signs, signs that format, and separators of lines and paragraphs, by their category in Unicode.
+_NOT_SHOWN = ("Cc", "Cf", "Zl", "Zp")
 _NO_RADIUS = " has no number after the colon; give a radius in mm, as in {}"
 _NO_ARCS = (
     ": give the radii on the field and on the gauge side and the junction's distance from the crown in mm, as in"
@@ -111,9 +114,12 @@ def content_of_file(spec: str, kind: Kind, reading: Reading) -> Profile | Points
     Raises
     ------
     InputError
-        The file cannot be read, or holds the other body.
+        The file cannot be read, or holds the other body; or its name has signs that move a cursor or turn a text, which
+        terminals, tables and pages would show as they are.
     """
     path = Path(spec)
+    if any(unicodedata.category(sign) in _NOT_SHOWN for sign in path.name):
+        raise InputError(f"{spec!r}: its name has signs that are not shown, such as a line's end; rename the file")
     read = reader_of(path)(path, kind, reading)
     _check_kind(read, spec, kind)
     return read

@@ -49,6 +49,8 @@ from fecontact.curves.steady import (
 )
 from fecontact.curves.telling import (
     curves_figure,
+    curves_lines,
+    curves_record,
     difference_words,
     path_words,
     position_rows,
@@ -712,6 +714,7 @@ def test_vehicle_files_are_checked(tmp_path):
     for old, new, message in (
         ("lateral_N_per_m = 3.884e6", "lateral_N_per_m = -1.0", "own.toml: \\[primary\\]: lateral is -1.0 N/m"),
         ("[frame]", "[frames]", "frames: there is no such key"),
+        ("rolling_radius_mm = 460.0", "rolling_radius_mm = 0.46", "radius is 0.46 mm; allowed: 100 to 1000 mm"),
         ("height_m = 0.6", "hight_m = 0.6", r"\[frame\]: hight_m: Frame has no such input; did you mean height_m"),
         ("half_pivots_m = 9.5", "", r"\[body\]: half_pivots_m is missing"),
         ("[wheelset]", "[guide]\naxle_load_kN = 100.0\n[wheelset]", "either"),
@@ -860,6 +863,11 @@ def test_python_has_what_the_command_prints():
     assert straight.wavelength_m == pytest.approx(
         straight.critical_speed_km_h / 3.6 * 2.0 * math.pi / abs(worst.imag), rel=1e-6
     )
+    # which the motion in a curve is not
+    (said,) = curves_record(found)["stability_notes"]
+    assert "the critical speed is that of straight track" in said
+    assert "in a curve is stable is not looked at" in said
+    assert f"note: {said}" in list(curves_lines(found))
     with pytest.raises(FrozenInstanceError):
         found.share = ()
 
