@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
@@ -38,17 +38,25 @@ class CoupledBodies:
     wheel_nodes: Integers
     coupling: csr_matrix
     bands: tuple[slice, ...] = (slice(None),)
+    # of the last pressure: slides and stresses ask for what the contact has ended with
+    _last: list[tuple[Floats, tuple[Floats, Floats]]] = field(default_factory=list, init=False, repr=False)
 
     def displacements(self, pressure: Floats, more: Sequence[Floats | None] = (None, None)) -> tuple[Floats, Floats]:
         """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa.
 
         `more` are further forces (nodes, 3) in N on rail and wheel.
         """
+        alone = more[0] is None and more[1] is None
+        if alone and self._last and np.array_equal(self._last[0][0], pressure):
+            return self._last[0][1]
         on_rail, on_wheel = self.forces_N(pressure)
-        return (
+        found = (
             self.rail.displacements(self.rail_nodes, on_rail, more[0]),
             self.wheel.displacements(self.wheel_nodes, on_wheel, more[1]),
         )
+        if alone:
+            self._last[:] = [(pressure.copy(), found)]
+        return found
 
     def forces_N(self, pressure: Floats) -> tuple[Floats, Floats]:
         """Forces (n, 3) on the rail's and (m, 3) on the wheel's contact nodes under nodal pressures (n,) in MPa."""
