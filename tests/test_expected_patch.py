@@ -97,7 +97,7 @@ THIN_LOBES = [
 
 def test_a_lobe_too_thin_to_be_followed(monkeypatch):
     # eight nodes on the lobe are too many yet
-    monkeypatch.setattr(expected_patch, "_MOST_NODES", 2_000)
+    monkeypatch.setattr(expected_patch, "MOST_NODES", 2_000)
     said = refused_within_seconds(THIN_LOBES[0], ConvergenceError)
     assert re.search(
         r"a lobe of the contact is 0\.\d+ mm from its peak to a valley, in a patch 16.8 mm wide: nodes that follow"
@@ -133,7 +133,7 @@ def test_a_patch_that_coarse_nodes_end_too_soon_is_not_cut_off():
 def test_large_lobes_get_fewer_nodes_where_they_would_be_too_many(case, monkeypatch):
     """Such a contact was refused. It is the contact on all nodes to what is stated for so few of them."""
     exact = expect_on_half_space(case)[1].half_space
-    monkeypatch.setattr(expected_patch, "_MOST_NODES", 7_000)
+    monkeypatch.setattr(expected_patch, "MOST_NODES", 7_000)
     position = position_of(case)
     found = position.expected.half_space
     assert math.prod(found.grid.shape) <= 7_000 < 0.4 * math.prod(exact.grid.shape)

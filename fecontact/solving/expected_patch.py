@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -393,7 +393,8 @@ _FITS_AFTER_SLIDES = (0.5, 0.5, 1.0)
 # elements of its own.
 _FAR_APART = 1.0
 # Seconds per solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
-_MOST_NODES = 200_000
+MOST_NODES = 200_000
+"""Nodes of half a model that are solved at most."""
 # Patches far apart have a band of nodes each where one grid would need more than so much of them.
 _ONE_BAND = 0.1
 # Free nodes beside the contact in a band: an edge is read from five of them.
@@ -464,7 +465,7 @@ class ExpectedPatch:
 
 
 def expected_patch(
-    true_gap: TrueGap, load_N: float, *, half: bool, nodes: int = 16, guess_mm: float = 0.1
+    true_gap: TrueGap, load_N: float, *, half: bool, nodes: int = 16, most: int | None = None, guess_mm: float = 0.1
 ) -> ExpectedPatch:
     """Solve the true gap on a half-space over all of the surface in reach, then again on a grid that fits the patch.
 
@@ -474,6 +475,9 @@ def expected_patch(
     ----------
     nodes
         Of the grid, on the narrowest semi-axis of the patch.
+    most
+        Nodes of half a model, `MOST_NODES` if not given; the narrowest lobes get fewer of them where there would be
+        more.
     guess_mm
         First guess of the approach; enlarged until the patch cannot reach further.
 
@@ -490,7 +494,7 @@ def expected_patch(
         rung = _on_coarse(gap, load_N, half=half, guess_mm=guess_mm)
     for share in _FITS_AFTER_SLIDES if gap.is_steep else _FITS:
         gap = gap.after(rung.approach_mm) if gap.is_steep else gap
-        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes))
+        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most)
     if gap.overlaps_between(rung):
         rung = _solve(gap, rung.even().grid, load_N, start=rung.pressure)
     expected = _patch_of(gap, rung)
@@ -562,14 +566,14 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
     return ContactGrid(x_mm=x, s_mm=s, half=half)
 
 
-def _on_fitted(true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int) -> Rung:
+def _on_fitted(true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int, most: int | None) -> Rung:
     """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off."""
-    fitted = _solve(true_gap, _fitted_grid(rung, nodes), load_N, start=rung.pressure)
+    fitted = _solve(true_gap, _fitted_grid(rung, nodes, most=most), load_N, start=rung.pressure)
     p = fitted.pressure_MPa
     ends = (p[:, 0], p[:, -1], p[-1], p[0] if not fitted.grid.half else np.zeros(1))
     if not any(end.any() for end in ends):
         return fitted
-    return _solve(true_gap, _fitted_grid(rung, nodes, rung.grid.steps_mm), load_N, start=rung.pressure)
+    return _solve(true_gap, _fitted_grid(rung, nodes, rung.grid.steps_mm, most=most), load_N, start=rung.pressure)
 
 
 def _solve(
@@ -615,40 +619,44 @@ def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, f
     return (x[rows[0]] - dx, x[rows[-1]] + dx), (s[columns[0]] - _COARSE_STEP_S_MM, s[columns[-1]] + _COARSE_STEP_S_MM)
 
 
-def _fitted_grid(rung: Rung, nodes: int, room_mm: tuple[float, float] = (0.0, 0.0)) -> ContactGrid:
+def _fitted_grid(
+    rung: Rung, nodes: int, room_mm: tuple[float, float] = (0.0, 0.0), *, most: int | None = None
+) -> ContactGrid:
     grid, sizes = rung.grid, lobe_sizes(rung)
     (x_low, x_high), (s_low, s_high) = _bounds(rung)
     followed = followed_mm(sizes)
     step_x, step_s = (length / nodes for length in followed)
-    most = _MOST_NODES * (1 if grid.half else 2)
-    wanted = (x_high - x_low) * (s_high - s_low) / (most * step_x * step_s)
-    if wanted > _ONE_BAND and len(parts := _far_apart(rung)) > 1:
+    models = 1 if grid.half else 2
+    asked, full = models * (most or MOST_NODES), models * MOST_NODES
+    area = (x_high - x_low) * (s_high - s_low) / (step_x * step_s)
+    if area > _ONE_BAND * full and len(parts := _far_apart(rung)) > 1:
         banded = _grid_in_bands(rung, parts, nodes)
-        if math.prod(banded.shape) <= most:
+        if math.prod(banded.shape) <= asked:
             return banded
-    for of_large, rim in product((nodes, FEWEST_NODES), _RIMS):
-        # the least lobes get fewer nodes where all of them would be too many, large ones where that is not enough
-        fewer = min(max(1.0, rim * math.sqrt(wanted)), nodes / FEWEST_NODES)
-        along_x, across = (
-            max(step, min(fewer * step, min(large) / of_large))
-            for step, large in zip((step_x, step_s), zip(*sizes.large, strict=True), strict=True)
-        )
-        room_x, room_s = (max(3.0 * step, room) for step, room in zip((along_x, across), room_mm, strict=True))
-        first_x = 0.0 if grid.half else x_low - room_x
-        first_s = s_low - room_s
-        count_x = int(np.ceil((x_high + room_x - first_x) / along_x))
-        count_s = int(np.ceil((s_high + room_s - first_s) / across))
-        if count_x * count_s <= most:
-            return ContactGrid(
-                x_mm=np.asarray(first_x + along_x * np.arange(count_x + 1)),
-                s_mm=np.asarray(first_s + across * np.arange(count_s + 1)),
-                half=grid.half,
+    # the least lobes get fewer nodes where all of them would be too many, large ones where that is not enough
+    for limit, of_large in ((asked, nodes), (full, nodes), (full, FEWEST_NODES)):
+        for rim in _RIMS:
+            fewer = min(max(1.0, rim * math.sqrt(area / limit)), nodes / FEWEST_NODES)
+            along_x, across = (
+                max(step, min(fewer * step, min(large) / of_large))
+                for step, large in zip((step_x, step_s), zip(*sizes.large, strict=True), strict=True)
             )
+            room_x, room_s = (max(3.0 * step, room) for step, room in zip((along_x, across), room_mm, strict=True))
+            first_x = 0.0 if grid.half else x_low - room_x
+            first_s = s_low - room_s
+            count_x = int(np.ceil((x_high + room_x - first_x) / along_x))
+            count_s = int(np.ceil((s_high + room_s - first_s) / across))
+            if count_x * count_s <= full:
+                return ContactGrid(
+                    x_mm=np.asarray(first_x + along_x * np.arange(count_x + 1)),
+                    s_mm=np.asarray(first_s + across * np.arange(count_s + 1)),
+                    half=grid.half,
+                )
     lobe = FEWEST_NODES * across
     raise ConvergenceError(
         f"a lobe of the contact is {lobe:.2g} mm from its peak to a valley, in a patch {s_high - s_low:.1f} mm wide:"
-        f" nodes that follow it would be {count_x} by {count_s}, and at most {most} are solved, which"
-        f" {lobe * count_x * count_s / most:.2g} mm or more need; give a lateral shift 0.2 mm beside it, or another"
+        f" nodes that follow it would be {count_x} by {count_s}, and at most {full} are solved, which"
+        f" {lobe * count_x * count_s / full:.2g} mm or more need; give a lateral shift 0.2 mm beside it, or another"
         " load"
     )
 

@@ -259,11 +259,11 @@ def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
 
 
 def expect_on_half_space(
-    case: Case, placement: Placement | None = None, *, nodes: int | None = None
+    case: Case, placement: Placement | None = None, *, nodes: int | None = None, most: int | None = None
 ) -> tuple[HertzContact, ExpectedPatch]:
     """Hertz's ellipse of a case and the half-space under its true gap: all that can be said without finite elements.
 
-    `nodes` on the narrowest semi-axis are the case's if not given.
+    `nodes` on the narrowest semi-axis are the case's if not given, `most` as in `expected_patch`.
 
     Raises
     ------
@@ -276,7 +276,11 @@ def expect_on_half_space(
     hertz = hertz_of_case(case, placement)
     true_gap = true_gap_of_case(case, placement)
     expected = expected_patch(
-        true_gap, case.load_N, half=case.half, nodes=nodes or case.nodes_a_semi_axis, guess_mm=1.1 * hertz.approach_mm
+        *(true_gap, case.load_N),
+        half=case.half,
+        nodes=nodes or case.nodes_a_semi_axis,
+        most=most,
+        guess_mm=1.1 * hertz.approach_mm,
     )
     refuse_fully_plastic(case, float(expected.half_space.pressure_MPa.max()))
     # elements whose size is given have it everywhere
@@ -315,8 +319,9 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 
 # --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
 
-# Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32.
-_NODES_A_LINE = 16
+# Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32. Where a
+# narrow lobe would ask for more nodes than these in all it has fewer.
+_NODES_A_LINE, _MOST_A_LINE = 16, 40_000
 OWN_LINE = "own line"
 # Of the scatter of four draws about the own line, for 95 %.
 _STUDENT = 2.78
@@ -327,7 +332,7 @@ def lines_of_case(case: Case, placement: Placement) -> Lines | None:
     """Every theory against the half-space, on the own line and on all others that points allow; None of exact lines."""
 
     def on_line(label: str, placed: Placement) -> OnLine:
-        _, expected = expect_on_half_space(case, placed, nodes=_NODES_A_LINE)
+        _, expected = expect_on_half_space(case, placed, nodes=_NODES_A_LINE, most=_MOST_A_LINE)
         return judge_line(label, case, placed, expected.half_space)
 
     found = _on_lines(case, placement, on_line)
