@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rungs import rung_with
 
 from fecontact.case import Case, Track
 from fecontact.comparison.measures import FLOORS, MEASURES, deviations, measures_of, misfit_of
@@ -16,7 +17,7 @@ from fecontact.contact.grid import ContactGrid, Field
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.normal.hertz import HertzContact, hertz_ellipse
 from fecontact.solving import expected_patch
-from fecontact.solving.expected_patch import TrueGap, carried
+from fecontact.solving.expected_patch import TrueGap, _fitted_grid, carried, lobe_sizes
 from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
 
 FLAT = """kind = "wheel"
@@ -144,6 +145,23 @@ def test_large_lobes_get_fewer_nodes_where_they_would_be_too_many(case, monkeypa
         assert read[name] == pytest.approx(wanted[name], rel=uncertainty(name, [read[name]] * 2, known))
     # more is stated than of all nodes
     assert uncertainty("b_mm", [1.0, 1.0], known) > uncertainty("b_mm", [1.0, 1.0]) + 1e-5
+
+
+def test_thin_lobes_get_fewer_nodes_where_fewer_are_asked_for():
+    grid = ContactGrid(x_mm=0.1 * np.arange(60), s_mm=0.05 * np.arange(-240, 261), half=True)
+    x, s = grid.x_mm[:, None], grid.s_mm[None, :]
+    wide, thin = (
+        np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - ((s - s0) / b) ** 2))
+        for a, b, s0 in ((5.0, 8.0, -2.0), (2.5, 0.4, 6.4))
+    )
+    rung = rung_with(grid, 1000.0 * wide + 800.0 * thin)
+    assert sorted(size[1] for size in lobe_sizes(rung).every) == pytest.approx([0.4, 8.0], abs=0.051)
+    sparing, plain = (_fitted_grid(rung, 16, most=most) for most in (3_000, None))
+    assert math.prod(sparing.shape) <= 3_000 < 0.6 * math.prod(plain.shape)
+    # up to half of the nodes that follow the thin lobe, and all of the wide one's
+    for less, more, wide_mm in zip(sparing.steps_mm, plain.steps_mm, (5.0, 8.0), strict=True):
+        assert more < less <= 2.0 * more
+        assert wide_mm / less > 15.5
 
 
 @pytest.mark.slow

@@ -419,7 +419,7 @@ def test_resolve_takes_names_in_any_case_and_short_forms():
         (resolve_rail, "missing.txt", "there is no file"),
         (resolve_rail, "x" * 5000, "there is no profile"),
         (resolve_rail, "", "there is no profile"),
-        (resolve_rail, "nul\0.toml", "cannot read"),
+        (resolve_rail, "nul\0.toml", "signs that are not shown"),
     ],
 )
 def test_resolve_explains_what_it_cannot_find(resolve, spec, message):
