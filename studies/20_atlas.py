@@ -58,7 +58,7 @@ INCLINATIONS = {"1in20": "1:20", "1in30": "1:30", "1in40": "1:40", "upright": "0
 SEEDS = {"1in40": 1, "1in20": 2, "1in30": 3, "upright": 4}
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 17))
 LOADS_KN = (25.0, 50.0, 75.0, 100.0, 125.0)
-DRAWN = 25
+DRAWN = 75
 LETTERS = {HOLDS: "H", FAILS: "F", OPEN: "O", "REFUSED": "R"}
 # By the screen Hertz holds, fails, and is near its limits.
 QUICK = (
