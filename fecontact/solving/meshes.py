@@ -213,17 +213,26 @@ def _compliance_error(responses: Sequence[UnitResponse], placement: Placement, b
 class CoupledMesh:
     """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge.
 
-    `enlarged` is how often it grew, and `stopped_by` the error that kept it from growing.
+    `room` is around the expected patch, `enlarged` how often it grew, and `stopped_by` the error that kept it from
+    growing.
     """
 
-    def __init__(self, position: Position, coarser: float) -> None:
-        """Make and couple both bodies; `coarser` multiplies the element sizes."""
+    def __init__(self, position: Position, coarser: float, room: Room | None = None) -> None:
+        """Make and couple both bodies; `coarser` multiplies the element sizes, `room` is what other meshes needed."""
         self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
         self._position, self._coarser = position, coarser
-        self._room = Room()
+        self.room = room or Room()
         self.enlarged = 0
         self.stopped_by: InputError | None = None
-        self._take(self._couple(self._room))
+        try:
+            bodies = self._couple(self.room)
+        except InputError:
+            if self.room == Room():
+                raise
+            # other elements may do without
+            self.room = Room()
+            bodies = self._couple(self.room)
+        self._take(bodies)
 
     def solve(self, position: Position) -> Level:
         """Contact of the position's load between the bodies, and whether the patch is at the edge of the zone."""
@@ -233,7 +242,7 @@ class CoupledMesh:
                 nodal, added, otherwise = problem.read(solution, true_gap, self.bodies)
             position = replace(position, true_gap=true_gap)
             more = self._more_room(position, nodal, added)
-            at_edge, larger = more != self._room, None
+            at_edge, larger = more != self.room, None
             if at_edge and self.enlarged < _ENLARGEMENTS:
                 try:
                     larger = self._couple(more)
@@ -244,7 +253,7 @@ class CoupledMesh:
                 return self._with_yield(position, problem, solution, level)
             self.bodies.close()
             self._take(larger)
-            self._room, self.enlarged = more, self.enlarged + 1
+            self.room, self.enlarged = more, self.enlarged + 1
 
     def _contact(self, position: Position) -> tuple[TrueGap, CoupledProblem, ContactSolution]:
         """Gap with the slide of the bodies on a steep surface, and the contact on the elements' nodes."""
@@ -292,7 +301,7 @@ class CoupledMesh:
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
         """Room of the zone: more where the contact comes near its edge or goes on beyond it, else what there is."""
-        more = more_room(self._room, nodal, position.expected, self.bodies.bands)
+        more = more_room(self.room, nodal, position.expected, self.bodies.bands)
         beyond = position.true_gap.overlaps_beyond(nodal, added)
         if beyond is None:
             return more
@@ -441,6 +450,7 @@ class Meshes:
         self._keep = keep
         self._meshes: dict[float, CoupledMesh] = {}
         self._not_enlarged: list[InputError] = []
+        self._room = Room()
         self._took: dict[float, float] = {}
 
     def solve(self, position: Position) -> SolvedLoad:
@@ -451,7 +461,7 @@ class Meshes:
         case, placement = position.case, position.placement
         with position.clock.step("expect the patch"):
             lines = lines_of_case(case, placement)
-        self._not_enlarged = []
+        self._not_enlarged, self._room = [], Room()
         levels = [self._level(position, 1.0)]
         levels.append(self._level(position, MESH_RATIO, self._left_s(levels, coarser_degrees_of_freedom(levels[0]))))
         stop: InputError | None = None
@@ -487,7 +497,7 @@ class Meshes:
 
     def drop_enlarged(self) -> None:
         """Release meshes that grew under a load, so that the next load begins as it would by itself."""
-        for coarser in [coarser for coarser, mesh in self._meshes.items() if mesh.enlarged]:
+        for coarser in [coarser for coarser, mesh in self._meshes.items() if mesh.room != Room()]:
             self._meshes.pop(coarser).close()
 
     def close(self) -> None:
@@ -526,8 +536,9 @@ class Meshes:
         return None if self.position.case.may_yield else took * cpu_seconds(degrees_of_freedom) / cpu_seconds(finest)
 
     def _solved(self, position: Position, coarser: float) -> Level:
-        mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser)
+        mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser, self._room)
         level = replace(mesh.solve(position), more_nodes=position.more_nodes)
+        self._room = mesh.room
         if mesh.stopped_by is not None:
             self._not_enlarged.append(mesh.stopped_by)
         if self._keep:

@@ -624,8 +624,8 @@ def cpu_seconds(unknowns: float) -> float:
     Measured by `fecontact solve --refine never` of S1002 on 60E1 under 100 kN, by PARDISO on one core
     (AMD EPYC, virtual, 2026): -6, -2, 0, 1, 3 and 5 mm at `quick`, 1 and 3 mm at `standard`, 3 mm at `fine`, and 3 mm
     with a yaw; 32 to 183 thousand unknowns. Users' and system's seconds are met to 10 % on one patch, and are up to
-    40 % more where several patches make half-spaces dear. In the flange root the contact takes as long as the factors:
-    at 6.3 mm 44 s, where 19 s are told.
+    40 % more where several patches make half-spaces dear.
+    In the flange root the first mesh may have to grow and is made twice: at 6.3 mm, 100 kN 30 s, where 19 s are told.
     """
     return float(_SECONDS * (unknowns / _ONE_PATCH) ** _SECONDS_POWER)
 
