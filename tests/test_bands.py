@@ -6,7 +6,7 @@ from math import atan
 import numpy as np
 import pytest
 
-from fecontact.case import Case
+from fecontact.case import BodySize, Case
 from fecontact.comparison.judging import parts_of
 from fecontact.comparison.solved_load import MESH_RATIO
 from fecontact.contact.elements import Bands
@@ -352,3 +352,21 @@ def test_a_preview_counts_the_elements_of_bands(two):
     seen = preview(TWO)
     zone = fine_zone(two.expected, two.element_size_mm)
     assert seen.elements[1] == zone.intervals_s
+
+
+def test_other_meshes_begin_with_the_room_that_the_first_one_needed(monkeypatch):
+    # no free elements between the patch and the edge of its zone
+    monkeypatch.setattr("fecontact.solving.position.MARGIN_ELEMENTS", 0)
+    size = BodySize(rail_depth_mm=25.0, rim_thickness_mm=25.0, half_length_mm=32.0)
+    case = Case(
+        rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=50e3, resolution=(1.4, 1.3), size=size
+    )
+    position = position_of(case)
+    meshes = Meshes(position, keep=True)
+    solved = meshes.solve(position)
+    assert [level.enlarged for level in solved.levels] == [1, 0]
+    assert not any(level.at_edge for level in solved.levels)
+    # a further load begins as it would by itself
+    meshes.drop_enlarged()
+    assert meshes.solve(position).levels[0].enlarged == 1
+    meshes.close()
