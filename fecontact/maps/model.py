@@ -269,7 +269,7 @@ def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> t
     return tuple(sorted(found, key=lambda known: known.load_N))
 
 
-def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | None:
+def next_load(known: Sequence[KnownLoad], own_N: Sequence[float], lost_N: Sequence[float] = ()) -> float | None:
     """The load (N) to solve next, None where every change of the verdict is known well, or enough loads were tried.
 
     Parameters
@@ -278,6 +278,9 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
         By increasing load.
     own_N
         The loads that the map asks for.
+    lost_N
+        Loads that were tried and may not be used: between their neighbours nothing more is tried, for another attempt
+        would end so too.
 
     Notes
     -----
@@ -285,10 +288,10 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
     guard, half way from the loads that fail beside a limit to the map's next one above, where Hertz might hold again.
     """
     # not the difference of both numbers: of the map's own loads some may not be known
-    if sum(one.load_N not in own_N for one in known) >= MOST_TRIED:
+    if len(lost_N) + sum(one.load_N not in own_N for one in known) >= MOST_TRIED:
         return None
     for below, above in pairwise(known):
-        if below.answer == above.answer:
+        if below.answer == above.answer or any(below.load_N < load_N < above.load_N for load_N in lost_N):
             continue
         limit = "UNRESOLVED" not in (below.answer, above.answer)
         if above.load_N - below.load_N > (LOAD_TOLERANCE if limit else _OPEN_TOLERANCE) * above.load_N:
@@ -298,7 +301,7 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | Non
             continue
         failing = [one.load_N for one in takewhile(lambda one: one.answer == "FAILS", known[number:])]
         own = next((place for place, load_N in enumerate(failing) if load_N in own_N), 0)
-        if own and (guard := _guard(failing[: own + 1])) is not None:
+        if own and not lost_N and (guard := _guard(failing[: own + 1])) is not None:
             return guard
     return None
 
@@ -351,8 +354,8 @@ def load_limit(
         reason=None if known else statuses.pop() if len(statuses) == 1 else "no load could be solved",
         note="; ".join(notes) or None,
         tried=tuple((one.load_N, one.answer.answer) for one in tried),
-        # another attempt would end in the same unusable result
-        narrowed=stopped is None and (bool(unusable) or next_load(known, [cell.load_N for cell in cells]) is None),
+        narrowed=stopped is None
+        and next_load(known, [cell.load_N for cell in cells], [one.load_N for one in unusable]) is None,
     )
 
 
@@ -503,10 +506,12 @@ def _search(
     begin: Callable[[], None] = lambda: None,
 ) -> MapCell | None:
     """Solve further loads until every change of the verdict is known well; the load that stopped it, if one did."""
-    while all(one.usable for one in tried):
-        wanted = next_load(known_loads(tuple(cells.values()), tried), tuple(cells))
-        if wanted is None:
-            break
+
+    def wanted_N() -> float | None:
+        lost = [one.load_N for one in tried if not one.usable]
+        return next_load(known_loads(tuple(cells.values()), tried), tuple(cells), lost)
+
+    while (wanted := wanted_N()) is not None:
         begin()
         try:
             # beside a limit every verdict is open: finer meshes would only bring the ends of the range together

@@ -397,6 +397,25 @@ def test_a_number_that_is_none_says_nothing_of_where_a_limit_is():
     assert next_load(known, (10e3, 90e3)) == pytest.approx(30e3, rel=0.01)
 
 
+def test_a_load_that_may_not_be_used_ends_the_search_beside_it_alone():
+    """On worn lines one load between 50 and 53.8 kN was too soft, and nothing was tried between 20 and 50 kN."""
+    known = [
+        KnownLoad(load_N=load_N, answer=answer, excess=excess)
+        for load_N, answer, excess in (
+            (20e3, "HOLDS", -0.5),
+            (50e3, "UNRESOLVED", 0.1),
+            (53.8e3, "FAILS", 1.0),
+            (120e3, "FAILS", 3.0),
+        )
+    ]
+    own = (20e3, 50e3, 120e3)
+    assert 20e3 < next_load(known, own, [52.3e3]) < 50e3
+    # known well there, and 7 % apart where the load is that may not be used
+    known.insert(1, KnownLoad(load_N=48.5e3, answer="HOLDS", excess=-0.1))
+    assert next_load(known, own, [52.3e3]) is None
+    assert 50e3 < next_load(known, own) < 53.8e3
+
+
 excesses = st.floats(-1.0, 5.0) | st.just(math.nan)
 
 
