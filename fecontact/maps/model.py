@@ -321,7 +321,9 @@ def _load_between(below: KnownLoad, above: KnownLoad) -> float:
     low, high = math.log(below.load_N), math.log(above.load_N)
     part = 0.5
     if below.excess * above.excess < 0.0:
-        part = below.excess / (below.excess - above.excess)
+        # a second patch that comes at once is beyond its limit by far: a straight line to it would creep
+        before, after = (max(-1.0, min(1.0, one.excess)) for one in (below, above))
+        part = before / (before - after)
     root = low + part * (high - low)
     # so that the next load lies on the other side of the limit, and the change between both
     beside = 0.4 * LOAD_TOLERANCE
