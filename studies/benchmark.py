@@ -214,7 +214,21 @@ told = {
 }
 print(json.dumps(told))
 """
-COMMANDS = ("solve --shift 3", "solve --shift 5 --load-kN 50", "solve --shift 3 --resolution standard")
+# Each as a process of its own: an ordinary position and its files, two patches, the root of the flange, finer meshes,
+# what the elements say alone, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
+COMMANDS = (
+    "solve --shift 3",
+    "solve --shift 3 --out {out}",
+    "solve --shift 5 --load-kn 50",
+    "solve --shift 6.3 --load-kn 60",
+    "solve --shift 3 --resolution standard",
+    "solve --shift 3 --resolution fine",
+    "solve --shift 3 --evidence",
+    "run {loads} --out {out}",
+    "map --shifts 3 --loads-kn 20,50,80,120 --out {out}",
+    "map --shifts=-6:6:1 --loads-kn 20:140:20 --out {out}",
+)
+FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = 3.0\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
 
 
 def beside(quick: bool) -> str:
@@ -232,12 +246,15 @@ def beside(quick: bool) -> str:
             # one after the other, twice, so that both have the same machine; the least of each
             runs = [(_geometry(tree, files), _geometry(here, files)) for _ in range(2)]
             rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
-            for command in () if quick else COMMANDS:
-                rows[command] = [_child_seconds(root, ["-m", "fecontact", *command.split()]) for root in (tree, here)]
+            whole = {} if quick else {command: [_child(root, command) for root in (tree, here)] for command in COMMANDS}
         finally:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
-    lines = [f"{'CPU ms':40} {BEFORE:>9} {'now':>9} {'ratio':>6}"]
-    lines += [f"{name:40} {1e3 * a:9.1f} {1e3 * b:9.1f} {b / a:6.2f}" for name, (a, b) in rows.items()]
+    lines = [f"{'CPU ms':56} {BEFORE:>9} {'now':>9} {'ratio':>6}"]
+    lines += [f"{name:56} {1e3 * a:9.1f} {1e3 * b:9.1f} {b / a:6.2f}" for name, (a, b) in rows.items()]
+    lines.append(f"{'CPU s (GB)':56} {BEFORE:>9} {'now':>16} {'ratio':>13}")
+    for command, ((cpu, memory), (cpu_now, memory_now)) in whole.items():
+        told = f"{cpu:9.1f} ({memory:4.2f}) {cpu_now:9.1f} ({memory_now:4.2f})"
+        lines.append(f"{command:49} {told} {cpu_now / cpu:6.2f} ({memory_now / memory:4.2f})")
     return "\n".join(lines)
 
 
@@ -251,12 +268,20 @@ def _geometry(root: Path, files: list[str]) -> dict[str, float]:
     return dict(json.loads(made.stdout))
 
 
-def _child_seconds(root: Path, command: list[str]) -> float:
-    """CPU seconds of a process of its own; 3 is the exit code of an open verdict."""
-    start = os.times()
-    subprocess.run([sys.executable, *command], cwd=root, env=_of_commit(root), stdout=subprocess.DEVNULL)
-    end = os.times()
-    return end.children_user + end.children_system - start.children_user - start.children_system
+def _child(root: Path, command: str) -> tuple[float, float]:
+    """CPU seconds and peak memory (GB) of a command in a process of its own; 3 is the exit code of an open verdict.
+
+    A study and a map take one worker; what its process takes is told with that of the command.
+    """
+    with TemporaryDirectory() as out:
+        loads = Path(out) / "loads.toml"
+        loads.write_text(FOUR_LOADS, encoding="utf-8")
+        words = command.format(out=Path(out) / "made", loads=loads).split()
+        given = [sys.executable, "-m", "fecontact", *words, *(["--workers", "1"] if words[0] in ("run", "map") else [])]
+        process = subprocess.Popen(given, cwd=root, env=_of_commit(root), stdout=subprocess.DEVNULL)
+        _, status, used = os.wait4(process.pid, 0)
+        assert os.waitstatus_to_exitcode(status) in (0, 3), command
+        return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0**2
 
 
 def exponent(rows: list[dict[str, Any]], column: str) -> float:
