@@ -248,6 +248,8 @@ def beside(quick: bool) -> str:
             # one after the other, twice, so that both have the same machine; the least of each
             runs = [(_geometry(tree, files), _geometry(here, files)) for _ in range(2)]
             rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
+            for root in (tree, here):
+                _child(root, COMMANDS[1])
             whole = {command: (_child(tree, _old(command)), _child(here, command)) for command in COMMANDS if not quick}
         finally:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
@@ -261,7 +263,9 @@ def beside(quick: bool) -> str:
 
 
 def _of_commit(root: Path) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    """Its own source on one thread, compiled once, as on a machine where it was used before."""
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**own, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def _geometry(root: Path, files: list[str]) -> dict[str, float]:
