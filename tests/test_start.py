@@ -157,37 +157,37 @@ def test_checking_a_study_reads_its_profiles_as_the_study_says(tmp_path):
 )
 def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
     pair = mesh_pair(case)
-    made = 3 * (len(pair.rail.points) + len(pair.wheel.points))
+    made = pair.rail.unknowns + pair.wheel.unknowns
     assert preview(case).degrees_of_freedom == pytest.approx(made, rel=0.12)
 
 
 @pytest.mark.parametrize(
     ("case", "unknowns", "seconds", "memory"),
     [
-        (Case(lateral_shift_mm=-2.0), 35_169, 3.5, 0.37),
-        (Case(lateral_shift_mm=1.0), 61_410, 6.4, 0.66),
-        (Case(lateral_shift_mm=3.0, yaw_rad=5e-3), 64_370, 6.2, 0.60),
-        (Case(lateral_shift_mm=5.0), 65_535, 8.7, 0.63),
-        (Case(lateral_shift_mm=3.0, resolution="standard"), 71_610, 6.8, 0.67),
-        (Case(lateral_shift_mm=3.0, resolution="fine"), 121_485, 11.1, 1.07),
-        (Case(lateral_shift_mm=1.0, resolution="standard"), 183_060, 16.7, 1.57),
+        (Case(lateral_shift_mm=-2.0), 30_318, 3.4, 0.30),
+        (Case(lateral_shift_mm=1.0), 63_264, 5.6, 0.55),
+        (Case(lateral_shift_mm=3.0, yaw_rad=5e-3), 53_826, 4.3, 0.41),
+        (Case(lateral_shift_mm=3.0, resolution="standard"), 61_659, 5.7, 0.55),
+        (Case(lateral_shift_mm=3.0, resolution="fine"), 88_812, 8.2, 0.78),
+        (Case(lateral_shift_mm=1.0, resolution="standard"), 146_646, 13.4, 1.24),
     ],
 )
 def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, seconds, memory):
     """CPU seconds and largest memory (GB) of `solve --refine never`."""
     seen = preview(case)
-    assert seen.degrees_of_freedom == pytest.approx(unknowns, rel=0.05)
-    assert 1 / 1.45 < seen.cpu_seconds / seconds < 1.15
-    assert seen.memory_GB == pytest.approx(memory, rel=0.15)
+    assert seen.degrees_of_freedom == pytest.approx(unknowns, rel=0.12)
+    # a whole model takes less than it is said to, since its halves have a factor each
+    assert 1 / 1.2 < seen.cpu_seconds / seconds < (1.2 if case.half else 1.3)
+    assert 0.87 < seen.memory_GB / memory < (1.15 if case.half else 1.3)
 
 
 @pytest.mark.parametrize(
     ("shift", "yield_MPa", "resolution", "seconds"),
     [
-        (-4.0, 450.0, "quick", 8.7),
-        (3.0, 450.0, "quick", 9.2),
-        (0.0, 450.0, "quick", 12.8),
-        (3.0, 450.0, "standard", 24.6),
+        (-4.0, 450.0, "quick", 7.6),
+        (3.0, 450.0, "quick", 8.3),
+        (0.0, 450.0, "quick", 9.4),
+        (3.0, 450.0, "standard", 20.7),
     ],
 )
 def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolution, seconds):
@@ -203,16 +203,19 @@ def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolu
     assert preview(replace(case, rail_material=hard, wheel_material=hard)).cpu_seconds == elastic < 0.6 * told
 
 
-@pytest.mark.parametrize(("unknowns", "memory"), [(67_518, 0.62), (99_402, 0.93), (189_414, 1.80)])
-def test_memory_grows_faster_than_unknowns_as_measured_at_the_flange(unknowns, memory):
-    """At 6 and 5.5 mm (`quick`) and 6 mm (`standard`), with the unknowns that the meshes have."""
-    assert memory_GB(unknowns) == pytest.approx(memory, rel=0.04)
+@pytest.mark.parametrize(
+    ("unknowns", "memory"),
+    [(56_112, 0.53), (59_166, 0.50), (159_957, 1.44), (230_499, 2.16), (241_122, 2.05), (384_495, 4.0)],
+)
+def test_memory_grows_faster_than_unknowns_as_measured(unknowns, memory):
+    """At 6 and 5.5 mm (`quick`), 6 mm (`standard`), 6 and 1 mm (`fine`) and 3 mm, with the unknowns of the meshes."""
+    assert memory_GB(unknowns) == pytest.approx(memory, rel=0.1)
 
 
 def test_memory_where_verdicts_stay_open_is_that_of_the_finest_meshes_allowed():
-    # a map at the flange, of first meshes that take 0.8 GB, took 4.5 GB
+    # 384 thousand unknowns took 4.0 GB
     cells = [Case(lateral_shift_mm=6.0), Case(lateral_shift_mm=3.0)]
-    assert cost_of(cells, 1).most_memory_GB == pytest.approx(4.5, rel=0.12)
+    assert cost_of(cells, 1).most_memory_GB == pytest.approx(4.0 * 400.0 / 384.0, rel=0.1)
     never = cost_of([replace(case, refine="never") for case in cells], 1)
     assert never.most_memory_GB == never.memory_GB < 1.0
 
