@@ -639,8 +639,8 @@ def times_by_yielding(case: Case, p_max_MPa: float) -> float:
 def memory_GB(unknowns: float) -> float:
     """Largest memory of the process that solves, with so many unknowns in its finest meshes.
 
-    Met to 10 % by one process each: 56 to 384 thousand unknowns at 6, 5.5, 3 and 1 mm. A whole model takes a fifth less,
-    since its halves have a factor each.
+    Met to 10 % by one process each: 56 to 384 thousand unknowns at 6, 5.5, 3 and 1 mm. A whole model takes a fifth
+    less, since its halves have a factor each.
     """
     return float(_BASE_GB + _GB * (unknowns / _ONE_PATCH) ** _GB_POWER)
 
