@@ -525,6 +525,15 @@ def test_an_end_from_outside_while_workers_begin_is_one_line(tmp_path, ended_by,
     assert process.returncode in (130, -signal.SIGINT)
 
 
+def test_an_interrupted_solution_says_nothing_of_what_is_kept(monkeypatch, capsys):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fecontact.solving.solve.solve", interrupted)
+    assert call(["solve", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]) == 130
+    assert capsys.readouterr().err.splitlines()[-1] == "interrupted"
+
+
 def test_a_reader_that_has_enough_is_no_error():
     done = program(
         "-c",
