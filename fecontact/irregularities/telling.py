@@ -303,7 +303,8 @@ def _smooth_text(record: Item) -> str:
     return (
         f"Hertz's force and peak {'hold' if found['holds'] else 'FAIL'} on these profiles without it: {force} and"
         f" {peak} off the half-space, limit {100 * record['limit']:g} %"
-        + "; each model has this error beside its own" * (not found["holds"])
+        + "; each model has this error beside its own"
+        * (not found["holds"])
     )
 
 

@@ -134,7 +134,8 @@ def _read_given(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
 def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
     if read.kind != kind:
         raise WrongKindError(
-            f"{spec!r} is a {read.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}"
+            f"{spec!r} is a {read.kind} but a {kind} is wanted; give it as the {read.kind} (--{read.kind}, or --kind"
+            f" {read.kind}), or as the {kind} one of {', '.join(names(kind))}"
         )
 
 

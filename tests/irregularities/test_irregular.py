@@ -248,7 +248,7 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     assert "Amplitude up to which a model is within 5 %" in told
 
 
-# at 0 mm the patch of S1002 on 60E1 reaches over a junction to a second lobe; of two arcs the profiles are Hertz's bodies
+# at 0 mm the patch of S1002 on 60E1 reaches over a junction to a second lobe; two cylinders are Hertz's own bodies
 @pytest.mark.parametrize(("case", "holds"), [(Case(), False), (Case(lateral_shift_mm=-4.0), True), (ELLIPTIC, True)])
 def test_whether_hertz_holds_without_the_irregularity_is_said(case, holds):
     record = fecontact.irregular(case, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
