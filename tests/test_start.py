@@ -580,6 +580,22 @@ def test_a_profile_is_drawn_only_where_one_says(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "head.png").is_file()
 
 
+def test_files_that_held_something_else_are_named(tmp_path, capsys):
+    words = ["irregular", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--workers", "1"]
+    words += ["--wavelengths-mm", "50", "--out", str(tmp_path), "--amplitudes-um"]
+    (tmp_path / "notes.txt").write_text("mine")
+    for amplitude, names in (("10", ()), ("10", ()), ("20", ("irregular.json", "irregular.png", "irregular.svg"))):
+        assert call([*words, amplitude]) == 0
+        said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("replaced")]
+        named = ", ".join(str(tmp_path / name) for name in names)
+        assert said == ([f"replaced, with another content before: {named}"] if names else [])
+    # of a picture both forms, and nothing beside it
+    for profile, names in (("60E1", ()), ("54E1", ("head.png", "head.svg"))):
+        assert call(["profiles", profile, "--out", str(tmp_path / "head.png")]) == 0
+        named = ", ".join(str(tmp_path / name) for name in names)
+        assert capsys.readouterr().err == (f"replaced, with another content before: {named}\n" if names else "")
+
+
 def test_pinned_case_is_the_one_that_the_words_tell_of():
     position, sphere = demo_study().cases
     assert position == replace(Case(), lateral_shift_mm=3.0, refine="never")
