@@ -212,7 +212,7 @@ def profile_file(spec: str) -> Path | None:
 
 
 def may_be_file(spec: str) -> bool:
-    """Whether a text can only be a file, which may be there later or elsewhere: it has an ending, a folder or a hash."""
+    """Whether a text is a file that may be there later, or elsewhere: it has an ending, a folder or a hash."""
     return bool(Path(spec).suffix) or any(sign in spec for sign in "/\\") or file_of_identity(spec) is not None
 
 
