@@ -21,7 +21,18 @@ from fecontact.cli import _system_error, call
 from fecontact.commands.console import log_only, logged, many, print_reasons, say, solving
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
-from fecontact.runs.study import SPHERE, StudyOutcome, check_study, cost_of, demo_study, demo_words, exact_peak_MPa
+from fecontact.runs.study import (
+    CASE_FILES_S,
+    MAP_FILES_S,
+    SPHERE,
+    STUDY_FILES_S,
+    StudyOutcome,
+    check_study,
+    cost_of,
+    demo_study,
+    demo_words,
+    exact_peak_MPa,
+)
 from fecontact.solving.position import hertz_of_case, memory_GB, mesh_pair, place_case, preview
 
 ROOT = Path(__file__).parents[1]
@@ -77,11 +88,15 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     record = json.loads(capsys.readouterr().out)
     assert (record["cases"], record["positions"], record["placed"], record["problems"]) == (20, 10, 10, [])
     assert f"about {record['cost']['seconds']:.0f} s with" in out
-    path.write_text('rail = ["60E1", "rail.csv"]\nwheel = "S1003"\n')
+    path.write_text('rail = ["60E1", "rail.csv"]\nwheel = "wheel.csv"\n')
     assert call(["check", str(path)]) == 2
     err = capsys.readouterr().err
-    assert "rail.csv" in err
-    assert "S1002" in err
+    assert "there is no file 'rail.csv'" in err
+    assert "there is no file 'wheel.csv'" in err
+    # a name that can be no file is none of a study
+    path.write_text('wheel = "S1003"\n')
+    assert call(["check", str(path)]) == 2
+    assert "mine.toml: there is no profile 'S1003'; did you mean S1002" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -246,6 +261,33 @@ def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypa
         plain, searched = cost_of(cells, 2), cost_of(cells, 2, further=(5.0, 14.0))
         assert searched.seconds - plain.seconds == pytest.approx(5.0 * lines_seconds / 2)
         assert searched.most_seconds - plain.most_seconds == pytest.approx(14.0 * lines_seconds / 2)
+
+
+def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
+    cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 80e3, 100e3)]
+    seen = preview(cells[0])
+    monkeypatch.setattr("fecontact.runs.study.preview_to_solve", lambda _: seen)
+    plain, kept = cost_of(cells, 2), cost_of(cells, 2, files=(1.5, 4.0))
+    # those of each case by two workers, those of all by one process
+    for name in ("seconds", "most_seconds"):
+        assert getattr(kept, name) - getattr(plain, name) == pytest.approx(3 * 1.5 / 2 + 4.0)
+    asked = []
+
+    def told(*_, files=None, **__):
+        asked.append(files)
+        raise InputError("enough")
+
+    monkeypatch.setattr("fecontact.runs.study.cost_of", told)
+    study = tmp_path / "one.toml"
+    study.write_text("load_kN = 100.0\n")
+    map_words = ("map", "--shifts", "3", "--loads-kn", "100")
+    for words in (("solve",), ("solve", "--out", "a"), ("run", str(study), "--out", "b"), (*map_words, "--out", "c")):
+        monkeypatch.chdir(tmp_path)
+        assert call(words) == 2
+    assert asked == [None, CASE_FILES_S, STUDY_FILES_S, MAP_FILES_S]
+    # of a case alone some 3 s were measured, of a study of nine 15 s, of a map of nine 8 s
+    of_nine = [9 * each + at_end for each, at_end in (STUDY_FILES_S, MAP_FILES_S)]
+    assert [CASE_FILES_S[1], *of_nine] == pytest.approx([3.0, 15.0, 8.0], rel=0.1)
 
 
 def test_the_demo_has_the_exact_sphere():
