@@ -96,7 +96,7 @@ def _smooth_record(found: ModelErrors | str, limit: float) -> Record:
     """Hertz on the whole profiles without an irregularity; None for what is not known, with the reason."""
     if isinstance(found, str):
         return {"force_error": None, "peak_error": None, "holds": None, "problem": found}
-    return told(found) | {"holds": found.holds(limit), "problem": None}
+    return {**told(found), "holds": found.holds(limit), "problem": None}
 
 
 def _cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
