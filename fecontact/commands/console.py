@@ -20,7 +20,6 @@ from glob import escape
 from pathlib import Path
 
 from fecontact import __version__
-from fecontact.files import sha256
 from fecontact.jobs.remaining import Progress, duration
 
 # Seconds between two lines of progress where nobody watches: less than the 10 s of a position by finite elements, each
@@ -237,6 +236,8 @@ def telling_replaced(out: Path | None) -> Iterator[None]:
 
 def _content(path: Path) -> str:
     """What tells a file's content from another one; nothing of what cannot be read, which is not replaced either."""
+    from fecontact.files import sha256
+
     try:
         return sha256(path)
     except OSError:
