@@ -1271,7 +1271,7 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
     (fe,) = [ax for ax in case_axes(two) if ax.get_title() == "finite elements"]
     lobes = two.load.lobes
     assert len(lobes) == 2
-    assert [(t.get_text(), t.get_position()) for t in fe.texts] == [
+    assert [(t.get_text(), t.xy) for t in fe.texts] == [
         (str(k), pytest.approx(lobe.centre_mm[::-1])) for k, lobe in enumerate(lobes, start=1)
     ]
     # words beside the picture, and the table on the terminal, name the same places and forces

@@ -90,7 +90,7 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
     """Draw a map of `finite elements`, `Hertz`, or `Hertz minus finite elements` over the rail's surface into axes.
 
     The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
-    of the finite elements are numbered at their centres of pressure, the one with the largest force first.
+    of the finite elements are numbered above their centres of pressure, the one with the largest force first.
     """
     is_difference = kind == "Hertz minus finite elements"
     values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.hertz - fields.fe)
@@ -164,7 +164,18 @@ def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
     for number, lobe in enumerate(_lobes(load), start=1):
         x, s = lobe.centre_mm
         around = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
-        ax.text(s, x, str(number), ha="center", va="center", fontsize=8, weight="bold", bbox=around)
+        # above the centre: the touch point may be there
+        ax.annotate(
+            str(number),
+            (s, x),
+            xytext=(0.0, 10.0),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=8,
+            weight="bold",
+            bbox=around,
+        )
 
 
 # --- The picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
