@@ -213,7 +213,7 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
         capsys.readouterr()
     told, with_forces, quiet = seen
     # 10.5 CPU s with files, pictures and report
-    assert "4 cells: about 13 s with 1 worker and 0.3 GB per worker" in told
+    assert "4 cells: about 12 s with 1 worker and 0.3 GB per worker" in told
     assert "creep forces" not in told
     assert re.search(r"; creep forces about \d+ s more", with_forces)
     assert quiet == ""
