@@ -217,7 +217,7 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
     assert "creep forces" not in told
     assert re.search(r"; creep forces about \d+ s more", with_forces)
     assert quiet == ""
-    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 13 s") == 3
+    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 12 s") == 3
 
 
 @pytest.mark.parametrize(("option", "instead"), [("--shift", "--shifts"), ("--load-kn", "--loads-kn")])
