@@ -263,7 +263,7 @@ class TrueGap:
     contact_modulus_MPa: float
     direction: Floats
     slide_mm: float = 0.0
-    # of the last grid: a contact is solved on one more than once, with other planes or another opening
+    # of the last two grids: a contact is solved on one more than once, with other planes or another opening
     _last: list[tuple[ContactGrid, Floats]] = field(default_factory=list, init=False, repr=False)
 
     @property
@@ -293,9 +293,11 @@ class TrueGap:
 
     def on(self, grid: ContactGrid) -> Floats:
         """The gap (nx, ns) in mm on a grid of nodes, undeformed."""
-        if not (self._last and self._last[0][0] is grid):
-            self._last[:] = [(grid, np.asarray(self.gap(grid.x_mm[:, None], grid.s_mm[None, :])))]
-        return self._last[0][1]
+        known = next((gap for own, gap in self._last if own is grid), None)
+        if known is None:
+            known = np.asarray(self.gap(grid.x_mm[:, None], grid.s_mm[None, :]))
+            self._last[:] = [*self._last[-1:], (grid, known)]
+        return known
 
     def solve(
         self,
