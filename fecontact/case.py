@@ -276,6 +276,11 @@ class Case:
             rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
+        # the library takes time to import, and the usual profiles are in it
+        for spec in (spec for spec in self.profiles.values() if spec not in (type(self).rail, type(self).wheel)):
+            from fecontact.profiles.library import refuse_unknown
+
+            refuse_unknown(spec)
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
             raise InputError(

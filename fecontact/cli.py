@@ -30,7 +30,7 @@ from fecontact.inputs import renamed
 
 app = App(
     name="fecontact",
-    # it is said below what an interrupted command leaves
+    # what an interrupted command leaves is said below
     suppress_keyboard_interrupt=False,
     version=__version__,
     # what may be said of a command is never said with --no- before it
@@ -189,6 +189,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
             "there is too little memory; end other programs, use fewer --workers, or allow more, such as by ulimit -v"
         )
         return InputError.exit_code
-    except KeyboardInterrupt:
-        print("interrupted; what was finished is kept", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        # jobs that are kept one by one say so
+        print("; ".join(("interrupted", *getattr(error, "__notes__", ()))), file=sys.stderr)
         return 130

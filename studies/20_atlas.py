@@ -147,11 +147,7 @@ def sample() -> list[Drawn]:
 
 def cases(quick: bool = False) -> list[Case]:
     """All drawn positions at which the wheel stands, or three of them."""
-    drawn = {
-        one.place: one.case
-        for one in sample()
-        if one.stratum != "refused"
-    }
+    drawn = {one.place: one.case for one in sample() if one.stratum != "refused"}
     return [case for place, case in drawn.items() if not quick or place in QUICK]
 
 

@@ -1,10 +1,12 @@
 """Pages as a browser shows them: a headless Chromium that gets them from this process, and from nowhere else."""
 
+import contextlib
 import json
 import os
 import shutil
 import subprocess
 import threading
+from collections.abc import Sequence
 from functools import partial
 from html import unescape
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -71,33 +73,118 @@ def shown(page: Path, width: int, tmp_path: Path) -> dict[str, Any]:
 
     With FECONTACT_SCREENSHOTS set to a folder a picture of the page is put there, to be looked at.
     """
-    program = browser()
     folder = tmp_path / "served"
     folder.mkdir(exist_ok=True)
     shutil.copyfile(page, folder / page.name)
     (folder / "frame.html").write_text(_FRAME.format(name=page.name, width=width), "utf-8")
+    told, console = _told(folder, width, tmp_path, page.stem)
+    asked = [line.split()[1] for line in _Quiet.asked]
+    return told | {"console": console, "asked": sorted(set(asked))}
+
+
+def _told(folder: Path, width: int, tmp_path: Path, picture: str, *flags: str) -> tuple[Any, list[str]]:
+    """What frame.html of a folder tells of itself, and messages on the console."""
+    program = browser()
     _Quiet.asked = []
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(folder))) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         address = f"http://127.0.0.1:{server.server_port}/frame.html"
-        command = [program, "--headless=new", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]
+        command = [program, "--headless=new", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", *flags]
         command += [f"--user-data-dir={tmp_path / 'browser'}", f"--window-size={max(width, 500)},4000"]
         command += ["--no-first-run", "--virtual-time-budget=20000", "--hide-scrollbars"]
+        told = said = ""
         for _ in range(3):
-            # on a busy machine the first start may end before the page is there
-            done = subprocess.run(
-                [*command, "--dump-dom", address], capture_output=True, text=True, timeout=180, check=False
-            )
-            if told := done.stdout.partition('<pre id="told">')[2].partition("</pre>")[0]:
+            # on a busy machine the first start may end before the page is there, or never
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                done = subprocess.run(
+                    [*command, "--dump-dom", address], capture_output=True, text=True, timeout=120, check=False
+                )
+                said = done.stderr
+                told = done.stdout.partition('<pre id="told">')[2].partition("</pre>")[0]
+            if told:
                 break
-        if kept := os.environ.get("FECONTACT_SCREENSHOTS"):
-            picture = Path(kept) / f"{page.stem}_{width}.png"
-            subprocess.run([*command, f"--screenshot={picture}", address], capture_output=True, timeout=180, check=True)
+        if picture and (kept := os.environ.get("FECONTACT_SCREENSHOTS")):
+            path = Path(kept) / f"{picture}_{width}.png"
+            subprocess.run([*command, f"--screenshot={path}", address], capture_output=True, timeout=180, check=True)
         server.shutdown()
-    assert told, done.stdout[:2000] + done.stderr[-2000:]
-    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    asked = [line.split()[1] for line in _Quiet.asked]
-    return json.loads(unescape(told)) | {"console": console, "asked": sorted(set(asked))}
+    assert told, said[-2000:]
+    return json.loads(unescape(told)), [line for line in said.splitlines() if "CONSOLE" in line]
+
+
+# Pages of a site, one after the other in one frame: what sticks out, the ground, and what is hard to read on it.
+_SITE_FRAME = """<!DOCTYPE html><body style="margin:0"><iframe id="page" width="{width}" height="4000"
+ style="border:0"></iframe><pre id="told"></pre><script>
+const page = document.getElementById("page"), names = {names}, told = {{}};
+const parts = text => {{
+  const [red, green, blue, alpha = 1] = text.match(/[\\d.]+/g).map(Number);
+  return [red, green, blue, alpha];
+}};
+const over = ([red, green, blue, alpha], below) =>
+  [red, green, blue].map((part, k) => alpha * part + (1 - alpha) * below[k]);
+const luminance = colour => {{
+  const linear = colour.map(part => part / 255).map(c => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+}};
+const ground = (one, style) => {{
+  const below = one.parentElement ? ground(one.parentElement, style) : [255, 255, 255];
+  return over(parts(style(one).backgroundColor), below);
+}};
+const measured = () => {{
+  const inside = page.contentDocument, shown = inside.documentElement;
+  const style = one => page.contentWindow.getComputedStyle(one);
+  const scrolls = one => one && (["auto", "scroll"].includes(style(one).overflowX) || scrolls(one.parentElement));
+  const own = [...inside.querySelectorAll("article *")].filter(one => one.checkVisibility() && one.offsetWidth);
+  const has_words = one => [...one.childNodes].some(node => node.nodeType === 3 && node.data.trim());
+  const words = own.filter(one => has_words(one) && !one.matches(".headerlink, .md-clipboard"));
+  const contrast = one => {{
+    const below = ground(one, style), light = [luminance(over(parts(style(one).color), below)), luminance(below)];
+    return (Math.max(...light) + 0.05) / (Math.min(...light) + 0.05);
+  }};
+  return {{
+    width: page.contentWindow.innerWidth,
+    content_width: shown.scrollWidth,
+    sticks_out: own.filter(one => one.getBoundingClientRect().right > {width} + 1 && !scrolls(one))
+      .map(one => one.textContent.slice(0, 60)),
+    ground: luminance(ground(inside.querySelector("article"), style)),
+    words: words.length,
+    faint: words.map(one => [contrast(one), one.tagName + ": " + one.textContent.trim().slice(0, 40)])
+      .filter(([size]) => size < {least}),
+    lost: [...inside.images].filter(one => !one.loading || one.complete).filter(one => !one.naturalWidth)
+      .map(one => one.src),
+  }};
+}};
+const next = () => {{
+  if (names.length) page.src = names.shift();
+  else document.getElementById("told").textContent = JSON.stringify(told);
+}};
+page.onload = () => {{
+  if (!page.contentDocument.querySelector("article")) return;
+  told[decodeURI(page.contentWindow.location.pathname.slice(1))] = measured();
+  next();
+}};
+next();
+</script></body>"""
+
+
+def looked_at(
+    site: Path, pages: Sequence[str], width: int, tmp_path: Path, *, dark: bool, least_contrast: float
+) -> dict[str, Any]:
+    """What pages of a site look like at a width, for a reader who prefers a light or a dark ground.
+
+    With FECONTACT_SCREENSHOTS set, a picture is taken of the first one.
+    """
+    frame, scheme = site / "frame.html", f"--blink-settings=preferredColorScheme={0 if dark else 1}"
+
+    def told(names: Sequence[str], picture: str) -> dict[str, Any]:
+        frame.write_text(_SITE_FRAME.format(width=width, names=json.dumps(names), least=least_contrast), "utf-8")
+        return _told(site, width, tmp_path, picture, scheme)[0]
+
+    try:
+        if os.environ.get("FECONTACT_SCREENSHOTS"):
+            told(pages[:1], f"site_{'dark' if dark else 'light'}")
+        return told(pages, "")
+    finally:
+        frame.unlink()
 
 
 def assert_readable(page: Path, tmp_path: Path, *, widths: tuple[int, ...] = (400, 1600)) -> dict[str, Any]:

@@ -62,9 +62,9 @@ def test_a_rail_that_wraps_under_its_head_is_cut_at_its_widest_points(name, turn
 
 
 @pytest.mark.parametrize("name", RAILS)
-def test_a_mirrored_rail_is_noticed_with_its_option(name):
-    notes = rail(name, mirror=True, filter_mm=0.0).notes
-    assert any("mm lower on its field side" in note and "give --rail-mirror yes" in note for note in notes)
+def test_a_rail_that_an_option_has_mirrored_is_noticed_with_the_option_to_leave_out(name):
+    (note,) = [one for one in rail(name, mirror=True, filter_mm=0.0).notes if "mm lower on its field side" in one]
+    assert note.endswith("mirrored; leave out --rail-mirror (mirror in [rail_file]) if it is")
 
 
 @pytest.mark.parametrize("nominal", ["auto", "none"])

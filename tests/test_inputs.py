@@ -143,7 +143,7 @@ OPPOSITE = ": rail=...,wheel=...,rolling-radius-mm=...,load-kn=..., of which som
 # by table and field; written down a second time on purpose, with the units that users know
 ROWS: dict[tuple[str, str], Row] = {
     ("", "rail"): Row("rail", "--rail", "54E1", "54E1", "", "", "rail is ''; allowed", "; mm; default 60E1"),
-    ("", "wheel"): Row("wheel", "--wheel", "S1002x", "S1002x", "", "", "wheel is ''; allowed", "; mm; default S1002"),
+    ("", "wheel"): Row("wheel", "--wheel", "CONE20", "CONE20", "", "", "wheel is ''; allowed", "; mm; default S1002"),
     ("", "inclination_rad"): Row(
         "inclination", "--inclination", "1:20", math.atan(1 / 20), "500mrad", 0.5,
         "inclination is 0.5 rad (500 mrad); allowed: -0.35 to 0.35 rad (-350 to 350 mrad)",
@@ -183,7 +183,7 @@ ROWS: dict[tuple[str, str], Row] = {
         "rail", "--opposite", "54E1", "54E1", "", "", "opposite rail is ''; allowed", OPPOSITE
     ),
     ("opposite", "wheel"): Row(
-        "wheel", "--opposite", "S1002x", "S1002x", "", "", "opposite wheel is ''; allowed", OPPOSITE
+        "wheel", "--opposite", "CONE20", "CONE20", "", "", "opposite wheel is ''; allowed", OPPOSITE
     ),
     ("opposite", "rolling_radius_mm"): Row(
         "rolling_radius_mm", "--opposite", 459.0, 459.0, 0, 0.0, "opposite rolling radius is 0.0 mm; allowed", OPPOSITE

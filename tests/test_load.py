@@ -263,6 +263,15 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
     for inside in (out, out / "cases", out / "cases" / "strict"):
         assert call(["judge", str(out), "--out", str(inside)]) == 2
         assert f"{inside} {'is' if inside == out else 'lies in'} the folder of the results" in capsys.readouterr().err
+    # nor over other results that were solved: the judged ones may be judged once more
+    other = tmp_path / "other"
+    shutil.copytree(out, other)
+    capsys.readouterr()
+    assert call(["judge", str(out), "--out", str(other)]) == 2
+    assert f"{other} holds other results, which were solved (cases)" in capsys.readouterr().err
+    assert (other / "study.csv").read_bytes() == (out / "study.csv").read_bytes()
+    assert call(["judge", str(out), "--p-max-percent", "0.02", "--out", str(tmp_path / "strict")]) == 0
+    assert f"replaced, with another content before: {tmp_path / 'strict' / 'report.html'}, " in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -164,6 +165,32 @@ def test_points_of_no_rail_have_no_nominal():
 # --- the smoothed line --------------------------------------------------------------------------------------------
 
 
+def test_a_deviation_is_told_across_the_line_as_the_nearest_profile_is():
+    """Worn over a flat, where points slide along the line to where they come from."""
+    worn = read(sampled("60E1", 0.005, step_mm=0.25, wear=lambda y: 0.4 * np.exp(-(((y + 20.0) / 12.0) ** 2))))
+    (note,) = [one for one in worn.notes if "its deviation from 60E1" in one]
+    told = float(re.search(r"at most (\S+) mm across it", note)[1])
+    (same,) = nearest(worn.points, "rail", ("60E1",))
+    # two digits of it are told
+    assert told == pytest.approx(same.farthest_mm, rel=0.06)
+
+
+def test_points_that_tell_nothing_of_the_line_are_counted():
+    """One of two that nearly coincide, and those beyond the end of the profile that the line is held against."""
+    points = sampled("60E1", 0.005)
+    doubled = np.insert(
+        points, range(40, 140, 10), points[40:140:10] + 0.01 * np.sign(np.diff(points, axis=0)[40:140:10]), axis=0
+    )
+    assert not any("left out" in note for note in read(points).notes)
+    made = read(doubled)
+    (note,) = [one for one in made.notes if "left out" in one]
+    assert note == f"of {len(doubled)} points left out: 10 that nearly repeat the one before"
+    assert f"smoothed from {len(points)} points" in " ".join(made.notes)
+    further = points[-1] + np.arange(1, 6)[:, None] * (points[-1] - points[-2])
+    (note,) = [one for one in read(np.vstack((points, further))).notes if "left out" in one]
+    assert re.fullmatch(rf"of {len(points) + 5} points left out: [567] beyond the ends of 60E1", note)
+
+
 def test_exact_points_are_not_smoothed():
     assert read(sampled("60E1", step_mm=0.5)).measured is None
     assert read(sampled("60E1", 0.01), filter_mm=0.0).measured is None
@@ -311,8 +338,8 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     assert seen.expected.semi_axis_x_mm == expected.semi_axis_x_mm
     assert seen.hertz_uncertainty is None
     assert seen.lines_seconds == 0.0
-    # the mesh of this case has 12,390 and 20,688 unknowns
-    assert seen.degrees_of_freedom == pytest.approx(33_078, rel=0.1)
+    # the mesh of this case has 11,838 and 17,448 unknowns
+    assert seen.degrees_of_freedom == pytest.approx(29_286, rel=0.1)
     text = "\n".join(preview_lines(seen))
     assert "curvature junctions below it: rail at +2.35 mm" in text
     record = json.loads(json.dumps(preview_record(seen)))

@@ -107,7 +107,7 @@ def without_a_layer(mesh: BodyMesh) -> BodyMesh:
     above, below = (np.isin(mesh.hexes, mesh.block_nodes[:, :, k]).sum(axis=1) == 4 for k in (-2, -1))
     kept = ~(above & below)
     assert 0 < np.count_nonzero(~kept) < 0.1 * kept.size
-    return replace(mesh, hexes=mesh.hexes[kept])
+    return replace(mesh, hexes=mesh.hexes[kept], spacing=None)
 
 
 def turned(mesh: BodyMesh) -> BodyMesh:

@@ -291,14 +291,17 @@ def test_a_mirrored_wheel_is_refused_with_its_option_and_read_with_it(write):
     with pytest.raises(InputError, match=r"give --wheel-mirror yes \(mirror = true in \[wheel_file\]\)"):
         resolve_wheel(path)
     assert resolve_wheel(path, Reading(mirror=True, filter_mm=0.0)).profile.height(y) == pytest.approx(z, abs=1e-6)
+    right = str(write("right.csv", "\n".join(f"{a},{b}" for a, b in zip(y, z, strict=True))))
+    with pytest.raises(InputError, match=r"or leave out --wheel-mirror \(mirror in \[wheel_file\]\)"):
+        resolve_wheel(right, Reading(mirror=True))
 
 
 def test_a_wheel_is_no_rail_and_a_rail_no_wheel(write):
     wheel = str(write("w.csv", csv_text(load("S1002"))))
     rail = str(write("r.csv", csv_text(load("60E1"))))
-    with pytest.raises(InputError, match="as the flange of a wheel does; a rail is wanted"):
+    with pytest.raises(InputError, match=r"a rail is wanted: give the file as the wheel \(--wheel, or --kind wheel\)"):
         resolve_rail(wheel)
-    with pytest.raises(InputError, match="as on a rail; a wheel is wanted"):
+    with pytest.raises(InputError, match=r"a wheel is wanted: give the file as the rail \(--rail, or --kind rail\)"):
         resolve_wheel(rail)
 
 

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fecontact.case import Case
+from fecontact.errors import InputError
 from fecontact.files import sha256
 from fecontact.profiles.library import load, names, profile_file, profile_identity, toml_text
-from fecontact.profiles.resolve import resolve_rail
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 NO_FILES = [*names(), "60e1", "s1002", "circle:300", "CIRCLE:300", "arcs:300/80@2.5", "cylinder:460", "circle:abc"]
 ODD = ["", ".", "..", "/", "~", "nul\0.toml", "x" * 5000, "\ud800.txt", "con", "C:", "a\nb", "/etc/passwd/x.txt"]
@@ -129,3 +131,18 @@ def test_odd_texts_name_no_file(here, spec):
 def test_any_text_has_an_identity(spec):
     profile_file(spec)
     assert isinstance(profile_identity(spec), str)
+
+
+@pytest.mark.parametrize("body", ["rail", "wheel", "opposite_wheel"])
+def test_a_name_that_no_profile_has_is_refused_at_once_and_a_file_once_it_is_used(body, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"there is no profile '60E3'; did you mean 60E2 or .* \(a file has an ending"):
+        Case().with_profiles({body: "60E3"})
+    # what another machine has, or what is stored beside a result, is told by its ending, its folder or its hash
+    for later in ("mine.csv", "./mine", "measured\\mine", "mine@0123abcd"):
+        case = Case().with_profiles({body: later})
+        assert case.profiles[body] == later
+        with pytest.raises(InputError, match="there is no file"):
+            (resolve_rail if body == "rail" else resolve_wheel)(later)
+    (tmp_path / "mine").write_text("", "utf-8")
+    assert Case().with_profiles({body: "mine"}).profiles[body] == "mine"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from points import profile_from_points, read_points
 
@@ -224,6 +224,9 @@ def test_any_text_as_toml_ends_in_an_input_error(text):
         parse_toml(text, name="file")
 
 
+@example(
+    [*((0.0, z) for z in (0.0, 4.0, 5.0, 6.0, 7.0, 8.0, 2.3e-308)), (1, 0), (1, 1), (2, 0), (0.5, 0)], "rail", True
+)
 @given(
     st.lists(st.tuples(st.floats(-60.0, 60.0), st.floats(-30.0, 30.0)), min_size=1, max_size=40),
     st.sampled_from(["rail", "wheel"]),

@@ -406,7 +406,11 @@ def test_resolve_takes_names_in_any_case_and_short_forms():
     ("resolve", "spec", "message"),
     [
         (resolve_rail, "60E3", "did you mean 60E"),
-        (resolve_rail, "S1002", "is a wheel but a rail is wanted"),
+        (
+            resolve_rail,
+            "S1002",
+            r"is a wheel but a rail is wanted; give it as the wheel \(--wheel, or --kind wheel\), or",
+        ),
         (resolve_wheel, "60E1", "is a rail but a wheel is wanted"),
         (resolve_wheel, "S1003", "did you mean S1002"),
         (resolve_wheel, "qqqq", "the library has CONE20, CONE40, EN13715_1in40, EN15302_A"),

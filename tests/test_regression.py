@@ -677,6 +677,16 @@ def test_a_folder_without_results_is_exit_code_2(tmp_path, capsys):
     assert "a folder of results that fecontact wrote, a study.json, a study.csv, a " in capsys.readouterr().err
 
 
+def test_nothing_is_left_out_or_broken_where_the_output_is_no_terminal(tmp_path, capsys):
+    name = f"fe_{'very_' * 20}long_MPa"
+    was, now = (write_study(tmp_path / str(value), [case_row(**{name: value})]) for value in (1000.5, 2000.25))
+    assert call(["compare", str(was), str(now)]) == 1
+    (line,) = [one for one in capsys.readouterr().out.splitlines() if one.startswith(name)]
+    # column, how many differ, case, both values, their difference, tolerance, times it
+    assert line.split()[1] == "1/1"
+    assert line.split()[-5:] == ["1000.5", "2000.25", "+1e+03", "0.1", "9.99e+03"]
+
+
 def test_a_table_saved_by_a_spreadsheet_is_read(tmp_path):
     was = write_study(tmp_path / "was", [case_row()]) / "study.csv"
     saved = tmp_path / "saved.csv"
@@ -938,6 +948,24 @@ def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
     assert call(["compare", str(tmp_path / "b" / "mine.csv"), str(study)]) == 0
     comparison = compare_tables(load_table(tmp_path / "b" / "mine.csv"), load_table(study))
     assert comparison.versions == comparison.settings == {}
+
+
+def test_a_baseline_is_found_by_its_folder_its_name_and_either_file(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [case_row()])
+    own = tmp_path / "own"
+    update_baseline(study, own, reason="first")
+    # of the same folder, and no baseline
+    (own / "notes.json").write_text("[1]", "utf-8")
+    for given in (own, own / "mine", own / "mine.csv", own / "mine.json"):
+        assert call(["compare", str(given), str(study)]) == 0, given
+        assert load_table(given).path == own / "mine.csv"
+    for ending in (".csv", ".json"):
+        shutil.copy(own / f"mine{ending}", own / f"another{ending}")
+    capsys.readouterr()
+    assert call(["compare", str(own), str(study)]) == 2
+    said = capsys.readouterr().err
+    assert f"has 2 baselines; give one of them, such as {own / 'another.csv'}" in said
+    assert "no such file or folder" in refused(capsys, own / "mime", study)
 
 
 def test_a_baseline_is_not_written_where_nobody_keeps_any(tmp_path, capsys, monkeypatch):

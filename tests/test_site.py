@@ -6,19 +6,25 @@ import sys
 from pathlib import Path
 
 import pytest
+from browser import looked_at
 
 ROOT = Path(__file__).parents[1]
 
 
-# the gallery is run for its pictures
-@pytest.mark.slow
-def test_the_site_is_built_and_whole(tmp_path):
-    """As `make docs` does; a link that leads nowhere ends the build."""
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The site as `make docs` builds it; a link that leads nowhere ends the build."""
     pytest.importorskip("material", reason="the site needs the extra docs")
-    site = tmp_path / "site"
+    site = tmp_path_factory.mktemp("docs") / "site"
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", "studies/mkdocs.yml", "--site-dir", str(site)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=1200, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
+    return site
+
+
+# the gallery is run for its pictures
+@pytest.mark.slow
+def test_the_site_is_built_and_whole(site):
     # each study has a page, with the checks of its last validation
     for path in (ROOT / "studies").glob("[0-9]*.py"):
         page = (site / "studies" / f"{path.stem}.html").read_text("utf-8")
@@ -32,6 +38,45 @@ def test_the_site_is_built_and_whole(tmp_path):
     shown = re.findall(r'<img [^>]*src="([^":]+)"', gallery)
     assert len(shown) > 5
     assert [one for one in shown if not (site / one).is_file()] == []
+
+
+# WCAG 2.1: 4.5 for text; 3 for large text and for what else is to be seen, such as the colours of code
+@pytest.mark.slow
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1400])
+def test_pages_of_the_site_fit_and_can_be_read_in_a_browser(site, width, dark, tmp_path):
+    pages = sorted(path.relative_to(site).as_posix() for path in site.rglob("*.html") if path.name != "404.html")
+    assert len(pages) > 50
+    # the one with the widest tables is the one to look at
+    pages.sort(key=lambda page: page != "studies/VALIDATION.html")
+    found = looked_at(site, pages, width, tmp_path, dark=dark, least_contrast=3.0)
+    assert sorted(found) == sorted(pages)
+    for page, seen in found.items():
+        assert seen["width"] == width
+        assert seen["content_width"] <= width, page
+        assert seen["sticks_out"] == [], page
+        # black is 0 and white 1
+        assert (seen["ground"] < 0.03) if dark else (seen["ground"] > 0.9), page
+        assert seen["words"] > 3, page
+        assert seen["faint"] == [], page
+        assert seen["lost"] == [], page
+
+
+def test_what_does_not_fit_or_cannot_be_read_is_seen(tmp_path):
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "bad.html").write_text(
+        """<!DOCTYPE html><html><body style="margin:0"><article>
+        <p style="color:#999">hardly</p><p style="color:#aaa">faint</p><p style="color:rgba(0, 0, 0, 0.3)">thin</p>
+        <div style="overflow-x:auto"><p style="width:900px">scrolls</p></div><div style="overflow:hidden"><p
+        style="width:900px">cut</p></div><img src="none.png" width="9" height="9"></article></body></html>""",
+        "utf-8",
+    )
+    seen = looked_at(tmp_path / "site", ["bad.html"], 390, tmp_path, dark=True, least_contrast=2.5)["bad.html"]
+    assert (seen["width"], seen["content_width"], seen["sticks_out"], seen["words"]) == (390, 390, ["cut"], 5)
+    # white in spite of the wish for a dark ground; greys of 2.8, 2.3 and 2.1 on it
+    assert seen["ground"] == 1.0
+    assert [(round(size, 1), words) for size, words in seen["faint"]] == [(2.3, "P: faint"), (2.1, "P: thin")]
+    assert [one.rpartition("/")[2] for one in seen["lost"]] == ["none.png"]
 
 
 def test_a_page_that_needs_something_from_elsewhere_is_refused():

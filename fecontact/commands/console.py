@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
+from glob import escape
 from pathlib import Path
 
 from fecontact import __version__
@@ -218,6 +219,29 @@ def _line(*, quiet: bool = False) -> Iterator[Callable[[str, str], None]]:
             shown.update(task, description=text)
 
         yield update
+
+
+@contextmanager
+def telling_replaced(out: Path | None) -> Iterator[None]:
+    """Say afterwards which files of a folder, or which forms of one file, had another content before."""
+    if out is None:
+        yield
+        return
+    there = out.iterdir() if out.is_dir() else out.parent.glob(f"{escape(out.stem)}.*")
+    before = {path: _content(path) for path in sorted(there)}
+    yield
+    if replaced := [str(path) for path, content in before.items() if _content(path) != content]:
+        announce(f"replaced, with another content before: {', '.join(replaced)}")
+
+
+def _content(path: Path) -> str:
+    """What tells a file's content from another one; nothing of what cannot be read, which is not replaced either."""
+    from fecontact.files import sha256
+
+    try:
+        return sha256(path)
+    except OSError:
+        return ""
 
 
 def width() -> int | None:

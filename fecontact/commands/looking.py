@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from fecontact import features
 from fecontact.case import unusual
-from fecontact.commands.console import announce, many, tell_notes
+from fecontact.commands.console import announce, many, tell_notes, telling_replaced
 from fecontact.commands.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
@@ -58,7 +58,8 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
     seen = preview(case)
     answer(preview_record(seen), lambda _: preview_lines(seen), json=json)
     if out is not None:
-        preview_figure(seen, out)
+        with telling_replaced(out):
+            preview_figure(seen, out)
         print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
     return 0
 
@@ -96,12 +97,13 @@ def geometry(
     found = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
     record = functions_record(case, found)
     as_table = out is not None and out.suffix.lower() == ".csv"
-    if out is not None and as_table:
-        write_csv(functions_rows(record), out)
-    elif out is not None:
-        from fecontact.outputs.geometry import functions_figure
+    with telling_replaced(out):
+        if out is not None and as_table:
+            write_csv(functions_rows(record), out)
+        elif out is not None:
+            from fecontact.outputs.geometry import functions_figure
 
-        functions_figure(case, found, out)
+            functions_figure(case, found, out)
     if loaded_kn is not None:
         conicities = features.the("LOADED_CONICITIES", "--loaded-kn")
         announce("the loaded wheelset takes about 15 s")
@@ -186,7 +188,8 @@ def table(
     with many("lines") as progress:
         rows = made_table(case, positions, loads_N, map_folder=map_, progress=progress)
     if out is not None:
-        write_csv(rows, out)
+        with telling_replaced(out):
+            write_csv(rows, out)
     answer(rows, contact_table_lines, json=json, table=out)
     return 3 if any(row["problem"] for row in rows) else 0
 
@@ -256,8 +259,10 @@ def profiles(
             # what the file is not is no news where it is known what is wrong with what it is
             raise (of_wheel if isinstance(as_rail, WrongKindError) else as_rail) from None
     close = [] if profile.points is None else nearest(profile.points, profile.kind)
-    written = None if write is None else write_text(write, csv_text(profile))
-    drawn = None if out is None else profile_figure(profile, out)
+    with telling_replaced(write):
+        written = None if write is None else write_text(write, csv_text(profile))
+    with telling_replaced(out):
+        drawn = None if out is None else profile_figure(profile, out)
     answer(
         profile_record(profile, close),
         lambda _: profile_lines(profile, close),
@@ -295,7 +300,8 @@ def mesh(
     case = options.case()
     tell_notes(unusual([case]))
     meshed = mesh_pair(case) if body == "both" else mesh_case(case, body)
-    write_mesh(meshed, out, element=element)
+    with telling_replaced(out):
+        write_mesh(meshed, out, element=element)
     for made in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
         print(
             f"{out}: {made.name}, {len(made.points)} nodes, {len(made.hexes)} hexahedra, surfaces"

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.commands.console import many, width
+from fecontact.commands.console import many, telling_replaced, width
 from fecontact.commands.options import CaseOptions, takes
 from fecontact.commands.solving import FORCES_S, LAWS_S
 from fecontact.errors import InputError
@@ -64,7 +64,7 @@ def judge(
         what = "cell" if (folder / "map.json").is_file() else "case"
         return f"{count(loads, what)}: about {duration(max(1.0, seconds))}"
 
-    with many("positions or cases", before=before) as progress:
+    with telling_replaced(out), many("positions or cases", before=before) as progress:
         judged: Judged = judge_stored(
             folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
         )
@@ -134,7 +134,8 @@ def compare(
     comparison = compare_tables(
         load_table(baseline), load_table(new), tolerances, match=() if match is None else match.split(",")
     )
-    folder = None if out is None else write_comparison(comparison, out)
+    with telling_replaced(out):
+        folder = None if out is None else write_comparison(comparison, out)
     answer(comparison_record(comparison), lambda _: comparison_lines(comparison), json=json, comparison=folder)
     return 0 if comparison.same else 1
 

@@ -113,14 +113,14 @@ def solve(
     from fecontact.outputs.documents import case_parts
     from fecontact.outputs.words import case_words
     from fecontact.runs.store import Told
-    from fecontact.runs.study import cost_of, keep_with_report, prepare_for_case
+    from fecontact.runs.study import CASE_FILES_S, cost_of, keep_with_report, prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
     tell_notes(unusual([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)
-    cost = cost_of([case], 1)
+    cost = cost_of([case], 1) if out is None else cost_of([case], 1, files=CASE_FILES_S)
     # a case that does not fit into the memory is refused with what it needs
     if cost and cost.memory_GB < cost.available_GB:
         announce(*cost.words)
@@ -168,13 +168,13 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     from fecontact.files import json_text
     from fecontact.outputs.documents import rows_parts
     from fecontact.runs.casefile import load_study
-    from fecontact.runs.study import prepare_for_study, run_study
+    from fecontact.runs.study import STUDY_FILES_S, prepare_for_study, run_study
 
     settings, loaded = how.settings(), load_study(study, quick=quick)
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         tell_notes(unusual(loaded.cases))
-        tell_cost(loaded.cases, "case", len(loaded.cases), out / "cases", how)
+        tell_cost(loaded.cases, "case", len(loaded.cases), out / "cases", how, files=STUDY_FILES_S)
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if json:
@@ -212,6 +212,7 @@ def tell_cost(
     finished: Path,
     how: RunOptions,
     *,
+    files: tuple[float, float],
     further: tuple[float, float] = (0.0, 0.0),
     laws: bool = False,
 ) -> None:
@@ -225,7 +226,7 @@ def tell_cost(
         So many workers have something to do.
     finished
         Folder of those that were finished before.
-    further
+    files, further
         As for `cost_of`.
     laws
         Whether laws of creep forces are judged where there is friction.
@@ -237,7 +238,7 @@ def tell_cost(
         # how many others work, and on what machines, is not known
         return
     workers = how.workers or min(default_workers(), places)
-    cost = cost_of(cases, workers, further=further)
+    cost = cost_of(cases, workers, further=further, files=files)
     if cost is None:
         # none can be solved, which the results say
         return

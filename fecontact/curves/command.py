@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.commands.console import many
+from fecontact.commands.console import many, telling_replaced
 from fecontact.commands.options import CaseOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
@@ -127,11 +127,12 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
         )
     record = curves_record(found)
     if out is not None:
-        write_csv(curve_rows(found), out / "curve.csv")
-        write_csv(position_rows(found), out / "positions.csv")
-        write_json(out / "curve.json", record)
-        curves_figure(found, out / "curve.png")
-        if found.columns:
-            visits_figure(found, out / "curve_map.png")
+        with telling_replaced(out):
+            write_csv(curve_rows(found), out / "curve.csv")
+            write_csv(position_rows(found), out / "positions.csv")
+            write_json(out / "curve.json", record)
+            curves_figure(found, out / "curve.png")
+            if found.columns:
+                visits_figure(found, out / "curve_map.png")
     answer(record, lambda _: curves_lines(found), json=json, written=out)
     return 0 if all(run.status == "equilibrium" for runs in found.runs.values() for run in runs) else 3

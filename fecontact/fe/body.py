@@ -25,6 +25,26 @@ from fecontact.errors import ConvergenceError, FoldedMesh, InputError, NotEnough
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Spacing:
+    """Where a mesh has fewer unknowns than nodes: far from the contact the layers of the solution are further apart.
+
+    Attributes
+    ----------
+    hexes (k, 8)
+        The elements of the solution. Far from the contact each spans several layers of the mesh.
+    between (h,)
+        Nodes of the mesh that have no displacement of their own.
+    ends (h, 2), parts (h, 2)
+        The nodes before and after each of them along the sweep, and how much of either's displacement it has.
+    """
+
+    hexes: Integers
+    between: Integers
+    ends: Integers
+    parts: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BodyMesh:
     """A hexahedral mesh in the track frame (mm).
 
@@ -45,6 +65,8 @@ class BodyMesh:
         Volume of the swept section in closed form.
     opposite (n,)
         Of a whole mesh that is its own mirror image: the node opposite of each node.
+    spacing
+        Where the solution has fewer layers than the mesh; None if it has all of them.
     """
 
     name: Literal["rail", "wheel"]
@@ -56,6 +78,12 @@ class BodyMesh:
     half: bool
     volume_mm3: float
     opposite: Integers | None = field(default=None, repr=False)
+    spacing: Spacing | None = field(default=None, repr=False)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of displacement components, also of those that are held."""
+        return 3 * (len(self.points) - (0 if self.spacing is None else self.spacing.between.size))
 
 
 # Corner, and its three neighbours in a right-handed order, of a hexahedron in VTK order.
@@ -161,16 +189,16 @@ def stiffness(mesh: BodyMesh, material: Material) -> bsr_matrix:
     gradients = [np.stack([shape[0].grad[i] for shape in basis.basis], axis=1) for i in range(3)]
     weights = basis.dx[:, None, :]
     nodes, count = basis.element_dofs.T.astype(np.int64), len(mesh.points)
-    pairs, place = np.unique(nodes[:, :, None] * count + nodes[:, None, :], return_inverse=True)
-    place = place.ravel()
+    scattered, values = _scatter(nodes, count, mesh.spacing)
+    pairs, place = np.unique(scattered, return_inverse=True)
     # rows of the matrix belong to the test function v, columns to the displacement u
     parts = np.empty((pairs.size, 3, 3))
     for i in range(3):
         for j in range(i, 3):
             integrals = (gradients[i] * weights) @ gradients[j].transpose(0, 2, 1)
-            parts[:, i, j] = np.bincount(place, integrals.ravel())
+            parts[:, i, j] = np.bincount(place, values(integrals))
             if i != j:
-                parts[:, j, i] = np.bincount(place, integrals.transpose(0, 2, 1).ravel())
+                parts[:, j, i] = np.bincount(place, values(integrals.transpose(0, 2, 1)))
     # d_k v_i C_ikjl d_l u_j
     blocks = np.tensordot(parts, elasticity_MPa(material), axes=((1, 2), (1, 3)))
     rows, columns = np.divmod(pairs, count)
@@ -181,7 +209,28 @@ def stiffness(mesh: BodyMesh, material: Material) -> bsr_matrix:
 def _skfem_mesh(mesh: BodyMesh) -> Any:
     from skfem import MeshHex1
 
-    return MeshHex1(mesh.points.T.copy(), mesh.hexes[:, _TO_SKFEM].T.copy(), sort_t=False)
+    hexes = mesh.hexes if mesh.spacing is None else mesh.spacing.hexes
+    return MeshHex1(mesh.points.T.copy(), hexes[:, _TO_SKFEM].T.copy(), sort_t=False)
+
+
+def _scatter(nodes: Integers, count: int, spacing: Spacing | None) -> tuple[Integers, Callable[[Floats], Floats]]:
+    """Pairs of nodes (p,), as row times `count` plus column, and what integrals (k, 8, 8) of elements add at each."""
+    if spacing is None:
+        return (nodes[:, :, None] * count + nodes[:, None, :]).ravel(), np.ravel
+    ends, parts = np.repeat(np.arange(count)[:, None], 2, axis=1), np.repeat([[1.0, 0.0]], count, axis=0)
+    ends[spacing.between], parts[spacing.between] = spacing.ends, spacing.parts
+    # an element with a corner between two nodes acts on both of them: it has sixteen nodes
+    hangs = (parts[nodes, 0] < 1.0).any(axis=1)
+    own, both = nodes[~hangs], ends[nodes[hangs]].transpose(0, 2, 1).reshape(-1, 16)
+    shares = (parts[nodes[hangs]].transpose(0, 2, 1)[:, None] * np.eye(8)[:, None, :]).reshape(-1, 8, 16)
+    # a node without unknowns keeps its place on the diagonal
+    pairs = [*(one[:, :, None] * count + one[:, None, :] for one in (own, both)), spacing.between * (count + 1)]
+
+    def values(integrals: Floats) -> Floats:
+        shared = shares.transpose(0, 2, 1) @ integrals[hangs] @ shares
+        return np.concatenate([integrals[~hangs].ravel(), shared.ravel(), np.zeros(spacing.between.size)])
+
+    return np.concatenate([one.ravel() for one in pairs]), values
 
 
 # --- Memory that the solution of a body needs, and whether the machine has it.
@@ -474,9 +523,15 @@ class ElasticBody:
 
     def displacements(self, nodes: Integers, forces: Floats, more: Floats | None = None) -> Floats:
         """Displacements (n, 3) in mm under forces (k, 3) in N on `nodes` (k,) and forces `more` (n, 3) on all nodes."""
-        load = np.zeros(3 * len(self.mesh.points)) if more is None else more.reshape(-1).copy()
-        np.add.at(load.reshape(-1, 3), nodes, forces)
-        return self.solve(load).reshape(-1, 3)
+        load = np.zeros((len(self.mesh.points), 3)) if more is None else more.copy()
+        np.add.at(load, nodes, forces)
+        spacing = self.mesh.spacing
+        if spacing is not None and more is not None:
+            np.add.at(load, spacing.ends, spacing.parts[:, :, None] * load[spacing.between, None])
+        u = self.solve(load.ravel()).reshape(-1, 3)
+        if spacing is not None:
+            u[spacing.between] = np.einsum("he,hed->hd", spacing.parts, u[spacing.ends])
+        return u
 
     def close(self) -> None:
         """Release the factor's memory now."""
@@ -502,6 +557,9 @@ def elastic_body(
         return _PardisoFactor(own, ~held) if solver == "pardiso" else amg_solver(own, ~held, part.points)
 
     held = np.zeros((len(mesh.points), 3), dtype=bool)
+    if mesh.spacing is not None:
+        # they have no equations
+        held[mesh.spacing.between] = True
     held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
     if mesh.name == "rail":
         # the rail continues beyond its cut planes: this keeps the head from rolling on its slender web
@@ -528,9 +586,27 @@ def assembled_part(mesh: BodyMesh) -> BodyMesh:
     nodes, axes = _half_of(mesh)
     number = np.full(len(mesh.points), -1)
     number[nodes] = np.arange(nodes.size)
-    hexes = number[mesh.hexes]
+
+    def own(hexes: Integers) -> Integers:
+        found = number[hexes]
+        return found[(found >= 0).all(axis=1)]
+
+    spacing = mesh.spacing
+    if spacing is not None:
+        here = number[spacing.between] >= 0
+        spacing = Spacing(
+            hexes=own(spacing.hexes),
+            between=number[spacing.between[here]],
+            ends=number[spacing.ends[here]],
+            parts=spacing.parts[here],
+        )
     return replace(
-        mesh, points=(mesh.points @ axes)[nodes], hexes=hexes[(hexes >= 0).all(axis=1)], surfaces={}, opposite=None
+        mesh,
+        points=(mesh.points @ axes)[nodes],
+        hexes=own(mesh.hexes),
+        surfaces={},
+        opposite=None,
+        spacing=spacing,
     )
 
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import BodySize
 from fecontact.errors import FoldedMesh, InputError, NotCovered
-from fecontact.fe.body import BodyMesh, check_mesh
+from fecontact.fe.body import BodyMesh, Spacing, check_mesh
 from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, lines_of, mesh_section
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line, Segment
@@ -133,6 +133,11 @@ _OF_WIDTH, _OF_RADIUS = 0.45, 0.35
 _DEPTH_PLACES, _STEEPEST = 200, 0.5
 # Newton steps from this place to the foot of the normal through the node: each step squares the error.
 _STEPS_ALONG = 3
+# Layers below and beside the zone may be so far apart, as a part of the distance from the zone. At 0.2 peak, area and
+# half-widths are within 4e-5 of a mesh with all layers, the approach is within 1e-4, and the compliance reads the same
+# within 0.05 % (S1002 on 60E1, 3, -3, 5 and 6.3 mm at `quick`); `fine` has its peak within 9e-5. At 0.3 the compliance
+# moves by 0.4 %, at 0.4 by 1.6 %. In the root of the flange this saves a quarter of the unknowns and of the time.
+_FAR = 0.2
 # The surface by which each body is held.
 _BASE = {"rail": "fixed", "wheel": "driven"}
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers the rail's zone.
@@ -171,7 +176,7 @@ def rail_mesh(
     count = len(y)
     points = np.column_stack([np.repeat(x + placement.first.x_mm, count), np.tile(y, x.size), np.tile(z, x.size)])
     volume = section.outline_area_mm2 * float(x[-1] - x[0])
-    return _swept("rail", section, points, zone_layers, half=half, volume=volume)
+    return _swept("rail", section, points, x, zone_layers, half=half, volume=volume)
 
 
 def wheel_mesh(
@@ -203,7 +208,7 @@ def wheel_mesh(
     # Pappus, for planes joined by straight lines: sin of the step instead of the step
     moment = _radius_moment(section, pose.rolling_radius_mm)
     volume = moment * float(np.sum(np.sin(np.diff(theta))))
-    return _swept("wheel", section, points, zone_layers, half=half, volume=volume)
+    return _swept("wheel", section, points, x, zone_layers, half=half, volume=volume)
 
 
 def check_on_profiles(placement: Placement, rail: BodyMesh, wheel: BodyMesh) -> None:
@@ -382,6 +387,7 @@ def _swept(
     name: Literal["rail", "wheel"],
     section: Section,
     points: Floats,
+    x: Floats,
     zone_layers: slice,
     *,
     half: bool,
@@ -423,6 +429,41 @@ def _swept(
         half=half,
         volume_mm3=volume,
         opposite=None if half else np.arange(len(points)).reshape(layers, count)[::-1].ravel(),
+        spacing=_spacing(section, x, zone_layers, half=half),
     )
     check_mesh(mesh)
     return mesh
+
+
+def _spacing(section: Section, x: Floats, zone_layers: slice, *, half: bool) -> Spacing:
+    """Where the layers of the zone are further apart than the mesh has them.
+
+    Nodes of the section at 2^n / _FAR steps from the zone's line have unknowns on each 2^n-th layer from the middle.
+    """
+    count, layers = len(section.points), np.arange(x.size)
+    first, last = zone_layers.start, zone_layers.stop - 1
+    middle = first if half else (first + last) // 2
+    from_middle, reach = np.abs(layers - middle), last - middle
+    away, _ = cKDTree(section.points[section.block_nodes[0]]).query(section.points)
+    steps = _FAR * away * reach / (x[last] - x[middle])
+    doubled = np.log2(np.maximum(steps, 1.0)).astype(int)
+    # elements have the layers of their corner that has most of them
+    of_quads = doubled[section.quads].min(axis=1)
+    hexes, between, ends, parts = [], [], [], []
+    for times in range(int(doubled.max()) + 1):
+        own = np.flatnonzero((from_middle % 2**times == 0) | (from_middle >= reach))
+        quads, nodes = section.quads[of_quads == times], np.flatnonzero(doubled == times)
+        hexes += [np.concatenate([quads + a * count, quads + b * count], axis=1) for a, b in pairwise(own)]
+        rest = np.setdiff1d(layers, own)
+        number = np.searchsorted(own, rest)
+        low, high = own[number - 1], own[number]
+        part = np.repeat((x[rest] - x[low]) / (x[high] - x[low]), nodes.size)
+        between.append((nodes + rest[:, None] * count).ravel())
+        ends.append(np.stack([(nodes + end[:, None] * count).ravel() for end in (low, high)], axis=1))
+        parts.append(np.stack([1.0 - part, part], axis=1))
+    return Spacing(
+        hexes=np.concatenate(hexes),
+        between=np.concatenate(between),
+        ends=np.concatenate(ends),
+        parts=np.concatenate(parts),
+    )

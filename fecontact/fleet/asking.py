@@ -29,7 +29,7 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
     from fecontact.fleet.running import open_fleet
     from fecontact.fleet.sampling import cases_of, draw, solve_sample
     from fecontact.jobs.workers import default_workers
-    from fecontact.runs.study import cost_of
+    from fecontact.runs.study import STUDY_FILES_S, cost_of
 
     settings = how.settings()
     if settings.part is not None:
@@ -39,7 +39,8 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
     with logged(folder / "sample" / "run.log"):
         changed = f"; {drawn.dropped} of earlier draws are of another population" * (drawn.dropped > 0)
         announce(f"{count(len(drawn.rows), 'position')}, {drawn.new} of them new{changed}", quiet=how.quiet)
-        if cost := cost_of(cases_of(drawn, case_of), how.workers or min(default_workers(), len(drawn.rows))):
+        cases, workers = cases_of(drawn, case_of), how.workers or min(default_workers(), len(drawn.rows))
+        if cost := cost_of(cases, workers, files=STUDY_FILES_S):
             announce(*cost.words, quiet=how.quiet)
         with many("positions", quiet=how.quiet) as progress:
             outcome = solve_sample(folder, drawn, case_of, settings, progress)

@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from fecontact.case import unusual
-from fecontact.commands.console import many, tell_notes
+from fecontact.commands.console import many, tell_notes, telling_replaced
 from fecontact.commands.options import POSITION, CaseOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
@@ -105,8 +105,9 @@ def irregular(
             progress=progress,
         )
     if out is not None:
-        write_json(out / "irregular.json", record)
-        irregular_figure(record, out / "irregular.png")
+        with telling_replaced(out):
+            write_json(out / "irregular.json", record)
+            irregular_figure(record, out / "irregular.png")
     answer(record, irregular_lines, json=json, written=out)
     solved = record["cells"] if "cells" in record else record["places"]
     return 3 if any(one["problem"] for one in solved) else 0

@@ -15,8 +15,8 @@ from fecontact.contact.halfspace import NODES, contact_on_gap
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.irregularities.models import MODELS, Model, Pair, Place
 from fecontact.irregularity.shapes import Irregularity
-from fecontact.normal.hertz import HertzContact
-from fecontact.solving.alone import normal_force_of
+from fecontact.normal.hertz import HertzContact, hertz_spring_force_N
+from fecontact.solving.alone import HALF_SPACE, normal_force_of, theory_alone
 from fecontact.solving.placing import place_case
 from fecontact.wheel_rail.placement import Placement
 
@@ -318,6 +318,8 @@ class SmoothPair:
         Gap of the bodies, and Hertz under the force along the normal.
     approach_error, peak_error
         Errors of the half-space on its nodes against Hertz on these bodies without an irregularity.
+    on_profiles
+        Errors of Hertz without an irregularity against the half-space on the whole profiles, or why they are not known.
     notes
         What is left out.
     """
@@ -328,6 +330,7 @@ class SmoothPair:
     hertz: HertzContact
     approach_error: float
     peak_error: float
+    on_profiles: ModelErrors | str
     notes: tuple[str, ...] = ()
 
 
@@ -364,5 +367,22 @@ def smooth_pair(case: Case) -> SmoothPair:
         hertz=hertz,
         approach_error=flat.approach_mm / hertz.approach_mm - 1.0,
         peak_error=flat.p_max_MPa / hertz.p0_MPa - 1.0,
+        on_profiles=_on_profiles(case, hertz),
         notes=("the touch point lies at a curvature junction: field side",) if touch.at_junction else (),
+    )
+
+
+def _on_profiles(case: Case, hertz: HertzContact) -> ModelErrors | str:
+    """Errors of Hertz against the half-space on the whole profiles of a smooth case, or why they are not known."""
+    try:
+        found = theory_alone(case, HALF_SPACE)
+    except (InputError, ConvergenceError) as error:
+        return str(error)
+    contact = found.contact
+    if contact is None or not contact.definite:
+        return found.problem or found.status
+    force_N = float(hertz_spring_force_N(hertz.stiffness_N_per_mm15, contact.approach_mm))
+    return ModelErrors(
+        force_error=force_N / contact.normal_force_N - 1.0,
+        peak_error=hertz.p0_MPa / max(one.p_max_MPa for one in contact.patches) - 1.0,
     )

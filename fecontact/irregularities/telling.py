@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.irregularities.judging import PHASES, Cell, JudgedPlace, SmoothPair, largest_amplitude_mm
+from fecontact.irregularities.judging import (
+    PHASES,
+    Cell,
+    JudgedPlace,
+    ModelErrors,
+    SmoothPair,
+    largest_amplitude_mm,
+)
 from fecontact.irregularities.models import MODELS, eq6_limits
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.outputs.records.results import case_inputs, versions
@@ -78,10 +85,18 @@ def _head(smooth: SmoothPair, limit: float) -> Record:
         },
         "models": {name: picked(model, "words cost source range") for name, model in MODELS.items()},
         "half_space": picked(smooth, "approach_error peak_error"),
+        "without_irregularity": _smooth_record(smooth.on_profiles, limit),
         "limit": limit,
         **picked(smooth, "notes"),
         "versions": versions(),
     }
+
+
+def _smooth_record(found: ModelErrors | str, limit: float) -> Record:
+    """Hertz on the whole profiles without an irregularity; None for what is not known, with the reason."""
+    if isinstance(found, str):
+        return {"force_error": None, "peak_error": None, "holds": None, "problem": found}
+    return {**told(found), "holds": found.holds(limit), "problem": None}
 
 
 def _cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
@@ -265,6 +280,7 @@ def irregular_lines(record: Item) -> Lines:
         f" {1e3 * pair['approach_mm']:.2f} um under {1e-3 * pair['normal_force_N']:.2f} kN;"
         f" A {pair['A_per_mm']:.4g}, B {pair['B_per_mm']:.4g} 1/mm"
     )
+    yield _smooth_text(record)
     kind = "cells" if "cells" in record else "places"
     if kind == "cells":
         yield _limits_table(record)
@@ -276,6 +292,20 @@ def irregular_lines(record: Item) -> Lines:
     yield from notes(record["notes"])
     if found := [one["problem"] for one in record[kind] if one["problem"]]:
         yield from notes([f"{len(found)} of {len(record[kind])} {kind} have no solution; the first: {found[0]}"])
+
+
+def _smooth_text(record: Item) -> str:
+    """Whether Hertz, with which all models begin, is right on the whole profiles without the irregularity."""
+    found = record["without_irregularity"]
+    if found["problem"]:
+        return f"whether Hertz's force and peak hold on these profiles without it is not known: {found['problem']}"
+    force, peak = (f"{100 * found[f'{name}_error']:+z.1f} %" for name in ("force", "peak"))
+    return (
+        f"Hertz's force and peak {'hold' if found['holds'] else 'FAIL'} on these profiles without it: {force} and"
+        f" {peak} off the half-space, limit {100 * record['limit']:g} %"
+        + "; each model has this error beside its own"
+        * (not found["holds"])
+    )
 
 
 def _limits_table(record: Item) -> Table:

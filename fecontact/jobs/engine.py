@@ -109,7 +109,11 @@ def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress |
         if settings.part is None:
             remove_unfinished(out)
             remove_leftovers(store)
-        yield OpenRun(crew=crew, settings=settings, progress=progress)
+        try:
+            yield OpenRun(crew=crew, settings=settings, progress=progress)
+        except KeyboardInterrupt as error:
+            error.add_note("what was finished is kept")
+            raise
         if settings.part is None:
             # the tables of the whole run contain the tables of its parts
             for path in out.iterdir():

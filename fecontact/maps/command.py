@@ -50,6 +50,7 @@ def map_(
     from fecontact.maps.running import prepare_for_map, run_map
     from fecontact.maps.telling import map_record
     from fecontact.maps.views import refuse_measure
+    from fecontact.runs.study import MAP_FILES_S
 
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)
@@ -62,7 +63,8 @@ def map_(
         searched = len(positions) if len(loads_N) > 1 else 0
         further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))
         laws = measure == "theory"
-        tell_cost(cells, "cell", len(positions), out / "positions", how, further=further, laws=laws)
+        kept = out / "positions"
+        tell_cost(cells, "cell", len(positions), kept, how, files=MAP_FILES_S, further=further, laws=laws)
         with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress

@@ -236,14 +236,14 @@ def theories_table(record: Item) -> Table:
 
 
 _PEAK = (
-    number("lobe", "number", "{:.0f}"),
-    number("place across\nmm", "y_mm", "{:+z.1f}"),
+    number("peak", "number", "{:.0f}"),
+    number("its s from the\ntouch point mm", "y_mm", "{:+z.1f}"),
     number("peak\nMPa", "p_max_MPa", "{:.0f}"),
     number("of the force\n%", "force_share", "{:.1f}", 1e2),
 )
 _LOBE = (
     text("part", lambda one: "patch" if one["separate"] else "lobe"),
-    number("at rail y\nmm", "rail_y_mm", "{:+z.1f}"),
+    number("centre at\nrail y mm", "rail_y_mm", "{:+z.1f}"),
     number("its force\nkN", "normal_force_N", "{:.2f}", 1e-3),
     number("\n± %", lambda one: one["fe_uncertainty"]["normal_force_N"], "{:.1f}", 1e2, name="± of its force"),
     number("p_max\nFE MPa", lambda one: one["fe"]["p_max_MPa"], "{:.0f}"),
@@ -261,7 +261,7 @@ def lobes_table(record: Item) -> Table:
 
 
 def peaks_table(record: Item) -> Table:
-    """The peaks of a contact, from the gauge side on."""
+    """The peaks of a contact, the highest first."""
     peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
     counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
     return table_of(counts, _PEAK, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])

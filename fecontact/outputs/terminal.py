@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 Lines: TypeAlias = "Iterator[Table | str]"
 """Tables and lines in the order in which they are printed."""
 
-# Width of a table that goes to a file or a pipe.
-_PLAIN_WIDTH = 120
+# Width of a table that goes to a file or a pipe: as wide as it is, so that nothing is left out or broken.
+_PLAIN_WIDTH = 10_000
 
 
 def answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool, **files: Path | None) -> None:
@@ -64,11 +64,12 @@ def notes(texts: Iterable[str]) -> Iterator[str]:
 
 
 def _standard_console() -> Console:
-    """Standard output: as wide as the terminal; without a terminal `_PLAIN_WIDTH` wide and without colours."""
+    """Standard output: as wide as the terminal; elsewhere of any width, and without colours unless they are forced."""
     from rich.console import Console
 
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
+    if sys.stdout.isatty():
+        return Console(highlight=False)
+    return Console(width=_PLAIN_WIDTH, highlight=False)
 
 
 def _say(console: Console, text: str) -> None:
@@ -80,7 +81,7 @@ def _print_table(console: Console, table: Table) -> None:
     """Print the first form of a table that has room, or the last form, and name the columns that are left out."""
     from rich.measure import Measurement
 
-    unbounded = console.options.update(max_width=10_000)
+    unbounded = console.options.update(max_width=_PLAIN_WIDTH)
     for narrower, without in table.narrower():
         shown, left_out = _rendered(console, narrower), without
         if Measurement.get(console, unbounded, shown).maximum - _slack(narrower) <= console.width:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.reading import MM, remedy
+from fecontact.profiles.reading import MM, mirror_remedy, remedy
 from fecontact.profiles.segments import (
     Arc,
     CurvePoints,
@@ -480,10 +480,20 @@ def check_size(y: Floats, z: Floats, *, kind: Kind, what: str, unit: str = "mm")
     )
 
 
-def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: str = "1,-2", unit: str = "mm") -> None:
+def check_shape(
+    y: Floats,
+    z: Floats,
+    *,
+    kind: Kind,
+    what: str,
+    turned_columns: str = "1,-2",
+    unit: str = "mm",
+    turned_over: bool = False,
+) -> None:
     """Check the size of a line (mm, shape (n,)) and the direction of its axes.
 
-    `turned_columns` are the columns of its file with the sign of z turned, `unit` is the one that it was read in.
+    `turned_columns` are the columns of its file with the sign of z turned, `unit` is the one that it was read in, and
+    `turned_over` whether it was mirrored.
 
     Raises
     ------
@@ -511,14 +521,15 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: 
         if dip > _DIP_MM:
             raise InputError(
                 f"{what}: the line dips by {dip:.1f} mm at y = {y[at]:.1f} mm, as the flange of a wheel does; a rail is"
-                " wanted: give the file as the wheel, or cut the line at the sides of the head"
+                " wanted: give the file as the wheel (--wheel, or --kind wheel), or cut the line at the sides of the"
+                " head"
             )
         return
     middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
     if middle.size and float(np.median(middle)) - max(z[0], z[-1]) > _DIP_MM and _deepest_dip(z)[0] < 1.0:
         raise InputError(
             f"{what}: both ends of the line lie more than {_DIP_MM:g} mm below its middle, as on a rail;"
-            " a wheel is wanted: give the file as the rail"
+            " a wheel is wanted: give the file as the rail (--rail, or --kind rail)"
         )
     # the flange back and the rim face reach up far, so they do not count
     steep = np.abs(np.diff(z)) > 4.0 * np.abs(np.diff(y))
@@ -539,7 +550,7 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: 
     if down > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
         raise InputError(
             f"{what}: the flange lies at y = {y[z.argmin()]:.1f} mm, on the field side, but y is positive to the field "
-            "side; flip the sign of y, or " + remedy(kind, "mirror", "yes")
+            "side; flip the sign of y, or " + mirror_remedy(kind, mirrored=turned_over)
         )
 
 

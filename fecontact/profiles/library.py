@@ -11,7 +11,7 @@ import hashlib
 import os
 import re
 import tomllib
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path, PureWindowsPath
 
@@ -65,6 +65,8 @@ def in_folder(name: str, folder: str | Path) -> str:
     return str((exact or found)[0]) if found else name
 
 
+# a fleet makes some hundred thousand cases
+@lru_cache(maxsize=1024)
 def is_known(name: str) -> bool:
     """Whether the library has a profile of this name, in any case of letters."""
     return name.lower() in {known.lower() for known in names()} | _BY_ALIAS.keys()
@@ -207,6 +209,28 @@ def profile_file(spec: str) -> Path | None:
         return None
     # unlike Path.is_file, os.path.isfile never raises
     return Path(spec) if not is_short_form(spec) and not is_known(spec) and os.path.isfile(spec) else None
+
+
+def may_be_file(spec: str) -> bool:
+    """Whether a text is a file that may be there later, or elsewhere: it has an ending, a folder or a hash."""
+    return bool(Path(spec).suffix) or any(sign in spec for sign in "/\\") or file_of_identity(spec) is not None
+
+
+def refuse_unknown(spec: str) -> None:
+    """Refuse what is neither in the library nor a short form, and can be no file.
+
+    Raises
+    ------
+    InputError
+        With near names of the library.
+    """
+    # unlike Path.exists, os.path.exists never raises
+    if may_be_file(spec) or is_short_form(spec) or is_known(spec) or os.path.exists(spec):
+        return
+    try:
+        find(spec)
+    except InputError as error:
+        raise InputError(f"{error} (a file has an ending, or a folder before its name)") from None
 
 
 def profile_identity(spec: str) -> str:

@@ -276,7 +276,14 @@ def checked(given: Points, reading: Reading) -> Points:
     points, cut = _between_widest(points, given.kind)
     # a line that turns back has no shape to speak of
     points, problems, repaired = _without_wrong_ones(points, given, repair=reading.repair)
-    check_shape(*points.T, kind=given.kind, what=name, turned_columns=given.turned_columns, unit=reading.units or "mm")
+    check_shape(
+        *points.T,
+        kind=given.kind,
+        what=name,
+        turned_columns=given.turned_columns,
+        unit=reading.units or "mm",
+        turned_over=reading.mirror,
+    )
     said += [*cut, *repaired, *_check_spacing(points, name)]
     said += [*_assumptions(points, given.kind, reading), *_kinks(points)]
     return replace(given, points=points, notes=tuple(said), problems=problems)

@@ -77,6 +77,11 @@ def remedy(kind: str, key: str, value: str | float) -> str:
     return f"give --{kind}-{key.replace('_', '-')} {said} ({key} = {shown} in [{kind}_file])"
 
 
+def mirror_remedy(kind: str, *, mirrored: bool) -> str:
+    """The option that turns a line over, or the one to leave out where it is turned over already."""
+    return f"leave out --{kind}-mirror (mirror in [{kind}_file])" if mirrored else remedy(kind, "mirror", "yes")
+
+
 # --- Profiles that are told by their radii, such as `circle:300`, and which lines a wheelset on a track may have.
 
 CIRCLE, ARCS, CYLINDER = "circle:", "arcs:", "cylinder:"

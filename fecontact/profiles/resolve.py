@@ -12,7 +12,7 @@ from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, two_arc_rail_head
-from fecontact.profiles.library import GivenProfile, find, is_known, load, names
+from fecontact.profiles.library import GivenProfile, find, is_known, load, may_be_file, names
 from fecontact.profiles.points import Points
 from fecontact.profiles.readers.columns import Source, file_bytes, points_of_columns
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
@@ -134,7 +134,8 @@ def _read_given(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
 def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
     if read.kind != kind:
         raise WrongKindError(
-            f"{spec!r} is a {read.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}"
+            f"{spec!r} is a {read.kind} but a {kind} is wanted; give it as the {read.kind} (--{read.kind}, or --kind"
+            f" {read.kind}), or as the {kind} one of {', '.join(names(kind))}"
         )
 
 
@@ -148,6 +149,6 @@ def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
     # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
     if reader_of(path) is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
         return _read(spec, kind, reading)
-    if path.suffix or len(path.parts) > 1:
+    if may_be_file(spec):
         raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
     return load(find(spec, kind))

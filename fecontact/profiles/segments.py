@@ -592,10 +592,12 @@ def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[F
     chords = [np.hypot(*(q - p).T) for p, q in pairwise(five)]
     s = np.cumsum([np.zeros(len(five[0])), *chords], axis=0)
     at, known = s[place], [k for k in range(5) if k != place]
-    weights = [
-        np.prod([(at - s[m]) / np.where(s[k] == s[m], 1e-12, s[k] - s[m]) for m in known if m != k], axis=0)
-        for k in known
-    ]
+
+    def apart(k: int, m: int) -> Floats:
+        # two points at one place have no distance
+        return np.where(np.abs(s[k] - s[m]) < 1e-12, 1e-12, s[k] - s[m])
+
+    weights = [np.prod([(at - s[m]) / apart(k, m) for m in known if m != k], axis=0) for k in known]
     guess = sum(w[:, None] * five[k] for w, k in zip(weights, known, strict=True))
     along = five[min(place + 1, 4)] - five[max(place - 1, 0)]
     along = along / np.maximum(np.hypot(*along.T), 1e-12)[:, None]

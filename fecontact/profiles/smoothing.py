@@ -27,13 +27,14 @@ from fecontact.profiles.points import (
     Points,
     apart,
     checked,
+    counted,
     is_exact,
     lower_on_field_side_mm,
     profile_of,
     spacing_mm,
     spline_through,
 )
-from fecontact.profiles.reading import Reading, remedy
+from fecontact.profiles.reading import Reading, mirror_remedy
 from fecontact.profiles.segments import (
     Arc,
     Held,
@@ -666,7 +667,7 @@ def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
     return float(field - gauge)
 
 
-def _mirrored(given: Points, close: Sequence[Nearest]) -> list[str]:
+def _mirrored(given: Points, reading: Reading, close: Sequence[Nearest] = ()) -> list[str]:
     """What is to be said of a head that is canted or worn to the field side."""
     if given.kind == "wheel":
         return []
@@ -679,7 +680,7 @@ def _mirrored(given: Points, close: Sequence[Nearest]) -> list[str]:
         found += [f"its field side has lost {lost:.1f} mm more than its gauge side"] * (lost > _LOST_MM)
         return [
             f"{', and '.join(found)}: it may be worn or canted and mirrored;"
-            f" {remedy(given.kind, 'mirror', 'yes')} if it is"
+            f" {mirror_remedy(given.kind, mirrored=reading.mirror)} if it is"
         ]
     return []
 
@@ -695,15 +696,17 @@ def line_through(given: Points, reading: Reading) -> Profile:
     """
     given = checked(given, reading)
     if reading.filter_mm == 0.0 or len(given.points) < 20:
-        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, []))))
+        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, reading))))
     points = apart(given.points, _CLOSE_TO_SPACING * spacing_mm(given.points))
     asked = reading.filter_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
     if not asked and is_exact(points):
-        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, []))))
+        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, reading))))
     named = reading.nominal not in ("auto", "none")
     close = nearest(points, given.kind, (find(reading.nominal, given.kind),) if named else None)
     measured = _smoothed(replace(given, points=points), reading, close)
-    said = [*_mirrored(given, close), _note(measured, reading), *_choices(measured, given.kind)]
+    crowded = len(given.points) - len(points)
+    said = [*_mirrored(given, reading, close), *_left_out(given, measured, crowded)]
+    said += [_note(measured, reading), *_choices(measured, given.kind)]
     return profile_of(given, segments_of(measured), said, measured)
 
 
@@ -772,9 +775,18 @@ def _choices(made: Measured, kind: Kind) -> list[str]:
     return said
 
 
+def _left_out(given: Points, made: Measured, crowded: int) -> list[str]:
+    """How many points tell the line nothing, and why."""
+    beside = len(given.points) - crowded - len(made.points)
+    said = [f"{crowded} that nearly repeat the one before"] * (crowded > 0)
+    said += [f"{beside} beyond the ends of {made.nominal}"] * (beside > 0)
+    return [f"of {counted(len(given.points), 'point')} left out: {', '.join(said)}"] if said else []
+
+
 def _note(made: Measured, reading: Reading) -> str:
-    largest = float(np.hypot(*made.held.values.T).max())
-    of = f"its deviation from {made.nominal} (at most {largest:.2g} mm)" if made.nominal else "the line"
+    # across the line: along it they have only been slid to where they come from
+    largest = float(np.abs((made.held.values * made.held.normals).sum(axis=1)).max())
+    of = f"its deviation from {made.nominal} (at most {largest:.2g} mm across it)" if made.nominal else "the line"
     how = "as given" if reading.filter_mm is not None else "from the scatter of the points"
     if not made.nominal and reading.filter_mm is None and made.filter_mm == PRACTICE_MM[0]:
         how = "the least that is usual"

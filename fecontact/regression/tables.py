@@ -216,10 +216,31 @@ def _find(path: Path) -> Path:
         for name in _TABLE_NAMES:
             if (path / name).is_file():
                 return path / name
+        baselines = [one.with_suffix(".csv") for one in sorted(path.glob("*.json")) if _is_baseline(one)]
+        if len(baselines) > 1:
+            raise InputError(
+                f"results {path}: the folder has {len(baselines)} baselines; give one of them, such as {baselines[0]}"
+            )
+        if baselines:
+            return baselines[0]
         raise InputError(f"results {path}: the folder has none of {', '.join(_TABLE_NAMES)}; {_REMEDY}")
-    if not path.is_file():
+    # a baseline by its name alone, as its study is called
+    named = path.with_name(f"{path.name}.csv")
+    if not path.is_file() and not named.is_file():
         raise InputError(f"results {path}: no such file or folder; {_REMEDY}")
-    return path
+    if not path.is_file():
+        return named
+    return path.with_suffix(".csv") if path.suffix == ".json" and _is_baseline(path) else path
+
+
+def _is_baseline(path: Path) -> bool:
+    """Whether a JSON file says what the baseline in the CSV beside it is."""
+    if not path.with_suffix(".csv").is_file():
+        return False
+    try:
+        return str(_document(path).get("schema")).startswith("fecontact/baseline/")
+    except InputError:
+        return False
 
 
 def _document(path: Path) -> Mapping[str, Any]:

@@ -19,12 +19,15 @@ from fecontact.outputs.documents import judged_rows_parts, write_tables
 from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.tables import VARIED, Part
 from fecontact.outputs.terminal import count
+from fecontact.runs.casefile import kinds
 from fecontact.runs.load import stored_study, unusable
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
 from fecontact.runs.study import report_judged
 
 # A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
 _WORTH_PROCESSES = 100
+# What is in a folder of results that were solved, and not of such that were judged again.
+_SOLVED = ("cases", "positions", RESULT)
 
 
 class Judged(Protocol):
@@ -239,7 +242,11 @@ def _judged_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
 
 
 def check_out(folder: Path, out: Path | None) -> None:
-    """Refuse to write into the folder of the results, or into one below it."""
+    """Refuse to write into the folder of the results or into one below it, and over other results that were solved."""
     if out is not None and out.resolve().is_relative_to(folder.resolve()):
         where = "is" if out.resolve() == folder.resolve() else "lies in"
         raise InputError(f"--out {out} {where} the folder of the results, which stay as they are; give another one")
+    if out is not None and any((out / file).is_file() for file in kinds()):
+        solved = next((name for name in _SOLVED if (out / name).exists()), None)
+        if solved is not None:
+            raise InputError(f"--out {out} holds other results, which were solved ({solved}); give another folder")

@@ -98,11 +98,26 @@ class Cost:
         return (expected, f"{self.available_GB:.1f} GB are available: fewer --workers may be needed")
 
 
-def cost_of(cases: Sequence[Case], workers: int, *, further: tuple[float, float] = (0.0, 0.0)) -> Cost | None:
+# CPU seconds of files, pictures and reports: of each case or cell by its worker, and of all of them at the end. Of
+# S1002 on 60E1 under 100 kN a case alone took 2.7, 2.9 and 3.4 s, studies of 3 and 9 cases 7.3 and 15 s, maps of as
+# many positions, with one load each, 4.0 and 7.6 s.
+CASE_FILES_S, STUDY_FILES_S, MAP_FILES_S = (0.0, 2.8), (1.3, 3.3), (0.6, 2.2)
+# Part of the solution that a further load of a position takes, on meshes that it shares; of a map with its load limits.
+# 2 and 4 loads a position took 0.53 to 0.67 and 0.54 to 0.64 of what they would take one by one.
+_SHARING = 0.5
+
+
+def cost_of(
+    cases: Sequence[Case],
+    workers: int,
+    *,
+    further: tuple[float, float] = (0.0, 0.0),
+    files: tuple[float, float] = (0.0, 0.0),
+) -> Cost | None:
     """What all cases take together, so many at a time; None where none of those that are looked at can be solved.
 
-    The loads of a map are counted as cases: what they save by sharing their meshes its load limits take about again,
-    but for the lines of measured points: `further` has how many loads limits take, about and at most.
+    Loads of a position share meshes. `further` has how many loads the limits of a map take for the lines of measured
+    points, about and at most; `files` the seconds of what is written of each case, and of all at the end.
     """
     import psutil
 
@@ -121,13 +136,17 @@ def cost_of(cases: Sequence[Case], workers: int, *, further: tuple[float, float]
         sum(by * cpu_seconds(unknowns) for by, unknowns in zip(times, of, strict=True)) for of in (first, most)
     )
     lines_seconds = sum(one.lines_seconds for one in seen)
-    each = len(cases) / len(seen) / workers
+    # a position with fewer others than workers is shared out among them
+    alone = max(len({_position(case) for case in cases}), min(workers, len(cases)))
+    solved = (alone + _SHARING * (len(cases) - alone)) / len(seen) / workers
+    on_lines = len(cases) / len(seen) / workers * lines_seconds
     of_limits, of_limits_most = (loads * lines_seconds / len(seen) / workers for loads in further)
+    beside = START_SECONDS + len(cases) * files[0] / workers + files[1]
     return Cost(
         workers=workers,
-        seconds=START_SECONDS + each * (solved_s + lines_seconds) + of_limits,
+        seconds=beside + solved * solved_s + on_lines + of_limits,
         memory_GB=memory_GB(max(first)),
-        most_seconds=START_SECONDS + each * (refined_s + lines_seconds) + of_limits_most,
+        most_seconds=beside + solved * refined_s + on_lines + of_limits_most,
         most_memory_GB=memory_GB(max(finest)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
@@ -207,7 +226,7 @@ def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
     return StudyCheck(
         cases=len(cases),
         varied=tuple(_varied(cases)),
-        cost=None if problems else cost_of(cases, min(default_workers(), len(cases))),
+        cost=None if problems else cost_of(cases, min(default_workers(), len(cases)), files=STUDY_FILES_S),
         positions=len(positions),
         placed=placed,
         problems=problems,
@@ -478,10 +497,7 @@ def _shared(cases: Mapping[str, Case]) -> dict[str, tuple[str, SharedLoads | Non
     """For each case a name of its position, and the loads there that share their meshes; None for one alone."""
     positions: dict[Case, dict[str, float]] = {}
     for name, case in cases.items():
-        # a roll that is found under the load is another position for each
-        with_load = case.roll == "loaded" and case.roll_load_N is None
-        where = case if with_load else replace(case, load_N=_ANY_LOAD_N)
-        positions.setdefault(where, {})[name] = case.load_N
+        positions.setdefault(_position(case), {})[name] = case.load_N
     found: dict[str, tuple[str, SharedLoads | None]] = {}
     for own in positions.values():
         first, loads = next(iter(own)), tuple(sorted(own.values()))
@@ -489,6 +505,12 @@ def _shared(cases: Mapping[str, Case]) -> dict[str, tuple[str, SharedLoads | Non
         # loads that share a mesh come one after the other
         found |= dict.fromkeys(sorted(own, key=own.__getitem__), (first, together))
     return found
+
+
+def _position(case: Case) -> Case:
+    """The same for all loads that share their meshes: a roll that is found under the load is another one for each."""
+    with_load = case.roll == "loaded" and case.roll_load_N is None
+    return case if with_load else replace(case, load_N=_ANY_LOAD_N)
 
 
 def _own_part(settings: RunSettings, positions: Mapping[str, str]) -> list[str]:

@@ -87,7 +87,7 @@ def couple(
     factors = 1 if case.half else 2
     path = choose_solver(
         case.solver,
-        [3 * len(mesh.points) // factors for mesh in (rail, wheel) for _ in range(factors)],
+        [mesh.unknowns // factors for mesh in (rail, wheel) for _ in range(factors)],
         several_loads=several_loads or case.may_yield or len(zone.bands) > 1,
     )
     bodies = []
@@ -367,7 +367,7 @@ class CoupledMesh:
             fe=fe,
             otherwise=otherwise,
             compliance_error=self._problem.compliance_error,
-            degrees_of_freedom={mesh.name: 3 * len(mesh.points) for mesh in meshes},
+            degrees_of_freedom={mesh.name: mesh.unknowns for mesh in meshes},
             elements={mesh.name: len(mesh.hexes) for mesh in meshes},
             slide_mm=position.true_gap.slide_mm,
             force_balance=force_balance,

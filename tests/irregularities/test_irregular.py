@@ -14,11 +14,12 @@ from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.comparison.patch import measure_patch
 from fecontact.curves import steady
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, InputError
 from fecontact.guide.pages import page
 from fecontact.irregularities.command import IrregularOptions
 from fecontact.irregularities.judging import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
 from fecontact.irregularities.models import MODELS, Pair, eq6_limits, filter_of, peak_exponent
+from fecontact.irregularities.telling import irregular_lines
 from fecontact.irregularity.shapes import FORMS, Irregularity, irregularity_text, parse_irregularity
 from fecontact.normal.hertz import hertz_ellipse
 from fecontact.outputs.records.results import input_columns
@@ -245,6 +246,38 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     assert call(list(words)) == 0
     told = capsys.readouterr().out
     assert "Amplitude up to which a model is within 5 %" in told
+
+
+# at 0 mm the patch of S1002 on 60E1 reaches over a junction to a second lobe; two cylinders are Hertz's own bodies
+@pytest.mark.parametrize(("case", "holds"), [(Case(), False), (Case(lateral_shift_mm=-4.0), True), (ELLIPTIC, True)])
+def test_whether_hertz_holds_without_the_irregularity_is_said(case, holds):
+    record = fecontact.irregular(case, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
+    found = record["without_irregularity"]
+    alone, hertz = (fecontact.theory(case, name) for name in ("half_space", "hertz"))
+    off = {
+        "peak_error": hertz["p_max_MPa"] / alone["p_max_MPa"] - 1.0,
+        # a spring of the power 1.5
+        "force_error": (alone["approach_mm"] / hertz["approach_mm"]) ** 1.5
+        * hertz["normal_force_N"]
+        / alone["normal_force_N"]
+        - 1.0,
+    }
+    assert {name: found[name] for name in off} == pytest.approx(off, abs=1e-3)
+    assert (found["holds"], found["problem"]) == (holds, None)
+    _, line, *_ = irregular_lines(record)
+    assert line.startswith(f"Hertz's force and peak {'hold' if holds else 'FAIL'} on these profiles without it: ")
+    assert f"{100 * off['peak_error']:+z.1f} %" in line
+
+
+def test_a_half_space_without_an_answer_leaves_open_whether_hertz_holds(monkeypatch):
+    def failing(*_):
+        raise ConvergenceError("it grows without bound")
+
+    monkeypatch.setattr("fecontact.irregularities.judging.theory_alone", failing)
+    record = fecontact.irregular(ELLIPTIC, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
+    assert record["without_irregularity"]["holds"] is None
+    _, line, *_ = irregular_lines(record)
+    assert line.endswith("without it is not known: it grows without bound")
 
 
 def test_a_measured_line_has_its_worst_places_named(capsys, tmp_path):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.comparison.judging import JudgedLoad
+from fecontact.comparison.judging import JudgedLoad, LobeJudgement
 from fecontact.comparison.ladder import STEPS
 from fecontact.comparison.measures import mean_pressure
 from fecontact.comparison.patch import signed_square
@@ -90,7 +90,7 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
     """Draw a map of `finite elements`, `Hertz`, or `Hertz minus finite elements` over the rail's surface into axes.
 
     The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
-    of the finite elements are numbered, the highest first.
+    of the finite elements are numbered above their centres of pressure, the one with the largest force first.
     """
     is_difference = kind == "Hertz minus finite elements"
     values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.hertz - fields.fe)
@@ -110,7 +110,7 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
         levels = top * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
         ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
     _draw_outlines(ax, fields)
-    _draw_lobes(ax, load, fields)
+    _draw_lobes(ax, load)
     for colour, width in (("black", 3.0), ("white", 1.4)):
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
     # with a given place matplotlib does not look for one in each drawing
@@ -155,15 +155,27 @@ def ellipse_outline(hertz: HertzContact) -> tuple[Floats, Floats]:
     return first * s + second * c, first * c - second * s
 
 
-def _draw_lobes(ax: Axes, load: JudgedLoad, fields: PressureFields) -> None:
-    lobes = load.comparison.patch.lobes
-    if len(lobes) < 2:
-        return
-    for number, lobe in enumerate(lobes, start=1):
-        column = int(np.argmin(np.abs(fields.grid.s_mm - lobe.y_mm)))
-        x = float(fields.grid.x_mm[int(np.argmax(fields.fe[:, column]))])
+def _lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
+    """Lobes of a contact, none of a single one."""
+    return load.lobes if len(load.lobes) > 1 else ()
+
+
+def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
+    for number, lobe in enumerate(_lobes(load), start=1):
+        x, s = lobe.centre_mm
         around = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
-        ax.text(lobe.y_mm, x, str(number), ha="center", va="center", fontsize=8, weight="bold", bbox=around)
+        # above the centre: the touch point may be there
+        ax.annotate(
+            str(number),
+            (s, x),
+            xytext=(0.0, 10.0),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=8,
+            weight="bold",
+            bbox=around,
+        )
 
 
 # --- The picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
@@ -343,11 +355,10 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
         lines.append("all with the curvature of the field side")
     lines += ["", "solid: finite elements, dashed: Hertz, dotted: rail junction"]
     lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
-    lobes = comparison.patch.lobes
-    for number, lobe in enumerate(lobes if len(lobes) > 1 else (), start=1):
-        carries = f"{lobe.p_max_MPa:.0f} MPa, {1e2 * lobe.force_share:.1f} % of the load"
-        lines.append(f"lobe {number} at {lobe.y_mm:+z.1f} mm: {carries}")
-    lines.append(f"lobes {len(lobes)}, patches {comparison.patch.pieces}")
+    for number, lobe in enumerate(_lobes(load), start=1):
+        carries = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
+        lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {carries}")
+    lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.pieces}")
     lines.append(f"status: {load.status}")
     return "\n".join(lines)
 
