@@ -329,3 +329,13 @@ def test_the_gap_on_a_grid_is_evaluated_once_for_each_slide(monkeypatch):
     for other, on in ((true_gap, aside), (slid, grid)):
         assert np.abs(other.on(on) - true_gap.on(grid)).max() > 1e-5
     assert len(asked) == before + 2
+
+
+def test_a_position_under_its_own_load_is_itself():
+    """The largest load of each position of a map was expected twice."""
+    position = position_of(Case(load_N=20e3))
+    assert position.for_load(20e3) is position
+    other = position.for_load(30e3)
+    assert other.case.load_N == 30e3
+    # along the normal there is a little more than the wheel's load
+    assert other.expected.half_space.normal_force_N == pytest.approx(30e3, rel=2e-3)
