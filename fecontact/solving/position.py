@@ -724,12 +724,11 @@ def preview_to_solve(case: Case) -> Preview:
     """As `preview`, of a case that is to be solved: a patch that is far longer than the bodies is refused first."""
     placement = place_case(case)
     _refuse_too_long(case, placement)
-    # what it costs hangs on the length and width of the patch alone
-    return _preview(case, placement, nodes=_NODES_A_LINE, most=_MOST_A_LINE)
+    return _preview(case, placement)
 
 
-def _preview(case: Case, placement: Placement, *, nodes: int | None = None, most: int | None = None) -> Preview:
-    hertz, expected = expect_on_half_space(case, placement, nodes=nodes, most=most)
+def _preview(case: Case, placement: Placement) -> Preview:
+    hertz, expected = expect_on_half_space(case, placement)
     sizes = element_size_mm(case, expected)
     lengths = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
     along_x = round(lengths[0] / sizes[0]) + MARGIN_ELEMENTS
