@@ -307,3 +307,35 @@ def test_a_patch_far_longer_than_the_bodies_is_refused_before_it_is_known_well(m
     with pytest.raises(ZeroDivisionError):
         position_of(Case(load_N=2e7))
     assert seen == [2e7]
+
+
+def test_the_gap_on_a_grid_is_evaluated_once_for_each_slide(monkeypatch):
+    """A contact is solved on one grid again with planes of its patches, and with another idea of what elements add."""
+    asked, gap = [], TrueGap.gap
+
+    def counted(self, x, s):
+        asked.append(np.broadcast(x, s).size)
+        return gap(self, x, s)
+
+    monkeypatch.setattr(TrueGap, "gap", counted)
+    _, expected = expect_on_half_space(Case(lateral_shift_mm=3.0, load_N=20e3))
+    grid, before = expected.half_space.grid, len(asked)
+    true_gap = expected.true_gap
+    assert true_gap.on(grid) is true_gap.on(grid)
+    assert len(asked) == before
+    # nodes elsewhere, or bodies that have slid, have gaps of their own
+    aside = ContactGrid(x_mm=grid.x_mm, s_mm=grid.s_mm + 0.1, half=grid.half)
+    slid = replace(true_gap, slide_mm=0.01)
+    for other, on in ((true_gap, aside), (slid, grid)):
+        assert np.abs(other.on(on) - true_gap.on(grid)).max() > 1e-5
+    assert len(asked) == before + 2
+
+
+def test_a_position_under_its_own_load_is_itself():
+    """The largest load of each position of a map was expected twice."""
+    position = position_of(Case(load_N=20e3))
+    assert position.for_load(20e3) is position
+    other = position.for_load(30e3)
+    assert other.case.load_N == 30e3
+    # along the normal there is a little more than the wheel's load
+    assert other.expected.half_space.normal_force_N == pytest.approx(30e3, rel=2e-3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -238,7 +239,9 @@ def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: P
 
 # --- The finite-element pressure beside the Hertz ellipse, on the same points.
 
-_OVERLAP_REFINEMENT = 8
+# Points to a step of the nodes for the overlap of two patches, at most and at least, and of all of them in between:
+# with 4 in place of 8 it moves by up to 1.4e-4 on 221 thousand nodes, with 2 by 2.5e-4 on 1.3 million.
+_OVERLAP_REFINEMENT, _LEAST_REFINEMENT, _OVERLAP_POINTS = 8, 2, 4e6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -292,7 +295,8 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
 
 def _overlap(pressure: Field, hertz: HertzContact) -> float:
     square = signed_square(pressure.values)[1:-1, 1:-1]
-    count = [(n - 1) * _OVERLAP_REFINEMENT + 1 for n in square.shape]
+    finer = min(_OVERLAP_REFINEMENT, max(_LEAST_REFINEMENT, int(math.sqrt(_OVERLAP_POINTS / square.size))))
+    count = [(n - 1) * finer + 1 for n in square.shape]
     fine = zoom(square, [c / n for c, n in zip(count, square.shape, strict=True)], order=1, grid_mode=False)
     inside = fine > 0.0
     lines = (pressure.grid.x_mm, pressure.grid.s_mm)

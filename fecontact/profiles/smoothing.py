@@ -56,6 +56,11 @@ from fecontact.profiles.segments import (
 _MOST_STEPS = 20
 # Points that lie off by more than so many times the usual are worn and count less (Huber 1964).
 _HUBER = 2.0
+# How far off points may be that still count beside wear, at first and at last (in parts of their noise), and how it
+# falls; and within how much of their noise nearly all unworn ones lie.
+_FIRST_REACH_MM, _REACH, _REACH_FALLS, _WITHIN = 0.3, 1.5, 0.8, 3.0
+# Lines of the library are drawings, and no surface is made to less.
+_LEAST_NOISE_MM = 0.001
 # No rail is inclined by more.
 _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
@@ -133,19 +138,42 @@ def register(
         feet = foot_points(line, moved, near=feet, steps=_FIRST_FOOT_STEPS)
         scale = _usual(feet.off_mm[feet.inside])
         weight = np.where(feet.inside, np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
-        # moving the points by -shift and turning them by -turn, to first order about where they are
-        lever = moved[:, 0] * feet.normals[:, 1] - moved[:, 1] * feet.normals[:, 0]
-        matrix = np.sqrt(weight)[:, None] * np.column_stack((feet.normals, lever))
-        step = np.linalg.lstsq(matrix, np.sqrt(weight) * feet.off_mm, rcond=1e-6)[0]
-        step[2] = np.clip(step[2], -0.05, 0.05)
-        step[:2] = np.clip(step[:2], -3.0, 3.0)
-        turn = float(np.clip(found.turn_rad + step[2], -_LARGEST_TURN_RAD, _LARGEST_TURN_RAD))
-        added = found.turned(step[None, :2])[0]
-        found = Registration(turn_rad=turn, shift=(found.shift[0] + added[0], found.shift[1] + added[1]))
-        if np.abs(step).max() < 1e-7:
+        found, step = _moved_by(found, moved, feet, weight)
+        if step < 1e-7:
             break
     feet = foot_points(line, found.to_reference(points))
     return found, _usual(feet.off_mm[feet.inside]) if np.count_nonzero(feet.inside) > 0.8 * len(points) else math.inf
+
+
+def _moved_by(found: Registration, moved: Floats, feet: FootPoints, weight: Floats) -> tuple[Registration, float]:
+    """One Gauss-Newton step from a registration by which points are moved onto a line, and how far it goes."""
+    # moving the points by -shift and turning them by -turn, to first order about where they are
+    lever = moved[:, 0] * feet.normals[:, 1] - moved[:, 1] * feet.normals[:, 0]
+    matrix = np.sqrt(weight)[:, None] * np.column_stack((feet.normals, lever))
+    step = np.linalg.lstsq(matrix, np.sqrt(weight) * feet.off_mm, rcond=1e-6)[0]
+    step[2] = np.clip(step[2], -0.05, 0.05)
+    step[:2] = np.clip(step[:2], -3.0, 3.0)
+    turn = float(np.clip(found.turn_rad + step[2], -_LARGEST_TURN_RAD, _LARGEST_TURN_RAD))
+    added = found.turned(step[None, :2])[0]
+    further = Registration(turn_rad=turn, shift=(found.shift[0] + added[0], found.shift[1] + added[1]))
+    return further, float(np.abs(step).max())
+
+
+def _beside_wear(line: Profile, points: Floats, begin: Registration, noise_mm: float) -> tuple[FootPoints, float]:
+    """Points (n, 2) over a line that lies on those beside their wear, and the part of them that it does lie on.
+
+    Wear that is deep and wide pulls a line off the rest, however little it counts. Here what is off by more than the
+    noise ends up not counting at all (Geman and McClure 1987), from some tenths of a millimetre down.
+    """
+    found, feet, reach = begin, None, _FIRST_REACH_MM
+    while reach > _REACH * noise_mm:
+        moved = found.to_reference(points)
+        feet = foot_points(line, moved, near=feet, steps=_FIRST_FOOT_STEPS)
+        weight = np.where(feet.inside, 1.0 / (1.0 + (feet.off_mm / reach) ** 2) ** 2, 0.0)
+        found, _ = _moved_by(found, moved, feet, weight)
+        reach *= _REACH_FALLS
+    feet = foot_points(line, found.to_reference(points))
+    return feet, float(np.mean(feet.inside & (np.abs(feet.off_mm) < _WITHIN * noise_mm)))
 
 
 def _usual(off: Floats) -> float:
@@ -552,6 +580,9 @@ _FARTHEST_MM = 2.0
 _MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
 # Nor is one that most points are off: where all that runs is worn, another profile of the same kind fits as well.
 _MOST_WORN_ALL_OVER_MM = 0.5
+# A profile that so many of the points lie on is theirs, and none that fewer lie on by more than the other part: under
+# 3 mm of wear the next one is as near to all of them, and what is off it as smooth.
+_UNWORN_PART, _FEWER = 0.65, 0.1
 # A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
 # or has lost so much more there is mirrored, unless it has lost as much more on its gauge side. A new one canted by
 # 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
@@ -575,6 +606,8 @@ class Nearest:
         How far the points lie off it, usually (as a standard deviation) and at most.
     at_y_mm
         Where that is the most.
+    unworn
+        The part of the points that lie on it beside their wear.
     lost_on_field_side_mm
         How much more of its field side than of its gauge side they have lost; None where one of them is not measured.
     """
@@ -584,6 +617,7 @@ class Nearest:
     usual_mm: float
     farthest_mm: float
     at_y_mm: float
+    unworn: float
     lost_on_field_side_mm: float | None
 
 
@@ -593,12 +627,16 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
     known = names(kind) if among is None else among
     first = {name: register(load(name), few, steps=_FIRST_STEPS) for name in known}
     known = tuple(name for name in known if len(known) <= _MOST_CLOSE or first[name][1] < 2.0 * _FARTHEST_MM)
-    found = []
-    for name in sorted(known, key=lambda one: first[one][1])[:_MOST_CLOSE]:
+    found, noise = [], max(noise_of(points), _LEAST_NOISE_MM)
+    close = sorted(known, key=lambda one: first[one][1])
+    # deep wear pulls a profile far off its points, and others nearer
+    part = {one: _beside_wear(load(one), few, first[one][0], noise)[1] for one in close[_MOST_CLOSE:]}
+    for name in [*close[:_MOST_CLOSE], *(one for one in part if part[one] > _UNWORN_PART)]:
         registration, usual = register(load(name), points, begin=first[name][0])
         if usual > _FARTHEST_MM:
             continue
         feet = foot_points(load(name), registration.to_reference(points))
+        beside, unworn = _beside_wear(load(name), points, registration, noise)
         off = np.where(feet.inside, np.abs(feet.off_mm), 0.0)
         at = int(np.argmax(off))
         found.append(
@@ -608,9 +646,13 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
                 usual_mm=usual,
                 farthest_mm=float(off[at]),
                 at_y_mm=float(points[at, 0]),
-                lost_on_field_side_mm=_lost_on_field_side_mm(feet),
+                unworn=unworn,
+                lost_on_field_side_mm=_lost_on_field_side_mm(beside if unworn > _UNWORN_PART else feet),
             )
         )
+    most = max((one.unworn for one in found), default=0.0)
+    if most > _UNWORN_PART:
+        found = [one for one in found if one.unworn > most - _FEWER]
     return sorted(found, key=lambda one: one.usual_mm)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -263,6 +263,8 @@ class TrueGap:
     contact_modulus_MPa: float
     direction: Floats
     slide_mm: float = 0.0
+    # of the last two grids: a contact is solved on one more than once, with other planes or another opening
+    _last: list[tuple[ContactGrid, Floats]] = field(default_factory=list, init=False, repr=False)
 
     @property
     def closing(self) -> float:
@@ -291,19 +293,22 @@ class TrueGap:
 
     def on(self, grid: ContactGrid) -> Floats:
         """The gap (nx, ns) in mm on a grid of nodes, undeformed."""
-        return np.asarray(self.gap(grid.x_mm[:, None], grid.s_mm[None, :]))
+        known = next((gap for own, gap in self._last if own is grid), None)
+        if known is None:
+            known = np.asarray(self.gap(grid.x_mm[:, None], grid.s_mm[None, :]))
+            self._last[:] = [*self._last[-1:], (grid, known)]
+        return known
 
     def solve(
         self,
         grid: ContactGrid,
         load_N: float,
         *,
-        gap_mm: Floats | None = None,
         added: Field | None = None,
         start: Field | None = None,
         angle_rad: Floats | None = None,
     ) -> Rung:
-        """Contact on a grid of nodes, on which `gap_mm` is the gap if it is known already.
+        """Contact on a grid of nodes.
 
         Pressures open a half-space in one plane, or along normals of these angles (ns,). `added` is what finite bodies
         open more than a half-space, on nodes of its own. It is smooth: a cubic spline carries it to the nodes, and
@@ -311,7 +316,7 @@ class TrueGap:
         this contact on nodes of its own.
         """
         _, normals = self.placement.surface(0.0, grid.s_mm)
-        gap = self.on(grid) if gap_mm is None else gap_mm
+        gap = self.on(grid)
         if added is not None:
             gap = gap + carried(added, grid.x_mm, grid.s_mm)
         problem = half_space_problem(
@@ -585,9 +590,8 @@ def _solve(
     angle_rad: Floats | None = None,
 ) -> Rung:
     """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found."""
-    gap = true_gap.on(grid)
-    rung = true_gap.solve(grid, load_N, gap_mm=gap, start=start, angle_rad=angle_rad)
-    check_ends(true_gap.placement, rung, gap)
+    rung = true_gap.solve(grid, load_N, start=start, angle_rad=angle_rad)
+    check_ends(true_gap.placement, rung, true_gap.on(grid))
     if rung.status != "converged":
         raise ConvergenceError(
             f"the contact on a half-space of {grid.shape[0]} by {grid.shape[1]} nodes did not converge (residual"

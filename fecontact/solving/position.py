@@ -173,7 +173,9 @@ class Position:
     several_loads: bool = False
 
     def for_load(self, load_N: float) -> Position:
-        """The position under another load, with the meshes that it asks for."""
+        """The position under a load, with the meshes that it asks for."""
+        if load_N == self.case.load_N:
+            return self
         return _expecting(replace(self.case, load_N=load_N), self.placement, self.clock)
 
     def widest_element_mm(self, low_mm: float, high_mm: float) -> float:
