@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -280,6 +281,24 @@ def test_section_area_of_a_rail_with_its_outline():
     area = float(np.abs(width).sum()) * depth / levels.size
     # 0.5 % is what the head's outline may lose at its fillets; the contact sees 1e-3 of the head's compliance there
     assert made("crown")[2]["rail"].volume_mm3 / 60.0 == pytest.approx(area, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("half_length_mm", "wide_mm", "block_mm"), [(2.0, 20.0, 10.0), (7.0, 20.0, 14.0), (20.0, 20.0, 20.0)]
+)
+def test_the_block_below_a_short_zone_is_as_deep_as_half_of_its_width_asks_for(half_length_mm, wide_mm, block_mm):
+    """Else the elements below are too stiff far from a pressure; the length decides from half of the width on."""
+    zone = FineZone(
+        half_length_mm=half_length_mm,
+        s_low_mm=-0.4 * wide_mm,
+        s_high_mm=0.6 * wide_mm,
+        step_x_mm=0.5,
+        step_s_mm=1.0,
+        semi_axis_mm=8.0,
+    )
+    assert zone.block_widths_mm == pytest.approx([block_mm])
+    band = Stretch(low_mm=zone.s_low_mm, high_mm=zone.s_high_mm, intervals=20)
+    assert replace(zone, bands=(band,)).block_widths_mm == pytest.approx([min(2.0 * half_length_mm, wide_mm)])
 
 
 @pytest.mark.parametrize("key", ["crown", "gauge side"])
