@@ -24,7 +24,16 @@ from fecontact.fe.body import (
     surface_normals,
 )
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
-from fecontact.fe.section import Stretch, Zone, _all_convex, _on_segment, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import (
+    Stretch,
+    Zone,
+    _all_convex,
+    _graded,
+    _on_segment,
+    layer_depths,
+    mesh_section,
+    polygon_area,
+)
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -391,6 +400,21 @@ def test_layer_depths(first, total, ratio):
     assert np.all(steps > 0.0)
     assert steps[0] <= first * 1.0000001
     np.testing.assert_allclose(steps[1:] / steps[:-1], (steps[1:] / steps[:-1])[0], rtol=1e-9)
+
+
+def test_nodes_along_a_polyline_have_its_corners_and_steps_that_grow_from_its_ends():
+    trace = np.array([[0.0, 0.0], [12.0, 16.0], [18.0, 16.0], [18.0, 46.0]])
+    nodes = _graded(trace, (0.5, 2.0))
+    np.testing.assert_allclose(nodes[[0, -1]], trace[[0, -1]], atol=1e-12)
+    corners = [int(np.argmin(np.hypot(*(nodes - corner).T))) for corner in trace[1:3]]
+    np.testing.assert_allclose(nodes[corners], trace[1:3], atol=1e-12)
+    assert [count % 2 for count in np.diff([0, *corners, len(nodes) - 1])] == [0, 0, 0]
+    steps = np.hypot(*np.diff(nodes, axis=0).T)
+    # they grow from either end on, each by the same part
+    for grown in (steps[1:4] / steps[:3], steps[-4:-1] / steps[-3:]):
+        assert 1.2 < grown[0] < 1.5
+        np.testing.assert_allclose(grown, grown[0], rtol=5e-3)
+    assert steps[[0, -1]] == pytest.approx((0.5, 2.0), rel=0.3)
 
 
 def test_full_model_of_a_yawed_pair():
