@@ -260,7 +260,7 @@ def test_the_step_is_known_as_well_as_it_says(loaded):
 
 
 def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
-    """Meshes or, where these agree by chance, elements of the patch; half as many load steps; the elements' own nodes."""
+    """Meshes, or where these agree by chance elements of the patch; half of the load steps; the elements' own nodes."""
 
     def level(by, fewer=None):
         yielded = SimpleNamespace(fe=by, fewer_steps=fewer)
