@@ -280,9 +280,11 @@ def test_a_theory_out_of_its_range_says_so(name, gap, words):
     assert any(words in note for note in found.notes)
 
 
+@pytest.mark.parametrize(("low", "high"), [(-3.0, 3.0), (-1.0, 20.0), (-20.0, 1.0)])
 @pytest.mark.parametrize("name", ALL)
-def test_a_line_that_is_too_short_is_no_contact_in_silence(name):
-    found = ALL[name][0](line_of(junction, -3.0, 3.0, 300), 80e3)
+def test_a_line_that_is_too_short_is_no_contact_in_silence(name, low, high):
+    """At either end, and at both."""
+    found = ALL[name][0](line_of(junction, low, high, round(50.0 * (high - low))), 80e3)
     assert found.status != "solved"
     assert any("end of the line" in note for note in found.notes)
 

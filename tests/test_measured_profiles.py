@@ -21,7 +21,7 @@ from fecontact.outputs.profiles import nearest_text, profile_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.segments import Polynomial, least_bending, noise_of, smoothed_by
+from fecontact.profiles.segments import Polynomial, least_bending, missed_by_neighbours, noise_of, smoothed_by
 from fecontact.profiles.smoothing import (
     FootPoints,
     Registration,
@@ -446,3 +446,17 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
         InputError, match="the line of noisy goes through its points as they are: give --rail-filter-mm or"
     ):
         hertz_of_case(case, placed)
+
+
+@pytest.mark.parametrize("place", [0, 2, 4])
+def test_a_cubic_misses_no_neighbour_and_four_points_have_none_to_miss(place):
+    x = np.array([0.0, 1.0, 1.8, 3.0, 4.1, 5.0, 6.2])
+    points = np.column_stack([x, 1e-9 * x**3])
+    points[3, 1] += 0.01
+    for count in (4, 5, 7):
+        missed, weight = missed_by_neighbours(points[:count], place)
+        assert missed.size == weight.size == count - 4
+    # the point that lies aside is in the middle of the second five
+    missed, weight = missed_by_neighbours(points, 2)
+    assert missed[1] == pytest.approx(0.01, rel=1e-3)
+    assert np.all(weight > 1.0)

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,7 +24,16 @@ from fecontact.fe.body import (
     surface_normals,
 )
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
-from fecontact.fe.section import Stretch, Zone, _all_convex, _on_segment, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import (
+    Stretch,
+    Zone,
+    _all_convex,
+    _graded,
+    _on_segment,
+    layer_depths,
+    mesh_section,
+    polygon_area,
+)
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -282,6 +292,24 @@ def test_section_area_of_a_rail_with_its_outline():
     assert made("crown")[2]["rail"].volume_mm3 / 60.0 == pytest.approx(area, rel=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("half_length_mm", "wide_mm", "block_mm"), [(2.0, 20.0, 10.0), (7.0, 20.0, 14.0), (20.0, 20.0, 20.0)]
+)
+def test_the_block_below_a_short_zone_is_as_deep_as_half_of_its_width_asks_for(half_length_mm, wide_mm, block_mm):
+    """Else the elements below are too stiff far from a pressure; the length decides from half of the width on."""
+    zone = FineZone(
+        half_length_mm=half_length_mm,
+        s_low_mm=-0.4 * wide_mm,
+        s_high_mm=0.6 * wide_mm,
+        step_x_mm=0.5,
+        step_s_mm=1.0,
+        semi_axis_mm=8.0,
+    )
+    assert zone.block_widths_mm == pytest.approx([block_mm])
+    band = Stretch(low_mm=zone.s_low_mm, high_mm=zone.s_high_mm, intervals=20)
+    assert replace(zone, bands=(band,)).block_widths_mm == pytest.approx([min(2.0 * half_length_mm, wide_mm)])
+
+
 @pytest.mark.parametrize("key", ["crown", "gauge side"])
 def test_the_memory_that_is_asked_for_first_is_a_lower_bound(key):
     """Of 8 kB a node: on these small zones 7 % of all nodes lie in the two blocks that it counts."""
@@ -372,6 +400,21 @@ def test_layer_depths(first, total, ratio):
     assert np.all(steps > 0.0)
     assert steps[0] <= first * 1.0000001
     np.testing.assert_allclose(steps[1:] / steps[:-1], (steps[1:] / steps[:-1])[0], rtol=1e-9)
+
+
+def test_nodes_along_a_polyline_have_its_corners_and_steps_that_grow_from_its_ends():
+    trace = np.array([[0.0, 0.0], [12.0, 16.0], [18.0, 16.0], [18.0, 46.0]])
+    nodes = _graded(trace, (0.5, 2.0))
+    np.testing.assert_allclose(nodes[[0, -1]], trace[[0, -1]], atol=1e-12)
+    corners = [int(np.argmin(np.hypot(*(nodes - corner).T))) for corner in trace[1:3]]
+    np.testing.assert_allclose(nodes[corners], trace[1:3], atol=1e-12)
+    assert [count % 2 for count in np.diff([0, *corners, len(nodes) - 1])] == [0, 0, 0]
+    steps = np.hypot(*np.diff(nodes, axis=0).T)
+    # they grow from either end on, each by the same part
+    for grown in (steps[1:4] / steps[:3], steps[-4:-1] / steps[-3:]):
+        assert 1.2 < grown[0] < 1.5
+        np.testing.assert_allclose(grown, grown[0], rtol=5e-3)
+    assert steps[[0, -1]] == pytest.approx((0.5, 2.0), rel=0.3)
 
 
 def test_full_model_of_a_yawed_pair():

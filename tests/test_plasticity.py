@@ -8,6 +8,7 @@ import pytest
 
 from fecontact import Case, solve
 from fecontact.bodies import STEEL, Material
+from fecontact.comparison import verdict
 from fecontact.comparison.measures import measures_of
 from fecontact.comparison.solved_load import YieldedBody
 from fecontact.criteria import Criteria
@@ -256,6 +257,24 @@ def test_the_step_is_known_as_well_as_it_says(loaded):
     low, high = load.plastic.band["p_max_MPa"]
     # d ln p / d ln Y is 0.72 there; told by 4 elements per semi-axis
     assert np.log((1 + high) / (1 + low)) / np.log(1.15 / 0.85) == pytest.approx(0.72, abs=0.2)
+
+
+def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
+    """Meshes, or where these agree by chance elements of the patch; half of the load steps; the elements' own nodes."""
+
+    def level(by, fewer=None):
+        yielded = SimpleNamespace(fe=by, fewer_steps=fewer)
+        return SimpleNamespace(yielded=yielded)
+
+    monkeypatch.setattr(verdict, "_step", lambda level, rung, theory: {"p_max_MPa": rung, "area_mm2": -rung})
+    monkeypatch.setattr(verdict, "_on_elements", lambda level: {"p_max_MPa": -0.203})
+    monkeypatch.setattr(verdict, "_elements_a_semi_axis", lambda level: 8.0)
+    # 1.6 of the step over the elements squared is 0.005 here
+    found = verdict._step_uncertainty([level(-0.2), level(-0.206, -0.2064)], None)
+    assert found == pytest.approx({"p_max_MPa": 0.006 + 0.5 * 0.0004 + 0.003 + 1e-4, "area_mm2": 0.0063})
+    alike = verdict._step_uncertainty([level(-0.2), level(-0.2001)], None)
+    assert alike == pytest.approx({"p_max_MPa": 0.005 + 0.003 + 1e-4, "area_mm2": 0.0051})
+    assert all(np.isnan(value) for value in verdict._step_uncertainty([level(-0.2)], None).values())
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """The rolling half-space against closed forms, Kalker's table and CONTACT."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ from no_slip import no_slip_coefficients
 from scipy.integrate import dblquad
 
 from fecontact.bodies import RollingPair
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.rolling import forces
 from fecontact.rolling.fastsim import fastsim
 from fecontact.rolling.laws import Creepages, CurvedCreepages, RollingEllipse, kalker_coefficients
 from fecontact.rolling.steady import (
@@ -254,3 +256,12 @@ def test_what_did_not_converge_says_so():
     solution = steady_rolling(cells, Creepages(xi=1e-3), LONG, iterations=1)
     assert solution.status == "not converged"
     assert solution.friction.residual > 1e-6
+
+
+def test_a_force_that_did_not_converge_is_told_with_the_creepages_of_the_touch_point(monkeypatch):
+    motion = SimpleNamespace(at=lambda x, y: Creepages(xi=1e-3 + x, eta=2e-3 + y, spin_per_mm=4e-4))
+    lost = SimpleNamespace(status="not converged", friction=SimpleNamespace(residual=3e-4))
+    monkeypatch.setattr(forces, "steady_rolling", lambda cells, creepages, ellipse: lost)
+    patch = SimpleNamespace(cells=None, ellipse=LONG)
+    with pytest.raises(ConvergenceError, match=r"at xi 0.001, eta 0.002, spin 0.0004 1/mm \(residual 3.0e-04\)"):
+        forces.creep_force("rolling_half_space", patch, motion)

@@ -572,7 +572,6 @@ def test_12_others_are_contacts_and_half_spaces_find_them():
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_12_elements_of_a_short_and_wide_zone_have_the_compliance_of_their_material():
     """0.32 times as long as wide: blocks as deep as they are long read -3.5 and -2.3 %."""
     study = module("12_uncertainty")
@@ -584,6 +583,7 @@ def test_12_elements_of_a_short_and_wide_zone_have_the_compliance_of_their_mater
         assert abs(compliance_error) < (0.018 if zone.wider == 1.0 else 0.008)
 
 
+@pytest.mark.slow
 def test_12_others_have_valleys_and_centres_of_all_sizes():
     study = module("12_uncertainty")
     cases = study.other_cases(True)

@@ -324,6 +324,9 @@ class Measures:
     more of the 84 real positions of studies/12_uncertainty.py on which it was chosen are inside what is stated.
     """
 
+    # on the half-space, where nothing else errs, the peak is read within 0.00007 (225 exact ellipses, and 126 real
+    # positions against 64 nodes). What is stated beyond that belongs to the meshes: of real positions 81 of 84 are
+    # inside with the sum of floor and `meshes`
     p_max_MPa: float = _measure(
         lambda patch, rung: patch.p_max_MPa,
         lambda theory: max(one.p_max_MPa for one in theory.patches),

@@ -78,6 +78,26 @@ def test_the_half_space_has_the_approach_and_the_peak_of_finer_nodes(line, s, ap
     assert found.residual < 2e-5
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        sine(50.0, 0.010),
+        Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.4),
+        Irregularity(kind="chord", length_mm=40.0, depth_mm=0.4),
+        table(lambda s: 2e-4 * s**2),
+    ],
+    ids=lambda line: line.kind,
+)
+def test_largest_slope_and_height_are_those_of_the_openings(line):
+    """What is left in the gap and in no mesh is stated by the slope."""
+    s = np.linspace(-60.0, 60.0, 120_001)
+    opening = line.opening_mm(s)
+    # of a table it is the slope between points 1 mm apart, and its end is steepest
+    limit = 0.01 if line.kind == "table" else 1e-4
+    assert line.largest_slope == pytest.approx(np.abs(np.diff(opening)).max() / (s[1] - s[0]), rel=limit)
+    assert line.height_mm == pytest.approx(np.ptp(opening), rel=1e-5)
+
+
 def test_models_on_a_wave_of_50_mm_are_those_of_the_independent_program():
     place = judge_place(PAIR, FORCE, sine(50.0, 0.010), 0.0)
     approaches = {"eq6": 0.114119, "path": 0.114119, "filtered": 0.112823, "local": 0.112719, "fitted": 0.112781}
