@@ -14,7 +14,7 @@ from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
 from fecontact.errors import InputError
 from fecontact.inputs import parse_inclination
-from fecontact.normal.gap_line import GapLine, StripContact, _around, under_load
+from fecontact.normal.gap_line import GapLine, StripContact, _around, gap_line, under_load
 from fecontact.normal.hertz import ellipse_shape, hertz_ellipse
 from fecontact.normal.strip_method import Line, Load, Search, Strips, _runs, influence, solve_strips
 from fecontact.normal.strips import (
@@ -363,6 +363,24 @@ def test_a_load_far_beyond_that_of_hertz_is_found_or_told_to_be_carried_by_none(
 def solved(line: GapLine, force: float, search: Search | None = None, start: Strips | None = None) -> Strips:
     flat = Line(t=line.t_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.ones_like(line.t_mm))
     return solve_strips(flat, Load(force=force), search or Search(), start=start)
+
+
+def test_a_gap_line_has_fifty_places_a_millimetre_and_the_gap_that_a_running_wheel_may_close():
+    # the chord of its curvature, 0.1 mm, is five of its steps
+    line = gap_line(
+        place_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)), contact_modulus_MPa=MODULUS
+    )
+    np.testing.assert_allclose(np.diff(line.t_mm), 0.02)
+    # 1 mm, up to the last place before it
+    assert 1.0 - (line.f_mm[-1] - line.f_mm[-2]) < line.f_mm[-1] < 1.0
+
+
+def test_fewer_than_twenty_strips_are_refused():
+    line, hertz = parabola(1.0)
+    # 100 are good to 0.1 %
+    assert strip(line, hertz.normal_force_N, strips=20).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.02)
+    with pytest.raises(InputError, match="number of strips is 19; allowed: 20 and more"):
+        strip(line, hertz.normal_force_N, strips=19)
 
 
 def test_influence_is_the_integral_over_a_strip():

@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.contact.grid import ContactGrid, Field, misfit
 from fecontact.contact.halfspace import _box, half_space_below, half_space_problem, love_influence, stiffness_below
-from fecontact.contact.solver import ContactProblem, ContactSolution, mixture, solve_contact
+from fecontact.contact.solver import ContactProblem, ContactSolution, _cleared, mixture, solve_contact
 from fecontact.normal.hertz import HertzContact, hertz_ellipse
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
@@ -597,3 +597,14 @@ def test_directions_stay_conjugate_at_a_prescribed_approach():
     given = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-8)
     assert (loaded.status, given.status) == ("converged", "converged")
     assert given.iterations <= 1.5 * loaded.iterations
+
+
+def test_a_guess_keeps_pressure_and_loses_what_interpolation_rounds():
+    # a billionth of the peak is more than rounding leaves beside a contact, and less than any pressure in it
+    np.testing.assert_array_equal(_cleared(np.array([-3.0, 0.9e-6, 1.1e-6, 1e3])), [0.0, 0.0, 1.1e-6, 1e3])
+
+
+def test_what_solvers_leave_is_far_below_any_error_of_a_mesh():
+    found, exact = solve_contact(rough_problem(), LOAD), solve_contact(rough_problem(), LOAD, tolerance=1e-12)
+    assert max(found.contact_residual, found.penetration_residual) <= 1e-7
+    assert np.abs(found.pressure_MPa - exact.pressure_MPa).max() < 1e-5 * exact.pressure_MPa.max()

@@ -52,6 +52,21 @@ def test_multigrid_is_taken_where_the_factors_do_not_fit(available):
 
 
 @needs_pardiso
+def test_a_fifth_of_the_memory_is_left_for_the_matrix_and_its_assembly(available):
+    needed = factor_bytes(300_000)
+    for part, path in ((0.79, "pardiso"), (0.81, "amg")):
+        available(needed / part)
+        assert choose_solver("auto", [300_000]) == path
+
+
+def test_a_factor_is_expected_as_large_as_the_largest_one_that_pardiso_counts():
+    # bodies of 12 to 66 thousand unknowns: 146 to 179 n^(4/3) bytes and 0.2 kB an unknown
+    for unknowns in (12_000, 66_000):
+        least = 179.0 * unknowns ** (4.0 / 3.0) + 200.0 * unknowns
+        assert least < factor_bytes(unknowns) < 1.02 * least
+
+
+@needs_pardiso
 def test_multigrid_is_taken_for_one_load_on_many_unknowns(available):
     available(1e12)
     # measured: 100 thousand unknowns take 3.6 s by factors and 6.8 s without, 188 thousand 11.6 and 12.4 s

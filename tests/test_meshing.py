@@ -23,7 +23,7 @@ from fecontact.fe.body import (
     shape_gradients,
     surface_normals,
 )
-from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import FineZone, _sweep_positions, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.fe.section import (
     Stretch,
     Zone,
@@ -576,3 +576,17 @@ def test_jacobians_at_the_corners_are_those_of_the_shape_functions():
     wanted = [8.0 * np.linalg.det(points.T @ shape_gradients(*corner)) for corner in CORNER_SIGNS]
     assert np.ptp(wanted) > 0.3
     assert found == pytest.approx(wanted, rel=1e-13)
+
+
+@pytest.mark.parametrize("end_mm", [30.0, 60.0, 100.0])
+def test_elements_of_the_sweep_grow_to_three_tenths_of_its_length_at_most(end_mm):
+    # at most 2.2 times the one before: few elements far away, where the solution is smooth
+    x, zone = _sweep_positions(SMALL, end_mm, True, 0, "the length")
+    steps = np.diff(x)
+    assert x[-1] == pytest.approx(end_mm)
+    np.testing.assert_allclose(steps[: zone.stop - 1], SMALL.step_x_mm)
+    growth = steps[zone.stop - 1 :] / steps[zone.stop - 2 : -1]
+    assert growth.max() < 2.2 + 1e-9
+    # all are shortened alike until the last one ends at the cut plane, so the second and third tell the ratio
+    assert growth[1] == pytest.approx(2.2)
+    assert steps.max() <= 0.3 * end_mm

@@ -125,6 +125,14 @@ def test_bands_that_come_together_are_one_grid():
     assert near.s_mm[-1] == pytest.approx(5.8)
 
 
+@pytest.mark.parametrize(("apart", "bands"), [(3.9, 1), (4.1, 2)])
+def test_bands_lie_four_of_both_their_steps_apart(apart, bands):
+    # nearer ones leave no room for cells that grow on both sides, by 1.4 a cell
+    first = 0.1 * np.arange(20)
+    grid = in_bands(along(True), [first, first[-1] + 0.3 * apart + 0.2 * np.arange(20)], half=True)
+    assert (1 if grid.widths_mm is None else 2) == bands
+
+
 def ellipsoids(grid, patches):
     """Pressure (nx, ns) of patches (middle, a, b, peak), in the mean over the nodes' cells."""
     x, pressure = grid.x_mm[:, None], np.zeros(grid.shape)
