@@ -12,14 +12,13 @@ study, and `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; 
 `--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, reading and smoothing of a
 measured pair, and, but for `--quick`, whole commands.
 
-Found (one thread, PARDISO): 38, 61, 93 and 165 thousand unknowns take 1.1, 2.1, 4.0 and 11.1 CPU s and 0.37, 0.57, 0.86
-and 1.6 GB; peak -0.03, +0.13, +0.19, +0.23 %, area -1.7, -0.9, -0.4, -0.2 %. The peak stays at +0.23 %, because
+Found (one thread, PARDISO): 33, 52, 73 and 127 thousand unknowns take 1.1, 1.9, 2.9 and 6.5 CPU s and 0.32, 0.47, 0.63
+and 1.1 GB; peak -0.03, +0.12, +0.24, +0.25 %, area -1.7, -0.9, -0.5, -0.2 %. The peak stays at +0.25 %, because
 elements that are much finer than the far mesh are 0.5 % too stiff; the finer nodes have +0.06 to +0.11 %. Factorisation
-takes 83 % of the last one. Multigrid needs 2.0 to 1.1 times as long and 0.7 to 0.4 times the memory; 738 thousand
-unknowns take 69 s and 2.3 GB. A further load takes 0.03, 0.1, 0.2 and 0.4 s on 31, 69, 100 and 188 thousand unknowns by
-factors, 0.5, 1.7, 2.8 and 5.7 s by multigrid. Time grows as n^1.6 (PARDISO) and n^1.15. On two processes the nine
-positions of `make study` take 22 s, maps of 13 and 25 by 7 cells 1 min 35 s and 3 min 20 s; with first meshes of 6 and
-4 elements the latter took 8 min 42 s, with the same 175 verdicts.
+takes 73 % of the last one. Multigrid needs 2.0 to 1.6 times as long and 0.8 to 0.5 times the memory; 496 thousand
+unknowns take 50 s and 1.6 GB. A further load takes a twentieth of the first one by factors. Time grows as n^1.3
+(PARDISO) and n^1.16. On two processes the nine positions of `make study` take 22 s, maps of 13 and 25 by 7 cells 1 min
+35 s and 3 min 20 s.
 """
 
 import argparse
@@ -84,7 +83,7 @@ def measure(case: Case) -> dict[str, Any]:
     for pressure in pressures:
         bodies.compliance(pressure)
     linear = (time.process_time() - start) / 3.0
-    dof = 3 * (len(bodies.rail.mesh.points) + len(bodies.wheel.mesh.points))
+    dof = bodies.rail.mesh.unknowns + bodies.wheel.mesh.unknowns
     steps = position.clock.seconds
     return {
         "solver": bodies.rail.solver,
@@ -126,7 +125,8 @@ def assembly(case: Case) -> dict[str, float]:
     from fecontact.fe.body import _skfem_mesh, stiffness
     from fecontact.solving.position import mesh_case
 
-    mesh = mesh_case(case, "rail")
+    # all layers have unknowns: the vector form knows no others
+    mesh = replace(mesh_case(case, "rail"), spacing=None)
     start = time.process_time()
     ours = stiffness(mesh, STEEL)
     middle = time.process_time()
@@ -140,8 +140,12 @@ def assembly(case: Case) -> dict[str, float]:
 def files(case: Case) -> dict[str, float]:
     """CPU seconds of a solution, of all files of a case, and of its picture alone, once what they need is loaded."""
     from fecontact.outputs.figures.case import case_figure
-    from fecontact.runs.store import keep_case
-    from fecontact.solving.solve import solve
+    from fecontact.runs.store import Told, keep_solved, keep_told
+    from fecontact.solving.solve import CaseResult, solve
+
+    def keep_case(result: CaseResult, folder: Path) -> None:
+        keep_solved(result, case, folder)
+        keep_told(result, Told.of(result), folder)
 
     start = time.process_time()
     result = solve(case)

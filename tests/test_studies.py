@@ -609,3 +609,11 @@ def test_12_others_between_finite_elements():
     }
     # of the 60 of the study 3.4 % are; of these six the area of one, 2.7 % off where 2.0 % is stated
     assert outside == {("a/b 0.49, centre -0.35 b, valley 0.00", "area_mm2")}
+
+
+@pytest.mark.slow
+def test_the_benchmark_measures_assembly_and_files():
+    """Its own checks hold: both assemblies are the same, and all files are written."""
+    study = module("benchmark")
+    case = study.cases(True)[0]
+    assert all(seconds > 0.0 for seconds in (study.assembly(case) | study.files(case)).values())
