@@ -12,13 +12,11 @@ study, and `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; 
 `--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, reading and smoothing of a
 measured pair, and, but for `--quick`, whole commands.
 
-Found (one thread, PARDISO): 33, 52, 73 and 127 thousand unknowns take 1.1, 1.9, 2.9 and 6.5 CPU s and 0.32, 0.47, 0.63
-and 1.1 GB; peak -0.03, +0.12, +0.24, +0.25 %, area -1.7, -0.9, -0.5, -0.2 %. The peak stays at +0.25 %, because
-elements that are much finer than the far mesh are 0.5 % too stiff; the finer nodes have +0.06 to +0.11 %. Factorisation
-takes 73 % of the last one. Multigrid needs 2.0 to 1.6 times as long and 0.8 to 0.5 times the memory; 496 thousand
-unknowns take 50 s and 1.6 GB. A further load takes a twentieth of the first one by factors. Time grows as n^1.3
-(PARDISO) and n^1.16. On two processes the nine positions of `make study` take 22 s, maps of 13 and 25 by 7 cells 1 min
-35 s and 3 min 20 s.
+Found (one thread, PARDISO): 33, 52, 78 and 140 thousand unknowns take 1.1, 2.1, 3.4 and 7.5 CPU s and 0.32, 0.47, 0.69
+and 1.2 GB; peak -0.03, +0.12, +0.23, +0.23 %, area -1.7, -0.9, -0.5, -0.2 %. The peak stays at +0.23 %, because
+elements that are much finer than the far mesh are too stiff; the finer nodes are nearer. Factorisation takes 74 % of
+the last one. Multigrid needs 1.9 to 1.5 times as long and 0.8 to 0.5 times the memory. A further load takes a twentieth
+of the first one by factors. Time grows as n^1.3 (PARDISO) and n^1.2.
 """
 
 import argparse
@@ -252,9 +250,11 @@ def beside(quick: bool) -> str:
             # one after the other, twice, so that both have the same machine; the least of each
             runs = [(_geometry(tree, files), _geometry(here, files)) for _ in range(2)]
             rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
-            for root in (tree, here):
+            commands = () if quick else COMMANDS
+            for root in (tree, here) if commands else ():
+                # compiles what the commands import
                 _child(root, COMMANDS[1])
-            whole = {command: (_child(tree, _old(command)), _child(here, command)) for command in COMMANDS if not quick}
+            whole = {command: (_child(tree, _old(command)), _child(here, command)) for command in commands}
         finally:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
     lines = [f"{'CPU ms':56} {BEFORE:>9} {'now':>9} {'ratio':>6}"]
