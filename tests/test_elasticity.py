@@ -60,9 +60,9 @@ def test_a_fifth_of_the_memory_is_left_for_the_matrix_and_its_assembly(available
 
 
 def test_a_factor_is_expected_as_large_as_the_largest_one_that_pardiso_counts():
-    # bodies of 12 to 66 thousand unknowns: 146 to 179 n^(4/3) bytes and 0.2 kB an unknown
-    for unknowns in (12_000, 66_000):
-        least = 179.0 * unknowns ** (4.0 / 3.0) + 200.0 * unknowns
+    # bodies of 11 to 158 thousand unknowns: 71 to 85 n^(4/3) bytes and 206 to 242 bytes an unknown
+    for unknowns in (11_000, 158_000):
+        least = 85.4 * unknowns ** (4.0 / 3.0) + 241.0 * unknowns
         assert least < factor_bytes(unknowns) < 1.02 * least
 
 
@@ -89,10 +89,10 @@ def test_without_mkl_multigrid_is_taken(monkeypatch):
 def test_estimated_factor_against_the_one_that_is_made(body):
     mesh = mesh_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick"), body)
     made = elastic_body(mesh, STEEL, "pardiso")
-    permanent, factor = (made.solve._pardiso.get_iparm(k) for k in (16, 17))
+    permanent, factor = (made.solve._nearly._pardiso.get_iparm(k) for k in (16, 17))
     made.close()
-    # nested dissection depends on the body's shape: 146 to 179 n^(4/3) measured for the factor
-    assert factor_bytes(mesh.unknowns) == pytest.approx(1024.0 * (permanent + factor), rel=0.25)
+    # nested dissection depends on the body's shape: 71 to 85 n^(4/3) measured for the factor
+    assert factor_bytes(mesh.unknowns) == pytest.approx(1024.0 * (permanent + factor), rel=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +152,7 @@ def test_layers_further_apart_do_not_change_how_the_contact_gives_way(body):
 
 @pytest.fixture
 def iterations(monkeypatch):
-    """Numbers of iterations of all solutions by multigrid."""
+    """Numbers of iterations of all solutions."""
     counts: list[int] = []
     solve = elasticity.cg
 
@@ -177,27 +177,29 @@ def loads_on(mesh, number):
 def test_both_solver_paths_give_the_same_displacements(small, iterations):
     direct, multigrid = (elastic_body(small, STEEL, name) for name in ("pardiso", "amg"))
     nodes, (one, two, three) = loads_on(small, 3)
-    # the last but one is made of those before, and is known before the first iteration
+    # the last but one is made of those before, and is known to about the tolerance before the first iteration
     for forces in (one, two, 2.0 * one - 0.5 * two, three):
         exact, found = direct.displacements(nodes, forces), multigrid.displacements(nodes, forces)
-        # residuals of 1e-10, conditioning of the softest displacement modes on top
+        # residuals of 1e-9, conditioning of the softest displacement modes on top
         assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
-    assert iterations[2] <= 1
-    assert min(iterations[k] for k in (0, 1, 3)) > 10
+    for counts, least, most in ((iterations[::2], 2, 2), (iterations[1::2], 10, 30)):
+        assert counts[2] <= 2
+        assert all(least <= counts[k] <= most for k in (0, 1, 3))
     direct.close()
 
 
 @pytest.mark.parametrize("solver", [pytest.param("pardiso", marks=needs_pardiso), "amg"])
 @pytest.mark.parametrize("body", ["rail", "wheel"])
-def test_both_halves_of_a_whole_body_are_the_body(body, solver):
+def test_both_halves_of_a_whole_body_are_the_body(body, solver, monkeypatch):
+    # down to rounding, so that nothing else can hide behind the tolerance
+    monkeypatch.setattr(elasticity, "LINEAR_TOLERANCE", 1e-14)
     whole = mesh_case(Case(lateral_shift_mm=3.0, yaw_rad=0.02, resolution=(2.5, 2.5)), body)
     nodes, (forces,) = loads_on(whole, 1)
     # on the middle plane, within and on the far planes, too
     everywhere = np.random.default_rng(4).normal(size=whole.points.shape)
     of_halves, as_one = (elastic_body(mesh, STEEL, solver) for mesh in (whole, replace(whole, opposite=None)))
     found, exact = (made.displacements(nodes, forces, everywhere) for made in (of_halves, as_one))
-    # rounding of a factor; residuals of multigrid as in the test of both paths
-    assert np.abs(found - exact).max() < (1e-12 if solver == "pardiso" else 1e-8) * np.abs(exact).max()
+    assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()
     assert len(assembled_part(whole).hexes) == len(whole.hexes) / 2
     for made in (of_halves, as_one):
         made.close()

@@ -315,7 +315,8 @@ def solve_by_correction(
         inner = replace(cheap, gap_mm=problem.gap_mm + opening - model(p))
         q = solve_contact(inner, load_N, start_MPa=p, tolerance=max(1e-3 * residual, 0.1 * tolerance)).pressure_MPa
         solved, changes = [*solved, q][-_DEPTH - 1 :], [*changes, (q - p) * weight][-_DEPTH - 1 :]
-        mixed = np.maximum(mixture(solved, changes), 0.0)
+        # what the mixture leaves outside of the last contact would be a gap under pressure
+        mixed = np.where(q > 0.0, np.maximum(mixture(solved, changes), 0.0), 0.0)
         p = mixed if len(solved) == 1 else mixed * (load_N / problem.load_N(mixed))
     rest = solve_contact(problem, load_N, start_MPa=best_p, tolerance=tolerance)
     return replace(rest, compliance_calls=rest.compliance_calls + _MOST_CORRECTIONS)

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix
-from scipy.sparse.linalg import cg
+from scipy.sparse.linalg import LinearOperator, cg
 
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Material
@@ -236,9 +236,9 @@ def _scatter(nodes: Integers, count: int, spacing: Spacing | None) -> tuple[Inte
 # --- Memory that the solution of a body needs, and whether the machine has it.
 
 # Bytes of a Cholesky factor of n degrees of freedom, and bytes a degree of freedom of its analysis. PARDISO itself
-# counts 146 to 179 n^(4/3) (the growth of nested dissection in space) and 0.2 kB on bodies of 12 to 66 thousand.
-_FACTOR_BYTES = 180.0
-_ANALYSIS_BYTES = 220.0
+# counts 71 to 85 n^(4/3) (the growth of nested dissection in space) and 206 to 242 on bodies of 11 to 158 thousand.
+_FACTOR_BYTES = 86.0
+_ANALYSIS_BYTES = 242.0
 # Part of the available memory for factors: the matrix, its assembly and the other body need the rest.
 USABLE_MEMORY = 0.8
 
@@ -266,14 +266,14 @@ def check_memory(needed_bytes: float, what: str) -> None:
         )
 
 
-# --- Linear systems of a body: Cholesky factors by MKL PARDISO, or conjugate gradients with algebraic multigrid.
+# --- Linear systems of a body: conjugate gradients with a Cholesky factor by MKL PARDISO, or with algebraic multigrid.
 
 SolverName = Literal["pardiso", "amg"]
 LinearSolver = Callable[[Floats], Floats]
 _MKL_PATH = "PYPARDISO_MKL_RT"
 # Far below the contact solver's tolerance, so that the contact residuals do not contain this error.
-AMG_TOLERANCE = 1e-10
-_AMG_ITERATIONS = 400
+LINEAR_TOLERANCE = 1e-9
+_MOST_ITERATIONS = {"pardiso": 20, "amg": 400}
 # Unknowns of both bodies above which multigrid is cheaper for a single load. CPU seconds of one core (AMD EPYC,
 # virtual, 2026; cylinder R 460 on R 300) for the first load, by factors and by multigrid: 0.7 and 1.5 with 31 thousand
 # unknowns, 2.1 and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188, where they grow with n^1.8 and n^1. A
@@ -342,42 +342,47 @@ def choose_solver(
 def _pardiso() -> Any:
     solver = _pypardiso().PyPardisoSolver(mtype=2)
     os.environ.setdefault(_MKL_PATH, solver.libmkl._name)
-    # nested dissection, somewhat slower at that and faster after it, and no refinement of the solution: it takes 2.6
-    # times as long, and Cholesky's errors are of rounding size without it
+    # nested dissection, somewhat slower at that and faster after it
     solver.iparm[0], solver.iparm[1] = 1, 32
+    # single precision
+    solver.iparm[27] = 1
     # 3 x 3 blocks: their graph is ordered in a third of the time
     solver.iparm[36] = 3
     return solver
 
 
 class _PardisoFactor:
-    """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle of blocks)."""
+    """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle of blocks), in single precision.
 
-    def __init__(self, matrix: bsr_matrix, moves: NDArray[np.bool_]) -> None:
-        self._moves, count = moves, moves.shape[0]
+    It takes two thirds of the time and half of the memory of one in double precision. Its solutions are right to some
+    1e-6, so that one or two steps of conjugate gradients are enough.
+    """
+
+    def __init__(self, matrix: bsr_matrix) -> None:
         rows = _block_rows(matrix)
+        count = matrix.indptr.size - 1
         upper = matrix.indices >= rows
         # what pypardiso hands over, which knows no blocks; PARDISO reads each of them by columns
         self._upper: Any = SimpleNamespace(
             shape=(count, count),
-            data=np.ascontiguousarray(matrix.data[upper].transpose(0, 2, 1)),
+            data=matrix.data[upper].transpose(0, 2, 1).astype(np.float32, order="C"),
             indices=matrix.indices[upper],
             indptr=np.searchsorted(rows[upper], np.arange(count + 1)),
         )
         self._pardiso = _pardiso()
-        self._run(11)
+        nothing = np.zeros(matrix.shape[0])
+        self._run(11, nothing)
         # the analysis gives the memory in KB: the peak while ordering, or the factor and its work space
         peak, permanent, factor = (self._pardiso.get_iparm(k) for k in (15, 16, 17))
-        check_memory(1024.0 * max(peak, permanent + factor), f"the factor of {moves.size} degrees of freedom")
-        self._run(22)
-        self._pardiso.set_phase(33)
+        check_memory(1024.0 * max(peak, permanent + factor), f"the factor of {matrix.shape[0]} degrees of freedom")
+        self._run(22, nothing)
 
-    def _run(self, phase: int) -> None:
+    def _run(self, phase: int, forces: Floats) -> Floats:
         self._pardiso.set_phase(phase)
-        self._pardiso._call_pardiso(self._upper, np.zeros(self._moves.size))
+        return np.asarray(self._pardiso._call_pardiso(self._upper, forces.astype(np.float32)), dtype=float)
 
     def __call__(self, forces: Floats) -> Floats:
-        return np.asarray(self._pardiso._call_pardiso(self._upper, forces * self._moves.ravel()))
+        return self._run(33, forces)
 
     def release(self) -> None:
         if self._upper is not None:
@@ -406,8 +411,8 @@ def _decoupled(matrix: bsr_matrix, moves: NDArray[np.bool_]) -> bsr_matrix:
     return bsr_matrix((data, columns, matrix.indptr), shape=matrix.shape)
 
 
-def amg_solver(matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats) -> LinearSolver:
-    """Conjugate gradients with smoothed aggregation."""
+def _multigrid(matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats) -> LinearSolver:
+    """One cycle of smoothed aggregation."""
     import pyamg
 
     strengths, aggregates = _near_neighbours(matrix, points)
@@ -421,7 +426,8 @@ def amg_solver(matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats) -> 
         postsmoother=("block_gauss_seidel", {"sweep": "backward"}),
         improve_candidates=None,
     )
-    return _MultigridSolver(matrix, moves.ravel(), hierarchy.aspreconditioner())
+    cycle: LinearSolver = hierarchy.aspreconditioner().matvec
+    return cycle
 
 
 def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], list[Any]]:
@@ -452,32 +458,42 @@ def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], lis
     return strengths, aggregates
 
 
-class _MultigridSolver:
+class ConjugateGradients:
     """Preconditioned conjugate gradients, started from the best combination of the last solutions."""
 
-    def __init__(self, matrix: bsr_matrix, moves: NDArray[np.bool_], preconditioner: Any) -> None:
-        self._matrix, self._moves, self._preconditioner = matrix, moves, preconditioner
+    def __init__(
+        self, matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats, solver: SolverName
+    ) -> None:
+        self._matrix, self._moves, self._solver = matrix, moves.ravel(), solver
+        self._nearly = _PardisoFactor(matrix) if solver == "pardiso" else _multigrid(matrix, moves, points)
         self._solved: deque[tuple[Floats, Floats]] = deque(maxlen=_REMEMBERED)
 
-    def __call__(self, forces: Floats) -> Floats:
-        load = forces * self._moves
+    def __call__(self, forces: Floats, whole_N: float = 0.0) -> Floats:
+        """Displacements (3n,) in mm under forces (3n,) in N; they may be a small part of a load of this size."""
+        load, most = forces * self._moves, _MOST_ITERATIONS[self._solver]
         u, info = cg(
             self._matrix,
             load,
             x0=self._first_guess(load),
-            rtol=AMG_TOLERANCE,
-            maxiter=_AMG_ITERATIONS,
-            M=self._preconditioner,
+            rtol=LINEAR_TOLERANCE,
+            atol=LINEAR_TOLERANCE * whole_N,
+            maxiter=most,
+            M=LinearOperator(self._matrix.shape, self._nearly, dtype=float),
         )
         if info != 0:
             norm = float(np.linalg.norm(load))
             residual = float(np.linalg.norm(load - self._matrix @ u))
+            other = "amg" if self._solver == "pardiso" else "pardiso"
             raise ConvergenceError(
-                f"multigrid: residual {residual / norm:.1e} after {_AMG_ITERATIONS} iterations"
-                f" (wanted {AMG_TOLERANCE:g}); use the pardiso solver or a coarser resolution"
+                f"solver {self._solver}: residual {residual / norm:.1e} after {most} iterations"
+                f" (wanted {LINEAR_TOLERANCE:g}); use the {other} solver or a coarser resolution"
             )
         self._solved.append((load, u))
         return np.asarray(u)
+
+    def release(self) -> None:
+        """Release the memory of a factor now."""
+        getattr(self._nearly, "release", lambda: None)()
 
     def _first_guess(self, load: Floats) -> Floats | None:
         """Combination of earlier solutions whose error has the least elastic energy."""
@@ -552,9 +568,8 @@ def elastic_body(
     if matrix is None:
         matrix = stiffness(part, material)
 
-    def held_at(held: NDArray[np.bool_]) -> LinearSolver:
-        own = _decoupled(matrix, ~held)
-        return _PardisoFactor(own, ~held) if solver == "pardiso" else amg_solver(own, ~held, part.points)
+    def held_at(held: NDArray[np.bool_]) -> ConjugateGradients:
+        return ConjugateGradients(_decoupled(matrix, ~held), ~held, part.points, solver)
 
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     if mesh.spacing is not None:
@@ -623,7 +638,7 @@ class _BothHalves:
     """Solver of a body that is its own mirror image; it is held alike on both sides (n, 3), and so is each half."""
 
     def __init__(
-        self, mesh: BodyMesh, held: NDArray[np.bool_], held_at: Callable[[NDArray[np.bool_]], LinearSolver]
+        self, mesh: BodyMesh, held: NDArray[np.bool_], held_at: Callable[[NDArray[np.bool_]], ConjugateGradients]
     ) -> None:
         assert mesh.opposite is not None
         self._nodes, self._axes = _half_of(mesh)
@@ -638,8 +653,10 @@ class _BothHalves:
     def __call__(self, forces: Floats) -> Floats:
         f = forces.reshape(-1, 3) @ self._axes
         here, there = f[self._nodes], f[self._opposite] * _MIRRORED
+        # where one of them is small, so may be its precision
+        whole_N = float(np.linalg.norm(self._share * f[self._nodes]))
         even, odd = (
-            solve((self._share * own).ravel()).reshape(-1, 3)
+            solve((self._share * own).ravel(), whole_N).reshape(-1, 3)
             for solve, own in zip(self._halves, (here + there, here - there), strict=True)
         )
         u = np.empty_like(f)
@@ -649,4 +666,4 @@ class _BothHalves:
 
     def release(self) -> None:
         for solve in self._halves:
-            getattr(solve, "release", lambda: None)()
+            solve.release()

@@ -240,8 +240,8 @@ def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes:
 # Above this contact angle a vertical load drives the bodies along each other by more than half of what it closes them:
 # a gap whose points only come nearer then moves the patch by tenths of its width, and loses some of the load.
 _STEEP_RAD = math.radians(30.0)
-# Some 1e-5 of the pressure: a tenth of what the nodes leave open.
-_TOLERANCE = 1e-6
+# Some 1e-5 of the pressure: a tenth of what the nodes leave open. Enough for the next grid and the next slide is less.
+_TOLERANCE, _ROUGHLY = 1e-6, 1e-4
 # Steps across at which surfaces beside the contact are looked at.
 _STEP_MM = 0.25
 
@@ -307,6 +307,7 @@ class TrueGap:
         added: Field | None = None,
         start: Field | None = None,
         angle_rad: Floats | None = None,
+        tolerance: float = _TOLERANCE,
     ) -> Rung:
         """Contact on a grid of nodes.
 
@@ -327,7 +328,7 @@ class TrueGap:
             angle_rad=angle_rad,
         )
         first = None if start is None else carried(start, grid.x_mm, grid.s_mm, degree=1).ravel()
-        solution = solve_contact(problem, load_N, start_MPa=first, tolerance=_TOLERANCE)
+        solution = solve_contact(problem, load_N, start_MPa=first, tolerance=tolerance)
         upright = np.tile(normals @ self.placement.first.normal, grid.shape[0])
         return Rung.of(grid, solution, approach_mm=solution.approach_mm * self.closing, upright=upright)
 
@@ -497,9 +498,10 @@ def expected_patch(
     if gap.is_steep:
         gap = gap.after(rung.approach_mm)
         rung = _on_coarse(gap, load_N, half=half, guess_mm=guess_mm)
-    for share in _FITS_AFTER_SLIDES if gap.is_steep else _FITS:
+    *fits, last = _FITS_AFTER_SLIDES if gap.is_steep else _FITS
+    for share, tolerance in (*((fit, _ROUGHLY) for fit in fits), (last, _TOLERANCE)):
         gap = gap.after(rung.approach_mm) if gap.is_steep else gap
-        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most)
+        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most, tolerance=tolerance)
     if gap.overlaps_between(rung):
         rung = _solve(gap, rung.even().grid, load_N, start=rung.pressure)
     expected = _patch_of(gap, rung)
@@ -554,7 +556,7 @@ def _on_coarse(true_gap: TrueGap, load_N: float, *, half: bool, guess_mm: float)
     reach = guess_mm
     for _ in range(12):
         grid = _coarse_grid(true_gap, reach, half=half)
-        rung = _solve(true_gap, grid, load_N)
+        rung = _solve(true_gap, grid, load_N, tolerance=_ROUGHLY)
         approach = rung.approach_mm / true_gap.closing
         if approach < reach:
             return rung
@@ -571,14 +573,17 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
     return ContactGrid(x_mm=x, s_mm=s, half=half)
 
 
-def _on_fitted(true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int, most: int | None) -> Rung:
+def _on_fitted(
+    true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int, most: int | None, tolerance: float
+) -> Rung:
     """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off."""
-    fitted = _solve(true_gap, _fitted_grid(rung, nodes, most=most), load_N, start=rung.pressure)
+    fitted = _solve(true_gap, _fitted_grid(rung, nodes, most=most), load_N, start=rung.pressure, tolerance=tolerance)
     p = fitted.pressure_MPa
     ends = (p[:, 0], p[:, -1], p[-1], p[0] if not fitted.grid.half else np.zeros(1))
     if not any(end.any() for end in ends):
         return fitted
-    return _solve(true_gap, _fitted_grid(rung, nodes, rung.grid.steps_mm, most=most), load_N, start=rung.pressure)
+    wider = _fitted_grid(rung, nodes, rung.grid.steps_mm, most=most)
+    return _solve(true_gap, wider, load_N, start=rung.pressure, tolerance=tolerance)
 
 
 def _solve(
@@ -588,9 +593,10 @@ def _solve(
     *,
     start: Field | None = None,
     angle_rad: Floats | None = None,
+    tolerance: float = _TOLERANCE,
 ) -> Rung:
     """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found."""
-    rung = true_gap.solve(grid, load_N, start=start, angle_rad=angle_rad)
+    rung = true_gap.solve(grid, load_N, start=start, angle_rad=angle_rad, tolerance=tolerance)
     check_ends(true_gap.placement, rung, true_gap.on(grid))
     if rung.status != "converged":
         raise ConvergenceError(

@@ -721,14 +721,17 @@ def preview(case: Case) -> Preview:
 
 
 def preview_to_solve(case: Case) -> Preview:
-    """As `preview`, of a case that is to be solved: a patch that is far longer than the bodies is refused first."""
+    """As `preview`, of a case that is to be solved: a patch that is far longer than the bodies is refused first.
+
+    The patch is that of few nodes, as the cost is told to a factor of two.
+    """
     placement = place_case(case)
     _refuse_too_long(case, placement)
-    return _preview(case, placement)
+    return _preview(case, placement, nodes=_ROUGH_NODES)
 
 
-def _preview(case: Case, placement: Placement) -> Preview:
-    hertz, expected = expect_on_half_space(case, placement)
+def _preview(case: Case, placement: Placement, *, nodes: int | None = None) -> Preview:
+    hertz, expected = expect_on_half_space(case, placement, nodes=nodes)
     sizes = element_size_mm(case, expected)
     lengths = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
     along_x = round(lengths[0] / sizes[0]) + MARGIN_ELEMENTS

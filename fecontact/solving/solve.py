@@ -351,14 +351,11 @@ def _elastic(case: Case) -> Case:
 
 
 def _placed(case: Case, planned_N: Sequence[float]) -> Position:
-    """The position of a case, under the largest planned load for which it can be set up."""
-    try:
-        return position_of(case)
-    except (InputError, ConvergenceError):
-        for load_N in sorted(set(planned_N) - {case.load_N}, reverse=True):
-            with suppress(InputError, ConvergenceError):
-                return position_of(replace(case, load_N=load_N))
-        raise
+    """The position under its largest planned load for which it can be set up, or else under its own load."""
+    for load_N in sorted(set(planned_N), reverse=True):
+        with suppress(InputError, ConvergenceError):
+            return position_of(replace(case, load_N=load_N))
+    return position_of(case)
 
 
 def _finer(planned: Position, meshed: Position) -> float:
