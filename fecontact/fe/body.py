@@ -458,12 +458,10 @@ def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], lis
     return strengths, aggregates
 
 
-class ConjugateGradients:
+class _ConjugateGradients:
     """Preconditioned conjugate gradients, started from the best combination of the last solutions."""
 
-    def __init__(
-        self, matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats, solver: SolverName
-    ) -> None:
+    def __init__(self, matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats, solver: SolverName) -> None:
         self._matrix, self._moves, self._solver = matrix, moves.ravel(), solver
         self._nearly = _PardisoFactor(matrix) if solver == "pardiso" else _multigrid(matrix, moves, points)
         self._solved: deque[tuple[Floats, Floats]] = deque(maxlen=_REMEMBERED)
@@ -568,8 +566,8 @@ def elastic_body(
     if matrix is None:
         matrix = stiffness(part, material)
 
-    def held_at(held: NDArray[np.bool_]) -> ConjugateGradients:
-        return ConjugateGradients(_decoupled(matrix, ~held), ~held, part.points, solver)
+    def held_at(held: NDArray[np.bool_]) -> _ConjugateGradients:
+        return _ConjugateGradients(_decoupled(matrix, ~held), ~held, part.points, solver)
 
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     if mesh.spacing is not None:
@@ -638,7 +636,7 @@ class _BothHalves:
     """Solver of a body that is its own mirror image; it is held alike on both sides (n, 3), and so is each half."""
 
     def __init__(
-        self, mesh: BodyMesh, held: NDArray[np.bool_], held_at: Callable[[NDArray[np.bool_]], ConjugateGradients]
+        self, mesh: BodyMesh, held: NDArray[np.bool_], held_at: Callable[[NDArray[np.bool_]], _ConjugateGradients]
     ) -> None:
         assert mesh.opposite is not None
         self._nodes, self._axes = _half_of(mesh)

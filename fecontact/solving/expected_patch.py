@@ -573,9 +573,7 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
     return ContactGrid(x_mm=x, s_mm=s, half=half)
 
 
-def _on_fitted(
-    true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int, most: int | None, tolerance: float
-) -> Rung:
+def _on_fitted(true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int, most: int | None, tolerance: float) -> Rung:
     """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off."""
     fitted = _solve(true_gap, _fitted_grid(rung, nodes, most=most), load_N, start=rung.pressure, tolerance=tolerance)
     p = fitted.pressure_MPa
