@@ -256,7 +256,7 @@ def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
     return square[margin - 1 : 1 - margin, margin - 1 : 1 - margin]
 
 
-def _from_first_to_last(pressed: NDArray[np.bool_]) -> slice:
+def _from_first_to_last(pressed: Any) -> slice:
     """Lines of a grid from the first to the last one that is pressed."""
     lines = np.flatnonzero(pressed)
     return slice(lines[0], lines[-1] + 1) if lines.size else slice(0, 0)
