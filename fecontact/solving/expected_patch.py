@@ -396,6 +396,9 @@ _FINEST = 0.25
 _FITS = (1.0, 1.0)
 # On the flange root (S1002 on 60E1, 6.3 mm, 60 kN) the slides of four approaches are 9, 0.6, 0.03 and 0.002 % off.
 _FITS_AFTER_SLIDES = (0.5, 0.5, 1.0)
+# Planes below separate patches are those of the contact on coarser nodes. What they turn by on finer ones changes what
+# one patch does to another one by less than this part, and that is some per cent of what it does to itself.
+_SAME_PLANE_RAD = 5e-3
 # Patches with more free surface between them than so many times the wider one's half width are far apart: each has
 # elements of its own.
 _FAR_APART = 1.0
@@ -445,7 +448,7 @@ class ExpectedPatch:
         The gap under the load, with the slide of the bodies on a steep surface.
     half_space
         Contact of that gap on a half-space, with 32 nodes or more on each semi-axis, of small lobes too. Separate
-        patches have a plane each; all else here is of one plane for all patches.
+        patches have a plane each.
     parts
         Patches far apart, from the gauge side on; a single patch if none are.
     """
@@ -500,16 +503,20 @@ def expected_patch(
         gap = gap.after(rung.approach_mm)
         rung = _on_coarse(gap, load_N, half=half, guess_mm=guess_mm)
     *fits, last = _FITS_AFTER_SLIDES if gap.is_steep else _FITS
-    for share, tolerance in (*((fit, _ROUGHLY) for fit in fits), (last, _TOLERANCE)):
+    for share in fits:
         gap = gap.after(rung.approach_mm) if gap.is_steep else gap
-        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most, tolerance=tolerance)
+        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most, tolerance=_ROUGHLY)
+    gap = gap.after(rung.approach_mm) if gap.is_steep else gap
+    planes = rung if np.ptp(angle_of_patches(gap.placement, rung)) > 0.0 else None
+    rung = _on_fitted(gap, rung, load_N, nodes=round(last * nodes), most=most, planes=planes)
     if gap.overlaps_between(rung):
-        rung = _solve(gap, rung.even().grid, load_N, start=rung.pressure)
-    expected = _patch_of(gap, rung)
-    angle = angle_of_patches(gap.placement, rung)
-    if np.ptp(angle) == 0.0:
-        return expected
-    return replace(expected, half_space=_solve(gap, rung.grid, load_N, start=rung.pressure, angle_rad=angle))
+        planes, rung = rung, _solve(gap, rung.even().grid, load_N, start=rung.pressure, planes=rung)
+    turned = angle_of_patches(gap.placement, rung)
+    if planes is not None:
+        turned -= _angle_below(gap, rung.grid, planes)
+    if np.ptp(turned[rung.pressure_MPa.any(axis=0)]) > _SAME_PLANE_RAD:
+        rung = _solve(gap, rung.grid, load_N, start=rung.pressure, planes=rung)
+    return _patch_of(gap, rung)
 
 
 def on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung:
@@ -547,9 +554,7 @@ def on_fewer_nodes(expected: ExpectedPatch, load_N: float, *, fewer: float) -> R
 
 def _again_on(expected: ExpectedPatch, grid: ContactGrid, load_N: float) -> Rung:
     gap, rung = expected.true_gap, expected.half_space
-    angle = angle_of_patches(gap.placement, rung)
-    turned = None if np.ptp(angle) == 0.0 else np.interp(grid.s_mm, rung.grid.s_mm, angle)
-    return _solve(gap, grid, load_N, start=rung.pressure, angle_rad=turned)
+    return _solve(gap, grid, load_N, start=rung.pressure, planes=rung)
 
 
 def _on_coarse(true_gap: TrueGap, load_N: float, *, half: bool, guess_mm: float) -> Rung:
@@ -574,15 +579,29 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
     return ContactGrid(x_mm=x, s_mm=s, half=half)
 
 
-def _on_fitted(true_gap: TrueGap, rung: Rung, load_N: float, *, nodes: int, most: int | None, tolerance: float) -> Rung:
-    """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off."""
-    fitted = _solve(true_gap, _fitted_grid(rung, nodes, most=most), load_N, start=rung.pressure, tolerance=tolerance)
-    p = fitted.pressure_MPa
-    ends = (p[:, 0], p[:, -1], p[-1], p[0] if not fitted.grid.half else np.zeros(1))
-    if not any(end.any() for end in ends):
-        return fitted
-    wider = _fitted_grid(rung, nodes, rung.grid.steps_mm, most=most)
-    return _solve(true_gap, wider, load_N, start=rung.pressure, tolerance=tolerance)
+def _on_fitted(
+    true_gap: TrueGap,
+    rung: Rung,
+    load_N: float,
+    *,
+    nodes: int,
+    most: int | None,
+    planes: Rung | None = None,
+    tolerance: float = _TOLERANCE,
+) -> Rung:
+    """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off.
+
+    In planes of their own patches press less on each other, and reach further: there is room at once.
+    """
+    fitted = rung
+    for room in ((0.0, 0.0), rung.grid.steps_mm)[planes is not None :]:
+        grid = _fitted_grid(rung, nodes, room, most=most)
+        fitted = _solve(true_gap, grid, load_N, start=rung.pressure, planes=planes, tolerance=tolerance)
+        p = fitted.pressure_MPa
+        ends = (p[:, 0], p[:, -1], p[-1], p[0] if not fitted.grid.half else np.zeros(1))
+        if not any(end.any() for end in ends):
+            break
+    return fitted
 
 
 def _solve(
@@ -591,11 +610,15 @@ def _solve(
     load_N: float,
     *,
     start: Field | None = None,
-    angle_rad: Floats | None = None,
+    planes: Rung | None = None,
     tolerance: float = _TOLERANCE,
 ) -> Rung:
-    """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found."""
-    rung = true_gap.solve(grid, load_N, start=start, angle_rad=angle_rad, tolerance=tolerance)
+    """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found.
+
+    In one plane for all patches, or in those below the patches of a contact that is known.
+    """
+    angle = None if planes is None else _angle_below(true_gap, grid, planes)
+    rung = true_gap.solve(grid, load_N, start=start, angle_rad=angle, tolerance=tolerance)
     check_ends(true_gap.placement, rung, true_gap.on(grid))
     if rung.status != "converged":
         raise ConvergenceError(
@@ -603,6 +626,11 @@ def _solve(
             f" {rung.residual:.1e} of the approach); another load or lateral shift may go"
         )
     return rung
+
+
+def _angle_below(true_gap: TrueGap, grid: ContactGrid, planes: Rung) -> Floats:
+    """Angle (ns,) in rad of the planes below the patches of another contact, at each column of a grid."""
+    return np.asarray(np.interp(grid.s_mm, planes.grid.s_mm, angle_of_patches(true_gap.placement, planes)))
 
 
 def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, float], tuple[float, float]]:
