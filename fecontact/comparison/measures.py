@@ -527,13 +527,19 @@ def _own_valley(rung: Rung, theory: Approximation) -> float:
 
 def _unknown_load(rung: Rung, theory: Approximation) -> float:
     """Part of the force on separate patches of a contact that a theory does not know (`unknown_load`)."""
+    return unknown_load(*_separate_loads(rung), theory)
+
+
+# every theory is read against the same patches
+@lru_cache(maxsize=4)
+def _separate_loads(rung: Rung) -> tuple[list[tuple[float, float]], Floats]:
+    """Where each separate patch of a contact begins and ends across (mm), and its load (n,)."""
     whole = rung.pressure.whole()
     s, cells = whole.grid.s_mm, whole.grid.cells_mm
     pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
     below = [np.flatnonzero((pieces == k).any(axis=0))[[0, -1]] for k in range(1, count + 1)]
     loads = np.array([(whole.values * (pieces == k)).sum(axis=0) @ cells for k in range(1, count + 1)])
-    ends = [(float(s[first] - cells[first]), float(s[last] + cells[last])) for first, last in below]
-    return unknown_load(ends, loads, theory)
+    return [(float(s[first] - cells[first]), float(s[last] + cells[last])) for first, last in below], loads
 
 
 def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: Approximation) -> float:
