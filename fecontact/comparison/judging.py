@@ -46,6 +46,7 @@ from fecontact.comparison.solved_load import (
     as_solved,
     cut_planes_share,
     elements_uncertainties,
+    finest_otherwise,
     share_uncertainty,
     step_uncertainty,
     uncertainties,
@@ -255,7 +256,7 @@ def lobe_uncertainties(part: Part, levels: Sequence[Level]) -> dict[str, float]:
         return math.nan if same is None else same.normal_force_N / sum(one.normal_force_N for one in parts)
 
     found = uncertainties(levels, read, dict.fromkeys(_READ, 0.0))
-    shares, otherwise = [share(level.fe) for level in levels], share(levels[0].otherwise)
+    shares, otherwise = [share(level.fe) for level in levels], share(finest_otherwise(levels))
     of_share = share_uncertainty(shares, as_solved(levels), otherwise=otherwise) + cut_planes_share(shares[0])
     return {"normal_force_N": of_share / shares[0]} | found
 
@@ -754,8 +755,8 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: Approximation) -> dict[s
     The half-space of several lobes is not a single thing where the surface turns from one to the other: what lies
     between planes for patches and normals that all turn is a part.
     """
-    finest = solved.levels[0]
-    on_half_space, otherwise = values_of(solved.half_space, hertz), values_of(finest.otherwise, hertz)
+    on_half_space = values_of(solved.half_space, hertz)
+    otherwise = values_of(finest_otherwise(solved.levels), hertz)
     turned = on_half_space if solved.turned is None else values_of(solved.turned, hertz)
     levels = [values_of(level.fe, hertz) for level in solved.levels]
     known, found = as_solved(solved.levels), {}

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from typing import Literal
@@ -408,7 +408,8 @@ class Level:
         `nodal` open more than a half-space of the same elements. That is smooth and known well on coarse meshes, so
         that the fine pressure has neither the elements' softness nor their size.
     otherwise
-        As `fe`, with another idea of what of the opening is the elements' and what the bodies'.
+        As `fe`, with another idea of what of the opening is the elements' and what the bodies'; None on meshes that are
+        coarser than those of the case, of which nobody asks it.
     compliance_error
         By how much the elements are softer than their material, far from a unit pressure; NaN where it is not seen.
     slide_mm
@@ -427,7 +428,7 @@ class Level:
 
     nodal: Rung
     fe: Rung
-    otherwise: Rung
+    otherwise: Rung | None
     compliance_error: float
     degrees_of_freedom: Mapping[str, int]
     elements: Mapping[str, int]
@@ -442,7 +443,8 @@ class Level:
     @property
     def rungs(self) -> dict[str, Rung]:
         """Its contacts by name."""
-        return {name: getattr(self, name) for name in LEVEL_RUNGS}
+        found = {"nodal": self.nodal, "fe": self.fe}
+        return found if self.otherwise is None else {**found, "otherwise": self.otherwise}
 
     @property
     def status(self) -> Status:
@@ -458,10 +460,6 @@ class Level:
     def misfit(self) -> float:
         """Part of the load that the elements' own nodes carry elsewhere than the finer ones."""
         return misfit(self.nodal, self.fe)
-
-
-LEVEL_RUNGS = tuple(one.name for one in fields(Level) if one.type == "Rung")
-"""Names of the contacts of a level."""
 
 
 def _worst_status(*rungs: Rung) -> Status:
@@ -626,14 +624,20 @@ def uncertainties(
     levels: Sequence[Level], read: Callable[[Rung], Mapping[str, float]], deviation: Mapping[str, float]
 ) -> dict[str, float]:
     """Uncertainty of each deviation, where meshes tell it; `read` reads all measures off a rung."""
-    finest = levels[0]
-    measured, otherwise = [read(level.fe) for level in levels], read(finest.otherwise)
+    measured, otherwise = [read(level.fe) for level in levels], read(finest_otherwise(levels))
     solved, found = as_solved(levels), {}
     for name in deviation:
         known = uncertainty(name, [one[name] for one in measured], solved, otherwise=otherwise[name])
         if known is not None:
             # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
             found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
+    return found
+
+
+def finest_otherwise(levels: Sequence[Level]) -> Rung:
+    """The contact of the finest level by the other idea of what is the elements'."""
+    found = levels[0].otherwise
+    assert found is not None, "the finest meshes are coarser than those of the case"
     return found
 
 

@@ -17,6 +17,7 @@ from fecontact.case import Case
 from fecontact.comparison.judging import JudgedLoad
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.patch import Patch
+from fecontact.comparison.solved_load import finest_otherwise
 from fecontact.comparison.verdict import FROM_BEST, Judgement, Verdict, answer_of
 from fecontact.contact.grid import Rung
 from fecontact.criteria import Creep
@@ -202,7 +203,7 @@ def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> Rollin
     def patch(rung: Rung) -> CreepPatch:
         return real_patch(rung, patch_of(rung), pair)
 
-    real, others = patch(finest.fe), (patch(coarser.fe), patch(finest.otherwise))
+    real, others = patch(finest.fe), (patch(coarser.fe), patch(finest_otherwise(load.solved.levels)))
     creepages = creepages_of(replace(case, creep=creep), placement)
     ends = [float(one.cells.y_mm[end]) for one in (real, *others) for end in (0, -1)]
     s_mm = np.linspace(min(0.0, *ends), max(0.0, *ends), _LINES)

@@ -124,7 +124,8 @@ class CoupledProblem:
     model
         Compliance of the bodies, taken as equal at every node.
     elements, otherwise
-        Half-spaces as soft as the elements, by two ideas of what of a response is the elements'.
+        Half-spaces as soft as the elements, by two ideas of what of a response is the elements'; the second one is None
+        where nobody asks it.
     compliance_error
         By how much the elements are softer than their material, the worst of all bands.
     """
@@ -133,7 +134,7 @@ class CoupledProblem:
     half_space: ContactProblem
     model: Compliance
     elements: Compliance
-    otherwise: Compliance
+    otherwise: Compliance | None
     compliance_error: float
 
     def with_gap(self, gap_mm: Floats) -> CoupledProblem:
@@ -157,7 +158,9 @@ class CoupledProblem:
             problem.bodies, load_N, self.model, start_MPa=p, model_error_mm=error_mm, tolerance=tolerance
         )
 
-    def read(self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies) -> tuple[Rung, Field, Field]:
+    def read(
+        self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies
+    ) -> tuple[Rung, Field, Field | None]:
         """Rung of a solution on the elements' nodes, and what the bodies open more than a half-space of elements.
 
         The opening twice, by both ideas of what is the elements'.
@@ -170,14 +173,18 @@ class CoupledProblem:
         )
         opening = self.bodies.opening_mm(solution)
         added, otherwise = (
-            Field.of_nodes(bodies.grid, opening - elements(solution.pressure_MPa))
+            None if elements is None else Field.of_nodes(bodies.grid, opening - elements(solution.pressure_MPa))
             for elements in (self.elements, self.otherwise)
         )
+        assert added is not None
         return nodal, added, otherwise
 
 
-def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
-    """Set up the contact of coupled bodies; costs one application of their compliance for each of their bands."""
+def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool = True) -> CoupledProblem:
+    """Set up the contact of coupled bodies; costs one application of their compliance for each of their bands.
+
+    The other idea of what is the elements' costs as many of whole bodies, where it is asked.
+    """
     grid, modulus = bodies.grid, true_gap.contact_modulus_MPa
     of_bodies = ContactProblem(
         compliance=bodies.compliance,
@@ -187,14 +194,17 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
     )
     bands = Bands(grid=grid, columns=bodies.bands, contact_modulus_MPa=modulus)
     responses = bands.responses(bodies.compliance)
-    # a yawed wheel's elements meet the rail's elements differently from place to place
-    others = responses if grid.half else bands.responses(bodies.compliance, beside=_BESIDE)
+    other: Compliance | None = None
+    if otherwise:
+        # a yawed wheel's elements meet the rail's elements differently from place to place
+        others = responses if grid.half else bands.responses(bodies.compliance, beside=_BESIDE)
+        other = bands.together([one.half_space_of_elements(quartic=True) for one in others])
     return CoupledProblem(
         bodies=of_bodies,
         half_space=replace(of_bodies, compliance=bands.half_space()),
         model=bands.together([one.model() for one in responses]),
         elements=bands.together([one.half_space_of_elements() for one in responses]),
-        otherwise=bands.together([one.half_space_of_elements(quartic=True) for one in others]),
+        otherwise=other,
         compliance_error=_compliance_error(responses, true_gap.placement, bodies),
     )
 
@@ -348,9 +358,9 @@ class CoupledMesh:
     def _take(self, bodies: CoupledBodies) -> None:
         self.bodies = bodies
         with self._position.clock.step("contact"):
-            self._problem = coupled_problem(self._position.true_gap, bodies)
+            self._problem = coupled_problem(self._position.true_gap, bodies, otherwise=self._coarser <= 1.0)
 
-    def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field], *, at_edge: bool) -> Level:
+    def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field | None], *, at_edge: bool) -> Level:
         bodies = self.bodies
         with position.clock.step("resolve"):
             half_space, gap, load_N = position.expected.half_space, position.true_gap, position.case.load_N
@@ -358,8 +368,10 @@ class CoupledMesh:
             fe = gap.solve(grid, load_N, added=added[0], start=half_space.pressure)
             if gap.overlaps_between(fe, added[0]):
                 fe = gap.solve(fe.even().grid, load_N, added=added[0], start=fe.pressure)
-            # nearly the one before it
-            otherwise = gap.solve(fe.grid, load_N, added=added[1], start=fe.pressure)
+            otherwise = None
+            if added[1] is not None:
+                # nearly the one before it
+                otherwise = gap.solve(fe.grid, load_N, added=added[1], start=fe.pressure)
         meshes = (bodies.rail.mesh, bodies.wheel.mesh)
         force_balance, moment_balance = bodies.balance(nodal.pressure_MPa.ravel())
         return Level(
