@@ -242,7 +242,7 @@ def test_a_certain_failure_is_said_where_elements_are_off_and_takes_no_finer_one
     assert is_open(judged.case, off, placement, lines, judged.solved.half_space)
     # a half-space with a second patch of a tenth of the load
     two = with_second_patch(judged.solved.half_space)
-    changed = ({name: with_second_patch(getattr(one, name)) for name in ("fe", "otherwise")} for one in off)
+    changed = ({name: with_second_patch(one.rungs[name]) for name in one.rungs if name != "nodal"} for one in off)
     levels = tuple(replace(one, **rungs) for one, rungs in zip(off, changed, strict=True))
     sure = judged_with(elliptic_quick, levels=levels, half_space=two, lines=lines)
     assert (sure.status, sure.verdict.answer) == (ELEMENTS_OFF, "FAILS")

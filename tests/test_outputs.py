@@ -882,7 +882,7 @@ def flattened(elliptic_quick: CaseResult) -> CaseResult:
             # the elements' own contact is no other one
             nodal=flat_rung(level.fe),
             fe=flat_rung(level.fe),
-            otherwise=flat_rung(level.otherwise),
+            otherwise=level.otherwise and flat_rung(level.otherwise),
         )
         for level in solved.levels
     )

@@ -168,14 +168,17 @@ def test_one_patch_has_one_plane():
     np.testing.assert_allclose(again.pressure_MPa, rung.pressure_MPa, atol=1e-5 * rung.pressure_MPa.max())
 
 
-def test_meshes_are_made_for_a_contact_in_one_plane(monkeypatch):
-    """So that finite elements are the same as without planes, to the last bit."""
-    expected = at(UIC60.rail).expected
-    monkeypatch.setattr("fecontact.solving.expected_patch.angle_of_patches", lambda *_: np.zeros(1))
-    plain = position_of(UIC60).expected
-    assert replace(expected, half_space=plain.half_space, true_gap=plain.true_gap) == plain
-    assert np.array_equal(expected.half_space.grid.s_mm, plain.half_space.grid.s_mm)
-    assert not np.array_equal(expected.half_space.pressure_MPa, plain.half_space.pressure_MPa)
+def test_planes_from_coarser_nodes_are_those_of_the_contact_that_is_found():
+    """Solved again in its own planes, it stays as it is; in one plane for all, it does not."""
+    true_gap, rung = at(UIC60.rail).true_gap, at(UIC60.rail).expected.half_space
+    angle = angle_of_patches(true_gap.placement, rung)
+    again = true_gap.solve(rung.grid, UIC60.load_N, angle_rad=angle)
+    peak = rung.pressure_MPa.max()
+    assert np.abs(again.pressure_MPa - rung.pressure_MPa).max() < 3e-5 * peak
+    assert np.abs(in_one_plane(UIC60.rail).pressure_MPa - rung.pressure_MPa).max() > 0.005 * peak
+    # and nothing is cut off
+    assert not rung.pressure_MPa[:, [0, -1]].any()
+    assert not rung.pressure_MPa[-1].any()
 
 
 def by_all_pairs(position, angle_of, *, chords):

@@ -250,8 +250,8 @@ def test_a_body_that_does_not_stand_where_it_was_placed_is_refused(position, mon
 def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(monkeypatch):
     plain = meshes.coupled_problem
 
-    def planted(true_gap, bodies):
-        problem = plain(true_gap, bodies)
+    def planted(true_gap, bodies, **how):
+        problem = plain(true_gap, bodies, **how)
         s = np.tile(bodies.grid.s_mm, bodies.grid.shape[0])
         return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
 
@@ -427,8 +427,8 @@ def test_elements_whose_gap_lies_beside_are_off(monkeypatch, aside_mm):
     """Peak and half-widths stay; only the centre of pressure tells."""
     plain = meshes.coupled_problem
 
-    def planted(true_gap, bodies):
-        problem = plain(true_gap, bodies)
+    def planted(true_gap, bodies, **how):
+        problem = plain(true_gap, bodies, **how)
         points = np.stack(np.broadcast_arrays(bodies.grid.x_mm[:, None], bodies.grid.s_mm[None, :] + aside_mm), -1)
         return problem.with_gap(true_gap.gap(points[..., 0], points[..., 1]).ravel())
 

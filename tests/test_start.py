@@ -211,7 +211,8 @@ def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolu
     case = Case(lateral_shift_mm=shift, resolution=resolution, rail_material=steel, wheel_material=steel)
     told = preview(case).cpu_seconds
     assert 1 / 1.6 < told / seconds < 1.15
-    assert cost_of([case], 1).seconds == pytest.approx(told)
+    # from a patch on fewer nodes
+    assert cost_of([case], 1).seconds == pytest.approx(told, rel=0.05)
     # a yield stress that is not reached takes nothing
     hard = replace(steel, yield_MPa=1200.0)
     elastic = preview(replace(case, rail_material=STEEL, wheel_material=STEEL)).cpu_seconds

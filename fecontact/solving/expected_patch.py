@@ -242,7 +242,7 @@ def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes:
 # a gap whose points only come nearer then moves the patch by tenths of its width, and loses some of the load.
 _STEEP_RAD = math.radians(30.0)
 # Some 1e-5 of the pressure: a tenth of what the nodes leave open. Enough for the next grid and the next slide is less.
-_TOLERANCE, _ROUGHLY = 1e-6, 1e-4
+_TOLERANCE, _ROUGHLY = 1e-6, 1e-5
 # Steps across at which surfaces beside the contact are looked at.
 _STEP_MM = 0.25
 
