@@ -122,6 +122,16 @@ def test_correction_gives_the_answer_of_conjugate_gradients(half, skew, strength
     assert len(calls) < plain if strength > 0.1 else len(calls) <= 8
 
 
+@pytest.mark.parametrize("half", [True, False])
+@pytest.mark.parametrize(("strength", "most"), [(0.3, 7), (0.8, 10)])
+def test_no_pressure_is_left_where_the_last_contact_has_none(half, strength, most):
+    """A mixture of contacts reaches as far as the widest of them, which took up to four more corrections."""
+    base, grid = problem(half=half)
+    whole = replace(base, compliance=bodies_like(base, grid, strength))
+    model = UnitResponse.of(whole.compliance, grid, contact_modulus_MPa=MODULUS).model()
+    assert solve_by_correction(whole, LOAD, model).compliance_calls <= most
+
+
 def test_a_useless_model_falls_back_to_conjugate_gradients(monkeypatch):
     base, grid = problem(half=False)
     compliance, calls = counted(bodies_like(base, grid, 0.1))
