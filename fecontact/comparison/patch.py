@@ -320,18 +320,13 @@ def area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
 def _clipped(line: Floats, low: float, high: float) -> Floats:
     """A closed line (n, 2) cut off where its first coordinate is below or above bounds."""
     for bound, sign in ((low, 1.0), (high, -1.0)):
-        if line.size == 0:
-            break
-        inside = sign * (line[:, 0] - bound) >= 0.0
-        points = []
-        for k in range(len(line)):
-            here, before = line[k], line[k - 1]
-            if inside[k] != inside[k - 1]:
-                t = (bound - before[0]) / (here[0] - before[0])
-                points.append(before + t * (here - before))
-            if inside[k]:
-                points.append(here)
-        line = np.array(points).reshape(-1, 2)
+        beyond = sign * (line[:, 0] - bound)
+        inside, before, beyond_before = beyond >= 0.0, np.roll(line, 1, axis=0), np.roll(beyond, 1)
+        cut = np.flatnonzero(inside != np.roll(inside, 1))
+        part = (beyond_before[cut] / (beyond_before[cut] - beyond[cut]))[:, None]
+        points = np.concatenate([before[cut] + part * (line[cut] - before[cut]), line[inside]])
+        # where the line is cut comes before the point at its end
+        line = points[np.argsort(np.concatenate([cut - 0.5, np.flatnonzero(inside)]))]
     return np.concatenate([line, line[:1]])
 
 
