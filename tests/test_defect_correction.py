@@ -10,7 +10,7 @@ from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import convolution, half_space_problem, love_influence
-from fecontact.contact.solver import ContactProblem, solve_by_correction, solve_contact
+from fecontact.contact.solver import SLIDES, ContactProblem, solve_by_correction, solve_contact
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 LOAD = 20e3
@@ -164,17 +164,24 @@ def test_start_does_not_change_the_answer():
     np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())
 
 
-def test_a_known_error_of_the_model_saves_compliance_calls_and_not_the_answer():
+def test_bodies_that_slide_end_with_the_gap_after_their_slide():
+    """A wheel that goes along the rail by a part of the approach, against the contact at the place where it ends."""
     base, grid = problem(half=True)
     whole = replace(base, compliance=bodies_like(base, grid, 0.1))
     model = UnitResponse.of(whole.compliance, grid, contact_modulus_MPa=MODULUS).model()
-    before = solve_by_correction(whole, LOAD, model)
-    error = whole.opening_mm(before) - model(before.pressure_MPa)
-    moved = replace(whole, gap_mm=1.01 * whole.gap_mm)
-    plain = solve_by_correction(moved, LOAD, model, start_MPa=before.pressure_MPa)
-    known = solve_by_correction(moved, LOAD, model, start_MPa=before.pressure_MPa, model_error_mm=error)
-    assert known.compliance_calls < plain.compliance_calls
-    np.testing.assert_allclose(known.pressure_MPa, plain.pressure_MPa, atol=2e-6 * plain.pressure_MPa.max())
+    s = np.tile(grid.s_mm, grid.shape[0])
+    asked = []
+
+    def after(solution) -> np.ndarray:
+        asked.append(5.0 * solution.approach_mm)
+        return whole.gap_mm - asked[-1] * s / 250.0
+
+    found = solve_by_correction(whole, LOAD, model, slid=after)
+    assert len(asked) == SLIDES
+    assert asked[-1] == pytest.approx(5.0 * found.approach_mm, rel=1e-4)
+    exact = solve_by_correction(replace(whole, gap_mm=whole.gap_mm - asked[-1] * s / 250.0), LOAD, model)
+    assert found.compliance_calls < SLIDES + exact.compliance_calls
+    np.testing.assert_allclose(found.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
 
 
 # --- a half-space as soft as the elements ---------------------------------------------------------------------------

@@ -386,8 +386,6 @@ def _spline(field: Field, degree: int = 3) -> RectBivariateSpline:
 
 # --- Where the patch will be: the true gap on a half-space, cheap enough to be solved before any mesh is made.
 
-SLIDES = 2
-"""Further solutions of finite bodies on a steep surface: the second approach equals the first to some 1e-3 already."""
 _COARSE_STEP_S_MM = 0.2
 _COARSE_NODES_X = 25
 # Nodes follow a small lobe down to so much of what the others need.

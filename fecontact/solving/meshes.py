@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -21,7 +21,6 @@ from fecontact.comparison.verdict import worst_of
 from fecontact.contact.elements import Bands, UnitResponse
 from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands
 from fecontact.contact.solver import (
-    CONTACT_TOLERANCE,
     Compliance,
     ContactProblem,
     ContactSolution,
@@ -33,7 +32,7 @@ from fecontact.fe.body import assembled_part, check_memory, choose_solver, elast
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.normal.hertz import hertz_from_hessian
-from fecontact.solving.expected_patch import SLIDES, TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
+from fecontact.solving.expected_patch import TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
 from fecontact.solving.position import (
     EDGE_ELEMENTS,
@@ -54,8 +53,6 @@ from fecontact.wheel_rail.placement import Placement
 # way to the edge of the patch.
 _BESIDE = 0.15
 _ENLARGEMENTS = 4
-# A slide needs the approach to some 1e-3, as exact as the next slide leaves it.
-_SLIDING = 1e-4
 # How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
 # Six elements per semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
 _LAYERS_THAT_YIELD = 1.2
@@ -143,20 +140,10 @@ class CoupledProblem:
             self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
         )
 
-    def solve(self, load_N: float, *, tolerance: float = CONTACT_TOLERANCE) -> ContactSolution:
-        """Solve the contact on the half-space, and from there the contact of the bodies."""
+    def solve(self, load_N: float, *, slid: Callable[[ContactSolution], Floats] | None = None) -> ContactSolution:
+        """Solve the contact on the half-space, and from there the contact of the bodies, which may slide."""
         start = solve_contact(self.half_space, load_N).pressure_MPa
-        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start, tolerance=tolerance)
-
-    def moved(
-        self, gap_mm: Floats, before: ContactSolution, load_N: float, *, tolerance: float
-    ) -> tuple[CoupledProblem, ContactSolution]:
-        """Contact of these bodies with nearly the same gap (n,), solved from the solution before."""
-        problem, p = self.with_gap(gap_mm), before.pressure_MPa
-        error_mm = self.bodies.opening_mm(before) - self.model(p)
-        return problem, solve_by_correction(
-            problem.bodies, load_N, self.model, start_MPa=p, model_error_mm=error_mm, tolerance=tolerance
-        )
+        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start, slid=slid)
 
     def read(
         self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies
@@ -270,14 +257,18 @@ class CoupledMesh:
         problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
         if true_gap.slide_mm != self._position.true_gap.slide_mm:
             problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
-        load_N, slides = position.case.load_N, SLIDES if true_gap.is_steep else 0
-        solution = problem.solve(load_N, tolerance=_SLIDING if slides else CONTACT_TOLERANCE)
-        for more in reversed(range(slides)):
-            true_gap = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
-            tolerance = _SLIDING if more else CONTACT_TOLERANCE
-            gap_mm = grid.weighted_mean(true_gap.gap)
-            problem, solution = problem.moved(gap_mm, solution, load_N, tolerance=tolerance)
-        return true_gap, problem, solution
+        if not true_gap.is_steep:
+            return true_gap, problem, problem.solve(position.case.load_N)
+        gaps: list[tuple[TrueGap, Floats]] = []
+
+        def slid(solution: ContactSolution) -> Floats:
+            after = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
+            gaps.append((after, grid.weighted_mean(after.gap)))
+            return gaps[-1][1]
+
+        solution = problem.solve(position.case.load_N, slid=slid)
+        true_gap, gap_mm = gaps[-1]
+        return true_gap, problem.with_gap(gap_mm), solution
 
     def _with_yield(
         self, position: Position, problem: CoupledProblem, solution: ContactSolution, level: Level
