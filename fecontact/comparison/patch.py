@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, cast
 
@@ -311,10 +312,17 @@ def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDA
 
 def area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
     """Area (mm^2) of a patch between two lines across, computed as in `measure_patch`."""
-    whole = pressure.whole()
-    x, s, p = whole.grid.x_mm, whole.grid.s_mm, whole.values
-    squares = (signed_square(p, without_edge=edge) for edge in (False, True))
+    x, s, squares = _squares(pressure)
     return 0.5 * sum(float(_outline(x, s, square, (low_mm, high_mm))[0]) for square in squares)
+
+
+# each lobe of a contact is cut out of it
+@lru_cache(maxsize=1)
+def _squares(pressure: Field) -> tuple[Floats, Floats, tuple[Floats, ...]]:
+    """Lines of the whole grid, and the signed square with its outermost nodes and without."""
+    whole = pressure.whole()
+    squares = (signed_square(whole.values, without_edge=edge) for edge in (False, True))
+    return whole.grid.x_mm, whole.grid.s_mm, tuple(squares)
 
 
 def _clipped(line: Floats, low: float, high: float) -> Floats:

@@ -242,7 +242,7 @@ def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes:
 # a gap whose points only come nearer then moves the patch by tenths of its width, and loses some of the load.
 _STEEP_RAD = math.radians(30.0)
 # Some 1e-5 of the pressure: a tenth of what the nodes leave open. Enough for the next grid and the next slide is less.
-_TOLERANCE, _ROUGHLY = 1e-6, 1e-5
+TOLERANCE, _ROUGHLY = 1e-6, 1e-5
 # Steps across at which surfaces beside the contact are looked at.
 _STEP_MM = 0.25
 
@@ -308,7 +308,7 @@ class TrueGap:
         added: Field | None = None,
         start: Field | None = None,
         angle_rad: Floats | None = None,
-        tolerance: float = _TOLERANCE,
+        tolerance: float = TOLERANCE,
     ) -> Rung:
         """Contact on a grid of nodes.
 
@@ -473,7 +473,14 @@ class ExpectedPatch:
 
 
 def expected_patch(
-    true_gap: TrueGap, load_N: float, *, half: bool, nodes: int = 16, most: int | None = None, guess_mm: float = 0.1
+    true_gap: TrueGap,
+    load_N: float,
+    *,
+    half: bool,
+    nodes: int = 16,
+    most: int | None = None,
+    guess_mm: float = 0.1,
+    tolerance: float = TOLERANCE,
 ) -> ExpectedPatch:
     """Solve the true gap on a half-space over all of the surface in reach, then again on a grid that fits the patch.
 
@@ -488,6 +495,8 @@ def expected_patch(
         more.
     guess_mm
         First guess of the approach; enlarged until the patch cannot reach further.
+    tolerance
+        Bound of the last solution's residuals relative to the approach.
 
     Raises
     ------
@@ -506,14 +515,17 @@ def expected_patch(
         rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most, tolerance=_ROUGHLY)
     gap = gap.after(rung.approach_mm) if gap.is_steep else gap
     planes = rung if np.ptp(angle_of_patches(gap.placement, rung)) > 0.0 else None
-    rung = _on_fitted(gap, rung, load_N, nodes=round(last * nodes), most=most, planes=planes)
+    rung = _on_fitted(gap, rung, load_N, nodes=round(last * nodes), most=most, planes=planes, tolerance=tolerance)
     if gap.overlaps_between(rung):
-        planes, rung = rung, _solve(gap, rung.even().grid, load_N, start=rung.pressure, planes=rung)
+        planes, rung = (
+            rung,
+            _solve(gap, rung.even().grid, load_N, start=rung.pressure, planes=rung, tolerance=tolerance),
+        )
     turned = angle_of_patches(gap.placement, rung)
     if planes is not None:
         turned -= _angle_below(gap, rung.grid, planes)
     if np.ptp(turned[rung.pressure_MPa.any(axis=0)]) > _SAME_PLANE_RAD:
-        rung = _solve(gap, rung.grid, load_N, start=rung.pressure, planes=rung)
+        rung = _solve(gap, rung.grid, load_N, start=rung.pressure, planes=rung, tolerance=tolerance)
     return _patch_of(gap, rung)
 
 
@@ -585,7 +597,7 @@ def _on_fitted(
     nodes: int,
     most: int | None,
     planes: Rung | None = None,
-    tolerance: float = _TOLERANCE,
+    tolerance: float = TOLERANCE,
 ) -> Rung:
     """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off.
 
@@ -609,7 +621,7 @@ def _solve(
     *,
     start: Field | None = None,
     planes: Rung | None = None,
-    tolerance: float = _TOLERANCE,
+    tolerance: float = TOLERANCE,
 ) -> Rung:
     """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found.
 

@@ -32,6 +32,7 @@ from fecontact.normal.touch_hertz import HertzPoints, hertz_points
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.smoothing import other_lines
 from fecontact.solving.expected_patch import (
+    TOLERANCE,
     ExpectedPart,
     ExpectedPatch,
     TrueGap,
@@ -261,11 +262,16 @@ def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
 
 
 def expect_on_half_space(
-    case: Case, placement: Placement | None = None, *, nodes: int | None = None, most: int | None = None
+    case: Case,
+    placement: Placement | None = None,
+    *,
+    nodes: int | None = None,
+    most: int | None = None,
+    tolerance: float = TOLERANCE,
 ) -> tuple[HertzContact, ExpectedPatch]:
     """Hertz's ellipse of a case and the half-space under its true gap: all that can be said without finite elements.
 
-    `nodes` on the narrowest semi-axis are the case's if not given, `most` as in `expected_patch`.
+    `nodes` on the narrowest semi-axis are the case's if not given, `most` and `tolerance` as in `expected_patch`.
 
     Raises
     ------
@@ -283,6 +289,7 @@ def expect_on_half_space(
         nodes=nodes or case.nodes_a_semi_axis,
         most=most,
         guess_mm=1.1 * hertz.approach_mm,
+        tolerance=tolerance,
     )
     refuse_fully_plastic(case, float(expected.half_space.pressure_MPa.max()))
     # elements whose size is given have it everywhere
@@ -322,8 +329,8 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 # --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
 
 # Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32. Where a
-# narrow lobe would ask for more nodes than these in all it has fewer.
-_NODES_A_LINE, _MOST_A_LINE = 16, 40_000
+# narrow lobe would ask for more nodes than these in all it has fewer. The tolerance leaves 1e-4 of the pressure.
+_NODES_A_LINE, _MOST_A_LINE, _TOLERANCE_OF_A_LINE = 16, 40_000, 1e-5
 OWN_LINE = "own line"
 # Of the scatter of four draws about the own line, for 95 %.
 _STUDENT = 2.78
@@ -334,7 +341,9 @@ def lines_of_case(case: Case, placement: Placement) -> Lines | None:
     """Every theory against the half-space, on the own line and on all others that points allow; None of exact lines."""
 
     def on_line(label: str, placed: Placement) -> OnLine:
-        _, expected = expect_on_half_space(case, placed, nodes=_NODES_A_LINE, most=_MOST_A_LINE)
+        _, expected = expect_on_half_space(
+            case, placed, nodes=_NODES_A_LINE, most=_MOST_A_LINE, tolerance=_TOLERANCE_OF_A_LINE
+        )
         return judge_line(label, case, placed, expected.half_space)
 
     found = _on_lines(case, placement, on_line)
@@ -658,8 +667,6 @@ class Preview:
     ----------
     hertz
         At the first touch point under the case's load.
-    hertz_uncertainty
-        What measured profiles leave open of its peak pressure and semi-axes (relative); None for exact lines.
     expected
         The patch under the true gap on a half-space.
     element_size_mm, elements
@@ -674,7 +681,6 @@ class Preview:
     case: Case
     placement: Placement
     hertz: HertzContact
-    hertz_uncertainty: dict[str, float] | None
     expected: ExpectedPatch
     element_size_mm: tuple[float, float]
     elements: tuple[int, int]
@@ -682,6 +688,11 @@ class Preview:
     cpu_seconds: float
     lines_seconds: float
     memory_GB: float
+
+    @cached_property
+    def hertz_uncertainty(self) -> dict[str, float] | None:
+        """What measured profiles leave open of Hertz's peak pressure and semi-axes (relative); None for exact lines."""
+        return hertz_uncertainty(self.case, self.placement)
 
     def __repr__(self) -> str:
         case, points = self.case, len(self.placement.touch_points)
@@ -746,7 +757,6 @@ def _preview(case: Case, placement: Placement, *, nodes: int | None = None) -> P
         case=case,
         placement=placement,
         hertz=hertz,
-        hertz_uncertainty=hertz_uncertainty(case, placement),
         expected=expected,
         element_size_mm=sizes,
         elements=(along_x, across),
