@@ -489,6 +489,10 @@ class _ConjugateGradients:
         self._solved.append((load, u))
         return np.asarray(u)
 
+    def forget(self) -> None:
+        """Begin the next solution from nothing, so that its last digits do not hang on those before."""
+        self._solved.clear()
+
     def release(self) -> None:
         """Release the memory of a factor now."""
         getattr(self._nearly, "release", lambda: None)()
@@ -546,6 +550,10 @@ class ElasticBody:
         if spacing is not None:
             u[spacing.between] = np.einsum("he,hed->hd", spacing.parts, u[spacing.ends])
         return u
+
+    def forget(self) -> None:
+        """Solve the next load as if it were the first one, to the last bit."""
+        getattr(self.solve, "forget", lambda: None)()
 
     def close(self) -> None:
         """Release the factor's memory now."""
@@ -661,6 +669,10 @@ class _BothHalves:
         # on the plane both are the same
         u[self._opposite], u[self._nodes] = (even - odd) * _MIRRORED, even + odd
         return np.asarray((u @ self._axes.T).ravel())
+
+    def forget(self) -> None:
+        for solve in self._halves:
+            solve.forget()
 
     def release(self) -> None:
         for solve in self._halves:

@@ -84,6 +84,11 @@ class CoupledBodies:
             np.linalg.norm(moment) / lever
         )
 
+    def forget(self) -> None:
+        """Solve the next load as if it were the first one, to the last bit."""
+        self.rail.forget()
+        self.wheel.forget()
+
     def close(self) -> None:
         """Release the memory of both factors; displacements can no longer be computed."""
         self.rail.close()

@@ -234,6 +234,7 @@ class CoupledMesh:
     def solve(self, position: Position) -> Level:
         """Contact of the position's load between the bodies, and whether the patch is at the edge of the zone."""
         while True:
+            self.bodies.forget()
             with position.clock.step("contact"):
                 true_gap, problem, solution = self._contact(position)
                 nodal, added, otherwise = problem.read(solution, true_gap, self.bodies)

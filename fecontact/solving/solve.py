@@ -246,8 +246,7 @@ class LoadSweep:
     def result(self, load_N: float) -> CaseResult:
         """Solve a planned load as `fecontact.solve` does, with the meshes that all planned loads lead to.
 
-        It does not depend on which of these loads are solved before, but for last digits by multigrid. The first effort
-        has what all loads share.
+        It does not depend on which of these loads are solved before. The first effort has what all loads share.
         """
         for planned in self._planned.values():
             self._meshes_for(planned)
