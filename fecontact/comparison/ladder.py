@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import zoom
 
 from fecontact.arrays import Floats
 from fecontact.comparison.measures import (
@@ -292,18 +293,11 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     )
 
 
-def _between(values: Floats, parts: int) -> Floats:
-    """Values (n, m) linear between rows, so many steps for each step of theirs."""
-    place, part = np.divmod(np.arange((len(values) - 1) * parts + 1), parts)
-    after = np.minimum(place + 1, len(values) - 1)
-    weight = part[:, None] / parts
-    return np.asarray((1.0 - weight) * values[place] + weight * values[after])
-
-
 def _overlap(pressure: Field, hertz: HertzContact) -> float:
     square = signed_square(pressure.values)[1:-1, 1:-1]
     finer = min(_OVERLAP_REFINEMENT, max(_LEAST_REFINEMENT, int(math.sqrt(_OVERLAP_POINTS / square.size))))
-    fine = _between(_between(square, finer).T, finer).T
+    count = [(n - 1) * finer + 1 for n in square.shape]
+    fine = zoom(square, [c / n for c, n in zip(count, square.shape, strict=True)], order=1, grid_mode=False)
     inside = fine > 0.0
     lines = (pressure.grid.x_mm, pressure.grid.s_mm)
     xs, ss = (np.linspace(line[0], line[-1], n) for line, n in zip(lines, fine.shape, strict=True))

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
+from scipy.ndimage import binary_dilation, binary_erosion, label
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import Field
@@ -242,7 +242,7 @@ def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
     box = tuple(_from_first_to_last(pressure.any(axis=1 - axis)) for axis in (0, 1))
     value = np.pad(pressure[box] ** 2, margin)
     known = value > 0.0
-    core = _eroded(known)
+    core = binary_erosion(known, structure=np.ones((3, 3)))
     if without_edge and np.any(core):
         known = core
     outside = value == 0.0
@@ -263,31 +263,13 @@ def _from_first_to_last(pressed: Any) -> slice:
     return slice(lines[0], lines[-1] + 1) if lines.size else slice(0, 0)
 
 
-def _eroded(known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Nodes that have known ones all around, also along diagonals."""
-    core = np.zeros_like(known)
-    across = known[:, :-2] & known[:, 1:-1] & known[:, 2:]
-    core[1:-1, 1:-1] = across[:-2] & across[1:-1] & across[2:]
-    return core
-
-
-def _next_to(known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Nodes that are not known, next to known ones along a line of the grid."""
-    near = known.copy()
-    near[1:] |= known[:-1]
-    near[:-1] |= known[1:]
-    near[:, 1:] |= known[:, :-1]
-    near[:, :-1] |= known[:, 1:]
-    return np.asarray(near & ~known)
-
-
 def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
     """Extrapolate along both grid directions to the nodes next to known ones.
 
     If several continuations reach a node, their mean is taken, preferring continuations through three nodes. If no
     continuation has two nodes to start from, the value is the negative neighbour.
     """
-    next_to_known = _next_to(known)
+    next_to_known = binary_dilation(known) & ~known
     around, known_around = np.pad(value, _REACH), np.pad(known, _REACH)
     rows, columns = np.nonzero(next_to_known)
     total, count = np.zeros((2, rows.size)), np.zeros((2, rows.size))

@@ -324,13 +324,12 @@ def _relative(held: Held, filter_mm: float) -> Floats:
 
     A head has radii of 13 and of 300 mm, and what would blur a corner leaves the noise in the top.
     """
+    from scipy.ndimage import gaussian_filter1d
+
     along = np.arctan2(held.normals[:, 1], held.normals[:, 0])
     bend = np.abs(np.gradient(np.unwrap(along), held.s_mm))
     # over some mm: the pilot's own noise is no curvature
-    width = _PILOT_MM * held.s_mm.size / held.s_mm[-1]
-    reach = math.ceil(4.0 * width)
-    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
-    spread = np.convolve(np.pad(bend, reach, mode="edge"), bell / bell.sum(), mode="valid")
+    spread = gaussian_filter1d(bend, _PILOT_MM * held.s_mm.size / held.s_mm[-1], mode="nearest")
     relative = np.sqrt(_FLAT_PER_MM / np.maximum(spread, _FLAT_PER_MM))
     return np.asarray(np.clip(relative, PRACTICE_MM[0] / filter_mm, 1.0))
 
