@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
+from scipy.ndimage import binary_dilation
 
 from fecontact.arrays import Floats
 from fecontact.comparison.patch import standing_peaks
@@ -149,8 +149,7 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
     """Refuse a contact at the end of the wheel's line, on a corner or an edge: its pressure has no bound there."""
     grid, in_contact = rung.grid, rung.pressure_MPa > 0.0
     _check_irregularity(placement, rung)
-    nowhere = gap_mm >= OPEN_GAP_MM
-    if nowhere.any() and np.any(sliding_window_view(np.pad(nowhere, 1), (3, 3)).any(axis=(2, 3)) & in_contact):
+    if np.any(binary_dilation(gap_mm >= OPEN_GAP_MM, structure=np.ones((3, 3))) & in_contact):
         raise InputError(
             f"the contact reaches the end of the running surface of wheel {placement.wheel.profile.name};"
             " reduce the load, change the lateral shift, or give a longer profile line"
@@ -241,7 +240,7 @@ def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes:
 # Above this contact angle a vertical load drives the bodies along each other by more than half of what it closes them:
 # a gap whose points only come nearer then moves the patch by tenths of its width, and loses some of the load.
 _STEEP_RAD = math.radians(30.0)
-# Some 1e-5 of the pressure: a tenth of what the nodes leave open. Enough for the next grid and the next slide is less.
+# Some 1e-5 of the pressure: a tenth of what the nodes leave open. For the next grid and the next slide less is enough.
 TOLERANCE, _ROUGHLY = 1e-6, 1e-5
 # Steps across at which surfaces beside the contact are looked at.
 _STEP_MM = 0.25
@@ -514,16 +513,13 @@ def expected_patch(
         gap = gap.after(rung.approach_mm) if gap.is_steep else gap
         rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most, tolerance=_ROUGHLY)
     gap = gap.after(rung.approach_mm) if gap.is_steep else gap
-    planes = rung if np.ptp(angle_of_patches(gap.placement, rung)) > 0.0 else None
-    rung = _on_fitted(gap, rung, load_N, nodes=round(last * nodes), most=most, planes=planes, tolerance=tolerance)
+    before = rung
+    planes = before if np.ptp(angle_of_patches(gap.placement, before)) > 0.0 else None
+    rung = _on_fitted(gap, before, load_N, nodes=round(last * nodes), most=most, planes=planes, tolerance=tolerance)
     if gap.overlaps_between(rung):
-        planes, rung = (
-            rung,
-            _solve(gap, rung.even().grid, load_N, start=rung.pressure, planes=rung, tolerance=tolerance),
-        )
-    turned = angle_of_patches(gap.placement, rung)
-    if planes is not None:
-        turned -= _angle_below(gap, rung.grid, planes)
+        before = rung
+        rung = _solve(gap, before.even().grid, load_N, start=before.pressure, planes=before, tolerance=tolerance)
+    turned = angle_of_patches(gap.placement, rung) - _angle_below(gap, rung.grid, before)
     if np.ptp(turned[rung.pressure_MPa.any(axis=0)]) > _SAME_PLANE_RAD:
         rung = _solve(gap, rung.grid, load_N, start=rung.pressure, planes=rung, tolerance=tolerance)
     return _patch_of(gap, rung)

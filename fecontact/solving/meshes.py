@@ -159,12 +159,11 @@ class CoupledProblem:
             upright=bodies.normals @ true_gap.placement.first.normal,
         )
         opening = self.bodies.opening_mm(solution)
-        added, otherwise = (
-            None if elements is None else Field.of_nodes(bodies.grid, opening - elements(solution.pressure_MPa))
-            for elements in (self.elements, self.otherwise)
-        )
-        assert added is not None
-        return nodal, added, otherwise
+
+        def beyond(elements: Compliance) -> Field:
+            return Field.of_nodes(bodies.grid, opening - elements(solution.pressure_MPa))
+
+        return nodal, beyond(self.elements), None if self.otherwise is None else beyond(self.otherwise)
 
 
 def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool = True) -> CoupledProblem:
