@@ -12,10 +12,11 @@ study, and `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; 
 `--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, reading and smoothing of a
 measured pair, and, but for `--quick`, whole commands.
 
-Found (one thread, PARDISO): 51, 141, 184, 242 and 476 thousand unknowns take 2.1, 6.7, 11, 14 and 46 CPU s and 0.35,
-0.82, 1.2, 1.5 and 3.3 GB; peak +0.14, +0.21, +0.23, +0.22, +0.21 %, area -0.9, -0.2, -0.3, -0.3, -0.2 %. The peak stays
-at +0.2 %, because elements that are much finer than the far mesh are too stiff; the finer nodes are nearer. Multigrid
-needs 1.6 to 1.9 times as long up to 242 thousand, as long at 476, and 0.9 to 0.5 times the memory.
+Found (one thread, PARDISO): 33, 52, 78 and 140 thousand unknowns take 0.9, 1.6, 2.8 and 6.0 CPU s and 0.26, 0.35, 0.48
+and 0.81 GB; peak -0.03, +0.12, +0.23, +0.23 %, area -1.7, -0.9, -0.5, -0.2 %. The peak stays at +0.23 %, because
+elements that are much finer than the far mesh are too stiff; the finer nodes are nearer. Factorisation takes 64 % of
+the last one. Multigrid needs 2.5 to 1.8 times as long and 0.9 to 0.7 times the memory. A further load takes a twelfth
+of the first one by factors. Time grows as n^1.3 (PARDISO) and n^1.1.
 """
 
 import argparse
