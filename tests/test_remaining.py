@@ -147,8 +147,8 @@ def test_meshes_say_how_long_they_take_by_what_the_finest_ones_took(monkeypatch)
     meshes._level(position, 1 / 1.5)
     assert said == [
         "first meshes",
-        f"coarser meshes, for the uncertainty, about {8.0 * 0.5**1.1:.0f} s left",
-        f"finer meshes, because the verdict is open, about {8.0 * 2.0**1.1:.0f} s left if these decide it",
+        f"coarser meshes, for the uncertainty, about {8.0 * 0.5**1.16:.0f} s left",
+        f"finer meshes, because the verdict is open, about {8.0 * 2.0**1.16:.0f} s left if these decide it",
         "finer meshes, because the verdict, or that of the elements by themselves, is open",
     ]
     # the finest ones count from then on

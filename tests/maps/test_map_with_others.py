@@ -212,12 +212,12 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
         assert call([*asked, *more]) == 2
         capsys.readouterr()
     told, with_forces, quiet = seen
-    # 10.5 CPU s with files, pictures and report
-    assert "4 cells: about 12 s with 1 worker and 0.3 GB per worker" in told
+    # 9.5 CPU s with files, pictures and report
+    assert "4 cells: about 10 s with 1 worker and 0.3 GB per worker" in told
     assert "creep forces" not in told
     assert re.search(r"; creep forces about \d+ s more", with_forces)
     assert quiet == ""
-    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 12 s") == 3
+    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 10 s") == 3
 
 
 @pytest.mark.parametrize(("option", "instead"), [("--shift", "--shifts"), ("--load-kn", "--loads-kn")])
