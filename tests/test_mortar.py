@@ -219,7 +219,7 @@ def on_rollers(mesh: BodyMesh, material: Material) -> ElasticBody:
     free = np.flatnonzero(~held.ravel())
     factor = splu(stiffness(mesh, material).tocsr()[free][:, free].tocsc())
 
-    def solve(forces):
+    def solve(forces, tolerance):
         u = np.zeros_like(forces)
         u[free] = factor.solve(forces[free])
         return u

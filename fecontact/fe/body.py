@@ -269,7 +269,8 @@ def check_memory(needed_bytes: float, what: str) -> None:
 # --- Linear systems of a body: conjugate gradients with a Cholesky factor by MKL PARDISO, or with algebraic multigrid.
 
 SolverName = Literal["pardiso", "amg"]
-LinearSolver = Callable[[Floats], Floats]
+# Displacements (3n,) in mm under forces (3n,) in N, to a tolerance of the residual.
+LinearSolver = Callable[[Floats, float], Floats]
 _MKL_PATH = "PYPARDISO_MKL_RT"
 # Far below the contact solver's tolerance, so that the contact residuals do not contain this error.
 LINEAR_TOLERANCE = 1e-9
@@ -411,7 +412,7 @@ def _decoupled(matrix: bsr_matrix, moves: NDArray[np.bool_]) -> bsr_matrix:
     return bsr_matrix((data, columns, matrix.indptr), shape=matrix.shape)
 
 
-def _multigrid(matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats) -> LinearSolver:
+def _multigrid(matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats) -> Callable[[Floats], Floats]:
     """One cycle of smoothed aggregation."""
     import pyamg
 
@@ -426,7 +427,7 @@ def _multigrid(matrix: bsr_matrix, moves: NDArray[np.bool_], points: Floats) -> 
         postsmoother=("block_gauss_seidel", {"sweep": "backward"}),
         improve_candidates=None,
     )
-    cycle: LinearSolver = hierarchy.aspreconditioner().matvec
+    cycle: Callable[[Floats], Floats] = hierarchy.aspreconditioner().matvec
     return cycle
 
 
@@ -466,15 +467,15 @@ class _ConjugateGradients:
         self._nearly = _PardisoFactor(matrix) if solver == "pardiso" else _multigrid(matrix, moves, points)
         self._solved: deque[tuple[Floats, Floats]] = deque(maxlen=_REMEMBERED)
 
-    def __call__(self, forces: Floats, whole_N: float = 0.0) -> Floats:
+    def __call__(self, forces: Floats, tolerance: float, whole_N: float = 0.0) -> Floats:
         """Displacements (3n,) in mm under forces (3n,) in N; they may be a small part of a load of this size."""
         load, most = forces * self._moves, _MOST_ITERATIONS[self._solver]
         u, info = cg(
             self._matrix,
             load,
             x0=self._first_guess(load),
-            rtol=LINEAR_TOLERANCE,
-            atol=LINEAR_TOLERANCE * whole_N,
+            rtol=tolerance,
+            atol=tolerance * whole_N,
             maxiter=most,
             M=LinearOperator(self._matrix.shape, self._nearly, dtype=float),
         )
@@ -484,7 +485,7 @@ class _ConjugateGradients:
             other = "amg" if self._solver == "pardiso" else "pardiso"
             raise ConvergenceError(
                 f"solver {self._solver}: residual {residual / norm:.1e} after {most} iterations"
-                f" (wanted {LINEAR_TOLERANCE:g}); use the {other} solver or a coarser resolution"
+                f" (wanted {tolerance:g}); use the {other} solver or a coarser resolution"
             )
         self._solved.append((load, u))
         return np.asarray(u)
@@ -539,14 +540,19 @@ class ElasticBody:
         # a factor lives in the memory of the library that made it
         return {**self.__dict__, "solve": _no_factor}
 
-    def displacements(self, nodes: Integers, forces: Floats, more: Floats | None = None) -> Floats:
-        """Displacements (n, 3) in mm under forces (k, 3) in N on `nodes` (k,) and forces `more` (n, 3) on all nodes."""
+    def displacements(
+        self, nodes: Integers, forces: Floats, more: Floats | None = None, *, tolerance: float = LINEAR_TOLERANCE
+    ) -> Floats:
+        """Displacements (n, 3) in mm under forces (k, 3) in N on `nodes` (k,) and forces `more` (n, 3) on all nodes.
+
+        The residual's norm is at most `tolerance` times that of the forces.
+        """
         load = np.zeros((len(self.mesh.points), 3)) if more is None else more.copy()
         np.add.at(load, nodes, forces)
         spacing = self.mesh.spacing
         if spacing is not None and more is not None:
             np.add.at(load, spacing.ends, spacing.parts[:, :, None] * load[spacing.between, None])
-        u = self.solve(load.ravel()).reshape(-1, 3)
+        u = self.solve(load.ravel(), tolerance).reshape(-1, 3)
         if spacing is not None:
             u[spacing.between] = np.einsum("he,hed->hd", spacing.parts, u[spacing.ends])
         return u
@@ -562,7 +568,7 @@ class ElasticBody:
             release()
 
 
-def _no_factor(forces: Floats) -> Floats:
+def _no_factor(forces: Floats, tolerance: float) -> Floats:
     raise InputError("a body that was pickled has no factor of its stiffness; solve the case again")
 
 
@@ -656,13 +662,13 @@ class _BothHalves:
         even[self._on_plane, 0], odd[self._on_plane, 1:] = True, True
         self._halves = held_at(even), held_at(odd)
 
-    def __call__(self, forces: Floats) -> Floats:
+    def __call__(self, forces: Floats, tolerance: float) -> Floats:
         f = forces.reshape(-1, 3) @ self._axes
         here, there = f[self._nodes], f[self._opposite] * _MIRRORED
         # where one of them is small, so may be its precision
         whole_N = float(np.linalg.norm(self._share * f[self._nodes]))
         even, odd = (
-            solve((self._share * own).ravel(), whole_N).reshape(-1, 3)
+            solve((self._share * own).ravel(), tolerance, whole_N).reshape(-1, 3)
             for solve, own in zip(self._halves, (here + there, here - there), strict=True)
         )
         u = np.empty_like(f)

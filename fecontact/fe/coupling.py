@@ -41,22 +41,27 @@ class CoupledBodies:
     # of the last pressure: slides and stresses ask for what the contact has ended with
     _last: list[tuple[Floats, tuple[Floats, Floats]]] = field(default_factory=list, init=False, repr=False)
 
-    def displacements(self, pressure: Floats, more: Sequence[Floats | None] = (None, None)) -> tuple[Floats, Floats]:
-        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa.
-
-        `more` are further forces (nodes, 3) in N on rail and wheel.
-        """
-        alone = more[0] is None and more[1] is None
-        if alone and self._last and np.array_equal(self._last[0][0], pressure):
-            return self._last[0][1]
-        on_rail, on_wheel = self.forces_N(pressure)
-        found = (
-            self.rail.displacements(self.rail_nodes, on_rail, more[0]),
-            self.wheel.displacements(self.wheel_nodes, on_wheel, more[1]),
-        )
-        if alone:
+    def displacements(self, pressure: Floats) -> tuple[Floats, Floats]:
+        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa."""
+        if not self._last or not np.array_equal(self._last[0][0], pressure):
+            on_rail, on_wheel = self.forces_N(pressure)
+            found = (
+                self.rail.displacements(self.rail_nodes, on_rail),
+                self.wheel.displacements(self.wheel_nodes, on_wheel),
+            )
             self._last[:] = [(pressure.copy(), found)]
-        return found
+        return self._last[0][1]
+
+    def displacements_with(self, pressure: Floats, more: Sequence[Floats], tolerance: float) -> tuple[Floats, Floats]:
+        """Displacements as above, with further forces (nodes, 3) in N on all nodes of rail and wheel.
+
+        Norms of the residuals are at most `tolerance` times those of the forces.
+        """
+        on_rail, on_wheel = self.forces_N(pressure)
+        return (
+            self.rail.displacements(self.rail_nodes, on_rail, more[0], tolerance=tolerance),
+            self.wheel.displacements(self.wheel_nodes, on_wheel, more[1], tolerance=tolerance),
+        )
 
     def forces_N(self, pressure: Floats) -> tuple[Floats, Floats]:
         """Forces (n, 3) on the rail's and (m, 3) on the wheel's contact nodes under nodal pressures (n,) in MPa."""

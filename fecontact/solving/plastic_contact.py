@@ -26,7 +26,7 @@ from fecontact.contact.solver import (
     solve_by_correction,
     solve_contact,
 )
-from fecontact.fe.body import CORNER_SIGNS, BodyMesh, ElasticBody
+from fecontact.fe.body import CORNER_SIGNS, LINEAR_TOLERANCE, BodyMesh, ElasticBody
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.stress import (
     PlasticLaw,
@@ -45,6 +45,9 @@ STEPS = 4
 """Load steps from first yield to the load; with half of them the peak moves by 1 % at 2.5 times the yield stress."""
 # Relative change of pressure and plastic strain by the last correction: the peak is then within 5e-5.
 TOLERANCE = 1e-4
+# Of the linear solutions of a correction, as a part of the forces: one step of a factor in single precision leaves
+# 5e-7, of which 1e-11 is in the pressures.
+_LINEAR_TOLERANCE = 1e-6
 _MOST_CORRECTIONS = 60
 _DEPTH = 6
 # Elements may yield if their elastic stress exceeds this part of the yield stress: yielding elements shed stress to
@@ -164,7 +167,7 @@ class YieldingBodies:
     def unloaded(self, contact: PlasticContact) -> Pair:
         """Displacements (nodes, 3) in mm of both bodies by their plastic strain alone, without load."""
         forces = self._forces(_strains_of(contact.states))
-        return self.coupled.displacements(np.zeros_like(contact.solution.pressure_MPa), forces)
+        return self.coupled.displacements_with(np.zeros_like(contact.solution.pressure_MPa), forces, LINEAR_TOLERANCE)
 
     def holds(self, contact: PlasticContact) -> bool:
         """Whether nothing yields outside the zones, and no pressure reaches the edge of the pressure nodes."""
@@ -189,7 +192,7 @@ class YieldingBodies:
         corrections = 0
         while True:
             corrections += 1
-            u = coupled.displacements(p, self._forces(plastic))
+            u = coupled.displacements_with(p, self._forces(plastic), _LINEAR_TOLERANCE)
             opening = coupled.opening(*u)
             inner = replace(cheap, gap_mm=self.problem.gap_mm + opening - self.model(p))
             solution = solve_contact(inner, load_N, start_MPa=p, tolerance=0.01 * TOLERANCE)
