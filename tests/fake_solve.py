@@ -18,6 +18,7 @@ from fecontact.comparison.measures import FLOORS, MEASURES
 from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, NotEnoughMemory
 from fecontact.files import read_json, write_json, write_text
+from fecontact.jobs.workers import Made
 from fecontact.outputs.records.results import input_columns, write_row
 from fecontact.outputs.tables import flat
 from fecontact.runs.identity import provenance
@@ -46,7 +47,7 @@ class FakeWork:
     settings: Mapping[str, Any]
     loads: object = None
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> Made:
         out = folder.parent.parent
         begun = solves(out).count(self.name)
         with (out / "solves.txt").open("a") as file:
@@ -58,7 +59,7 @@ class FakeWork:
         short = _act(what.get(f"{self.case.load_N / 1e3:g}", what.get("all", "")), begun)
         write_json(folder / RESULT, {"provenance": provenance(self.case, id=self.name, settings=self.settings)})
         write_row(folder / ROW, {"id": self.name, **row(self.case), "verdict_warnings": MEMORY if short else ""})
-        return short
+        return Made(short_of_memory=short)
 
 
 def _act(what: str, begun: int) -> bool:

@@ -21,6 +21,6 @@ def keep_case(result: CaseResult, folder: Path) -> Told:
     """Put all files of a case into a folder, as `load` and `judge` read them; other files there stay."""
     told = Told.of(result)
     keep_solved(result, result.case, folder)
-    keep_told(result, told, folder)
+    keep_told(result, told, folder, svg=True)
     seal_case(result.case, folder)
     return told

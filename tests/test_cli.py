@@ -236,7 +236,6 @@ def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path, mo
         "hertz_ellipse.vtp",
         "case.vtm",
         "case.png",
-        "case.svg",
         "stored.json",
     }
     assert {path.name for path in folder.iterdir()} == expected

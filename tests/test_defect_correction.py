@@ -164,6 +164,31 @@ def test_start_does_not_change_the_answer():
     np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())
 
 
+@pytest.mark.parametrize("strength", [0.0, 0.02, 0.4])
+def test_a_compliance_that_is_asked_for_roughly_gives_the_same_answer(strength):
+    """Each application is off at random by all that is allowed; what is told of the end is true of the exact one."""
+    base, grid = problem(half=False, skew=0.6)
+    compliance = bodies_like(base, grid, strength)
+    random, asked = np.random.default_rng(7), []
+
+    def within(p: np.ndarray, error: float) -> np.ndarray:
+        asked.append(error)
+        opening = compliance(p)
+        return opening + error * opening.max() * random.uniform(-1.0, 1.0, p.size)
+
+    exactly = replace(base, compliance=compliance)
+    model = UnitResponse.of(compliance, grid, contact_modulus_MPa=MODULUS).model()
+    exact = solve_by_correction(exactly, LOAD, model)
+    found = solve_by_correction(replace(exactly, within=within), LOAD, model)
+    assert found.status == "converged"
+    assert asked[0] > 1e-4
+    assert asked[-1] == pytest.approx(1e-8)
+    assert found.compliance_calls == len(asked) <= exact.compliance_calls + 2
+    opened = base.gap_mm + compliance(found.pressure_MPa) - found.approach_mm
+    assert np.abs(opened[found.in_contact]).max() < 1.2e-7 * found.approach_mm
+    np.testing.assert_allclose(found.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
+
+
 def test_bodies_that_slide_end_with_the_gap_after_their_slide():
     """A wheel that goes along the rail by a part of the approach, against the contact at the place where it ends."""
     base, grid = problem(half=True)

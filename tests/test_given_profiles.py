@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kept import keep_case
+from pictures import draw_nothing
 
 import fecontact
 from fecontact.case import Case, case_from_record, case_record
@@ -90,14 +91,6 @@ def test_a_wheel_and_the_other_side_may_be_given():
 def test_what_is_no_profile_is_refused(y, z, name, said):
     with pytest.raises(InputError, match=said):
         fecontact.profile(y, z, name=name)
-
-
-def draw_nothing(monkeypatch):
-    def empty(result, path):
-        for ending in (".png", ".svg"):
-            path.with_suffix(ending).write_bytes(b"")
-
-    monkeypatch.setattr("fecontact.outputs.figures.case.case_figure", empty)
 
 
 def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):

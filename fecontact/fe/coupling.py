@@ -11,7 +11,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from fecontact.arrays import Floats, Integers
 from fecontact.contact.grid import ContactGrid
 from fecontact.errors import NotCovered
-from fecontact.fe.body import ElasticBody
+from fecontact.fe.body import LINEAR_TOLERANCE, ElasticBody
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,30 +38,34 @@ class CoupledBodies:
     wheel_nodes: Integers
     coupling: csr_matrix
     bands: tuple[slice, ...] = (slice(None),)
-    # of the last pressure: slides and stresses ask for what the contact has ended with
-    _last: list[tuple[Floats, tuple[Floats, Floats]]] = field(default_factory=list, init=False, repr=False)
+    # of the last pressure, with the tolerance: slides and stresses ask for what the contact has ended with
+    _last: list[tuple[Floats, float, tuple[Floats, Floats]]] = field(default_factory=list, init=False, repr=False)
 
-    def displacements(self, pressure: Floats) -> tuple[Floats, Floats]:
-        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa."""
-        if not self._last or not np.array_equal(self._last[0][0], pressure):
-            on_rail, on_wheel = self.forces_N(pressure)
-            found = (
-                self.rail.displacements(self.rail_nodes, on_rail),
-                self.wheel.displacements(self.wheel_nodes, on_wheel),
-            )
-            self._last[:] = [(pressure.copy(), found)]
-        return self._last[0][1]
+    def displacements(
+        self,
+        pressure: Floats,
+        more: Sequence[Floats | None] = (None, None),
+        *,
+        tolerance: float = LINEAR_TOLERANCE,
+    ) -> tuple[Floats, Floats]:
+        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa.
 
-    def displacements_with(self, pressure: Floats, more: Sequence[Floats], tolerance: float) -> tuple[Floats, Floats]:
-        """Displacements as above, with further forces (nodes, 3) in N on all nodes of rail and wheel.
-
-        Norms of the residuals are at most `tolerance` times those of the forces.
+        `more` are further forces (nodes, 3) in N on rail and wheel. Norms of the residuals are at most `tolerance`
+        times those of the forces.
         """
+        alone = more[0] is None and more[1] is None
+        if alone and self._last:
+            last, reached, found = self._last[0]
+            if reached <= tolerance and np.array_equal(last, pressure):
+                return found
         on_rail, on_wheel = self.forces_N(pressure)
-        return (
+        found = (
             self.rail.displacements(self.rail_nodes, on_rail, more[0], tolerance=tolerance),
             self.wheel.displacements(self.wheel_nodes, on_wheel, more[1], tolerance=tolerance),
         )
+        if alone:
+            self._last[:] = [(pressure.copy(), tolerance, found)]
+        return found
 
     def forces_N(self, pressure: Floats) -> tuple[Floats, Floats]:
         """Forces (n, 3) on the rail's and (m, 3) on the wheel's contact nodes under nodal pressures (n,) in MPa."""
@@ -99,17 +103,17 @@ class CoupledBodies:
         self.rail.close()
         self.wheel.close()
 
-    def compliance(self, pressure: Floats) -> Floats:
+    def compliance(self, pressure: Floats, tolerance: float = LINEAR_TOLERANCE) -> Floats:
         """Opening (n,) in mm along the normals, weighted by the dual functions, under pressures (n,) in MPa."""
-        return self.opening(*self.displacements(pressure))
+        return self.opening(*self.displacements(pressure, tolerance=tolerance))
 
     def opening(self, u_rail: Floats, u_wheel: Floats) -> Floats:
         """Opening (n,) in mm, weighted as in `compliance`, by displacements (nodes, 3) in mm of both bodies."""
         return np.asarray(np.einsum("nd,nd->n", self.normals, self._parting(u_rail, u_wheel)))
 
-    def parting(self, pressure: Floats) -> Floats:
+    def parting(self, pressure: Floats, tolerance: float = LINEAR_TOLERANCE) -> Floats:
         """Displacement (n, 3) in mm of the wheel's surface relative to the rail's, averaged as in `compliance`."""
-        return self._parting(*self.displacements(pressure))
+        return self._parting(*self.displacements(pressure, tolerance=tolerance))
 
     def _parting(self, u_rail: Floats, u_wheel: Floats) -> Floats:
         wheel = (self.coupling @ u_wheel[self.wheel_nodes]) / self.grid.nodal_area_mm2()[:, None]

@@ -35,7 +35,7 @@ def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | Non
     for k, (r, s, t) in enumerate(gauss * signs):
         dn = shape_gradients(r, s, t)
         jacobian = p.transpose(0, 2, 1) @ dn
-        grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T[None].repeat(len(p), axis=0)) @ u
+        grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T @ u)
         # row l and column k of grad: the derivative of u_k by x_l
         at_gauss[:, k] = np.tensordot(grad, law, axes=((2, 1), (1, 2)))
     if relaxed is not None:

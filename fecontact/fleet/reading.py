@@ -15,6 +15,7 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, sha256, write_json
 from fecontact.fleet.population import Body
 from fecontact.jobs.store import Origin
+from fecontact.jobs.workers import Made
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import is_known, load
 from fecontact.profiles.points import checked, is_exact
@@ -101,20 +102,20 @@ class ReadingProfile:
     reading: Reading
     filters_mm: tuple[float, ...]
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> Made:
         """Write the record, and the lines of measured points."""
         try:
             lines = self._lines()
         except InputError as error:
             reason, _, remedy = str(error).partition("; ")
             write_json(folder / _RECORD, {"status": "refused", "reason": reason, "remedy": remedy})
-            return False
+            return Made()
         if self.content_hash and sha256(Path(self.spec)) != self.content_hash:
             raise InputError(f"{self.spec} changed while it was read; give the same command again")
         write_json(folder / _RECORD, _record(lines))
         if lines[0].measured is not None:
             _keep(lines, folder / _LINES)
-        return False
+        return Made()
 
     def _lines(self) -> list[Profile]:
         exact = replace(self.reading, filter_mm=0.0)

@@ -35,6 +35,7 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.fleet.model import Position, Screen
 from fecontact.fleet.reading import Kept
 from fecontact.fleet.tables import of_arrow
+from fecontact.jobs.workers import Made
 from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
 from fecontact.solving.placing import place_at_shifts, wheelset_of_case
 from fecontact.solving.position import expect_on_half_space
@@ -281,10 +282,10 @@ class ScreeningPair:
     positions: tuple[Position, ...]
     theory: Screen
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> Made:
         """Write the part of the table."""
         write_rows(self.rows(), folder / PART)
-        return False
+        return Made()
 
     def rows(self) -> list[Row]:
         """A row a position."""

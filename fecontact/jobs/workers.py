@@ -41,11 +41,27 @@ from fecontact.jobs.store import Origin, difference, kept_folder, new_folder, re
 _ONE_AT_A_TIME = threading.Lock()
 
 
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """What came of the work of a job, beside the files in its folder.
+
+    Attributes
+    ----------
+    short_of_memory
+        Whether there was not enough memory for all that was asked for.
+    value
+        What `Job.read` gives of the folder; None where it has to be read.
+    """
+
+    short_of_memory: bool = False
+    value: Any = None
+
+
 class Work(Protocol):
     """The work of a job: a callable that a worker can import."""
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
-        """Write the job's files into a folder; True if there was not enough memory for all that was asked for.
+    def __call__(self, folder: Path, finished: Path | None) -> Made:
+        """Write the job's files into a folder.
 
         `finished` is the job's stored folder if its fields are only to be evaluated again.
         """
@@ -102,7 +118,7 @@ class Done:
     short_of_memory
         Whether the job may succeed when it runs alone.
     value
-        What `Job.read` returned.
+        What `Job.read` returned, or would have.
     unreadable
         Why a job that was finished before had to be done again.
     seconds
@@ -176,14 +192,15 @@ def _do(job: Job) -> Done:
             unreadable = str(error)
     judged = kept.found and kept.problem is None and not job.force and unreadable is None
     with new_folder(job.folder, job.name, job.origin, job.run) as folder:
-        short = job.work(folder, job.folder if judged else None)
-        if short and not job.alone:
+        made = job.work(folder, job.folder if judged else None)
+        if made.short_of_memory and not job.alone:
             raise NotEnoughMemory("there was not enough memory to solve it as far as it would have been alone")
     error_file(job.folder).unlink(missing_ok=True)
     stored = kept_folder(job.folder, job.name, job.origin)
     if not stored.usable:
         raise OSError(f"what was written cannot be read again: {stored.problem or stored.outdated}")
-    return Done(name=job.name, value=_value(job), unreadable=unreadable)
+    value = _value(job) if made.value is None else made.value
+    return Done(name=job.name, value=value, unreadable=unreadable)
 
 
 def _value(job: Job) -> Any:

@@ -150,7 +150,8 @@ class _Run:
         case = self.cases[self._shifts[name]]
         if self.by.settings.scheduler:
             case = with_absolute_paths(case)
-        job = job_of(case, position_folder(self.out, name), SolvingPosition(case=case, name=name, loads_N=self.loads_N))
+        work = SolvingPosition(case=case, name=name, loads_N=self.loads_N, dear=self.dear)
+        job = job_of(case, position_folder(self.out, name), work)
         read = partial(read_position, criteria=self.base_case.criteria, creep=self.base_case.creep, dear=self.dear)
         open_ = has_open_loads(job.folder) and kept_folder(job.folder, job.name, job.origin).problem is None
         return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm", force=open_)
@@ -160,8 +161,8 @@ class _Run:
         why = done.failure
         self._positions[shift] = done.value if why is None else failed_position(shift, self.loads_N, why)
         now = time.monotonic()
-        # what was finished before is drawn with the next one that is solved, or at the end
-        if done.name not in self.by.reused and now >= self._tables_at:
+        # what was finished before is drawn with the next one that is solved, or at the end, as is the last one
+        if len(self._positions) < len(self._shifts) and done.name not in self.by.reused and now >= self._tables_at:
             # a full disk now may have room at the end
             with contextlib.suppress(OSError):
                 self.write(drawn=now - self._drawn_at > _DRAWN_EVERY_S)

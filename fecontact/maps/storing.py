@@ -11,6 +11,7 @@ from fecontact.case import Case
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, usable
 from fecontact.jobs.store import tell_part
+from fecontact.jobs.workers import Made
 from fecontact.maps.model import (
     LoadLimit,
     MapCell,
@@ -41,22 +42,27 @@ def position_folder(out: Path, name: str) -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class SolvingPosition:
-    """What a worker does with a position under several loads, which increase: solve it and keep it."""
+    """What a worker does with a position under several loads, which increase: solve it and keep it.
+
+    With `dear` its loads are to have what features read in seconds, too.
+    """
 
     case: Case
     name: str
     loads_N: tuple[float, ...]
+    dear: bool = False
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> Made:
         """Solve, or take over what is in the finished folder where a new solution would have no more."""
         again = None if finished is None else judged_again(read_position, finished, self.case)
         if finished is not None and again is not None and again.limit.narrowed:
             copy_solved(finished, folder, self.case)
-            return False
+            return Made()
         position = solve_position(self.case, self.loads_N, partial(tell_part, folder, self.name))
         keep_position(position, self.case, folder)
         refuse_changed_profiles(self.case, self.name, self.loads_N)
-        return position.short_of_memory
+        value = with_dear_readings(position) if self.dear else position
+        return Made(short_of_memory=position.short_of_memory, value=value)
 
 
 def keep_position(position: MapPosition, case: Case, folder: Path) -> None:

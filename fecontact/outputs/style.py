@@ -117,9 +117,16 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     if path.suffix.lower() not in (".png", ".svg"):
         raise InputError(f"picture {path}: allowed: a name that ends in .png or .svg; both are written")
     as_png, as_svg = (path if path.suffix.lower() == own else path.with_suffix(own) for own in (".png", ".svg"))
-    svg, image = svg_of(figure), image_of(figure)
+    svg = svg_of(figure)
     write_atomically(as_svg, lambda temporary: temporary.write_bytes(svg))
-    write_atomically(as_png, lambda temporary: image.save(temporary, "PNG", compress_level=_COMPRESSED, dpi=(DPI, DPI)))
+    save_image(figure, as_png)
+    return path
+
+
+def save_image(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG alone, in half of the time."""
+    image = image_of(figure)
+    write_atomically(path, lambda temporary: image.save(temporary, "PNG", compress_level=_COMPRESSED, dpi=(DPI, DPI)))
     return path
 
 

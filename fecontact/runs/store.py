@@ -25,7 +25,7 @@ from fecontact.errors import FecontactError, InputError
 from fecontact.fe.stress import StressPeak
 from fecontact.files import read_json, write_json
 from fecontact.jobs.store import write_manifest
-from fecontact.jobs.workers import Job, Work
+from fecontact.jobs.workers import Job, Made, Work
 from fecontact.outputs.records.results import FOUND_INPUTS, Row, case_inputs, case_row, result_record, write_row
 from fecontact.outputs.records.stored import (
     Arrays,
@@ -71,7 +71,7 @@ class Solving:
     settings: Mapping[str, Any] = field(default_factory=dict)
     loads: SharedLoads | None = None
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> Made:
         """Solve, or judge again what is in the finished folder, and write all files."""
         if finished is not None and (again := judged_again(read_case, finished, self.case)) is not None:
             from fecontact.outputs.paraview.vtk import write_contact_vtk
@@ -79,12 +79,12 @@ class Solving:
             copy_solved(finished, folder, self.case)
             write_contact_vtk(again, folder)
             keep_told(again, Told.of(again), folder, self.settings)
-            return False
+            return Made()
         result = solve(self.case) if self.loads is None else self.loads.sweep.result(self.case.load_N)
         keep_solved(result, self.case, folder)
         keep_told(result, Told.of(result), folder, self.settings)
         refuse_changed_profiles(self.case, self.name)
-        return result.short_of_memory
+        return Made(short_of_memory=result.short_of_memory)
 
 
 class OfLoads(Protocol):
@@ -176,11 +176,16 @@ def keep_loads(result: OfLoads, case: Case, folder: Path, **own: Any) -> None:
     write_json(folder / SOLVED, record)
 
 
-def keep_told(result: CaseResult, told: Told, folder: Path, settings: Mapping[str, Any] | None = None) -> None:
-    """Put what is told of a case beside what was solved; `settings` are the command's."""
+def keep_told(
+    result: CaseResult, told: Told, folder: Path, settings: Mapping[str, Any] | None = None, *, svg: bool = False
+) -> None:
+    """Put what is told of a case beside what was solved; `settings` are the command's, `svg` adds a picture of lines.
+
+    A picture of lines takes as long as that of pixels: a study of hundreds of cases has none.
+    """
     from fecontact.outputs.figures.case import case_figure
 
-    case_figure(result, folder / "case.png")
+    case_figure(result, folder / "case.png", svg=svg)
     made = provenance(result.case, id=told.row["id"], settings=dict(settings or {}))
     write_json(folder / RESULT, {**told.record, "provenance": made})
     write_row(folder / ROW, told.row)

@@ -336,7 +336,7 @@ def report_study(
 def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
     """Put the files of a solved case into a folder, as `load` and `judge` read them, with its report."""
     keep_solved(result, result.case, folder)
-    keep_told(result, told, folder)
+    keep_told(result, told, folder, svg=True)
     seal_case(result.case, folder)
     relief = relief_picture(result.load, result.placement)
     return write_study_report(
@@ -366,7 +366,7 @@ def report_judged(
                 cases.append(ReportedCase(row=row, record={"solver": kept.record.get("solver", {})}))
                 continue
             result = read_case(folder, criteria=criteria, creep=creep)
-            path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png")
+            path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png", svg=False)
             relief = relief_picture(result.load, result.placement) if len(rows) == 1 else None
             cases.append(ReportedCase(row=row, record=result_record(result), picture=path, relief=relief))
             if row is most[0]:

@@ -56,6 +56,8 @@ _ENLARGEMENTS = 4
 # How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
 # Six elements per semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
 _LAYERS_THAT_YIELD = 1.2
+# Linear solutions that slides and stresses are taken from: the contact's own, which are better.
+_OF_SLIDES, _OF_STRESSES = 1e-3, 1e-7
 # Element sizes tried one after the other where a section's elements fold: another size is another mesh.
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
 
@@ -174,6 +176,7 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool
     grid, modulus = bodies.grid, true_gap.contact_modulus_MPa
     of_bodies = ContactProblem(
         compliance=bodies.compliance,
+        within=bodies.compliance,
         gap_mm=grid.weighted_mean(true_gap.gap),
         closing=bodies.normals @ true_gap.direction,
         area_mm2=grid.whole_area_mm2(),
@@ -297,7 +300,9 @@ class CoupledMesh:
         """How far the wheel goes along the rail below the patch, less what both bodies give way to it there."""
         tangent = true_gap.placement.first.tangent
         force = self.bodies.grid.whole_area_mm2() * solution.pressure_MPa
-        gives_way = float(force @ (self.bodies.parting(solution.pressure_MPa) @ tangent)) / float(force.sum())
+        gives_way = float(force @ (self.bodies.parting(solution.pressure_MPa, _OF_SLIDES) @ tangent)) / float(
+            force.sum()
+        )
         return solution.approach_mm * float(true_gap.direction @ tangent) - gives_way
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
@@ -555,7 +560,7 @@ class Meshes:
 
     def _recover(self, mesh: CoupledMesh, level: Level) -> None:
         with self.position.clock.step("recover"):
-            rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel())
+            rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel(), tolerance=_OF_STRESSES)
             self.bodies = SolvedBodies(
                 coupled=mesh.bodies,
                 displacement_mm={"rail": rail, "wheel": wheel},

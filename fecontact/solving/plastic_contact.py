@@ -26,7 +26,7 @@ from fecontact.contact.solver import (
     solve_by_correction,
     solve_contact,
 )
-from fecontact.fe.body import CORNER_SIGNS, LINEAR_TOLERANCE, BodyMesh, ElasticBody
+from fecontact.fe.body import CORNER_SIGNS, BodyMesh, ElasticBody
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.stress import (
     PlasticLaw,
@@ -107,7 +107,7 @@ class YieldingBodies:
         cls, coupled: CoupledBodies, problem: ContactProblem, model: Compliance, pressure_MPa: Floats
     ) -> YieldingBodies:
         """Bodies with zones of the elements that may yield up to the load of an elastic pressure (n,)."""
-        displacements = coupled.displacements(pressure_MPa)
+        displacements = coupled.displacements(pressure_MPa, tolerance=_LINEAR_TOLERANCE)
         zones = (_zone(body, u) for body, u in zip((coupled.rail, coupled.wheel), displacements, strict=True))
         return cls(coupled=coupled, problem=problem, model=model, zones=tuple(zones))
 
@@ -125,7 +125,7 @@ class YieldingBodies:
 
     def virgin(self, load_N: float, solution: ContactSolution) -> PlasticContact:
         """An elastic solution as a contact without plastic strain."""
-        u = self.coupled.displacements(solution.pressure_MPa)
+        u = self.coupled.displacements(solution.pressure_MPa, tolerance=_LINEAR_TOLERANCE)
         states = tuple(zone.none() for zone in self.zones)
         return PlasticContact(
             load_N=load_N, solution=solution, states=states, strains=self._strains(u), displacements_mm=u
@@ -167,7 +167,7 @@ class YieldingBodies:
     def unloaded(self, contact: PlasticContact) -> Pair:
         """Displacements (nodes, 3) in mm of both bodies by their plastic strain alone, without load."""
         forces = self._forces(_strains_of(contact.states))
-        return self.coupled.displacements_with(np.zeros_like(contact.solution.pressure_MPa), forces, LINEAR_TOLERANCE)
+        return self.coupled.displacements(np.zeros_like(contact.solution.pressure_MPa), forces)
 
     def holds(self, contact: PlasticContact) -> bool:
         """Whether nothing yields outside the zones, and no pressure reaches the edge of the pressure nodes."""
@@ -192,7 +192,7 @@ class YieldingBodies:
         corrections = 0
         while True:
             corrections += 1
-            u = coupled.displacements_with(p, self._forces(plastic), _LINEAR_TOLERANCE)
+            u = coupled.displacements(p, self._forces(plastic), tolerance=_LINEAR_TOLERANCE)
             opening = coupled.opening(*u)
             inner = replace(cheap, gap_mm=self.problem.gap_mm + opening - self.model(p))
             solution = solve_contact(inner, load_N, start_MPa=p, tolerance=0.01 * TOLERANCE)

@@ -10,7 +10,7 @@ from typing import Any
 from inline import stand_ins
 
 from fecontact.case import Case
-from fecontact.jobs.workers import Crew
+from fecontact.jobs.workers import Crew, Made
 from fecontact.maps.model import failed_position
 from fecontact.maps.running import MapOutcome, run_map
 from fecontact.maps.storing import keep_position
@@ -23,15 +23,16 @@ class FakePosition:
     case: Case
     loads_N: tuple[float, ...]
     name: str
+    dear: bool = False
     seconds: float = 0.0
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> Made:
         with (folder.parent.parent / "solves.txt").open("a") as file:
             file.write(f"{self.case.lateral_shift_mm:g}\n")
         time.sleep(self.seconds)
         made = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
         keep_position(made, self.case, folder)
-        return False
+        return Made()
 
 
 def map_by(

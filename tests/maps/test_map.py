@@ -47,7 +47,7 @@ from fecontact.files import json_text
 from fecontact.inputs import parse_numbers
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import write_manifest
-from fecontact.jobs.workers import Crew
+from fecontact.jobs.workers import Crew, Made
 from fecontact.maps import storing
 from fecontact.maps.files import map_figure, write_map
 from fecontact.maps.model import (
@@ -1273,12 +1273,13 @@ class DeadlyWork:
     case: Case
     loads_N: tuple[float, ...]
     name: str
+    dear: bool = False
 
     def __call__(self, folder, finished):
         if self.case.lateral_shift_mm == 0.0:
             os._exit(9)
         keep_position(fake_position(self.case, self.loads_N), self.case, folder)
-        return False
+        return Made()
 
 
 @dataclass(frozen=True)
@@ -1288,10 +1289,11 @@ class PlantedWork:
     case: Case
     loads_N: tuple[float, ...]
     name: str
+    dear: bool = False
 
     def __call__(self, folder, finished):
         keep_position(fake_position(self.case, self.loads_N), self.case, folder)
-        return False
+        return Made()
 
 
 @dataclass(frozen=True)

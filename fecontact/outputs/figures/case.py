@@ -18,7 +18,17 @@ from fecontact.comparison.patch import signed_square
 from fecontact.contact.grid import ContactGrid
 from fecontact.errors import usable
 from fecontact.normal.hertz import HertzContact
-from fecontact.outputs.style import ANSWERS, SERIES, SIDES, Colour, blank_figure, finish, legend_beside, save_figure
+from fecontact.outputs.style import (
+    ANSWERS,
+    SERIES,
+    SIDES,
+    Colour,
+    blank_figure,
+    finish,
+    legend_beside,
+    save_figure,
+    save_image,
+)
 from fecontact.outputs.tables import Row
 from fecontact.outputs.words import SHIFT, WORDS, case_words, series, shown_measures, verdict_reason
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
@@ -189,12 +199,12 @@ _HEAD, _TITLE, _BELOW, _CUTS, _LEFT, _BESIDE = 0.65, 0.4, 0.75, 4.2, 0.85, 1.75
 _WORDS = 4.35
 
 
-def case_figure(result: CaseResult, path: str | Path) -> Path:
-    """Draw a case as PNG, and as SVG beside it; see `draw_case`."""
+def case_figure(result: CaseResult, path: str | Path, *, svg: bool = True) -> Path:
+    """Draw a case as PNG, and as SVG beside it unless that is not wanted; see `draw_case`."""
     fields = PressureFields.of(result.load)
     figure = blank_figure(*case_inches(fields))
     draw_case(figure, result.load, result.placement, fields)
-    return save_figure(figure, path)
+    return save_figure(figure, path) if svg else save_image(figure, Path(path))
 
 
 def case_inches(fields: PressureFields) -> tuple[float, float]:
