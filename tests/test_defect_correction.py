@@ -164,7 +164,7 @@ def test_start_does_not_change_the_answer():
     np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())
 
 
-@pytest.mark.parametrize("strength", [0.0, 0.02, 0.4])
+@pytest.mark.parametrize("strength", [0.02, 0.1, 0.4])
 def test_a_compliance_that_is_asked_for_roughly_gives_the_same_answer(strength):
     """Each application is off at random by all that is allowed; what is told of the end is true of the exact one."""
     base, grid = problem(half=False, skew=0.6)
