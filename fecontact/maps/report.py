@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
+from typing import TypeAlias
 
 from fecontact.case import Case
 from fecontact.comparison.judging import JudgedLoad
@@ -28,7 +29,7 @@ from fecontact.outputs.documents import REPORT, case_parts, closing
 from fecontact.outputs.figures.case import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.records.results import case_inputs, cheapest_columns, cheapest_of, cheapest_words
-from fecontact.outputs.style import image_of, page, svg_of
+from fecontact.outputs.style import image_of, page, svg_of, webp_of
 from fecontact.outputs.tables import (
     Details,
     Heading,
@@ -61,9 +62,15 @@ _WIDE = 120
 _MOST_PATCHES = 24
 # Cells get pictures while the page has room: with those of maps, and what is told of each cell, for 5 MB.
 _MOST_BYTES, _BYTES_A_CELL, _BYTES_A_PICTURE = 4.9e6, 6e3, 32e3
+_CELL_WIDTH = 480
+
+Pictures: TypeAlias = Mapping[tuple[float, float], bytes]
+"""Pictures of cells that were drawn before, as WEBP, by shift (mm) and load (N)."""
 
 
-def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
+def write_map_report(
+    made: ApplicabilityMap, out: Path, *, theory: str = HERTZ, pictures: Pictures | None = None
+) -> Path:
     """Write `report.html` beside `map.csv`, with the pictures of the map and another theory's picture if asked for."""
     case = made.case
     pair = pair_words(case, " and ")
@@ -89,7 +96,7 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
         *_pictures(made, shown),
         Heading("Cells"),
         _cells(made),
-        *_each(made, cells, pictures=_pictures_that_fit(drawn, len(cells))),
+        *_each(made, cells, pictures or {}, most=pictures_that_fit(drawn, len(cells))),
         *closing(
             THEORIES,
             *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
@@ -129,13 +136,20 @@ def _pointed(parts: Sequence[Part]) -> Iterator[str]:
             yield f"{name}: {off} ± {unsure} (limit {limit}) {answer}"
 
 
-def _pictures_that_fit(drawn: Sequence[Picture], cells: int) -> int:
+def pictures_that_fit(drawn: Sequence[Picture], cells: int) -> int:
     """Of how many cells a page has room for pictures beside those of its maps, whose bytes become four for three."""
     of_maps = sum(4 / 3 * len(one.content) for one in drawn if isinstance(one.content, bytes))
     return max(0, int((_MOST_BYTES - of_maps - _BYTES_A_CELL * cells) / _BYTES_A_PICTURE))
 
 
-def _each(made: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], *, pictures: int) -> Iterator[Details]:
+def cell_picture(load: JudgedLoad, placement: Placement) -> bytes:
+    """The picture of a cell, as WEBP."""
+    return webp_of(image_of(small_figure(load, placement)), _CELL_WIDTH)
+
+
+def _each(
+    made: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], pictures: Pictures, *, most: int
+) -> Iterator[Details]:
     """What is told of each cell, with a picture of as many of those that use most of a limit."""
     placements = (position.placement for position in made.positions for _ in position.cells)
     loads = {
@@ -143,11 +157,12 @@ def _each(made: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], *, pictur
         for name, cell, placement in zip(cells, made.cells, placements, strict=True)
         if cell.judged is not None and placement is not None
     }
-    drawn = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:pictures]
-    for name, (title, *parts) in cells.items():
+    drawn = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:most]
+    for (name, (title, *parts)), cell in zip(cells.items(), made.cells, strict=True):
         if name in drawn:
             words = "Solid the patch, dashed Hertz; below, cut across."
-            parts.insert(0, Picture(content=image_of(small_figure(*loads[name])), words=words, width=480))
+            content = pictures.get((cell.lateral_shift_mm, cell.load_N)) or cell_picture(*loads[name])
+            parts.insert(0, Picture(content=content, words=words, width=_CELL_WIDTH))
         yield Details(str(title), parts, name)
 
 

@@ -23,8 +23,8 @@ from fecontact.jobs.store import kept_folder
 from fecontact.jobs.workers import Done, Job
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition, failed_position
-from fecontact.maps.report import write_map_report
-from fecontact.maps.storing import SolvingPosition, has_open_loads, position_folder, read_position
+from fecontact.maps.report import pictures_that_fit, write_map_report
+from fecontact.maps.storing import SolvingPosition, found_position, has_open_loads, position_folder
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs
 from fecontact.runs.identity import case_id, provenance, with_absolute_paths
@@ -100,7 +100,7 @@ def run_map(
             raise
         made = run.write()
         if by.settings.part is None and made.positions:
-            write_map_report(made, out, theory=theory)
+            write_map_report(made, out, theory=theory, pictures=run.pictures)
     return MapOutcome(made=made, reused=tuple(by.reused), recomputed=by.recomputed)
 
 
@@ -119,6 +119,10 @@ class _Run:
     def __post_init__(self) -> None:
         self._shifts = {case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
         self._positions: dict[float, MapPosition] = {}
+        self.pictures: dict[tuple[float, float], bytes] = {}
+        cells = len(self.cases) * len(self.loads_N)
+        # of more cells only some get a picture, which is known at the end
+        self._pictured = self.by.settings.part is None and cells <= pictures_that_fit((), cells)
         self._drawn_at, self._tables_at = time.monotonic(), -math.inf
 
     def solve(self) -> None:
@@ -150,16 +154,21 @@ class _Run:
         case = self.cases[self._shifts[name]]
         if self.by.settings.scheduler:
             case = with_absolute_paths(case)
-        work = SolvingPosition(case=case, name=name, loads_N=self.loads_N, dear=self.dear)
+        dear, pictured, by = self.dear, self._pictured, self.base_case
+        work = SolvingPosition(case=case, name=name, loads_N=self.loads_N, dear=dear, pictured=pictured)
+        read = partial(found_position, criteria=by.criteria, creep=by.creep, dear=dear, pictured=pictured)
         job = job_of(case, position_folder(self.out, name), work)
-        read = partial(read_position, criteria=self.base_case.criteria, creep=self.base_case.creep, dear=self.dear)
         open_ = has_open_loads(job.folder) and kept_folder(job.folder, job.name, job.origin).problem is None
         return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm", force=open_)
 
     def _done(self, done: Done) -> None:
         shift = self._shifts[done.name]
         why = done.failure
-        self._positions[shift] = done.value if why is None else failed_position(shift, self.loads_N, why)
+        if why is None:
+            self._positions[shift] = done.value.position
+            self.pictures |= {(shift, load_N): picture for load_N, picture in done.value.pictures.items()}
+        else:
+            self._positions[shift] = failed_position(shift, self.loads_N, why)
         now = time.monotonic()
         # what was finished before is drawn with the next one that is solved, or at the end, as is the last one
         if len(self._positions) < len(self._shifts) and done.name not in self.by.reused and now >= self._tables_at:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -44,13 +45,14 @@ def position_folder(out: Path, name: str) -> Path:
 class SolvingPosition:
     """What a worker does with a position under several loads, which increase: solve it and keep it.
 
-    With `dear` its loads are to have what features read in seconds, too.
+    `dear` and `pictured` as in `found_position`.
     """
 
     case: Case
     name: str
     loads_N: tuple[float, ...]
     dear: bool = False
+    pictured: bool = False
 
     def __call__(self, folder: Path, finished: Path | None) -> Made:
         """Solve, or take over what is in the finished folder where a new solution would have no more."""
@@ -61,8 +63,8 @@ class SolvingPosition:
         position = solve_position(self.case, self.loads_N, partial(tell_part, folder, self.name))
         keep_position(position, self.case, folder)
         refuse_changed_profiles(self.case, self.name, self.loads_N)
-        value = with_dear_readings(position) if self.dear else position
-        return Made(short_of_memory=position.short_of_memory, value=value)
+        position = with_dear_readings(position) if self.dear else position
+        return Made(short_of_memory=position.short_of_memory, value=_found(position, pictured=self.pictured))
 
 
 def keep_position(position: MapPosition, case: Case, folder: Path) -> None:
@@ -83,6 +85,35 @@ def read_position(
     """Do as `read_case` does, for a position; with `dear` what features read in seconds a load, too."""
     position = read_stored(_position_of, Path(folder), criteria, creep)
     return with_dear_readings(position) if dear else position
+
+
+# --- What a worker makes of a position beside its numbers, while other workers have other positions.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FoundPosition:
+    """A position, and pictures of its cells by their loads (N), as WEBP."""
+
+    position: MapPosition
+    pictures: Mapping[float, bytes]
+
+
+def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool) -> FoundPosition:
+    """A stored position as `read_position` reads it; where it is `pictured`, with a picture of each cell."""
+    return _found(read_position(folder, criteria=criteria, creep=creep, dear=dear), pictured=pictured)
+
+
+def _found(position: MapPosition, *, pictured: bool) -> FoundPosition:
+    from fecontact.maps.report import cell_picture
+
+    pictures = {}
+    for cell in position.cells:
+        if cell.judged is not None:
+            # what a row takes longest for; the load keeps it
+            _ = cell.judged.comparison.overlap
+            if pictured and position.placement is not None:
+                pictures[cell.load_N] = cell_picture(cell.judged, position.placement)
+    return FoundPosition(position=position, pictures=pictures)
 
 
 def _position_of(stored: Stored) -> MapPosition:

@@ -171,6 +171,7 @@ def _settle(figure: Figure) -> None:
 # --- HTML pages that need no other files, for screens of any width and for paper.
 
 _FILES = files("fecontact.outputs")
+_WEBP_BEGINS = b"RIFF"
 _ANSWERS = ("HOLDS", "UNRESOLVED", "FAILS")
 
 
@@ -199,14 +200,14 @@ def _picture(of: Picture) -> str:
             from PIL.Image import open as open_image
 
             with open_image(content) as image:
-                return _source("image/webp", _webp(image, of.width))
+                return _source("image/webp", webp_of(image, of.width))
         content = content.read_bytes()
     if isinstance(content, bytes):
-        return _source("image/svg+xml", content)
-    return _source("image/webp", _webp(content, of.width))
+        return _source("image/webp" if content.startswith(_WEBP_BEGINS) else "image/svg+xml", content)
+    return _source("image/webp", webp_of(content, of.width))
 
 
-def _webp(image: Image, width: int) -> bytes:
+def webp_of(image: Image, width: int) -> bytes:
     """An image of limited width as WEBP, a fifth of the size of a PNG."""
     from PIL.Image import Resampling
 

@@ -289,7 +289,7 @@ class Spot:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A picture for a page: a PNG or SVG file, the text of an SVG, or an image; left out if the file does not exist.
+    """A picture for a page: a PNG or SVG file, left out if it does not exist; the bytes of an SVG or WEBP; or an image.
 
     An image is shown at most `width` pixels wide. `spots` are places to point at. `relief` is a surface that turns
     under the pointer (see `outputs.figures.relief`); the picture stands for it if no script runs.

@@ -24,6 +24,7 @@ class FakePosition:
     loads_N: tuple[float, ...]
     name: str
     dear: bool = False
+    pictured: bool = False
     seconds: float = 0.0
 
     def __call__(self, folder: Path, finished: Path | None) -> Made:

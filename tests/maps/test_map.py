@@ -1274,6 +1274,7 @@ class DeadlyWork:
     loads_N: tuple[float, ...]
     name: str
     dear: bool = False
+    pictured: bool = False
 
     def __call__(self, folder, finished):
         if self.case.lateral_shift_mm == 0.0:
@@ -1290,6 +1291,7 @@ class PlantedWork:
     loads_N: tuple[float, ...]
     name: str
     dear: bool = False
+    pictured: bool = False
 
     def __call__(self, folder, finished):
         keep_position(fake_position(self.case, self.loads_N), self.case, folder)

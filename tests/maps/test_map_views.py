@@ -393,11 +393,11 @@ def test_a_report_of_many_cells_stays_below_5_mb(made, tmp_path, monkeypatch):
     assert len(both) == 2
     assert 0.5 < len(both[0]) / report._BYTES_A_PICTURE < 1.1
     fits = [
-        report._pictures_that_fit([Picture(content=b"." * 300_000, words="map")] * 4, count) for count in (3, 175, 1000)
+        report.pictures_that_fit([Picture(content=b"." * 300_000, words="map")] * 4, count) for count in (3, 175, 1000)
     ]
     assert fits[0] > fits[1] > fits[2] == 0
     assert 1.6e6 + 6e3 * 175 + 32e3 * fits[1] == pytest.approx(4.9e6, abs=32e3)
-    monkeypatch.setattr(report, "_pictures_that_fit", lambda drawn, cells: 1)
+    monkeypatch.setattr(report, "pictures_that_fit", lambda drawn, cells: 1)
     (worst,) = pictures()
     assert worst in both
 

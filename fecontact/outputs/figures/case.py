@@ -96,11 +96,12 @@ class PressureFields:
         return low - room, high + room
 
 
-def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields) -> None:
+def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields, *, scale: bool = True) -> None:
     """Draw a map of `finite elements`, `Hertz`, or `Hertz minus finite elements` over the rail's surface into axes.
 
     The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
-    of the finite elements are numbered above their centres of pressure, the one with the largest force first.
+    of the finite elements are numbered above their centres of pressure, the one with the largest force first. With
+    `scale` the colours have theirs beside the map.
     """
     is_difference = kind == "Hertz minus finite elements"
     values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.hertz - fields.fe)
@@ -133,8 +134,9 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
     if x_high - x_low > _NARROW * (s_high - s_low):
         # more numbers would overlap
         ax.locator_params(axis="x", nbins=3)
-    bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
-    bar.set_label("difference in MPa" if is_difference else "pressure in MPa")
+    if scale:
+        bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
+        bar.set_label("difference in MPa" if is_difference else "pressure in MPa")
 
 
 def _cell_edges(nodes_mm: Floats) -> tuple[float, float]:
@@ -418,15 +420,24 @@ def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str
         ax.errorbar(shifts, values, yerr=np.array(unsure, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0)
 
 
+# Of an axis of a small picture.
+_FEW_TICKS = 4
+
+
 def small_figure(load: JudgedLoad, placement: Placement) -> Figure:
-    """Draw a small picture of the pressure and the lateral cut of a load; without a layout engine, as `draw_case`."""
+    """Draw a small picture of the pressure and the lateral cut of a load; without a layout engine, as `draw_case`.
+
+    Ticks and scales take most of the time of a picture, and a report has a hundred: the cut has the scale of the map.
+    """
     figure, fields = blank_figure(4.0, 5.0), PressureFields.of(load)
     figure.set_layout_engine(None)
-    over, below = figure.add_axes((0.17, 0.55, 0.62, 0.4)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
-    draw_pressure(over, load, "finite elements", fields)
+    over, below = figure.add_axes((0.17, 0.5, 0.79, 0.45)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
+    draw_pressure(over, load, "finite elements", fields, scale=False)
     draw_lateral_cut(below, placement, fields, label=True)
     over.set(xlabel="", ylabel="x in mm")
     below.set(title="", xlabel="s across in mm")
+    for ax in (over, below):
+        ax.locator_params(nbins=_FEW_TICKS)
     return figure
 
 
@@ -444,8 +455,10 @@ def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
         fields = PressureFields.of(load)
         for ax in (over, below):
             ax.set_axis_on()
-        draw_pressure(over, load, "finite elements", fields)
+        draw_pressure(over, load, "finite elements", fields, scale=False)
         draw_lateral_cut(below, placement, fields, label=True)
+        for ax in (over, below):
+            ax.locator_params(nbins=_FEW_TICKS)
         shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
         over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.answer.answer}", xlabel="", ylabel="x in mm")
         below.set(title="", xlabel="s across in mm")
