@@ -66,7 +66,7 @@ from fecontact.maps.model import (
 from fecontact.maps.reading import judge as judge_map
 from fecontact.maps.reading import map_document
 from fecontact.maps.report import write_map_report
-from fecontact.maps.storing import keep_position, position_folder, read_position
+from fecontact.maps.storing import SolvingPosition, found_position, keep_position, position_folder, read_position
 from fecontact.maps.telling import cell_record, limit_record, map_record
 from fecontact.maps.views import CAUSE_LETTERS, CAUSES, limit_text, map_table, verdict_view
 from fecontact.outputs.records.results import load_row
@@ -808,6 +808,19 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
     assert (position.stopped is None) is narrowed
     open_ = position.limit.intervals[1]
     assert (open_.low_N, open_.high_N, open_.answer) == (100e3, 150e3, "UNRESOLVED")
+
+
+@pytest.mark.parametrize("pictured", [False, True])
+def test_what_a_worker_hands_on_is_what_its_folder_says(run, tmp_path, pictured):
+    work = SolvingPosition(case=ROUND, name=case_id(ROUND, FEW_LOADS), loads_N=FEW_LOADS, pictured=pictured)
+    handed = work(tmp_path, None).value
+    read = found_position(tmp_path, criteria=ROUND.criteria, creep=ROUND.creep, dear=False, pictured=pictured)
+    both = [ApplicabilityMap(case=ROUND, loads_N=FEW_LOADS, positions=(one.position,)) for one in (handed, read)]
+    assert plain(both[0]) == plain(both[1])
+    assert handed.pictures == read.pictures
+    assert set(handed.pictures) == (set(FEW_LOADS) if pictured else set())
+    # what a row needs beside is there
+    assert all("overlap" in vars(cell.judged.comparison) for one in both for cell in one.cells)
 
 
 @pytest.mark.slow

@@ -402,6 +402,23 @@ def test_a_report_of_many_cells_stays_below_5_mb(made, tmp_path, monkeypatch):
     assert worst in both
 
 
+def test_a_report_takes_the_pictures_that_workers_drew(made, tmp_path, monkeypatch):
+    whole = write_map_report(made, tmp_path).read_text("utf-8")
+    handed = {
+        (cell.lateral_shift_mm, cell.load_N): report.cell_picture(cell.judged, position.placement)
+        for position in made.positions
+        for cell in position.cells
+        if cell.judged is not None
+    }
+    assert len(handed) == 2
+
+    def drawn_again(*given):
+        pytest.fail("drawn again")
+
+    monkeypatch.setattr(report, "small_figure", drawn_again)
+    assert write_map_report(made, tmp_path, pictures=handed).read_text("utf-8") == whole
+
+
 TOUCHED = """
 <script>addEventListener("load", () => {
   const must = (right, what) => { if (!right) console.error(what); };
