@@ -7,10 +7,11 @@ further load over the first one, assembly by scalar forms over the plain vector 
 unknowns (also by multigrid), the files of a case over its solution, and a nine-position study on two processes over
 one, with what its own process has of all CPU seconds. Nothing here is asserted: tests protect results, not times.
 
-`python studies/benchmark.py [--quick] [--study] [--million] [--before] [--out DIR]`; `--study` adds the nine-position
-study, and `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; both take minutes, the latter 3.5 GB.
-`--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, reading and smoothing of a
-measured pair, and, but for `--quick`, whole commands.
+`python studies/benchmark.py [--quick] [--study] [--million] [--before] [--cores] [--out DIR]`; `--study` adds the
+nine-position study, and `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; both take minutes, the
+latter 3.5 GB. `--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, strips and
+half-space, reading and smoothing of a measured pair, and, but for `--quick`, whole commands. `--cores` makes the map of
+13 by 7 cells with one worker and with two, and says what 2 and 64 cores wait for.
 
 Found (one thread, PARDISO): 33, 52, 78 and 140 thousand unknowns take 0.9, 1.6, 2.8 and 6.0 CPU s and 0.26, 0.35, 0.48
 and 0.81 GB; peak -0.03, +0.12, +0.23, +0.23 %, area -1.7, -0.9, -0.5, -0.2 %. The peak stays at +0.23 %, because
@@ -21,6 +22,7 @@ of the first one by factors. Time grows as n^1.3 (PARDISO) and n^1.1.
 
 import argparse
 import csv
+import heapq
 import json
 import math
 import multiprocessing
@@ -28,8 +30,11 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -193,8 +198,10 @@ from fecontact.case import Case
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.placing import place_case
 try:
+    from fecontact.solving.alone import theory_alone
     from fecontact.solving.position import hertz_alone
 except ImportError:
+    from fecontact.alone.position import theory_alone
     from fecontact.solving.hertz_alone import hertz_alone
 exact, measured = Case(), Case(rail=sys.argv[1], wheel=sys.argv[2])
 def seconds(function, *values):
@@ -214,6 +221,9 @@ told = {
     "Hertz, measured pair, the first": seconds(hertz_alone, *at(measured, 3.0)),
     "Hertz, measured pair": seconds(hertz_alone, *at(measured, -1.0, 2.5)),
 }
+for name, words in ("strip", "strips at a position"), ("half_space", "half-space at a position"):
+    theory_alone(replace(exact, lateral_shift_mm=0.5), name)
+    told[words] = seconds(lambda case: theory_alone(case, name), *at(exact, -3.1, -1.1, 1.1, 2.4, 4.1))
 print(json.dumps(told))
 """
 # Each as a process of its own: an ordinary position and its files, two patches, the root of the flange, finer meshes,
@@ -300,6 +310,67 @@ def _child(root: Path, command: str) -> tuple[float, float]:
         return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0**2
 
 
+# --- What cores wait for: a map's positions differ, and its tables and report are made by one process.
+
+SHIFTS, LOADS_KN = "-6:6:1", "20:140:20"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeMap:
+    """A map as it was made: wall seconds of all, of each position, and before and after the positions."""
+
+    seconds: float
+    positions: tuple[float, ...]
+    before: float
+    after: float
+
+
+def made_map(workers: int, out: Path) -> MadeMap:
+    """Make the map; the seconds of its positions are known for one worker, which ends one before it begins another."""
+    command = ["map", f"--shifts={SHIFTS}", "--loads-kn", LOADS_KN, "--out", str(out), "--workers", str(workers)]
+    start = time.time()
+    subprocess.run([sys.executable, "-m", "fecontact", *command, "--quiet", "--force"], check=True)
+    end = time.time()
+    # a folder gets its name as the position is finished
+    finished = sorted(path.stat().st_ctime for path in (out / "positions").iterdir() if path.is_dir())
+    log = (out / "run.log").read_text("utf-8").splitlines()
+    begun = datetime.strptime(next(line for line in log if "0 of" in line)[:23], "%Y-%m-%d %H:%M:%S,%f").timestamp()
+    return MadeMap(
+        seconds=end - start,
+        positions=tuple(last - first for first, last in pairwise((begun, *finished))),
+        before=begun - start,
+        after=end - finished[-1],
+    )
+
+
+def makespan(seconds: Iterable[float], workers: int) -> float:
+    """Wall seconds of jobs that are handed out in their order to workers as these get free."""
+    free = [0.0] * workers
+    for one in seconds:
+        heapq.heapreplace(free, free[0] + one)
+    return max(free)
+
+
+def cores(out: Path) -> str:
+    """The map with one worker and with two, what of the time they work, and the same of 64 by a model."""
+    one, two = (made_map(workers, out / f"map-{workers}") for workers in (1, 2))
+    work = sum(one.positions)
+    lines = [
+        f"a map of {len(one.positions)} positions: {one.seconds:.0f} s with one worker, {two.seconds:.0f} s with two",
+        f"positions take {min(one.positions):.1f} to {max(one.positions):.1f} s, {work:.0f} s in all;"
+        f" before them {one.before:.1f} s, after them {one.after:.1f} s (two workers: {two.after:.1f} s)",
+    ]
+    longest_first = sorted(one.positions, reverse=True)
+    for workers in (2, 64):
+        jobs = makespan(longest_first, workers)
+        whole = one.before + jobs + one.after
+        lines.append(
+            f"by a model {workers} workers need {whole:.0f} s, of which the positions take {jobs:.0f} s"
+            f" ({work / workers / jobs:.0%} of the workers' time is work then)"
+        )
+    return "\n".join(lines)
+
+
 def exponent(rows: list[dict[str, Any]], column: str) -> float:
     """Growth of a time with the number of unknowns: the slope in logarithms."""
     x = np.log([row["degrees_of_freedom"] for row in rows])
@@ -363,12 +434,16 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="two meshes only")
     parser.add_argument("--study", action="store_true", help="the nine-position study on one and two processes too")
     parser.add_argument("--million", action="store_true", help="up to a million unknowns by multigrid too")
+    parser.add_argument("--cores", action="store_true", help="the map of 13 by 7 cells by 1 and 2 workers, and no more")
     parser.add_argument("--before", action="store_true", help=f"compare with commit {BEFORE}, and do nothing else")
     given = parser.parse_args()
     if given.before:
         print(beside(given.quick))
         return
     given.out.mkdir(parents=True, exist_ok=True)
+    if given.cores:
+        print(cores(given.out))
+        return
     chosen = cases(given.quick)
     rows = [alone(measure, case) for case in chosen]
     large = [replace(ELLIPTIC, resolution=size) for size in LARGE_MM] if given.million else []

@@ -13,7 +13,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fecontact.bodies import STEEL
 from fecontact.case import Case
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe import body as elasticity
 from fecontact.fe.body import (
     _skfem_mesh,
@@ -202,6 +202,14 @@ def test_both_halves_of_a_whole_body_are_the_body(body, solver):
     assert len(assembled_part(whole).hexes) == len(whole.hexes) / 2
     for made in (of_halves, as_one):
         made.close()
+
+
+@needs_pardiso
+def test_a_stiffness_without_a_factor_is_told(small):
+    matrix = stiffness(assembled_part(small), STEEL)
+    matrix.data *= -1.0
+    with pytest.raises(ConvergenceError, match=r"no factor of \d+ degrees of freedom .* use the amg solver"):
+        elastic_body(small, STEEL, "pardiso", matrix)
 
 
 def test_a_whole_mesh_that_is_no_mirror_image_is_refused():

@@ -379,8 +379,17 @@ class _PardisoFactor:
         self._run(22, nothing)
 
     def _run(self, phase: int, forces: Floats) -> Floats:
+        from pypardiso.pardiso_wrapper import PyPardisoError
+
         self._pardiso.set_phase(phase)
-        return np.asarray(self._pardiso._call_pardiso(self._upper, forces.astype(np.float32)), dtype=float)
+        try:
+            return np.asarray(self._pardiso._call_pardiso(self._upper, forces.astype(np.float32)), dtype=float)
+        except PyPardisoError as error:
+            # such as a pivot that single precision has as zero
+            raise ConvergenceError(
+                f"solver pardiso: no factor of {forces.size} degrees of freedom ({error}); use the amg solver or a"
+                " coarser resolution"
+            ) from error
 
     def __call__(self, forces: Floats) -> Floats:
         return self._run(33, forces)
