@@ -8,16 +8,18 @@ unknowns (also by multigrid), the files of a case over its solution, and a nine-
 one, with what its own process has of all CPU seconds. Nothing here is asserted: tests protect results, not times.
 
 `python studies/benchmark.py [--quick] [--study] [--million] [--before] [--cores] [--out DIR]`; `--study` adds the
-nine-position study, and `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; both take minutes, the
-latter 3.5 GB. `--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, strips and
+nine-position study, and `--million` two meshes of 0.28 and 0.97 million unknowns by multigrid; both take minutes, the
+latter 3 GB. `--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, strips and
 half-space, reading and smoothing of a measured pair, and, but for `--quick`, whole commands. `--cores` makes the map of
 13 by 7 cells with one worker and with two, and says what 2 and 64 cores wait for.
 
-Found (one thread, PARDISO): 33, 52, 78 and 140 thousand unknowns take 0.9, 1.6, 2.8 and 6.0 CPU s and 0.26, 0.35, 0.48
+Found (one thread, PARDISO): 33, 52, 78 and 140 thousand unknowns take 0.9, 1.7, 2.7 and 6.1 CPU s and 0.26, 0.35, 0.48
 and 0.81 GB; peak -0.03, +0.12, +0.23, +0.23 %, area -1.7, -0.9, -0.5, -0.2 %. The peak stays at +0.23 %, because
-elements that are much finer than the far mesh are too stiff; the finer nodes are nearer. Factorisation takes 64 % of
-the last one. Multigrid needs 2.5 to 1.8 times as long and 0.9 to 0.7 times the memory. A further load takes a twelfth
-of the first one by factors. Time grows as n^1.3 (PARDISO) and n^1.1.
+elements that are much finer than the far mesh are too stiff; the finer nodes are nearer. Factorisation takes 63 % of
+the last one. Multigrid needs 2.2 to 1.4 times as long and 0.9 to 0.7 times the memory; 0.28 and 0.97 million unknowns
+take it 20 and 89 CPU s and 1.0 and 2.9 GB. A further load takes a fourteenth of the first one by factors. Time grows as
+n^1.3 (PARDISO) and, up to a million, n^1.14. The map takes 145 s with one worker and 78 s with two, as by the model,
+which gives 34 s on 64: the longest of 13 positions takes 28 s, and the report 5 s after it.
 """
 
 import argparse
@@ -49,7 +51,7 @@ from fecontact.normal.hertz import HertzContact
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine="never")
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
 SIZES_MM = tuple((7.162 / n, 5.387 / n) for n in (5.25, 8.25, 12.25, 18.25))
-LARGE_MM = tuple((7.162 / n, 5.387 / n) for n in (30.25, 48.25))
+LARGE_MM = tuple((7.162 / n, 5.387 / n) for n in (30.25, 61.25))
 # The core of the patch, away from the edge where the pressure's slope is infinite: so much of the semi-axes.
 CORE = 0.8
 

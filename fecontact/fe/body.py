@@ -276,9 +276,9 @@ _MKL_PATH = "PYPARDISO_MKL_RT"
 LINEAR_TOLERANCE = 1e-9
 _MOST_ITERATIONS = {"pardiso": 20, "amg": 400}
 # Unknowns of both bodies above which multigrid is cheaper for a single load. CPU seconds of one core (AMD EPYC,
-# virtual, 2026; cylinder R 460 on R 300) for the first load, by factors and by multigrid: 2.1 and 3.3 with 51 thousand
-# unknowns, 6.7 and 12.6 with 141, 14 and 25 with 242, 46 and 47 with 476. A further load takes 0.06 of this time by
-# factors, 0.4 by multigrid.
+# virtual, 2026; cylinder R 460 on R 300) for the first load, by factors and by multigrid: 1.7 and 2.9 with 52 thousand
+# unknowns, 6.1 and 8.8 with 140, 15 and 20 with 283, 28 and 31 with 426. A further load takes 0.06 of this time by
+# factors, 0.3 by multigrid.
 _MULTIGRID_UNKNOWNS = 450_000
 # Largest level that is solved directly, with six degrees of freedom a node.
 _COARSEST_NODES = 80
