@@ -230,6 +230,7 @@ print(json.dumps(told))
 """
 # Each as a process of its own: an ordinary position and its files, two patches, the root of the flange, finer meshes,
 # what the elements say alone, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
+MAP = "map --shifts=-6:6:1 --loads-kn 20:140:20 --out {out}"
 COMMANDS = (
     "solve --shift 3",
     "solve --shift 3 --out {out}",
@@ -240,7 +241,7 @@ COMMANDS = (
     "solve --shift 3 --refine evidence",
     "run {loads} --out {out}",
     "map --shifts 3 --loads-kn 20,50,80,120 --out {out}",
-    "map --shifts=-6:6:1 --loads-kn 20:140:20 --out {out}",
+    MAP,
 )
 # How the earlier commit was asked for what has another name now.
 OLD_WORDS = {"--refine evidence": "--evidence"}
@@ -314,8 +315,6 @@ def _child(root: Path, command: str) -> tuple[float, float]:
 
 # --- What cores wait for: a map's positions differ, and its tables and report are made by one process.
 
-SHIFTS, LOADS_KN = "-6:6:1", "20:140:20"
-
 
 @dataclass(frozen=True, kw_only=True)
 class MadeMap:
@@ -329,9 +328,9 @@ class MadeMap:
 
 def made_map(workers: int, out: Path) -> MadeMap:
     """Make the map; the seconds of its positions are known for one worker, which ends one before it begins another."""
-    command = ["map", f"--shifts={SHIFTS}", "--loads-kn", LOADS_KN, "--out", str(out), "--workers", str(workers)]
+    command = [*MAP.format(out=out).split(), "--workers", str(workers), "--quiet", "--force"]
     start = time.time()
-    subprocess.run([sys.executable, "-m", "fecontact", *command, "--quiet", "--force"], check=True)
+    subprocess.run([sys.executable, "-m", "fecontact", *command], check=True)
     end = time.time()
     # a folder gets its name as the position is finished
     finished = sorted(path.stat().st_ctime for path in (out / "positions").iterdir() if path.is_dir())

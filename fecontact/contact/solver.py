@@ -306,7 +306,7 @@ def solve_by_correction(
         Bound of both residuals, relative to the approach, as in `solve_contact`.
     """
     weight = np.sqrt(problem.area_mm2)
-    cheap = replace(problem, compliance=model)
+    cheap = replace(problem, compliance=model, within=None)
     p = solve_contact(cheap, load_N, start_MPa=start_MPa, tolerance=1e-6).pressure_MPa
     solved: list[Floats] = []
     changes: list[Floats] = []

@@ -355,8 +355,8 @@ def _pardiso() -> Any:
 class _PardisoFactor:
     """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle of blocks), in single precision.
 
-    It takes two thirds of the time and half of the memory of one in double precision. Its solutions are right to some
-    1e-6, so that one or two steps of conjugate gradients are enough.
+    It takes two thirds of the time and half of the memory of one in double precision. Its solutions leave
+    residuals of 2e-5 to 2e-4 (13 to 115 thousand unknowns): two or three steps of conjugate gradients reach 1e-9.
     """
 
     def __init__(self, matrix: bsr_matrix) -> None:

@@ -63,6 +63,7 @@ _MOST_PATCHES = 24
 # Cells get pictures while the page has room: with those of maps, and what is told of each cell, for 5 MB.
 _MOST_BYTES, _BYTES_A_CELL, _BYTES_A_PICTURE = 4.9e6, 6e3, 32e3
 _CELL_WIDTH = 480
+_SMALL = "Solid the patch, dashed Hertz, colours from zero to the larger of both peaks; below, cut across."
 
 Pictures: TypeAlias = Mapping[tuple[float, float], bytes]
 """Pictures of cells that were drawn before, as WEBP, by shift (mm) and load (N)."""
@@ -160,9 +161,8 @@ def _each(
     drawn = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:most]
     for (name, (title, *parts)), cell in zip(cells.items(), made.cells, strict=True):
         if name in drawn:
-            words = "Solid the patch, dashed Hertz; below, cut across."
             content = pictures.get((cell.lateral_shift_mm, cell.load_N)) or cell_picture(*loads[name])
-            parts.insert(0, Picture(content=content, words=words, width=_CELL_WIDTH))
+            parts.insert(0, Picture(content=content, words=_SMALL, width=_CELL_WIDTH))
         yield Details(str(title), parts, name)
 
 
@@ -211,7 +211,7 @@ def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placemen
         words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
         parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=svg_of(ladder), words=words)]
     if shown:
-        words = "Pressure at the largest load of each position: solid the patch, dashed Hertz; below, cut across."
+        words = f"Pressure at the largest load of each position. {_SMALL}"
         parts += [Heading("Pressure"), Picture(content=image_of(patches_figure(shown)), words=words, width=2400)]
     return parts
 

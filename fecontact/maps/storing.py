@@ -63,8 +63,8 @@ class SolvingPosition:
         position = solve_position(self.case, self.loads_N, partial(tell_part, folder, self.name))
         keep_position(position, self.case, folder)
         refuse_changed_profiles(self.case, self.name, self.loads_N)
-        position = with_dear_readings(position) if self.dear else position
-        return Made(short_of_memory=position.short_of_memory, value=_found(position, pictured=self.pictured))
+        found = _found(position, dear=self.dear, pictured=self.pictured)
+        return Made(short_of_memory=position.short_of_memory, value=found)
 
 
 def keep_position(position: MapPosition, case: Case, folder: Path) -> None:
@@ -99,11 +99,11 @@ class FoundPosition:
 
 
 def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool) -> FoundPosition:
-    """A stored position as `read_position` reads it; where it is `pictured`, with a picture of each cell."""
-    return _found(read_position(folder, criteria=criteria, creep=creep, dear=dear), pictured=pictured)
+    """A stored position, with `dear` as in `read_position`; where it is `pictured`, with a picture of each cell."""
+    return _found(read_position(folder, criteria=criteria, creep=creep), dear=dear, pictured=pictured)
 
 
-def _found(position: MapPosition, *, pictured: bool) -> FoundPosition:
+def _found(position: MapPosition, *, dear: bool, pictured: bool) -> FoundPosition:
     from fecontact.maps.report import cell_picture
 
     pictures = {}
@@ -113,7 +113,7 @@ def _found(position: MapPosition, *, pictured: bool) -> FoundPosition:
             _ = cell.judged.comparison.overlap
             if pictured and position.placement is not None:
                 pictures[cell.load_N] = cell_picture(cell.judged, position.placement)
-    return FoundPosition(position=position, pictures=pictures)
+    return FoundPosition(position=with_dear_readings(position) if dear else position, pictures=pictures)
 
 
 def _position_of(stored: Stored) -> MapPosition:

@@ -190,7 +190,7 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool
         other = bands.together([one.half_space_of_elements(quartic=True) for one in others])
     return CoupledProblem(
         bodies=of_bodies,
-        half_space=replace(of_bodies, compliance=bands.half_space()),
+        half_space=replace(of_bodies, compliance=bands.half_space(), within=None),
         model=bands.together([one.model() for one in responses]),
         elements=bands.together([one.half_space_of_elements() for one in responses]),
         otherwise=other,
@@ -300,9 +300,8 @@ class CoupledMesh:
         """How far the wheel goes along the rail below the patch, less what both bodies give way to it there."""
         tangent = true_gap.placement.first.tangent
         force = self.bodies.grid.whole_area_mm2() * solution.pressure_MPa
-        gives_way = float(force @ (self.bodies.parting(solution.pressure_MPa, _OF_SLIDES) @ tangent)) / float(
-            force.sum()
-        )
+        parting = self.bodies.parting(solution.pressure_MPa, _OF_SLIDES) @ tangent
+        gives_way = float(force @ parting) / float(force.sum())
         return solution.approach_mm * float(true_gap.direction @ tangent) - gives_way
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:

@@ -429,16 +429,22 @@ def small_figure(load: JudgedLoad, placement: Placement) -> Figure:
 
     Ticks and scales take most of the time of a picture, and a report has a hundred: the cut has the scale of the map.
     """
-    figure, fields = blank_figure(4.0, 5.0), PressureFields.of(load)
+    figure = blank_figure(4.0, 5.0)
     figure.set_layout_engine(None)
     over, below = figure.add_axes((0.17, 0.5, 0.79, 0.45)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
+    _draw_small(over, below, load, placement)
+    return figure
+
+
+def _draw_small(over: Axes, below: Axes, load: JudgedLoad, placement: Placement) -> None:
+    fields = PressureFields.of(load)
+    for ax in (over, below):
+        # a narrow map gets fewer still
+        ax.locator_params(nbins=_FEW_TICKS)
     draw_pressure(over, load, "finite elements", fields, scale=False)
     draw_lateral_cut(below, placement, fields, label=True)
     over.set(xlabel="", ylabel="x in mm")
     below.set(title="", xlabel="s across in mm")
-    for ax in (over, below):
-        ax.locator_params(nbins=_FEW_TICKS)
-    return figure
 
 
 def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
@@ -452,16 +458,11 @@ def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
     for number, (load, placement) in enumerate(loads):
         line, column = divmod(number, columns)
         over, below = axes[2 * line, column], axes[2 * line + 1, column]
-        fields = PressureFields.of(load)
         for ax in (over, below):
             ax.set_axis_on()
-        draw_pressure(over, load, "finite elements", fields, scale=False)
-        draw_lateral_cut(below, placement, fields, label=True)
-        for ax in (over, below):
-            ax.locator_params(nbins=_FEW_TICKS)
+        _draw_small(over, below, load, placement)
         shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
-        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.answer.answer}", xlabel="", ylabel="x in mm")
-        below.set(title="", xlabel="s across in mm")
+        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.answer.answer}")
         if number:
             below.get_legend().remove()
     return figure
