@@ -21,6 +21,7 @@ from fecontact.profiles.reading import MM, mirror_remedy, remedy
 from fecontact.profiles.segments import (
     Arc,
     CurvePoints,
+    Increasing,
     Line,
     Measured,
     Pieces,
@@ -44,8 +45,6 @@ CORNER_RAD = 1e-3
 CURVATURE_JUMP_PER_MM = 1e-5
 # Largest gap between neighbouring segments (mm). The published sections of EN 15302 leave up to 8.2e-4.
 JOINT_GAP_MM = 1e-3
-# Smallest sine between the line and the observer's direction that still counts as running forward.
-_FORWARD_SINE = 1e-9
 
 
 # Straight lines come out of sums of large numbers with a curvature of rounding size.
@@ -187,7 +186,7 @@ class Profile:
         """
         stretch = _stretch_along(self, angle_rad)
         t = np.asarray(t, dtype=float) + (origin[0] * math.cos(angle_rad) + origin[1] * math.sin(angle_rad))
-        return np.full(t.shape, np.nan) if stretch is None else self._pieces.inverted(*stretch[:2], t, stretch[2])
+        return np.full(t.shape, np.nan) if stretch is None else stretch.inverted(t)
 
     @property
     def y_range_mm(self) -> tuple[float, float]:
@@ -238,40 +237,26 @@ class Profile:
     @property
     def length_mm(self) -> float:
         """Arc length of the running surface."""
-        return float(self._pieces.lengths[-1])
+        return float(self._pieces.arc.values[-1])
 
     def arc_length(self, u: ArrayLike) -> Floats:
         """Arc length (mm) from the gauge-side end to the parameter u."""
-        return self._pieces.arc_length(self._inside(u))
+        return np.asarray(self._pieces.arc.function(self._inside(u))[..., 0])
 
     def spread(self, step_mm: float) -> Floats:
         """Parameters u along the line, this far apart: exactly on exact lines, to the step of a table on others."""
         s = np.linspace(0.0, self.length_mm, int(np.ceil(self.length_mm / step_mm)) + 1)
-        return self.at_arc_length(s) if self.measured is None else np.interp(s, self._pieces.lengths, self._pieces.u)
+        return self.at_arc_length(s) if self.measured is None else np.interp(s, self._pieces.arc.values, self._pieces.u)
 
     def at_arc_length(self, s: ArrayLike) -> Floats:
         """Parameter u at the arc length s (mm), NaN beyond the ends."""
-        pieces = self._pieces
-        return pieces.inverted(pieces.lengths, pieces.powers[:, 2], np.asarray(s, dtype=float))
+        return self._pieces.arc.inverted(np.asarray(s, dtype=float))
 
 
 # cached: one pose of a rail is looked at along the same axes again and again
 @lru_cache(maxsize=64)
-def _stretch_along(profile: Profile, angle_rad: float) -> tuple[Floats, Floats, slice] | None:
-    """Coordinates of a line's pieces along a tilted axis, and the part of them on which it runs forward the farthest.
-
-    The coordinates are values at the ends of the pieces, and powers in them.
-    """
-    c, s, pieces = math.cos(angle_rad), math.sin(angle_rad), profile._pieces
-    values = pieces.ends.y * c + pieces.ends.z * s
-    forward = (np.diff(values) > _FORWARD_SINE * pieces.chords) | pieces.joints
-    turns = np.flatnonzero(np.diff(forward, prepend=False, append=False))
-    starts, stops = turns[::2], turns[1::2]
-    if not starts.size:
-        return None
-    widest = int(np.argmax(values[stops] - values[starts]))
-    powers = pieces.powers[:, 0] * c + pieces.powers[:, 1] * s
-    return values, powers, slice(int(starts[widest]), int(stops[widest]) + 1)
+def _stretch_along(profile: Profile, angle_rad: float) -> Increasing | None:
+    return profile._pieces.along(angle_rad)
 
 
 # --- Profiles that are made from a few lengths: arcs, straight lines, and standard heads of tangent arcs.

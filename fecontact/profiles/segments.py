@@ -11,16 +11,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.polynomial.polynomial import polyval
+from scipy.interpolate import CubicSpline, PPoly
 
 from fecontact.arrays import Floats, Integers
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline, PPoly
-
 
 # Longest step of the table of a smoothed line: the least width is some points, and those are 0.1 mm apart and more.
 _TABLE_STEP_MM = 0.25
@@ -29,7 +26,7 @@ _FEWEST_KNOTS = 4
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class CurvePoints:
     """Points of a curve with their first and second derivatives by the parameter u (mm)."""
 
@@ -151,8 +148,6 @@ class Spline:
 
     @cached_property
     def _spline(self) -> CubicSpline:
-        from scipy.interpolate import CubicSpline
-
         return CubicSpline(self.knots, self.points)
 
     @cached_property
@@ -238,8 +233,6 @@ class Smoothed:
     @cached_property
     def _arc(self) -> PPoly:
         """Arc length s over the local parameter; a polynomial does not run at one speed."""
-        from scipy.interpolate import PPoly
-
         if isinstance(self.base, Polynomial):
             return polynomial_arc(self.base, self.v_from, self.v_to, self.s_from)
         return PPoly([[self.s_to - self.s_from], [self.s_from]], [0.0, 1.0])
@@ -264,8 +257,6 @@ class Smoothed:
 
 def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float = 0.0) -> CubicSpline:
     """Arc length (mm) along a part of a polynomial segment, over a parameter from 0 to 1, beginning with `s_from`."""
-    from scipy.interpolate import CubicSpline
-
     v = np.linspace(0.0, 1.0, 65)
     half, part = 0.5 * np.diff(v)[:, None], v_to - v_from
     points = base.evaluate(v_from + part * (v[:-1, None] + half * (1.0 + _GAUSS_NODES)))
@@ -294,10 +285,18 @@ def raised_by(segment: Segment, dz_mm: float) -> Segment:
 _END_SLACK_MM = 1e-9
 # Local parameters closer than this are one.
 _SAME_PARAMETER = 1e-9
+# Newton steps converge quadratically: after one of this size the next would be lost in rounding.
+_LAST_NEWTON = 1e-11
+# Smallest sine between the line and the observer's direction that still counts as running forward.
+_FORWARD_SINE = 1e-9
+# Slowest increase by which a Newton step is taken; where a line turns back it is none.
+_LEAST_RATE = 1e-30
 # Second derivatives and speeds are laid through so many places of a piece. On an arc of a radian each of its pieces is
 # 0.016 rad long, and the curvature good to 1e-15.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
+# From powers about the middle of a piece to powers about its beginning, in half lengths.
+_TO_BEGINNING = np.array([[math.comb(k, j) * (-1.0) ** (k - j) if k >= j else 0.0 for k in range(6)] for j in range(6)])
 
 
 def sampled(segment: Segment) -> Floats:
@@ -305,6 +304,44 @@ def sampled(segment: Segment) -> Floats:
     if isinstance(segment, Spline):
         return np.interp(np.arange(4 * segment.knots.size - 3) / 4.0, np.arange(segment.knots.size), segment.knots)
     return segment.knots if isinstance(segment, Smoothed) else np.linspace(0.0, 1.0, 65)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Increasing:
+    """A function of the parameter that increases along some pieces of a chain.
+
+    Attributes
+    ----------
+    function
+        Its value and its rate.
+    u (k,)
+        Parameters of the ends of these pieces.
+    values (k,)
+        The function there.
+    """
+
+    function: PPoly
+    u: Floats
+    values: Floats
+
+    def inverted(self, t: Floats) -> Floats:
+        """Parameters where the function is t, in the shape of t; NaN beyond its ends.
+
+        By Newton steps that are kept within a piece.
+        """
+        first, last = self.values[0], self.values[-1]
+        # np.clip takes as long as five of these, and this is called a hundred times for a placement
+        target = np.minimum(np.maximum(t, first), last)
+        piece = np.minimum(self.values.searchsorted(target, side="right"), self.values.size - 1)
+        low, high = self.u[piece - 1], self.u[piece]
+        u = np.interp(target, self.values, self.u)
+        for _ in range(60):
+            at = self.function(u)
+            step = (target - at[..., 0]) / np.maximum(at[..., 1], _LEAST_RATE)
+            before, u = u, np.minimum(np.maximum(u + step, low), high)
+            if not (np.abs(u - before) > _LAST_NEWTON).any():
+                break
+        return np.where((t >= first - _END_SLACK_MM) & (t <= last + _END_SLACK_MM), u, np.nan)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -317,146 +354,88 @@ class Pieces:
         Parameters of their ends: number of the segment plus its local parameter.
     ends
         Points (m + 1,) there; both of them where two segments meet.
-    powers (8, 3, m)
-        Coefficients of y, z and the arc length in mm by powers of the parameter from the middle of each piece.
+    curve
+        y, z in mm, and their first and second derivatives, over the parameter.
+    arc
+        The arc length in mm.
     """
 
     u: Floats
     ends: CurvePoints
-    powers: Floats
+    curve: PPoly
+    arc: Increasing
 
     @classmethod
     def of(cls, segments: Sequence[Segment]) -> Pieces:
         """The pieces of a chain."""
         v = [sampled(segment) for segment in segments]
-        ends = [segment.evaluate(one) for segment, one in zip(segments, v, strict=True)]
-        powers = [_powers(segment, one) for segment, one in zip(segments, v, strict=True)]
-        for piece, at in zip(powers[:-1], ends[:-1], strict=True):
-            # the step to the next segment
-            piece[0, :2, -1] = at.y[-1], at.z[-1]
-        whole = np.concatenate(powers, axis=2)[..., :-1]
         u = np.concatenate([k + one for k, one in enumerate(v)])
-        half = 0.5 * np.diff(u)
-        # from the speed to the arc length
-        whole[1:, 2] = whole[:-1, 2] / np.arange(1.0, 8.0)[:, None]
-        whole[0, 2] = 0.0
-        before = _polynomial(whole[:, 2], -half)
-        lengths = _polynomial(whole[:, 2], half) - before
-        whole[0, 2] = np.cumsum(lengths) - lengths - before
-        joined = {name: np.concatenate([getattr(one, name) for one in ends]) for name in vars(ends[0])}
-        return cls(u=u, ends=CurvePoints(**joined), powers=whole)
-
-    @cached_property
-    def middle(self) -> Floats:
-        """Parameters (m,) of the middles of the pieces."""
-        return np.asarray(0.5 * (self.u[1:] + self.u[:-1]))
-
-    @cached_property
-    def lengths(self) -> Floats:
-        """Arc length (m + 1,) at the ends of the pieces."""
-        return np.append(0.0, _polynomial(self.powers[:, 2], self.u[1:] - self.middle))
-
-    @cached_property
-    def joints(self) -> NDArray[np.bool_]:
-        """Which pieces only step from one segment to the next."""
-        return np.asarray(np.diff(self.u) == 0.0)
-
-    @cached_property
-    def chords(self) -> Floats:
-        """Length of the chord of each piece (mm)."""
-        return np.hypot(np.diff(self.ends.y), np.diff(self.ends.z))
-
-    def of_parameter(self, u: Floats, side: Literal["left", "right"] = "right") -> tuple[Integers, Floats]:
-        """Number of the piece at parameters u, and the parameter from its middle."""
-        # this and `inverted` are called a hundred times for a placement, and np.clip takes as long as five of these
-        i = np.minimum(np.maximum(np.searchsorted(self.u, u, side=side) - 1, 0), self.u.size - 2)
-        return i, u - self.middle[i]
+        points = [segment.evaluate(one) for segment, one in zip(segments, v, strict=True)]
+        ends = CurvePoints(**{name: np.concatenate([getattr(one, name) for one in points]) for name in vars(points[0])})
+        begin = ends.taken(slice(-1))
+        bent = np.concatenate([_bent(segment, one) for segment, one in zip(segments, v, strict=True)], axis=2)[..., :-1]
+        first = _integrated(bent[:, :2], np.stack((begin.dy, begin.dz)))
+        place = _integrated(first, np.stack((begin.y, begin.z)))
+        speed = bent[:, 2:]
+        steps = polyval(np.diff(u), _integrated(speed, np.zeros((1, u.size - 1)))[:, 0], tensor=False)
+        lengths = np.append(0.0, np.cumsum(steps))
+        arc = _function(u, _integrated(speed, lengths[None, :-1]), speed)
+        return cls(
+            u=u,
+            ends=ends,
+            curve=_function(u, place, first, bent[:, :2]),
+            arc=Increasing(function=arc, u=u, values=lengths),
+        )
 
     def evaluate(self, u: Floats, side: Literal["left", "right"] = "right") -> CurvePoints:
         """Points at parameters u; where two segments meet, those of the segment on a side."""
-        i, x = self.of_parameter(u, side)
-        c = self.powers[:, :2].take(i, axis=2)
-        place, first, second = c[-1].copy(), np.zeros_like(c[0]), np.zeros_like(c[0])
-        for power in c[-2::-1]:
-            # in place: this is most of the time of a placement
-            second *= x
-            second += first
-            first *= x
-            first += place
-            place *= x
-            place += power
-        second *= 2.0
-        (y, z), (dy, dz), (ddy, ddz) = place, first, second
-        return CurvePoints(y=y, z=z, dy=dy, dz=dz, ddy=ddy, ddz=ddz)
+        # at an end the function takes the piece that begins there
+        at = self.curve(u if side == "right" else np.nextafter(u, -np.inf))
+        return CurvePoints(*(at[..., k] for k in range(6)))
 
-    def arc_length(self, u: Floats) -> Floats:
-        """Arc length (mm) from the beginning to parameters u."""
-        i, x = self.of_parameter(u)
-        return np.asarray(_polynomial(self.powers[:, 2].take(i, axis=1), x))
-
-    def inverted(self, values: Floats, powers: Floats, t: Floats, part: slice = slice(None)) -> Floats:
-        """Parameters where an increasing function is t, in the shape of t; NaN beyond its ends.
-
-        By Newton steps that are kept within a piece. The function is given by its values (m + 1,) at the ends of the
-        pieces and its powers (8, m) in them; only a part of the ends is searched.
-        """
-        first, values = part.start or 0, values[part]
-        inside = (t >= values[0] - _END_SLACK_MM) & (t <= values[-1] + _END_SLACK_MM)
-        target = np.minimum(np.maximum(t[inside], values[0]), values[-1])
+    def along(self, angle_rad: float) -> Increasing | None:
+        """The coordinate along a tilted axis, on the stretch where it increases the farthest; None where nowhere."""
+        c, s = math.cos(angle_rad), math.sin(angle_rad)
+        values, chords = self.ends.y * c + self.ends.z * s, np.hypot(np.diff(self.ends.y), np.diff(self.ends.z))
+        forward = (np.diff(values) > _FORWARD_SINE * chords) | (np.diff(self.u) == 0.0)
+        turns = np.flatnonzero(np.diff(forward, prepend=False, append=False))
+        starts, stops = turns[::2], turns[1::2]
+        if not starts.size:
+            return None
+        widest = int(np.argmax(values[stops] - values[starts]))
+        part = slice(int(starts[widest]), int(stops[widest]) + 1)
         # rounded data may step back by a hair at a joint
-        j = np.searchsorted(np.maximum.accumulate(values), target, side="right") - 1
-        j = np.minimum(j, values.size - 2)
-        rise, i = values[j + 1] - values[j], j + first
-        high = self.u[i + 1] - self.middle[i]
-        low = -high
-        share = (target - values[j]) / np.where(rise > 0.0, rise, 1.0)
-        x = high * (2.0 * np.minimum(np.maximum(share, 0.0), 1.0) - 1.0)
-        c = powers.take(i, axis=1)
-        for _ in range(60):
-            value, rate = c[-1].copy(), np.zeros_like(x)
-            for power in c[-2::-1]:
-                rate *= x
-                rate += value
-                value *= x
-                value += power
-            residual = target - value
-            low, high = np.where(residual >= 0.0, x, low), np.where(residual <= 0.0, x, high)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                further = x + residual / rate
-            further = np.where((further >= low) & (further <= high), further, 0.5 * (low + high))
-            step, x = np.abs(further - x), further
-            # Newton steps converge quadratically: after one of this size the next would be lost in rounding
-            if not step.size or step.max() <= 1e-11:
-                break
-        u = np.full(t.shape, np.nan)
-        u[inside] = self.middle[i] + x
-        return u
+        return Increasing(
+            function=PPoly(self.curve.c[..., :4:2] * c + self.curve.c[..., 1:4:2] * s, self.u),
+            u=self.u[part],
+            values=np.maximum.accumulate(values[part]),
+        )
 
 
-def _powers(segment: Segment, v: Floats) -> Floats:
-    """Powers (8, 3, n) of y, z and the speed of a segment on the n - 1 pieces between local parameters (n,), and zero.
+def _bent(segment: Segment, v: Floats) -> Floats:
+    """Second derivatives of y and z, and speed, of a segment on the n - 1 pieces between local parameters (n,), and 0.
 
-    From its second derivatives: those have no digits to lose.
+    By powers (6, 3, n) of the parameter from the beginning of each piece. Second derivatives have no digits to lose.
     """
     half, middle = 0.5 * np.diff(v), 0.5 * (v[1:] + v[:-1])
-    at, here = segment.evaluate(middle[:, None] + half[:, None] * _NODES), segment.evaluate(middle)
+    at = segment.evaluate(middle[:, None] + half[:, None] * _NODES)
     scale = half ** -np.arange(6.0)[:, None]
-    bent = np.stack([_TO_POWERS @ of.T * scale for of in (at.ddy, at.ddz, np.hypot(at.dy, at.dz))], axis=1)
-    out = np.zeros((8, 3, v.size))
-    k = np.arange(6.0)[:, None, None]
-    out[2:, :2, :-1] = bent[:, :2] / ((k + 1.0) * (k + 2.0))
-    out[0, 0, :-1], out[0, 1, :-1], out[1, 0, :-1], out[1, 1, :-1] = here.y, here.z, here.dy, here.dz
-    out[:6, 2, :-1] = bent[:, 2]
+    out = np.zeros((6, 3, v.size))
+    for k, of in enumerate((at.ddy, at.ddz, np.hypot(at.dy, at.dz))):
+        out[:, k, :-1] = _TO_BEGINNING @ (_TO_POWERS @ of.T) * scale
     return out
 
 
-def _polynomial(powers: Floats, x: Floats) -> Floats:
-    """Polynomials (n,) with powers (k, n) at x (n,)."""
-    value: Floats = powers[-1].copy()
-    for power in powers[-2::-1]:
-        value *= x
-        value += power
-    return value
+def _integrated(powers: Floats, begin: Floats) -> Floats:
+    """Powers (k + 1, c, m) of the integral of functions with powers (k, c, m), which begins with values (c, m)."""
+    return np.concatenate((begin[None], powers / np.arange(1.0, len(powers) + 1.0)[:, None, None]))
+
+
+def _function(u: Floats, *columns: Floats) -> PPoly:
+    """Functions with ascending powers (k, c, m) on the pieces between u, beside one another."""
+    most = max(len(one) for one in columns)
+    powers = np.concatenate([np.pad(one, ((0, most - len(one)), (0, 0), (0, 0))) for one in columns], axis=1)
+    return PPoly(powers[::-1].swapaxes(1, 2), u)
 
 
 # --- The points behind a smoothed line.

@@ -95,7 +95,7 @@ def foot_points(
     line: Profile, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
     """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
-    ends, lengths, places = line._pieces.ends, line._pieces.lengths, line._pieces.u
+    ends, lengths, places = line._pieces.ends, line._pieces.arc.values, line._pieces.u
     if near is None:
         parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
         # a nearest place to begin at

@@ -464,9 +464,8 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
     def slope_difference(v: Floats) -> Floats:
         p = wheel.profile.evaluate(v)
         theta, _, y, _ = wheel.silhouette_of(p)
-        radial = np.stack([np.sin(theta), np.zeros_like(theta), -np.cos(theta)], axis=-1) @ wheel.axes.T
-        normal = radial + (p.dz / p.dy)[:, None] * wheel.axes[:, 1]
-        return np.asarray(-normal[:, 1] / normal[:, 2] - np.tan(rail.section(rail.parameter_at_y(y))[2]))
+        normal = wheel.axes @ (np.sin(theta), p.dz / p.dy, -np.cos(theta))
+        return np.asarray(-normal[1] / normal[2] - np.tan(rail.section(rail.parameter_at_y(y))[2]))
 
     low, high = u[minima - 1], u[minima + 1]
     f_low, f_high = np.split(slope_difference(np.concatenate((low, high))), 2)
@@ -474,7 +473,8 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
     rising = (f_low < 0.0) & (f_high > 0.0)
     v = sign_changes(slope_difference, *(ends[rising] for ends in (low, high, f_low, f_high)))
     _, _, y, z = wheel.silhouette(v)
-    tangent_gap, u_rail = z - rail.height_at_y(y), rail.parameter_at_y(y)
+    u_rail = rail.parameter_at_y(y)
+    tangent_gap = z - rail.section(u_rail)[1]
     if not v.size:
         return "no point of the running surfaces is tangent to the other one where they come closest"
     order = np.argsort(tangent_gap)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
@@ -138,16 +139,15 @@ class WheelPose:
 
     def _silhouette_angle(self, radius_rate: Floats) -> Floats:
         # on the outline the normal (e_r - r' e_axle) has no x-component
-        forward, axle, up = self.axes[0]
-        size = np.hypot(up, forward)
-        return np.asarray(np.arcsin(np.clip(radius_rate * axle / size, -1.0, 1.0)) + np.arctan2(up, forward))
+        forward, axle, up = map(float, self.axes[0])
+        sine = np.minimum(np.maximum(radius_rate * (axle / math.hypot(up, forward)), -1.0), 1.0)
+        return np.asarray(np.arcsin(sine) + math.atan2(up, forward))
 
     def point(self, y: ArrayLike, radius: ArrayLike, theta: ArrayLike) -> Floats:
         """Track position (..., 3) in mm of a point at y (mm) across, at a radius (mm) and an angle (rad) from below."""
-        y, radius, theta = np.broadcast_arrays(
-            np.asarray(y, float), np.asarray(radius, float), np.asarray(theta, float)
-        )
-        local = np.stack([radius * np.sin(theta), self.tape_circle_y_mm + y, -radius * np.cos(theta)], axis=-1)
+        forward, up = radius * np.sin(theta), -radius * np.cos(theta)
+        local = np.empty((*np.broadcast_shapes(forward.shape, np.shape(y)), 3))
+        local[..., 0], local[..., 1], local[..., 2] = forward, self.tape_circle_y_mm + y, up
         return np.asarray(self.centre_mm + local @ self.axes.T)
 
     def lowest_point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
@@ -201,12 +201,15 @@ def search_points(profile: Profile) -> tuple[Floats, CurvePoints]:
 # bound.
 _EVERY = 8
 _NEAR_MM = 0.01
+# So are places from which the gap falls to the next coarse sample by more than this. Between its samples the rail is a
+# chord here: an arc of R 13 lies 4e-6 mm above it, 1.2e-5 where it is as steep as a flange.
+_CHORD_MM = 2e-5
 
 
 def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm: float = 0.0) -> Integers:
-    """Which of the points (n,) along a wheel lie no higher over the rail than the lowest one and so much more.
+    """Which of the points (n,) along a wheel lie about minima of the gap no higher than the lowest one and so much more.
 
-    With those beside them; none if no point lies over the rail.
+    None if no point lies over the rail.
     """
     (places,) = places_at_shifts(rail, wheel, points, [0.0], above_mm)
     return places
@@ -221,6 +224,8 @@ def places_at_shifts(
     for shift in shifts_mm:
         gap = z - np.interp(y + shift, *rail.seen_from_above, left=-np.inf, right=-np.inf)
         near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
+        near[1:] &= gap[1:] <= gap[:-1] + _CHORD_MM
+        near[:-1] &= gap[:-1] <= gap[1:] + _CHORD_MM
         beside = np.convolve(near, np.ones(5), "same") > 0.5
         found.append(np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size]))
     return found
@@ -337,8 +342,9 @@ def touch_points_at(
     _, z = rail.point(on_rail.y, on_rail.z)
     angle = on_rail.angle_rad + rail.inclination_rad
     at_wheel, at_rail = wheel.profile.snap(u_wheel, AT_JUNCTION_MM), rail.profile.snap(u_rail, AT_JUNCTION_MM)
-    sides: tuple[Side, Side] = ("left", "right")
-    both = zip(*(_relative_curvatures(rail, wheel, at_wheel, at_rail, theta, angle, s) for s in sides), strict=True)
+    right = _relative_curvatures(rail, wheel, at_wheel, at_rail, theta, angle, "right")
+    at_end = np.any((at_wheel % 1.0 == 0.0) | (at_rail % 1.0 == 0.0))
+    left = _relative_curvatures(rail, wheel, at_wheel, at_rail, theta, angle, "left") if at_end else right
     return tuple(
         TouchPoint(
             x_mm=float(x[i]),
@@ -350,9 +356,9 @@ def touch_points_at(
             wheel_y_mm=float(on_wheel.y[i]),
             contact_angle_rad=float(angle[i]),
             vertical_gap_mm=float(gap[i]),
-            curvatures=(right,) if _are_alike(left, right) else (left, right),
+            curvatures=(of_right,) if _are_alike(of_left, of_right) else (of_left, of_right),
         )
-        for i, (left, right) in enumerate(both)
+        for i, (of_left, of_right) in enumerate(zip(left, right, strict=True))
     )
 
 

@@ -78,7 +78,8 @@ class HungPair:
         gap = np.nan_to_num(z - z_rail, nan=np.inf)
         # the touch point slides along the common tangent of both lines
         columns = (places, gap, y, z * np.tan(tangent), self.pair.rolling_radius_mm - points.z[places])
-        lines = zip(*(np.split(one, np.cumsum(sizes)[:-1]) for one in columns), strict=True)
+        ends = np.cumsum([0, *sizes])
+        lines = (tuple(one[part] for one in columns) for part in map(slice, ends[:-1], ends[1:]))
         return [_lowest(shift, *line) for shift, line in zip(shifts_mm, lines, strict=True)]
 
 
