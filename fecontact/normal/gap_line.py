@@ -26,6 +26,9 @@ _STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
 # A first look at every so many positions says where the surfaces face each other, and what the gap is between them but
 # for 1e-5 mm.
 _EVERY = 10
+# A wheel that has slid faces the rail at most so many of them farther: the gap rises by a tenth of a way and more where
+# it is so wide, and a slide closes it by less than the approach.
+_BESIDE = 5
 # Places to each side of first touch.
 _COUNT = round(_HALF_WIDTH_MM / _STEP_MM)
 _EVEN = 1e-6
@@ -147,32 +150,49 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
     """
     touch, wheel = placement.first, placement.wheel
     slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
-    # the run of places that face each other ends at the first coarse place that does not, or before
-    coarse_t, _, points = _over_plane(placement, 0, 2 * _COUNT, _EVERY)
-    coarse = slid.gap_over_plane(points)
-    rough = _around(_facing(coarse), _COUNT // _EVERY)
-    first = max(rough.start - 1, 0) * _EVERY
-    t, u, points = _over_plane(placement, first, min(rough.stop * _EVERY, 2 * _COUNT), 1)
-    met = np.isfinite(coarse)
-    f = slid.gap_over_plane(points, CubicSpline(coarse_t[met], coarse[met])(t))
-    near = _around(_facing(f), _COUNT - first)
-    rail = placement.rail
+    along = _places(placement)
+    f = slid.gap_over_plane(along.points_mm, along.gap_mm)
+    near = _around(_facing(f), int(np.argmin(np.abs(along.t_mm))))
     return GapLine(
-        t_mm=t[near],
+        t_mm=along.t_mm[near],
         f_mm=f[near],
         A_per_mm=0.5 * touch.curvature.xx_per_mm,
         contact_modulus_MPa=contact_modulus_MPa,
-        surface_mm=rail.profile.arc_length(u[near]) - placement.first_arc_length_mm,
-        turned_rad=rail.section(u[near])[2] - touch.contact_angle_rad,
+        surface_mm=along.surface_mm[near],
+        turned_rad=along.turned_rad[near],
     )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Places:
+    """Places (n,) across in the tangent plane at which a gap line is taken, with the rail there and about the gap."""
+
+    t_mm: Floats
+    points_mm: Floats
+    surface_mm: Floats
+    turned_rad: Floats
+    gap_mm: Floats
 
 
 # cached: the rail stays where it is, whatever the load and the slide of the wheel
 @lru_cache(maxsize=16)
-def _over_plane(placement: Placement, first: int, last: int, every: int) -> tuple[Floats, Floats, Floats]:
-    """Places of the line from one number to another, with the rail's parameters and points there."""
-    t = np.asarray(_STEP_MM * np.arange(first - _COUNT, last - _COUNT + 1, every), dtype=np.float64)
-    return t, *placement.over_tangent_plane(t)
+def _places(placement: Placement) -> _Places:
+    """The places that face each other before a slide, and some beside them."""
+    rail = placement.rail
+    coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _COUNT // _EVERY + 1)
+    coarse = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
+    rough, met = _around(_facing(coarse), _COUNT // _EVERY), np.isfinite(coarse)
+    first = max(rough.start - _BESIDE, 0) * _EVERY
+    last = min((rough.stop - 1 + _BESIDE) * _EVERY, 2 * _COUNT)
+    t = np.asarray(_STEP_MM * np.arange(first - _COUNT, last - _COUNT + 1), dtype=np.float64)
+    u, points = placement.over_tangent_plane(t)
+    return _Places(
+        t_mm=t,
+        points_mm=points,
+        surface_mm=rail.profile.arc_length(u) - placement.first_arc_length_mm,
+        turned_rad=rail.section(u)[2] - placement.first.contact_angle_rad,
+        gap_mm=CubicSpline(coarse_t[met], coarse[met])(t),
+    )
 
 
 def _facing(f_mm: Floats) -> NDArray[np.bool_]:

@@ -649,8 +649,10 @@ def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, f
     # the profile's own sides and junction steps lie beyond any contact of running wheels
     s = np.arange(1e-6, profile.length_mm, _COARSE_STEP_S_MM) - origin
     _, normals = placement.surface(0.0, s)
-    near = true_gap.gap(x[:, None], s[None, :]) <= reach * (normals @ true_gap.direction)
-    rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
+    # nothing is near where the gap is twice as wide in the middle: a yawed wheel is lowest by a millimetre beside it
+    columns = np.flatnonzero(true_gap.gap(0.0, s) <= 2.0 * (reach + height))
+    near = true_gap.gap(x[:, None], s[None, columns]) <= reach * (normals[columns] @ true_gap.direction)
+    rows, columns = np.flatnonzero(near.any(axis=1)), columns[near.any(axis=0)]
     if columns.size == 0:
         return (-width, width), (-1.0, 1.0)
     if columns[0] == 0 or columns[-1] == s.size - 1:

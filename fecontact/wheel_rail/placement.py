@@ -314,10 +314,10 @@ class Placement:
     def gap_over_plane(self, points: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
         """True undeformed gap (mm) along the normal at first touch, at points (..., 3) that lie over the tangent plane.
 
-        Sought from a guess (...), to 1e-11 mm; NaN if one of the bodies is missing there. Irregularities are left out:
+        Sought from a guess (...); NaN if one of the bodies is missing there. Irregularities are left out:
         they are constant along a line across.
         """
-        return self.wheel.distance_along(points, np.broadcast_to(self.first.normal, points.shape), guess_mm, 1e-5)
+        return self.wheel.distance_along(points, np.broadcast_to(self.first.normal, points.shape), guess_mm)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

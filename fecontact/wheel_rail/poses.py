@@ -21,8 +21,8 @@ _SEARCH_STEP_MM = 0.02
 
 # A direction meets the surface if the last step along it is below this; without steps of the line it is below 1e-9.
 _STEP_OF_A_LINE_MM = 1e-3
-# After a Newton step this small the next would be lost in rounding: they converge quadratically.
-_LAST_STEP_MM = 1e-8
+# A Newton step this small leaves less than its square over 10 mm.
+_LAST_STEP_MM = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,13 +155,11 @@ class WheelPose:
         position = self.point(y, self.rolling_radius_mm - z, 0.0)
         return position[..., 1], position[..., 2]
 
-    def distance_along(
-        self, points: Floats, normals: Floats, guess_mm: ArrayLike = 0.0, last_step_mm: float = _LAST_STEP_MM
-    ) -> Floats:
+    def distance_along(self, points: Floats, normals: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
         """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
 
         NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution, from a
-        guess (...) to a last step, which leaves less than its square over 10 mm.
+        guess (...), to 1e-11 mm.
         """
         start = np.ascontiguousarray(((points - self.centre_mm) @ self.axes).reshape(-1, 3).T)
         along = np.ascontiguousarray((normals @ self.axes).reshape(-1, 3).T)
@@ -181,7 +179,7 @@ class WheelPose:
             t[active] += np.clip(step, -5.0, 5.0)
             # rounded coefficients let a line step at a junction (S1002: 2e-4 mm), and Newton steps alternate there
             met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
-            active = active[np.abs(step) > last_step_mm]
+            active = active[np.abs(step) > _LAST_STEP_MM]
             if not active.size:
                 break
         return np.where(met, t, np.nan).reshape(points.shape[:-1])
@@ -232,7 +230,7 @@ def places_at_shifts(
 
 
 # Secants end with a step of the parameter this small: the next would be lost in rounding.
-_LAST_SECANT = 1e-11
+_LAST_SECANT = 1e-10
 
 
 def sign_changes(f: Callable[[Floats], Floats], low: Floats, high: Floats, f_low: Floats, f_high: Floats) -> Floats:

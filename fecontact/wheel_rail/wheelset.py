@@ -20,8 +20,8 @@ from fecontact.wheel_rail.placement import EVERY_SHIFT, SIGN, Pair, Placement
 from fecontact.wheel_rail.poses import places_at_shifts, search_points
 
 SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
-# Largest difference of both wheels' axle heights: a roll of 1e-13 rad.
-_HEIGHT_MM = 1e-10
+# Largest difference of both wheels' axle heights, which are as exact: a roll of 1e-12 rad.
+_HEIGHT_MM = 1e-9
 _STEPS = 60
 # Wheelsets that run on their treads or flanges roll by a tenth of this.
 _MOST_ROLL_RAD = 0.1
