@@ -143,11 +143,12 @@ class WheelPose:
         sine = np.minimum(np.maximum(radius_rate * (axle / math.hypot(up, forward)), -1.0), 1.0)
         return np.asarray(np.arcsin(sine) + math.atan2(up, forward))
 
-    def point(self, y: ArrayLike, radius: ArrayLike, theta: ArrayLike) -> Floats:
+    def point(self, y: Floats | float, radius: Floats | float, theta: Floats | float) -> Floats:
         """Track position (..., 3) in mm of a point at y (mm) across, at a radius (mm) and an angle (rad) from below."""
-        forward, up = radius * np.sin(theta), -radius * np.cos(theta)
-        local = np.empty((*np.broadcast_shapes(forward.shape, np.shape(y)), 3))
-        local[..., 0], local[..., 1], local[..., 2] = forward, self.tape_circle_y_mm + y, up
+        local = np.empty((*np.broadcast_shapes(*map(np.shape, (y, radius, theta))), 3))
+        local[..., 0] = radius * np.sin(theta)
+        local[..., 1] = self.tape_circle_y_mm + y
+        local[..., 2] = -radius * np.cos(theta)
         return np.asarray(self.centre_mm + local @ self.axes.T)
 
     def lowest_point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
@@ -205,7 +206,7 @@ _CHORD_MM = 2e-5
 
 
 def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm: float = 0.0) -> Integers:
-    """Which of the points (n,) along a wheel lie about minima of the gap no higher than the lowest one and so much more.
+    """Which points (n,) along a wheel lie about minima of the gap that are no higher than the lowest one and so much.
 
     None if no point lies over the rail.
     """

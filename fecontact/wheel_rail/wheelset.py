@@ -77,10 +77,12 @@ class HungPair:
         _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
         gap = np.nan_to_num(z - z_rail, nan=np.inf)
         # the touch point slides along the common tangent of both lines
-        columns = (places, gap, y, z * np.tan(tangent), self.pair.rolling_radius_mm - points.z[places])
+        slid, radius = z * np.tan(tangent), self.pair.rolling_radius_mm - points.z[places]
         ends = np.cumsum([0, *sizes])
-        lines = (tuple(one[part] for one in columns) for part in map(slice, ends[:-1], ends[1:]))
-        return [_lowest(shift, *line) for shift, line in zip(shifts_mm, lines, strict=True)]
+        return [
+            _lowest(shift, places[part], gap[part], y[part], slid[part], radius[part])
+            for shift, part in zip(shifts_mm, map(slice, ends[:-1], ends[1:]), strict=True)
+        ]
 
 
 def _lowest(shift_mm: float, places: Integers, gap: Floats, y: Floats, slid: Floats, radius: Floats) -> Standing | None:
