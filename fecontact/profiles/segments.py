@@ -55,7 +55,8 @@ class CurvePoints:
     @property
     def curvature_per_mm(self) -> Floats:
         """Signed curvature of the curve, positive when it turns to the left (upwards for growing y)."""
-        return np.asarray((self.dy * self.ddz - self.dz * self.ddy) / np.hypot(self.dy, self.dz) ** 3)
+        speed2 = self.dy * self.dy + self.dz * self.dz
+        return np.asarray((self.dy * self.ddz - self.dz * self.ddy) / (speed2 * np.sqrt(speed2)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -433,9 +434,13 @@ def _integrated(powers: Floats, begin: Floats) -> Floats:
 
 def _function(u: Floats, *columns: Floats) -> PPoly:
     """Functions with ascending powers (k, c, m) on the pieces between u, beside one another."""
-    most = max(len(one) for one in columns)
-    powers = np.concatenate([np.pad(one, ((0, most - len(one)), (0, 0), (0, 0))) for one in columns], axis=1)
-    return PPoly(powers[::-1].swapaxes(1, 2), u)
+    powers = np.zeros((max(map(len, columns)), u.size - 1, sum(one.shape[1] for one in columns)))
+    at = 0
+    for one in columns:
+        # scipy has the highest power first
+        powers[len(powers) - len(one) :, :, at : at + one.shape[1]] = one[::-1].swapaxes(1, 2)
+        at += one.shape[1]
+    return PPoly(powers, u)
 
 
 # --- The points behind a smoothed line.

@@ -61,6 +61,8 @@ _HUBER = 2.0
 _FIRST_REACH_MM, _REACH, _REACH_FALLS, _WITHIN = 0.3, 1.5, 0.8, 3.0
 # Lines of the library are drawings, and no surface is made to less.
 _LEAST_NOISE_MM = 0.001
+# Of a Gauss-Newton step, across, upwards (mm) and turned (rad).
+_LARGEST_STEP = np.array([3.0, 3.0, 0.05])
 # No rail is inclined by more.
 _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
@@ -107,21 +109,19 @@ def foot_points(
         # as far along the line as its table knows: the point itself lies on the line
         p = line.evaluate(np.interp(s, lengths, places))
         speed = np.hypot(p.dy, p.dz)
-        tangent = np.column_stack((p.dy, p.dz)) / speed[:, None]
-        off = points - np.column_stack((p.y, p.z))
-        along = (off * tangent).sum(axis=1)
-        across = off[:, 1] * tangent[:, 0] - off[:, 0] * tangent[:, 1]
-        # beyond the centre of a tight arc there is no foot point to converge to
-        step = np.clip(along / np.maximum(1.0 - p.curvature_per_mm * across, 0.2), -1.0, 1.0)
+        t_y, t_z, off_y, off_z = p.dy / speed, p.dz / speed, points[:, 0] - p.y, points[:, 1] - p.z
+        along, across = off_y * t_y + off_z * t_z, off_z * t_y - off_y * t_z
+        # beyond the centre of a tight arc there is no foot point to converge to; np.clip takes as long as five of these
+        step = along / np.maximum(1.0 - p.curvature_per_mm * across, 0.2)
         # points beyond an end would go on for ever
-        further = np.clip(s + step, 0.0, lengths[-1])
-        if not np.any(np.abs(further - s) > 1e-10):
+        further = np.minimum(np.maximum(s + np.minimum(np.maximum(step, -1.0), 1.0), 0.0), lengths[-1])
+        if not (np.abs(further - s) > 1e-10).any():
             break
         s = further
     return FootPoints(
         s_mm=s,
-        points=np.column_stack((p.y, p.z)),
-        normals=np.column_stack((-tangent[:, 1], tangent[:, 0])),
+        points=np.stack((p.y, p.z), axis=1),
+        normals=np.stack((-t_z, t_y), axis=1),
         off_mm=across,
         inside=(np.abs(along) < 1e-6) & (s >= 0.0) & (s <= line.length_mm),
     )
@@ -151,9 +151,8 @@ def _moved_by(found: Registration, moved: Floats, feet: FootPoints, weight: Floa
     lever = moved[:, 0] * feet.normals[:, 1] - moved[:, 1] * feet.normals[:, 0]
     matrix = np.sqrt(weight)[:, None] * np.column_stack((feet.normals, lever))
     step = np.linalg.lstsq(matrix, np.sqrt(weight) * feet.off_mm, rcond=1e-6)[0]
-    step[2] = np.clip(step[2], -0.05, 0.05)
-    step[:2] = np.clip(step[:2], -3.0, 3.0)
-    turn = float(np.clip(found.turn_rad + step[2], -_LARGEST_TURN_RAD, _LARGEST_TURN_RAD))
+    step = np.minimum(np.maximum(step, -_LARGEST_STEP), _LARGEST_STEP)
+    turn = min(max(found.turn_rad + float(step[2]), -_LARGEST_TURN_RAD), _LARGEST_TURN_RAD)
     added = found.turned(step[None, :2])[0]
     further = Registration(turn_rad=turn, shift=(found.shift[0] + added[0], found.shift[1] + added[1]))
     return further, float(np.abs(step).max())
@@ -324,12 +323,14 @@ def _relative(held: Held, filter_mm: float) -> Floats:
 
     A head has radii of 13 and of 300 mm, and what would blur a corner leaves the noise in the top.
     """
-    from scipy.ndimage import gaussian_filter1d
-
     along = np.arctan2(held.normals[:, 1], held.normals[:, 0])
     bend = np.abs(np.gradient(np.unwrap(along), held.s_mm))
     # over some mm: the pilot's own noise is no curvature
-    spread = gaussian_filter1d(bend, _PILOT_MM * held.s_mm.size / held.s_mm[-1], mode="nearest")
+    sigma = _PILOT_MM * held.s_mm.size / held.s_mm[-1]
+    reach = math.ceil(4.0 * sigma)
+    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    # scipy.ndimage takes as long to import as a tenth of all this
+    spread = np.convolve(np.pad(bend, reach, mode="edge"), bell / bell.sum(), "valid")
     relative = np.sqrt(_FLAT_PER_MM / np.maximum(spread, _FLAT_PER_MM))
     return np.asarray(np.clip(relative, PRACTICE_MM[0] / filter_mm, 1.0))
 
