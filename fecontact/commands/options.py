@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, get_args
 
 from cyclopts import App, Parameter
@@ -73,6 +74,18 @@ class CaseOption:
         """Name of its value among the values of all options."""
         return self.names[0].removeprefix("--").replace("-", "_")
 
+    @cached_property
+    def annotation(self) -> Any:
+        """What cyclopts makes the option from."""
+        slot = self.slots[0]
+        first = (PANELS[MOST],) if slot.place in _BRIEF else ()
+        shown = Parameter(name=self.names, help=self.help, group=(*first, PANELS[slot.group]), show_default=False)
+        if slot.input.alone:
+            # without a value behind it
+            return Annotated[bool | None, shown]
+        read = Parameter(n_tokens=1, converter=lambda _, tokens: self.read(tokens[0].value))
+        return Annotated[Any, shown, read]
+
     def read(self, text: str) -> dict[Slot, Any]:
         """Values in the units inside, by input.
 
@@ -127,10 +140,15 @@ def _refuse_unread(case: Case, values: Iterable[Slot]) -> None:
 
 def case_options(*groups: Group) -> tuple[CaseOption, ...]:
     """Options of all inputs of some groups; options for both bodies come first, and options for one override them."""
-    chosen = [slot for slot in INPUTS if slot.group in groups]
+    return tuple(option for option in _all_options() if option.slots[0].group in groups)
+
+
+# cached: a dozen of commands take the same ones
+@cache
+def _all_options() -> tuple[CaseOption, ...]:
     common: dict[tuple[str, ...], list[Slot]] = {}
     own: dict[tuple[str, ...], list[Slot]] = {}
-    for slot in chosen:
+    for slot in INPUTS:
         own.setdefault(slot.names, []).append(slot)
         if slot.common_names:
             common.setdefault(slot.common_names, []).append(slot)
@@ -182,24 +200,15 @@ def _options_of(options: Sequence[CaseOption]) -> Any:
 
     values = make_dataclass(
         "CaseOptions",
-        [(option.attribute, _annotation(option), field(default=None)) for option in options],
+        [(option.attribute, option.annotation, field(default=None)) for option in options],
         frozen=True,
         kw_only=True,
-        # cyclopts does not look into classes of the module "types"
-        namespace={"case": case, "__module__": __name__},
+        repr=False,
+        eq=False,
+        # cyclopts does not look into classes of the module "types"; without a text the class would write one of itself
+        namespace={"case": case, "__module__": __name__, "__doc__": "Options as they were given."},
     )
     return Parameter(name="*")(values)
-
-
-def _annotation(option: CaseOption) -> Any:
-    slot = option.slots[0]
-    first = (PANELS[MOST],) if slot.place in _BRIEF else ()
-    shown = Parameter(name=option.names, help=option.help, group=(*first, PANELS[slot.group]), show_default=False)
-    if slot.input.alone:
-        # without a value behind it
-        return Annotated[bool | None, shown]
-    read = Parameter(n_tokens=1, converter=lambda _, tokens: option.read(tokens[0].value))
-    return Annotated[Any, shown, read]
 
 
 # --- Shifts and loads of a map, or of a contact table, as they are written on the command line.
