@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import os
 import signal
 import sys
@@ -78,6 +79,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the program `fecontact`."""
     # a queue of jobs ends a program so: its workers end with it, as at Ctrl-C
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # modules stay: to look through all that is in them four times takes as long as the smallest command
+    gc.set_threshold(gc.get_threshold()[0], 20, 20)
     sys.exit(call(arguments))
 
 

@@ -414,7 +414,9 @@ def _block_rows(matrix: bsr_matrix) -> Integers:
 def _decoupled(matrix: bsr_matrix, moves: NDArray[np.bool_]) -> bsr_matrix:
     """The matrix with what does not move (n, 3) decoupled, so that each node keeps its 3 x 3 block."""
     rows, columns = _block_rows(matrix), matrix.indices
-    data = matrix.data * (moves[rows][:, :, None] & moves[columns][:, None, :])
+    data, holds = matrix.data.copy(), np.logical_not(moves.all(axis=1))
+    beside = np.flatnonzero(holds[rows] | holds[columns])
+    data[beside] *= moves[rows[beside]][:, :, None] & moves[columns[beside]][:, None, :]
     held = np.zeros((len(moves), 3, 3))
     held[:, range(3), range(3)] = float(matrix.diagonal().mean()) * ~moves
     data[rows == columns] += held

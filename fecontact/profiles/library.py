@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from fecontact.errors import InputError
 from fecontact.files import sha256
 from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.readers.formats import parse_toml
+from fecontact.profiles.readers.formats import parse_own
 from fecontact.profiles.reading import is_short_form
 
 # Names of the UIC, of DIN, and of British standards for rails that EN 13674-1 has under another one.
@@ -113,7 +113,7 @@ def load(name: str) -> Profile:
         There is no such name; the message has near ones.
     """
     name = find(name)
-    return parse_toml(toml_text(name), name=name)
+    return parse_own(toml_text(name), name=name)
 
 
 # --- Profiles that are given as arrays in Python: a value that stands where the name of a file does.
