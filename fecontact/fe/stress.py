@@ -82,21 +82,15 @@ class StressPeak:
     y_mm: float
 
 
-def stress_peak(body: ElasticBody, displacements: Floats) -> StressPeak:
-    """Find the largest von Mises stress below the contact zone of a body.
+def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
+    """Find the largest von Mises stress below the contact zone of a body, from its stress (n, 6) in MPa at the nodes.
 
     The node of the uniform block with the largest stress decides about the normal. Along this normal a cubic spline
     goes through the nodes, so that depth and size do not stick to the layers. The peak below a Hertz patch lies at 0.48
     to 0.78 of the shorter semi-axis (Johnson 1985, section 4.2 and eq. 3.69). The block is 1.5 semi-axes deep if the
     surface allows; below a tight corner the block ends earlier, and the line continues through the mesh below.
-
-    Parameters
-    ----------
-    displacements (n, 3)
-        Displacements of all nodes in mm.
     """
-    mesh = body.mesh
-    values = von_mises(nodal_stress(body, displacements))
+    values = von_mises(stress)
     i, j, k = np.unravel_index(int(np.argmax(values[mesh.block_nodes])), mesh.block_nodes.shape)
     column = mesh.block_nodes[i, j]
     depth, stress = np.linalg.norm(mesh.points[column] - mesh.points[column[0]], axis=1), values[column]

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -31,6 +32,7 @@ from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
 from fecontact.fe.body import assembled_part, check_memory, choose_solver, elastic_body, stiffness
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.stress import nodal_stress
 from fecontact.normal.hertz import hertz_from_hessian
 from fecontact.solving.expected_patch import TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
@@ -436,6 +438,12 @@ class SolvedBodies:
     coupled: CoupledBodies
     displacement_mm: dict[str, NDArray[np.float64]]
     yielded: Mapping[str, Mapping[str, NDArray[np.float64]]] = field(default_factory=dict)
+
+    @cached_property
+    def stress_MPa(self) -> dict[str, Floats]:
+        """Stress (n, 6) at the nodes of each body, as in `nodal_stress`."""
+        bodies = (self.coupled.rail, self.coupled.wheel)
+        return {body.mesh.name: nodal_stress(body, self.displacement_mm[body.mesh.name]) for body in bodies}
 
 
 class Meshes:

@@ -438,7 +438,8 @@ def _bodies(
         law = bodies.zones[k].law
         if math.isinf(law.yield_MPa):
             continue
-        used = at_points[k] or stress_peak(body, start.displacements_mm[k]).von_mises_MPa / law.yield_MPa
+        elastic = nodal_stress(body, start.displacements_mm[k])
+        used = at_points[k] or stress_peak(body.mesh, elastic).von_mises_MPa / law.yield_MPa
         at_first = YieldedBody(
             yield_MPa=law.yield_MPa,
             tangent_MPa=body.material.tangent_MPa,

@@ -170,7 +170,7 @@ def _solved(position: Position, meshes: Meshes) -> CaseResult:
     bodies = meshes.bodies_of(solved)
     with position.clock.step("recover"):
         peaks: dict[str, StressPeak] = {
-            body.mesh.name: stress_peak(body, bodies.displacement_mm[body.mesh.name])
+            body.mesh.name: stress_peak(body.mesh, bodies.stress_MPa[body.mesh.name])
             for body in (bodies.coupled.rail, bodies.coupled.wheel)
         }
     with position.clock.step("judge"):
