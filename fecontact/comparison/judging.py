@@ -64,6 +64,7 @@ from fecontact.comparison.verdict import (
     Verdict,
     judge_on_lines,
     judge_plastic,
+    largest,
     plastic_warnings,
     worst_judgement,
     worst_of,
@@ -463,8 +464,7 @@ class JudgedLoad:
     @property
     def limit_used(self) -> float:
         """Largest part of a limit that Hertz uses, on the worst side; above 1 Hertz fails."""
-        used = [side.limit_used for side in self.sides.values()]
-        return math.nan if any(math.isnan(part) for part in used) else max(used)
+        return largest(side.limit_used for side in self.sides.values())
 
 
 # --- What a judged load has to say beside its verdict.

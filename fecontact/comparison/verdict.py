@@ -229,8 +229,23 @@ class Judgement:
     @property
     def limit_used(self) -> float:
         """Largest part of a limit that the theory uses; above 1 it fails."""
-        used = [abs(self.deviation[name]) / limit for name, limit in self.limits.items()]
-        return math.nan if any(math.isnan(part) for part in used) else max(used)
+        return largest(abs(self.deviation[name]) / limit for name, limit in self.limits.items())
+
+    @property
+    def limit_range(self) -> tuple[float, float]:
+        """The least and the most that this part may be; NaN where the uncertainty of a measure is not known."""
+        known = [
+            (abs(self.deviation[name]), self.uncertainty.get(name, math.nan), limit)
+            for name, limit in self.limits.items()
+        ]
+        least = largest((used - unsure) / limit for used, unsure, limit in known)
+        return least, largest((used + unsure) / limit for used, unsure, limit in known)
+
+
+def largest(parts: Iterable[float]) -> float:
+    """The largest number; NaN where one is."""
+    known = [*parts]
+    return math.nan if any(map(math.isnan, known)) else max(known)
 
 
 def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from html import escape
@@ -11,9 +11,9 @@ from itertools import pairwise, takewhile
 from typing import Literal, TypeAlias, TypeVar
 
 from fecontact.case import Case
-from fecontact.comparison.judging import JudgedLoad, with_readings
+from fecontact.comparison.judging import JudgedLoad, judge_load, with_readings
 from fecontact.comparison.readings import MappedVerdicts
-from fecontact.comparison.verdict import Answer
+from fecontact.comparison.verdict import Answer, largest
 from fecontact.errors import CONVERGED, FecontactError, NotEnoughMemory, failed
 from fecontact.features import offered
 from fecontact.outputs.records.results import Row, load_row
@@ -249,17 +249,34 @@ _GUARDED = 0.75
 
 @dataclass(frozen=True, kw_only=True)
 class KnownLoad:
-    """Verdict at a load; `excess` is by how much the measure that uses most of its limit is beyond it, in limits."""
+    """Verdict at a load.
+
+    Attributes
+    ----------
+    excess
+        By how much the measure that uses most of its limit is beyond it, in limits.
+    least, most
+        How little and how much that may be: Hertz fails where the least is beyond 0, and holds where the most is not.
+    """
 
     load_N: float
     answer: Answer
     excess: float
+    least: float = math.nan
+    most: float = math.nan
 
     @classmethod
     def of(cls, judged: JudgedLoad) -> KnownLoad:
         """The worst side of a judged load."""
-        used = judged.limit_used if judged.plastic is None else judged.plastic.deciding.limit_used
-        return cls(load_N=judged.load_N, answer=judged.answer.answer, excess=used - 1.0)
+        sides = judged.sides.values() if judged.plastic is None else (judged.plastic.deciding,)
+        ranges = [side.limit_range for side in sides]
+        return cls(
+            load_N=judged.load_N,
+            answer=judged.answer.answer,
+            excess=largest(side.limit_used for side in sides) - 1.0,
+            least=largest(least for least, _ in ranges) - 1.0,
+            most=largest(most for _, most in ranges) - 1.0,
+        )
 
 
 def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> tuple[KnownLoad, ...]:
@@ -284,8 +301,9 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float], lost_N: Sequen
 
     Notes
     -----
-    Between two loads whose verdicts differ, where the excess of a straight line between them is zero; then, as a
-    guard, half way from the loads that fail beside a limit to the map's next one above, where Hertz might hold again.
+    Between two loads whose verdicts differ, where the excess that makes the difference is zero on a straight line.
+    Then, as a guard, half way from the loads that fail beside a limit to the map's next one above, where Hertz might
+    hold again.
     """
     # not the difference of both numbers: of the map's own loads some may not be known
     if len(lost_N) + sum(one.load_N not in own_N for one in known) >= MOST_TRIED:
@@ -293,9 +311,9 @@ def next_load(known: Sequence[KnownLoad], own_N: Sequence[float], lost_N: Sequen
     for below, above in pairwise(known):
         if below.answer == above.answer or any(below.load_N < load_N < above.load_N for load_N in lost_N):
             continue
-        limit = "UNRESOLVED" not in (below.answer, above.answer)
-        if above.load_N - below.load_N > (LOAD_TOLERANCE if limit else _OPEN_TOLERANCE) * above.load_N:
-            return _load_between(below, above)
+        within = _OPEN_TOLERANCE if "UNRESOLVED" in (below.answer, above.answer) else LOAD_TOLERANCE
+        if above.load_N - below.load_N > within * above.load_N:
+            return _load_between(below, above, within)
     for number, (before, first) in enumerate(pairwise(known), 1):
         if before.answer == "FAILS" or first.answer != "FAILS" or first.load_N in own_N:
             continue
@@ -316,17 +334,20 @@ def _guard(failing_N: Sequence[float]) -> float | None:
     return low_N * math.sqrt(gap) if gap > max(_GUARD_FROM, whole**_GUARDED) else None
 
 
-def _load_between(below: KnownLoad, above: KnownLoad) -> float:
-    """A load between two: beside the zero of the excess, on the side where more is open."""
+def _load_between(below: KnownLoad, above: KnownLoad, within: float) -> float:
+    """A load between two: beside the zero of what makes the verdict change, on the side where more is open."""
     low, high = math.log(below.load_N), math.log(above.load_N)
-    part = 0.5
-    if below.excess * above.excess < 0.0:
-        # a second patch that comes at once is beyond its limit by far: a straight line to it would creep
-        before, after = (max(-1.0, min(1.0, one.excess)) for one in (below, above))
-        part = before / (before - after)
+    answers = {below.answer, above.answer}
+    change = "excess" if "UNRESOLVED" not in answers else "least" if "FAILS" in answers else "most"
+    ends: list[float] = [getattr(one, change) for one in (below, above)]
+    if not math.prod(ends) < 0.0:
+        return math.exp(0.5 * (low + high))
+    # a second patch that comes at once is beyond its limit by far: a straight line to it would creep
+    before, after = (max(-1.0, min(1.0, end)) for end in ends)
+    part = before / (before - after)
     root = low + part * (high - low)
     # so that the next load lies on the other side of the limit, and the change between both
-    beside = 0.4 * LOAD_TOLERANCE
+    beside = 0.4 * within
     wanted = root - beside if part > 0.5 else root + beside
     room = 0.1 * (high - low)
     return math.exp(min(max(wanted, low + room), high - room))
@@ -482,16 +503,36 @@ def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda par
             # the limits among these loads while their meshes are there
             if not (waiting and sweep.is_ready_for(waiting[-1])):
                 stopped = stopped or _search(sweep, shift, found, tried, lambda: tell(*_part(found, loads_N, tried)))
-    cells = tuple(found[load_N] for load_N in loads_N)
+    cells = [_judged_by_all(found[load_N], sweep.placement) for load_N in loads_N]
+    return mapped_position(shift, cells, tried, sweep.placement, stopped=stopped)
+
+
+def mapped_position(
+    shift_mm: float,
+    cells: Iterable[MapCell],
+    tried: Sequence[JudgedLoad],
+    placement: Placement,
+    *,
+    stopped: MapCell | None,
+) -> MapPosition:
+    """A position from its loads and those that the search for its limits tried; `stopped` as in `load_limit`."""
+    own = tuple(cells)
+    limit = load_limit(own, tried, stopped=stopped)
     return MapPosition(
-        lateral_shift_mm=shift,
-        cells=cells,
-        limit=load_limit(cells, tried, stopped=stopped),
-        placement=sweep.placement,
-        stiffness=stiffness_of(cells),
+        lateral_shift_mm=shift_mm,
+        cells=own,
+        limit=limit,
+        limits_of=limits_of(own, tried, placement, limit),
+        placement=placement,
+        stiffness=stiffness_of(own),
         tried=tuple(tried),
         stopped=stopped,
     )
+
+
+def _judged_by_all(cell: MapCell, placement: Placement) -> MapCell:
+    """A cell with all theories, lobes and what features read; a sweep judges by Hertz alone."""
+    return cell if cell.judged is None else replace(cell, judged=judge_load(cell.judged.solved, placement))
 
 
 def _part(cells: Sized, loads_N: Sized, tried: Sized) -> tuple[float, str]:

@@ -17,11 +17,9 @@ from fecontact.maps.model import (
     LoadLimit,
     MapCell,
     MapPosition,
-    limits_of,
-    load_limit,
+    mapped_position,
     solve_position,
     solved_cell,
-    stiffness_of,
     with_dear_readings,
 )
 from fecontact.outputs.tables import picked
@@ -127,18 +125,7 @@ def _position_of(stored: Stored) -> MapPosition:
     for number in range(len(tried), len(record["loads"])):
         judged = stored.judged(number)
         cells[judged.load_N] = solved_cell(shift, judged)
-    found = tuple(cells.values())
-    limit = load_limit(found, tried, stopped=stopped)
-    return MapPosition(
-        lateral_shift_mm=shift,
-        cells=found,
-        limit=limit,
-        limits_of=limits_of(found, tried, placement, limit),
-        placement=placement,
-        stiffness=stiffness_of(found),
-        tried=tried,
-        stopped=stopped,
-    )
+    return mapped_position(shift, cells.values(), tried, placement, stopped=stopped)
 
 
 def has_open_loads(folder: Path) -> bool:

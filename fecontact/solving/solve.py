@@ -260,8 +260,7 @@ class LoadSweep:
     def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
         """Solve a load; with `refine` also on finer meshes while its verdict is open, as far as the case allows.
 
-        The load is judged by Hertz only, which decides about refinement and the next load. All other theories are
-        evaluated when the stored result is read.
+        The load is judged by Hertz only, which decides about refinement and the next load.
 
         Raises
         ------
