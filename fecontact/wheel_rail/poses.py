@@ -200,9 +200,10 @@ def search_points(profile: Profile) -> tuple[Floats, CurvePoints]:
 # bound.
 _EVERY = 8
 _NEAR_MM = 0.01
-# So are places from which the gap falls to the next coarse sample by more than this. Between its samples the rail is a
-# chord here: an arc of R 13 lies 4e-6 mm above it, 1.2e-5 where it is as steep as a flange.
-_CHORD_MM = 2e-5
+# So are places from which the gap falls to the next coarse sample by more than this. A minimum between two samples leaves
+# them nearer to each other if the relative curvature there is below 0.08/mm, as on an arc of R 13; at a junction it may
+# be 2e-5 mm deep and a tenth of a millimetre wide.
+_FALL_MM = 1e-3
 
 
 def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm: float = 0.0) -> Integers:
@@ -223,8 +224,8 @@ def places_at_shifts(
     for shift in shifts_mm:
         gap = z - np.interp(y + shift, *rail.seen_from_above, left=-np.inf, right=-np.inf)
         near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
-        near[1:] &= gap[1:] <= gap[:-1] + _CHORD_MM
-        near[:-1] &= gap[:-1] <= gap[1:] + _CHORD_MM
+        near[1:] &= gap[1:] <= gap[:-1] + _FALL_MM
+        near[:-1] &= gap[:-1] <= gap[1:] + _FALL_MM
         beside = np.convolve(near, np.ones(5), "same") > 0.5
         found.append(np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size]))
     return found
