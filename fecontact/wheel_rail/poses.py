@@ -200,9 +200,9 @@ def search_points(profile: Profile) -> tuple[Floats, CurvePoints]:
 # bound.
 _EVERY = 8
 _NEAR_MM = 0.01
-# So are places from which the gap falls to the next coarse sample by more than this. A minimum between two samples leaves
-# them nearer to each other if the relative curvature there is below 0.08/mm, as on an arc of R 13; at a junction it may
-# be 2e-5 mm deep and a tenth of a millimetre wide.
+# So are places from which the gap falls to the next coarse sample by more than this. A minimum between two samples
+# leaves them nearer to each other if the relative curvature is below 0.08/mm there, as on an arc of R 13; at a junction
+# it may be 2e-5 mm deep and a tenth of a millimetre wide.
 _FALL_MM = 1e-3
 
 
