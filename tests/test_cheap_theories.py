@@ -506,3 +506,16 @@ def test_runs_of_a_line_reach_half_a_step_beyond_their_places():
     (low, high), (last, end) = _runs(line, np.array([False, True, True, False, False, True]))
     # not beyond the end of the line
     assert (low, high, last, end) == pytest.approx((0.25, 1.25, 2.25, 2.5), abs=1e-12)
+
+
+@pytest.mark.parametrize(("shift", "approach"), [(-3.0, 0.15), (6.0, 0.4), (6.3, 0.15), (6.3, 0.4)])
+def test_the_line_of_a_wheel_that_has_slid_is_that_of_the_wheel_there(shift, approach):
+    """Also in the root of the flange, where a slide of a millimetre brings places together that did not face."""
+    placement = place_case(Case(lateral_shift_mm=shift))
+    slide = -approach * math.tan(placement.first.contact_angle_rad)
+    centre = placement.wheel.centre_mm + slide * placement.first.tangent
+    there = gap_line(replace(placement, wheel=replace(placement.wheel, centre_mm=centre)), contact_modulus_MPa=1.1e5)
+    slid = gap_line(placement, contact_modulus_MPa=1.1e5, slide_mm=slide)
+    assert np.array_equal(slid.t_mm, there.t_mm)
+    # both sought to 1e-11 mm, from other guesses
+    assert np.abs(slid.f_mm - there.f_mm).max() < 1e-10

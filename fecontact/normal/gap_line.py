@@ -26,9 +26,8 @@ _STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
 # A first look at every so many positions says where the surfaces face each other, and what the gap is between them but
 # for 1e-5 mm.
 _EVERY = 10
-# A wheel that has slid faces the rail at most so many of them farther: the gap rises by a tenth of a way and more where
-# it is so wide, and a slide closes it by less than the approach.
-_BESIDE = 5
+# Largest approach: a wheel that slides as far as it gives closes a gap by less than its slide.
+_APPROACH_MM = 1.0
 # Places to each side of first touch.
 _COUNT = round(_HALF_WIDTH_MM / _STEP_MM)
 _EVEN = 1e-6
@@ -177,26 +176,27 @@ class _Places:
 # cached: the rail stays where it is, whatever the load and the slide of the wheel
 @lru_cache(maxsize=16)
 def _places(placement: Placement) -> _Places:
-    """The places that face each other before a slide, and some beside them."""
-    rail = placement.rail
+    """The places that face each other, or may do so after a slide."""
+    rail, touch = placement.rail, placement.first
     coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _COUNT // _EVERY + 1)
     coarse = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
-    rough, met = _around(_facing(coarse), _COUNT // _EVERY), np.isfinite(coarse)
-    first = max(rough.start - _BESIDE, 0) * _EVERY
-    last = min((rough.stop - 1 + _BESIDE) * _EVERY, 2 * _COUNT)
+    widest = _WIDEST_GAP_MM + _APPROACH_MM * abs(math.tan(touch.contact_angle_rad))
+    rough, met = _around(_facing(coarse, widest), _COUNT // _EVERY), np.isfinite(coarse)
+    first = max(rough.start - 1, 0) * _EVERY
+    last = min(rough.stop * _EVERY, 2 * _COUNT)
     t = np.asarray(_STEP_MM * np.arange(first - _COUNT, last - _COUNT + 1), dtype=np.float64)
     u, points = placement.over_tangent_plane(t)
     return _Places(
         t_mm=t,
         points_mm=points,
         surface_mm=rail.profile.arc_length(u) - placement.first_arc_length_mm,
-        turned_rad=rail.section(u)[2] - placement.first.contact_angle_rad,
+        turned_rad=rail.section(u)[2] - touch.contact_angle_rad,
         gap_mm=CubicSpline(coarse_t[met], coarse[met])(t),
     )
 
 
-def _facing(f_mm: Floats) -> NDArray[np.bool_]:
-    return np.nan_to_num(f_mm, nan=np.inf) < _WIDEST_GAP_MM
+def _facing(f_mm: Floats, widest_mm: float = _WIDEST_GAP_MM) -> NDArray[np.bool_]:
+    return np.nan_to_num(f_mm, nan=np.inf) < widest_mm
 
 
 def _around(wanted: NDArray[np.bool_], index: int) -> slice:

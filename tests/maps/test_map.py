@@ -381,6 +381,32 @@ def test_what_lies_between_two_loads_with_one_verdict_is_taken_for_theirs():
     assert answers(limit) == "H"
 
 
+@pytest.mark.parametrize(
+    ("deviation", "uncertainty", "most"),
+    [
+        (lambda load: 0.05 * load / 97e3, 0.001, 4),
+        (lambda load: 0.05 * (load / 64e3) ** 1.5, 0.004, 5),
+        (lambda load: 0.05 * (load / 33e3) ** 0.6, 0.002, 5),
+        (lambda load: 0.01 + 0.04 * (load / 90e3) ** 3, 0.002, 4),
+    ],
+)
+def test_the_ends_of_an_open_stretch_take_few_loads(deviation, uncertainty, most):
+    """By what makes them end: with half ways in place of it these take 6, 8, 9 and 5."""
+    limit = searched(deviation, (20e3, 50e3, 80e3, 120e3), uncertainty)
+    assert answers(limit) == "HUF"
+    assert len(limit.tried) <= most
+
+
+def test_a_known_load_fails_or_holds_by_the_least_and_the_most_of_its_excess():
+    for deviation, answer in ((0.045, "HOLDS"), (0.052, "UNRESOLVED"), (0.06, "FAILS")):
+        known = KnownLoad.of(point(1e5, deviation, 0.004))
+        assert known.answer == answer
+        assert (known.least, known.most) == pytest.approx((20 * deviation - 1.08, 20 * deviation - 0.92))
+    nothing = replace(point(1e5, 0.06), judgements={HERTZ: replace(point(1e5, 0.06).judgements[HERTZ], uncertainty={})})
+    assert math.isnan(KnownLoad.of(nothing).least)
+    assert KnownLoad.of(nothing).excess == pytest.approx(0.2)
+
+
 def test_only_loads_that_were_tried_count():
     """Two loads of the map that could not be solved do not make room for two more."""
     known = [KnownLoad(load_N=10e3, answer="HOLDS", excess=-0.5)]
