@@ -55,6 +55,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -292,11 +293,12 @@ def _first_solution(line: Line, load: Load, tolerance: float) -> Strips:
     else:
         # springs (pi / 2) c (d / 2 - f) / A a width: force grows steadily with d
         assert load.force is not None
-        low, high, step = 0.0, 2.0 * float(line.f.max()), np.gradient(line.t)
-        for _ in range(30):
-            d = 0.5 * (low + high)
-            enough = 0.5 * np.pi * c / line.A * (step @ np.maximum(0.5 * d - line.f, 0.0)) > load.force
-            low, high = (low, d) if enough else (d, high)
+        wanted, most, step = load.force / (0.5 * np.pi * c / line.A), 2.0 * float(line.f.max()), np.gradient(line.t)
+
+        def over(d: float) -> float:
+            return float(step @ np.maximum(0.5 * d - line.f, 0.0)) - wanted
+
+        d = brentq(over, 0.0, most) if over(most) > 0.0 else most
     t, h = _grid(_runs(line, line.f < d), _COARSE)
     q = np.maximum(0.5 * d - line.at(t)[0], 0.0) / line.A
     factor = np.full_like(t, c)
