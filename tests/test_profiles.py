@@ -16,7 +16,7 @@ from fecontact.profiles.curve import JOINT_GAP_MM, Profile, circular_rail_head, 
 from fecontact.profiles.library import ALIASES, find, load, names, toml_text
 from fecontact.profiles.readers.formats import joined, read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.segments import Arc, Line, Polynomial, Spline
+from fecontact.profiles.segments import Arc, Line, Pieces, Polynomial, Spline
 from fecontact.solving.placing import place_case
 
 # S (mm), F (mm), dF/dS, radius of curvature (mm, positive where the wheel is concave); F is the depth below the tape
@@ -563,3 +563,20 @@ def test_pieces_are_the_segments(name):
         points = segment.evaluate((np.arange(20.0)[:, None] + 0.5 * (1.0 + nodes)) / 20.0)
         lengths.append(float((np.hypot(points.dy, points.dz) @ weights).sum()) / 40.0)
     assert profile.length_mm == pytest.approx(sum(lengths), abs=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_places_along_a_noisy_line_are_found_exactly(seed):
+    """Newton's steps alone, kept within short pieces, on splines that turn back and forth with their noise."""
+    random = np.random.default_rng(seed)
+    number = int(random.integers(30, 400))
+    y = np.sort(random.uniform(-35.0, 35.0, number)) + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.7), number)
+    z = -(y**2) / 600.0 + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.3), number)
+    pieces = Pieces.of([Spline(points=np.column_stack((y, z)))])
+    found = [along for angle in (0.0, 0.05, -0.4, 1.2) if (along := pieces.along(angle)) is not None]
+    assert found
+    for line in (pieces.arc, *found):
+        t = random.uniform(line.values[0], line.values[-1], 500)
+        t = np.concatenate((t, line.values, line.values[1:] - 1e-12))
+        # some rounding of coordinates of 40 mm, and of arcs of some hundred
+        assert np.abs(line.function(line.inverted(t))[..., 0] - t).max() < 2e-15 * np.abs(line.values).max() + 1e-13
