@@ -131,7 +131,7 @@ def test_the_peak_is_that_of_the_closed_form(solved, body):
     assert (found.x_mm, found.y_mm) == pytest.approx((0.0, 750.0), abs=0.2)
 
 
-@pytest.mark.parametrize(("layers", "stress_off", "depth_off"), [(3, 2.5e-3, 1e-2), (4, 5e-4, 1e-3)])
+@pytest.mark.parametrize(("layers", "stress_off", "depth_off"), [(3, 2.5e-3, 1.5e-2), (4, 5e-4, 1e-3)])
 @pytest.mark.parametrize("name", ["rail", "wheel"])
 def test_a_peak_below_a_shallow_block_is_found_all_the_same(
     elliptic_quick: CaseResult, name, layers, stress_off, depth_off
@@ -141,8 +141,9 @@ def test_a_peak_below_a_shallow_block_is_found_all_the_same(
     shallow = replace(mesh, block_nodes=mesh.block_nodes[:, :, :layers])
     found = stress_peak(shallow, elliptic_quick.bodies.stress_MPa[name])
     whole = elliptic_quick.von_mises[name]
-    # other points and another interpolation: on eight meshes, loads of 99 to 100.7 kN, within 0.22 and 0.8 % with three
-    # layers, within 0.03 and 0.07 % with four
+    # other points and another interpolation: on 20 meshes, loads of 99 to 100.8 kN with lines that differ by their last
+    # digits, for which gmsh puts nodes elsewhere, within 0.22 and 1.2 % with three layers, within 0.04 and 0.08 % with
+    # four
     assert found.von_mises_MPa == pytest.approx(whole.von_mises_MPa, rel=stress_off)
     assert found.depth_mm == pytest.approx(whole.depth_mm, rel=depth_off)
 

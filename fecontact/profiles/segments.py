@@ -11,13 +11,16 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from scipy.interpolate import CubicSpline, PPoly
 
 from fecontact.arrays import Floats, Integers
+
+if TYPE_CHECKING:
+    # scipy is for those that look at a line: results are compared without it
+    from scipy.interpolate import CubicSpline, PPoly
 
 # Longest step of the table of a smoothed line: the least width is some points, and those are 0.1 mm apart and more.
 _TABLE_STEP_MM = 0.25
@@ -149,6 +152,8 @@ class Spline:
 
     @cached_property
     def _spline(self) -> CubicSpline:
+        from scipy.interpolate import CubicSpline
+
         return CubicSpline(self.knots, self.points)
 
     @cached_property
@@ -234,6 +239,8 @@ class Smoothed:
     @cached_property
     def _arc(self) -> PPoly:
         """Arc length s over the local parameter; a polynomial does not run at one speed."""
+        from scipy.interpolate import PPoly
+
         if isinstance(self.base, Polynomial):
             return polynomial_arc(self.base, self.v_from, self.v_to, self.s_from)
         return PPoly([[self.s_to - self.s_from], [self.s_from]], [0.0, 1.0])
@@ -258,6 +265,8 @@ class Smoothed:
 
 def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float = 0.0) -> CubicSpline:
     """Arc length (mm) along a part of a polynomial segment, over a parameter from 0 to 1, beginning with `s_from`."""
+    from scipy.interpolate import CubicSpline
+
     v = np.linspace(0.0, 1.0, 65)
     half, part = 0.5 * np.diff(v)[:, None], v_to - v_from
     points = base.evaluate(v_from + part * (v[:-1, None] + half * (1.0 + _GAUSS_NODES)))
@@ -396,6 +405,8 @@ class Pieces:
 
     def along(self, angle_rad: float) -> Increasing | None:
         """The coordinate along a tilted axis, on the stretch where it increases the farthest; None where nowhere."""
+        from scipy.interpolate import PPoly
+
         c, s = math.cos(angle_rad), math.sin(angle_rad)
         values, chords = self.ends.y * c + self.ends.z * s, np.hypot(np.diff(self.ends.y), np.diff(self.ends.z))
         forward = (np.diff(values) > _FORWARD_SINE * chords) | (np.diff(self.u) == 0.0)
@@ -434,6 +445,8 @@ def _integrated(powers: Floats, begin: Floats) -> Floats:
 
 def _function(u: Floats, *columns: Floats) -> PPoly:
     """Functions with ascending powers (k, c, m) on the pieces between u, beside one another."""
+    from scipy.interpolate import PPoly
+
     powers = np.zeros((max(map(len, columns)), u.size - 1, sum(one.shape[1] for one in columns)))
     at = 0
     for one in columns:
