@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import gc
 import os
 import signal
 import sys
@@ -28,6 +27,7 @@ from fecontact.commands import looking, results, solving, start
 from fecontact.commands.options import page_of
 from fecontact.errors import FecontactError, InputError, shortened
 from fecontact.inputs import renamed
+from fecontact.process import collect_rarely
 
 app = App(
     name="fecontact",
@@ -79,8 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the program `fecontact`."""
     # a queue of jobs ends a program so: its workers end with it, as at Ctrl-C
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    # modules stay: to look through all that is in them four times takes as long as the smallest command
-    gc.set_threshold(gc.get_threshold()[0], 20, 20)
+    collect_rarely()
     sys.exit(call(arguments))
 
 

@@ -17,6 +17,7 @@ PACKAGE = Path(__file__).parents[1] / "fecontact"
 ROOMS: dict[str, set[str]] = {
     "arrays": set(),
     "errors": set(),
+    "process": set(),
     # names of what there is, imported once it is used
     "features": {"errors"},
     "doctor": set(),
@@ -24,7 +25,7 @@ ROOMS: dict[str, set[str]] = {
     "files": {"errors"},
     "inputs": {"errors"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
-    "jobs": {"errors", "files"},
+    "jobs": {"errors", "files", "process"},
     "regression": {"errors", "features", "files"},
     "bodies": {"errors", "inputs"},
     "criteria": {"errors", "features", "inputs"},
@@ -106,7 +107,7 @@ ROOMS: dict[str, set[str]] = {
         "outputs",
         "runs",
     },
-    "cli": {"errors", "inputs", "features", "commands"},
+    "cli": {"errors", "process", "inputs", "features", "commands"},
     "__init__": {
         "features",
         "bodies",

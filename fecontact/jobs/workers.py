@@ -34,6 +34,7 @@ from typing import Any, Protocol
 from fecontact.errors import FecontactError, InputError, NotEnoughMemory
 from fecontact.files import write_text
 from fecontact.jobs.store import Origin, difference, kept_folder, new_folder, remove_leftovers
+from fecontact.process import collect_rarely
 
 # --- One job in a worker process: do its work, store its files, and report the outcome; nothing is raised.
 
@@ -349,6 +350,7 @@ def _no_interrupt() -> Iterator[None]:
 def _begin_worker() -> None:
     # Ctrl-C reaches all processes of a terminal; the parent decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    collect_rarely()
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
