@@ -27,10 +27,12 @@ from fecontact.profiles.writers import csv_text
 
 SLOWEST_S, LONGEST_MESSAGE, MOST_BYTES = 20.0, 1200, 6_000_000_000
 # what is drawn more often is what has more inputs; no command here meshes or solves
-COMMANDS = (
+_DRAWN = (
     *(3 * ["hertz"]), *(3 * ["place"]), *(2 * ["creep"]), *(2 * ["theory"]), *(2 * ["table"]), "geometry", "profiles",
     "check", "compare", "judge", "view", "init", "guide", "curve", "baseline", "theories",
 )  # fmt: skip
+# a feature's command goes with it
+COMMANDS = tuple(command for command in _DRAWN if command in app)
 # what a command needs beside its options
 POSITIONS = {
     "theory": ("hertz", "strip", "half_space", "analyn", "kpec", "stripe", ""),

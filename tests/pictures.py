@@ -14,7 +14,7 @@ def draw_nothing(patch: pytest.MonkeyPatch, *, of_studies: bool = False) -> None
         patch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: ())
 
 
-def _empty_files(result: object, path: Path, *, svg: bool) -> Path:
+def _empty_files(result: object, path: Path, *, svg: bool = True) -> Path:
     for ending in (".png", ".svg") if svg else (".png",):
         path.with_suffix(ending).touch()
     return path
