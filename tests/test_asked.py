@@ -16,9 +16,6 @@ from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import MEASURES, measures_of
 from fecontact.comparison.solved_load import PathPoint, Yielded, YieldedBody
 from fecontact.contact.grid import Rung
-from fecontact.maps.model import ApplicabilityMap, KnownLoad, MapCell, MapPosition, load_limit
-from fecontact.maps.telling import judged_by
-from fecontact.maps.views import map_answer, verdict_view
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import case_parts, rows_parts, write_study_report
 from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case
@@ -146,6 +143,11 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
 
 
 def test_a_map_takes_it(result):
+    pytest.importorskip("fecontact.maps")
+    from fecontact.maps.model import ApplicabilityMap, KnownLoad, MapCell, MapPosition, load_limit
+    from fecontact.maps.telling import judged_by
+    from fecontact.maps.views import map_answer, verdict_view
+
     cell = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="converged", judged=result.load)
     assert (cell.verdict, cell.cause) == ("FAILS", "plasticity")
     known = KnownLoad.of(result.load)

@@ -22,7 +22,6 @@ from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEOR
 from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
 from fecontact.features import offered
-from fecontact.maps.views import CAUSES
 from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_study_report
 from fecontact.outputs.records.results import load_record, load_row, result_record
@@ -297,6 +296,9 @@ def test_a_theory_that_has_no_contact_says_why(judged, another, monkeypatch):
 
 def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
     """Theories, laws, measures, causes, causes of features, and signs of answers."""
+    pytest.importorskip("fecontact.maps")
+    from fecontact.maps.views import CAUSES
+
     meanings = [
         *((theory.letter, theory.words) for theory in THEORIES.values()),
         *((letter, name) for laws in offered("LAWS").values() for name, (letter, _) in laws.marks.items()),
