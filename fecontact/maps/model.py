@@ -240,7 +240,7 @@ MOST_TRIED = 14
 """Loads at a position that its limits take at most, beside the map's own."""
 LOADS_FOR_LIMITS = 5.0
 """What they take about at a position of measured profiles: 14 were at one of a worn pair whose second patch comes at
-once, and 4.7 at each of the 12 in 25 positions of new profiles at which the verdict changes."""
+once, and 3.5 at each of the 4 in 13 positions of new profiles at which the verdict changes."""
 # A load beyond a limit is tried where the next one is farther away than this.
 _GUARD_FROM = 1.1
 # Loads on the way guard it if no gap between them is more than this part of the whole, in logarithms.
