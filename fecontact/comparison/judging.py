@@ -64,7 +64,6 @@ from fecontact.comparison.verdict import (
     Verdict,
     judge_on_lines,
     judge_plastic,
-    largest,
     plastic_warnings,
     worst_judgement,
     worst_of,
@@ -464,7 +463,7 @@ class JudgedLoad:
     @property
     def limit_used(self) -> float:
         """Largest part of a limit that Hertz uses, on the worst side; above 1 Hertz fails."""
-        return largest(side.limit_used for side in self.sides.values())
+        return float(np.max([side.limit_used for side in self.sides.values()]))
 
 
 # --- What a judged load has to say beside its verdict.

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+import numpy as np
+
 from fecontact.comparison.ladder import PLASTIC, STEPS, Ladder, PatchGeometry, cause_of
 from fecontact.comparison.lines import EXACT, Moves
 from fecontact.comparison.measures import (
@@ -229,23 +231,15 @@ class Judgement:
     @property
     def limit_used(self) -> float:
         """Largest part of a limit that the theory uses; above 1 it fails."""
-        return largest(abs(self.deviation[name]) / limit for name, limit in self.limits.items())
+        return float(np.max([abs(self.deviation[name]) / limit for name, limit in self.limits.items()]))
 
     @property
     def limit_range(self) -> tuple[float, float]:
         """The least and the most that this part may be; NaN where the uncertainty of a measure is not known."""
-        known = [
-            (abs(self.deviation[name]), self.uncertainty.get(name, math.nan), limit)
-            for name, limit in self.limits.items()
-        ]
-        least = largest((used - unsure) / limit for used, unsure, limit in known)
-        return least, largest((used + unsure) / limit for used, unsure, limit in known)
-
-
-def largest(parts: Iterable[float]) -> float:
-    """The largest number; NaN where one is."""
-    known = [*parts]
-    return math.nan if any(map(math.isnan, known)) else max(known)
+        used = np.array([abs(self.deviation[name]) for name in self.limits])
+        unsure = np.array([self.uncertainty.get(name, math.nan) for name in self.limits])
+        limits = np.array([*self.limits.values()])
+        return float(np.max((used - unsure) / limits)), float(np.max((used + unsure) / limits))
 
 
 def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:

@@ -93,11 +93,11 @@ def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
     values = von_mises(stress)
     i, j, k = np.unravel_index(int(np.argmax(values[mesh.block_nodes])), mesh.block_nodes.shape)
     column = mesh.block_nodes[i, j]
-    depth, stress = np.linalg.norm(mesh.points[column] - mesh.points[column[0]], axis=1), values[column]
+    depth, below = np.linalg.norm(mesh.points[column] - mesh.points[column[0]], axis=1), values[column]
     if k == column.size - 1:
         further = _below_the_block(mesh, int(i), int(j), values)
-        depth, stress = np.concatenate([depth, further[0]]), np.concatenate([stress, further[1]])
-    depth_mm, size = peak_on_line(depth, stress)
+        depth, below = np.concatenate([depth, further[0]]), np.concatenate([below, further[1]])
+    depth_mm, size = peak_on_line(depth, below)
     x, y, _ = mesh.points[column[0]]
     return StressPeak(von_mises_MPa=size, depth_mm=depth_mm, x_mm=float(x), y_mm=float(y))
 

@@ -10,10 +10,12 @@ from html import escape
 from itertools import pairwise, takewhile
 from typing import Literal, TypeAlias, TypeVar
 
+import numpy as np
+
 from fecontact.case import Case
-from fecontact.comparison.judging import JudgedLoad, judge_load, with_readings
+from fecontact.comparison.judging import JudgedLoad, with_readings
 from fecontact.comparison.readings import MappedVerdicts
-from fecontact.comparison.verdict import Answer, largest
+from fecontact.comparison.verdict import Answer
 from fecontact.errors import CONVERGED, FecontactError, NotEnoughMemory, failed
 from fecontact.features import offered
 from fecontact.outputs.records.results import Row, load_row
@@ -269,13 +271,14 @@ class KnownLoad:
     def of(cls, judged: JudgedLoad) -> KnownLoad:
         """The worst side of a judged load."""
         sides = judged.sides.values() if judged.plastic is None else (judged.plastic.deciding,)
-        ranges = [side.limit_range for side in sides]
+        # what is not a number on one side is none on the worst
+        excess, least, most = np.max([(side.limit_used, *side.limit_range) for side in sides], axis=0) - 1.0
         return cls(
             load_N=judged.load_N,
             answer=judged.answer.answer,
-            excess=largest(side.limit_used for side in sides) - 1.0,
-            least=largest(least for least, _ in ranges) - 1.0,
-            most=largest(most for _, most in ranges) - 1.0,
+            excess=float(excess),
+            least=float(least),
+            most=float(most),
         )
 
 
@@ -503,8 +506,7 @@ def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda par
             # the limits among these loads while their meshes are there
             if not (waiting and sweep.is_ready_for(waiting[-1])):
                 stopped = stopped or _search(sweep, shift, found, tried, lambda: tell(*_part(found, loads_N, tried)))
-    cells = [_judged_by_all(found[load_N], sweep.placement) for load_N in loads_N]
-    return mapped_position(shift, cells, tried, sweep.placement, stopped=stopped)
+    return mapped_position(shift, map(found.__getitem__, loads_N), tried, sweep.placement, stopped=stopped)
 
 
 def mapped_position(
@@ -528,11 +530,6 @@ def mapped_position(
         tried=tuple(tried),
         stopped=stopped,
     )
-
-
-def _judged_by_all(cell: MapCell, placement: Placement) -> MapCell:
-    """A cell with all theories, lobes and what features read; a sweep judges by Hertz alone."""
-    return cell if cell.judged is None else replace(cell, judged=judge_load(cell.judged.solved, placement))
 
 
 def _part(cells: Sized, loads_N: Sized, tried: Sized) -> tuple[float, str]:

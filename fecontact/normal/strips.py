@@ -344,7 +344,6 @@ def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_
     Range of validity: as in `gap_line`; below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
     """
     line = gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
-    slide = strip(line, normal_force_N, strips=_STRIPS_OF_SLIDE).approach_mm * math.tan(
-        placement.first.contact_angle_rad
-    )
-    return gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=-slide)
+    approach = strip(line, normal_force_N, strips=_STRIPS_OF_SLIDE).approach_mm
+    slide = -approach * math.tan(placement.first.contact_angle_rad)
+    return gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=slide)

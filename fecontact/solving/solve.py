@@ -17,7 +17,7 @@ from fecontact.case import NODES_A_SEMI_AXIS, Case
 from fecontact.comparison.judging import JudgedLoad, judge_load, position_notes
 from fecontact.comparison.ladder import Comparison
 from fecontact.comparison.solved_load import Status
-from fecontact.comparison.theories import HERTZ
+from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.errors import ConvergenceError, InputError, check_positive
@@ -260,7 +260,7 @@ class LoadSweep:
     def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
         """Solve a load; with `refine` also on finer meshes while its verdict is open, as far as the case allows.
 
-        The load is judged by Hertz only, which decides about refinement and the next load.
+        A load without `refine` is one that a search tries: it is judged by Hertz alone, which decides about the next.
 
         Raises
         ------
@@ -273,7 +273,7 @@ class LoadSweep:
             wanted = replace(wanted, case=_elastic(unrefined(wanted.case)))
         solved = self._opened_for(wanted).solve(wanted)
         with wanted.clock.step("judge"):
-            return judge_load(solved, self.placement, (HERTZ,))
+            return judge_load(solved, self.placement, THEORIES if refine else (HERTZ,))
 
     def is_ready_for(self, load_N: float) -> bool:
         """Whether a planned load can be solved on the meshes whose factors are in memory."""

@@ -39,7 +39,7 @@ from fecontact.comparison.judging import JudgedLoad, judge_load
 from fecontact.comparison.lines import Lines, LobeOnLine, OnLine
 from fecontact.comparison.measures import MEASURES, MISFITS, mean_pressure
 from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad
-from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.errors import InputError, NotEnoughMemory
@@ -567,7 +567,9 @@ class FakeSweep:
         self._hungry("load" if load_N in LOADS else "limit")
         status = "not converged" if self.shift == -2.0 and load_N < 20e3 else "converged"
         short = self.shift == 0.0 and "refinement" in FakeSweep.short_of_memory
-        return self._judged(replace(self._case, load_N=load_N), status, short)
+        # as the sweep that it stands for
+        theories = tuple(THEORIES) if refine else (HERTZ,)
+        return self._judged(replace(self._case, load_N=load_N), status, short, theories)
 
     def _step(self, load_N, step, refine):
         FakeSweep.steps.append(f"{load_N / 1e3:g} kN: {step}" if refine else f"limit, {load_N / 1e3:.1f} kN: {step}")
@@ -578,7 +580,7 @@ class FakeSweep:
 
     @staticmethod
     @cache
-    def _judged(case, status, short):
+    def _judged(case, status, short, theories):
         solved = planted_solved(
             case,
             0.02 * (2.0 + case.lateral_shift_mm) * case.load_N / 100e3,
@@ -586,8 +588,7 @@ class FakeSweep:
             short_of_memory=short,
             limits=("not refined: 4.5 GB of memory",) if short else (),
         )
-        # as the sweep that it stands for
-        return judge_load(solved, placement_of(case.lateral_shift_mm), (HERTZ,))
+        return judge_load(solved, placement_of(case.lateral_shift_mm), theories)
 
     def close(self):
         FakeSweep.open -= 1
@@ -822,7 +823,7 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
                 FakeSweep.solved.append(load_N)
                 if fails:
                     raise fails
-                return self._judged(replace(self._case, load_N=load_N), "not converged", False)
+                return self._judged(replace(self._case, load_N=load_N), "not converged", False, (HERTZ,))
             return super().solve(load_N, refine=refine)
 
     FakeSweep.solved = []
@@ -2120,6 +2121,17 @@ def elements_a_semi_axis(solved):
 
 
 QUICK = replace(ROUND, resolution="quick")
+
+
+def test_a_load_of_the_map_is_judged_by_all_theories_and_one_that_is_tried_by_hertz(meshes, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        "fecontact.solving.solve.judge_load", lambda solved, placement, theories: asked.append(theories)
+    )
+    sweep = LoadSweep(QUICK, (150e3,))
+    sweep.solve(150e3)
+    sweep.solve(140e3, refine=False)
+    assert [tuple(theories) for theories in asked] == [tuple(THEORIES), (HERTZ,)]
 
 
 def groups_N(sweep: LoadSweep) -> tuple[float, ...]:

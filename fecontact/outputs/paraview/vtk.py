@@ -174,16 +174,13 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     folder, bodies = Path(folder), result.bodies
     if bodies is None:
         raise InputError(f"{folder}: a result that was read back has no meshes; they are beside it, or solve it again")
-    meshes = {}
-    for name, body, rigid in (
-        ("rail", bodies.coupled.rail, np.zeros(3)),
-        ("wheel", bodies.coupled.wheel, -_approach_mm(result)),
+    for (name, file), body, rigid in zip(
+        _BODIES, (bodies.coupled.rail, bodies.coupled.wheel), (np.zeros(3), -_approach_mm(result)), strict=True
     ):
-        meshes[name] = _body(body.mesh, bodies.displacement_mm[name], rigid, bodies.stress_MPa[name])
+        written = _body(body.mesh, bodies.displacement_mm[name], rigid, bodies.stress_MPa[name])
         for array, values in bodies.yielded.get(name, {}).items():
-            meshes[name].point_data[array] = _of_whole(body.mesh, values).astype(np.float32)
-    for name, file in _BODIES:
-        write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
+            written.point_data[array] = _of_whole(body.mesh, values).astype(np.float32)
+        write_text(folder / file, _xml_text(written, Path(file).suffix))
     return write_contact_vtk(result, folder)
 
 
