@@ -181,10 +181,21 @@ def test_planes_from_coarser_nodes_are_those_of_the_contact_that_is_found():
     assert not rung.pressure_MPa[-1].any()
 
 
+COARSER = 6
+
+
 def by_all_pairs(position, angle_of, *, chords):
-    """Force and peak of both patches by a matrix between all nodes, on a coarse grid: distances and angles of each."""
+    """Force and peak of both patches by a matrix between all nodes: in the mean over coarse grids beside one another.
+
+    The peak of the small patch on one of them is up to 6e-4 off that mean.
+    """
+    return np.mean([_by_all_pairs(position, angle_of, k, chords=chords) for k in range(COARSER)], axis=0)
+
+
+def _by_all_pairs(position, angle_of, first, *, chords):
+    """On a coarse grid that begins at a node: distances and angles of each pair."""
     rung, gap, placement = position.expected.half_space.even(), position.true_gap, position.placement
-    grid = ContactGrid(x_mm=rung.grid.x_mm[::4], s_mm=rung.grid.s_mm[::6], half=True)
+    grid = ContactGrid(x_mm=rung.grid.x_mm[::4], s_mm=rung.grid.s_mm[first::COARSER], half=True)
     (step_x, step_s), rows = grid.steps_mm, grid.x_mm.size
     points, normals = placement.surface(0.0, grid.s_mm)
     away = np.abs(grid.s_mm[:, None] - grid.s_mm)
@@ -232,8 +243,8 @@ def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
 
     flat = by_all_pairs(position, np.zeros_like, chords=False)
     own, turned = (by_all_pairs(position, angle, chords=False) for angle in (of_patches, of_nodes))
-    np.testing.assert_allclose(read_off(rung) / read_off(in_one_plane(rail)), own / flat, atol=2e-4)
-    np.testing.assert_allclose(read_off(_turned(position)) / read_off(rung), turned / own, atol=3e-4)
+    np.testing.assert_allclose(read_off(rung) / read_off(in_one_plane(rail)), own / flat, atol=1e-4)
+    np.testing.assert_allclose(read_off(_turned(position)) / read_off(rung), turned / own, atol=1e-4)
     # measured 0.04 % of the small patch's force and 0.01 % of its peak
     on_chords = by_all_pairs(position, of_nodes, chords=True)
     np.testing.assert_allclose(on_chords, turned, rtol=6e-4)
