@@ -60,8 +60,8 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["geometry", "--shifts", "0", "--out", "picture"], "picture: allowed: a name that ends in .png or .svg"),
         (["init", "\0"], "NUL character"),
         (["unknown"], "unknown"),
-        (["map", "--out", "o"], "--shifts is missing; fecontact map --help says what it is"),
-        (["map", "--shifts"], "--shifts: there is no value behind it; fecontact map --help"),
+        (["table"], "--shifts is missing; fecontact table --help says what it is"),
+        (["table", "--shifts"], "--shifts: there is no value behind it; fecontact table --help"),
         (["compare", "a"], "NEW is missing; fecontact compare --help"),
     ],
 )

@@ -1100,6 +1100,8 @@ def test_comparing_needs_no_finite_elements(tmp_path):
 
 
 def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
+    pytest.importorskip("fecontact.maps")
+
     def written(name: str, answers: dict[tuple[float, float], str]) -> Path:
         (tmp_path / name).mkdir()
         cells = [

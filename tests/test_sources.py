@@ -68,6 +68,8 @@ def package(tmp_path_factory) -> Path:
     ],
 )
 def test_each_digest_sees_its_own_sources_and_no_others(package, file, old, new, seen_by):
+    # features may not be there
+    pytest.importorskip(f"fecontact.{file.partition('/')[0].removesuffix('.py')}")
     path, before = package / file, digests_of(package)
     text = path.read_text("utf-8")
     assert old in text

@@ -286,6 +286,7 @@ def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypa
 
 
 def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
+    pytest.importorskip("fecontact.maps")
     cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 80e3, 100e3)]
     seen = preview(cells[0])
     monkeypatch.setattr("fecontact.runs.study.preview_to_solve", lambda _: seen)
