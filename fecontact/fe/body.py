@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import bsr_matrix, csr_matrix
+from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fecontact.arrays import Floats, Integers
@@ -189,21 +189,22 @@ def stiffness(mesh: BodyMesh, material: Material) -> bsr_matrix:
     gradients = [np.stack([shape[0].grad[i] for shape in basis.basis], axis=1) for i in range(3)]
     weights = basis.dx[:, None, :]
     nodes, count = basis.element_dofs.T.astype(np.int64), len(mesh.points)
-    scattered, values = _scatter(nodes, count, mesh.spacing)
-    pairs, place = np.unique(scattered, return_inverse=True)
+    pairs, values = _scatter(nodes, count, mesh.spacing)
     # rows of the matrix belong to the test function v, columns to the displacement u
-    parts = np.empty((pairs.size, 3, 3))
+    pattern = coo_matrix((np.ones(len(pairs[0])), pairs), shape=(count, count)).tocsr()
+    parts = np.empty((pattern.nnz, 3, 3))
+    # where the integrals of a pair of nodes are added up (numpy.unique takes twice as long), and of the pair reversed
+    pattern.data = np.arange(pattern.nnz)
+    place, reversed_ = np.asarray(pattern[pairs]).ravel(), pattern.T.tocsr().data
     for i in range(3):
         for j in range(i, 3):
             integrals = (gradients[i] * weights) @ gradients[j].transpose(0, 2, 1)
             parts[:, i, j] = np.bincount(place, values(integrals))
             if i != j:
-                parts[:, j, i] = np.bincount(place, values(integrals.transpose(0, 2, 1)))
+                parts[:, j, i] = parts[reversed_, i, j]
     # d_k v_i C_ikjl d_l u_j
     blocks = np.tensordot(parts, elasticity_MPa(material), axes=((1, 2), (1, 3)))
-    rows, columns = np.divmod(pairs, count)
-    starts = np.searchsorted(rows, np.arange(count + 1))
-    return bsr_matrix((blocks, columns, starts), shape=(3 * count, 3 * count))
+    return bsr_matrix((blocks, pattern.indices, pattern.indptr), shape=(3 * count, 3 * count))
 
 
 def _skfem_mesh(mesh: BodyMesh) -> Any:
@@ -213,10 +214,12 @@ def _skfem_mesh(mesh: BodyMesh) -> Any:
     return MeshHex1(mesh.points.T.copy(), hexes[:, _TO_SKFEM].T.copy(), sort_t=False)
 
 
-def _scatter(nodes: Integers, count: int, spacing: Spacing | None) -> tuple[Integers, Callable[[Floats], Floats]]:
-    """Pairs of nodes (p,), as row times `count` plus column, and what integrals (k, 8, 8) of elements add at each."""
+def _scatter(
+    nodes: Integers, count: int, spacing: Spacing | None
+) -> tuple[tuple[Integers, Integers], Callable[[Floats], Floats]]:
+    """Pairs of nodes, rows (p,) and columns (p,), and what integrals (k, 8, 8) of elements add at each."""
     if spacing is None:
-        return (nodes[:, :, None] * count + nodes[:, None, :]).ravel(), np.ravel
+        return _pairs(nodes), np.ravel
     ends, parts = np.repeat(np.arange(count)[:, None], 2, axis=1), np.repeat([[1.0, 0.0]], count, axis=0)
     ends[spacing.between], parts[spacing.between] = spacing.ends, spacing.parts
     # an element with a corner between two nodes acts on both of them: it has sixteen nodes
@@ -224,13 +227,19 @@ def _scatter(nodes: Integers, count: int, spacing: Spacing | None) -> tuple[Inte
     own, both = nodes[~hangs], ends[nodes[hangs]].transpose(0, 2, 1).reshape(-1, 16)
     shares = (parts[nodes[hangs]].transpose(0, 2, 1)[:, None] * np.eye(8)[:, None, :]).reshape(-1, 8, 16)
     # a node without unknowns keeps its place on the diagonal
-    pairs = [*(one[:, :, None] * count + one[:, None, :] for one in (own, both)), spacing.between * (count + 1)]
+    pairs = _pairs(own), _pairs(both), (spacing.between, spacing.between)
 
     def values(integrals: Floats) -> Floats:
         shared = shares.transpose(0, 2, 1) @ integrals[hangs] @ shares
         return np.concatenate([integrals[~hangs].ravel(), shared.ravel(), np.zeros(spacing.between.size)])
 
-    return np.concatenate([one.ravel() for one in pairs]), values
+    rows, columns = (np.concatenate(both) for both in zip(*pairs, strict=True))
+    return (rows, columns), values
+
+
+def _pairs(nodes: Integers) -> tuple[Integers, Integers]:
+    """All pairs of the nodes (m, k) of each element: rows and columns (m k^2,)."""
+    return np.repeat(nodes, nodes.shape[1], axis=1).ravel(), np.tile(nodes, (1, nodes.shape[1])).ravel()
 
 
 # --- Memory that the solution of a body needs, and whether the machine has it.

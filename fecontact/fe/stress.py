@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CloughTocher2DInterpolator, CubicSpline
+from scipy.sparse import csc_matrix
 
 from fecontact.arrays import Floats
 from fecontact.bodies import Material
@@ -26,33 +27,26 @@ def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | Non
     relaxed (m, 8, 6)
         Stress at the Gauss points that plastic strain takes off.
     """
-    mesh = body.mesh
-    gauss = 1.0 / np.sqrt(3.0)
-    signs = CORNER_SIGNS
+    mesh, signs = body.mesh, CORNER_SIGNS
     p, u = mesh.points[mesh.hexes], displacements[mesh.hexes]
     at_gauss = np.empty((len(mesh.hexes), 8, 6))
     law = np.stack([elasticity_MPa(body.material)[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))])
-    for k, (r, s, t) in enumerate(gauss * signs):
-        dn = shape_gradients(r, s, t)
-        jacobian = p.transpose(0, 2, 1) @ dn
-        grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T @ u)
-        # row l and column k of grad: the derivative of u_k by x_l
-        at_gauss[:, k] = np.tensordot(grad, law, axes=((2, 1), (1, 2)))
+    for k in range(8):
+        # row l and column k: the derivative of u_k by x_l
+        at_gauss[:, k] = np.tensordot(_at_gauss_point(p, k)[0] @ u, law, axes=((2, 1), (1, 2)))
     if relaxed is not None:
         at_gauss -= relaxed
     # value at corner c = sum over the Gauss points of value times trilinear function at the scaled corner position
     weights = np.prod(1.0 + signs[:, None, :] * signs[None, :, :] * np.sqrt(3.0), axis=2) / 8.0
-    corners = np.einsum("cg,mgs->mcs", weights, at_gauss)
-    return mean_at_nodes(mesh, corners)
+    return mean_at_nodes(mesh, weights @ at_gauss)
 
 
 def mean_at_nodes(mesh: BodyMesh, corners: Floats) -> Floats:
     """Mean (n, k) at the nodes of values (m, 8, k) at the corners of all adjacent elements."""
-    total = np.zeros((len(mesh.points), corners.shape[-1]))
-    count = np.zeros(len(mesh.points))
-    np.add.at(total, mesh.hexes.ravel(), corners.reshape(-1, corners.shape[-1]))
-    np.add.at(count, mesh.hexes.ravel(), 1.0)
-    return total / count[:, None]
+    size = mesh.hexes.size
+    adjacent = csc_matrix((np.ones(size), mesh.hexes.ravel(), np.arange(size + 1)), shape=(len(mesh.points), size))
+    total = adjacent @ corners.reshape(size, -1)
+    return np.asarray(total / np.bincount(mesh.hexes.ravel())[:, None])
 
 
 def von_mises(stress: Floats) -> Floats:
@@ -281,18 +275,31 @@ class PlasticZone:
         return np.asarray(np.sqrt(2.0 * self.law.shear_MPa * self.volumes_mm3)[..., None, None])
 
 
+_CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+
+
 def gauss_gradients(corners: Floats) -> tuple[Floats, Floats]:
     """Derivatives (m, 8, 3, 8) of the shape functions at the Gauss points of hexahedra with corners (m, 8, 3), 1/mm.
 
     Also the volume (m, 8) in mm^3 that each point stands for. Point i lies nearest to corner i.
     """
     gradients, volumes = np.empty((len(corners), 8, 3, 8)), np.empty((len(corners), 8))
-    for k, place in enumerate(CORNER_SIGNS / np.sqrt(3.0)):
-        by_unit = shape_gradients(*place)
-        jacobian = corners.transpose(0, 2, 1) @ by_unit
-        gradients[:, k] = np.linalg.solve(jacobian.transpose(0, 2, 1), by_unit.T[None].repeat(len(corners), axis=0))
-        volumes[:, k] = np.linalg.det(jacobian)
+    for k in range(8):
+        gradients[:, k], volumes[:, k] = _at_gauss_point(corners, k)
     return gradients, volumes
+
+
+def _at_gauss_point(corners: Floats, number: int) -> tuple[Floats, Floats]:
+    """Derivatives (m, 3, 8) and volume (m,) of one of the eight points; see `gauss_gradients`."""
+    by_unit = shape_gradients(*(CORNER_SIGNS[number] / np.sqrt(3.0)))
+    jacobian = corners.transpose(0, 2, 1) @ by_unit
+    # by cofactors: LAPACK takes four times as long for matrices that are so small
+    cofactors = np.empty_like(jacobian)
+    for i, j, k in _CYCLES:
+        for m, n, o in _CYCLES:
+            cofactors[:, i, m] = jacobian[:, j, n] * jacobian[:, k, o] - jacobian[:, j, o] * jacobian[:, k, n]
+    volume = (jacobian[:, 0] * cofactors[:, 0]).sum(axis=1)
+    return cofactors @ by_unit.T / volume[:, None, None], volume
 
 
 def _deviator(tensor: Floats) -> Floats:
