@@ -79,7 +79,7 @@ def renamed(tree: Path, features: tuple[str, ...]) -> None:
 
 
 def without(feature: str, tree: Path) -> None:
-    """Take a feature out of a copy."""
+    """Take a feature out of a copy, with its tests and with the studies of it, their baselines and their pages."""
     shutil.rmtree(tree / "fecontact" / feature)
     renamed(tree, tuple(one for one in FEATURES if one != feature))
     shutil.rmtree(tree / "tests" / feature, ignore_errors=True)
@@ -87,6 +87,11 @@ def without(feature: str, tree: Path) -> None:
     for study in (tree / "studies").glob("*.py"):
         if used.search(study.read_text("utf-8")):
             study.unlink()
+            for kept in ("baselines/{}.csv", "baselines/{}.json", "validation/{}.md"):
+                (tree / "studies" / kept.format(study.stem)).unlink(missing_ok=True)
+            table = tree / "studies" / "VALIDATION.md"
+            lines = table.read_text("utf-8").splitlines(keepends=True)
+            table.write_text("".join(one for one in lines if f"(validation/{study.stem}.md)" not in one), "utf-8")
 
 
 def python(tree: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:

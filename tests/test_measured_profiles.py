@@ -19,16 +19,21 @@ from fecontact.outputs.alone import preview_lines, preview_record
 from fecontact.outputs.figures.position import preview_figure
 from fecontact.outputs.profiles import nearest_text, profile_figure
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load, names
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.segments import Polynomial, least_bending, missed_by_neighbours, noise_of, smoothed_by
 from fecontact.profiles.smoothing import (
     FootPoints,
+    Lines,
     Registration,
     _ByContent,
     _choices,
+    _foot_points,
     _length,
     _lost_on_field_side_mm,
+    _registered,
+    _to_references,
+    first_shift,
     foot_points,
     nearest,
     register,
@@ -82,6 +87,44 @@ def test_a_moved_line_is_found_where_it_lies(name, moved):
     assert found.turn_rad == pytest.approx(moved.turn_rad, abs=1e-7)
     assert found.shift == pytest.approx(moved.shift, abs=1e-6)
     assert usual < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "wear"), [("rail", "54E1", corner_wear), ("wheel", "S1002", None), ("wheel", "CONE20", None)]
+)
+def test_lines_together_are_found_where_each_is_by_itself(kind, name, wear):
+    """Also far off their own, beyond their ends, and along a straight line, where nothing says how far along."""
+    moved = Registration(turn_rad=0.02, shift=(1.0, -0.7))
+    points = sampled(name, 0.01, 1.7, wear=wear, moved=moved)
+    lines = [load(one) for one in names(kind)]
+    begin = [Registration(shift=first_shift(one, points)) for one in lines]
+    for steps in (1, 6):
+        together = _registered(Lines.of(*lines), points, begin, steps=steps)
+        for one, begun, (found, usual) in zip(lines, begin, together, strict=True):
+            ((alone, usual_alone),) = _registered(Lines.of(one), points, [begun], steps=steps)
+            assert found.turn_rad == pytest.approx(alone.turn_rad, abs=1e-9)
+            assert found.shift == pytest.approx(alone.shift, abs=1e-9)
+            assert usual == pytest.approx(usual_alone, abs=1e-9)
+    # registered, on a part that some lines do not reach to
+    found = [one for one, _ in together]
+    feet = _foot_points(Lines.of(*lines), _to_references(found, points))
+    assert not feet.inside.all()
+    for number, (line, registered) in enumerate(zip(lines, found, strict=True)):
+        alone = foot_points(line, registered.to_reference(points))
+        here = feet.of(number)
+        assert np.array_equal(here.inside, alone.inside)
+        for was, now in ((alone.s_mm, here.s_mm), (alone.off_mm, here.off_mm), (alone.points, here.points)):
+            assert np.abs(now - was)[alone.inside].max() < 1e-9
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_two_drawings_of_one_profile_are_told_in_the_order_of_the_library(turned):
+    """Both are as near, but for rounding."""
+    points = sampled("S1002", 0.01, seed=int(turned), moved=Registration(turn_rad=0.01 * turned))
+    points = points[points[:, 0] < 30.0]
+    both = [one for one in nearest(points, "wheel") if one.name in ("S1002", "MBench_S1002")]
+    assert [one.name for one in both] == ["MBench_S1002", "S1002"]
+    assert both[0].usual_mm == pytest.approx(both[1].usual_mm, abs=1e-9)
 
 
 def test_the_way_back_is_the_way_back():

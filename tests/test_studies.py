@@ -422,6 +422,7 @@ def test_19_force_over_interference_of_known_spheres(ratio, approach, limit):
 
 
 def test_20_atlas(quick, tmp_path):
+    pytest.importorskip("fecontact.fleet")
     rows, said = quick("20_atlas", tmp_path)
     assert len(rows) == 3
     assert "agree in" in said
@@ -429,6 +430,7 @@ def test_20_atlas(quick, tmp_path):
 
 
 def test_20_the_atlas_says_what_finite_elements_say_of_the_usual_pair():
+    pytest.importorskip("fecontact.fleet")
     study = module("20_atlas")
     found = study.atlas()["S1002", "1in40", "60E1"]
     # 100 kN, by finite elements (first_light.py and 09_applicability_map.py)
@@ -444,6 +446,7 @@ def test_20_the_atlas_says_what_finite_elements_say_of_the_usual_pair():
 
 
 def test_20_the_table_of_the_readme_is_that_of_the_atlas():
+    pytest.importorskip("fecontact.fleet")
     rows = module("20_atlas").table(100.0).splitlines()[2:]
     text = (STUDIES / "README.md").read_text("utf-8")
     assert len(rows) == 18

