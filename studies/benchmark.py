@@ -228,6 +228,8 @@ for name, words in ("strip", "strips at a position"), ("half_space", "half-space
     told[words] = seconds(lambda case: theory_alone(case, name), *at(exact, -3.1, -1.1, 1.1, 2.4, 4.1))
 print(json.dumps(told))
 """
+# Four loads as a study: at an ordinary position, and at one with two patches.
+SHIFTS_MM = (3.0, 5.0)
 # Each as a process of its own: an ordinary position and its files, two patches, the root of the flange, finer meshes,
 # what the elements say alone, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
 MAP = "map --shifts=-6:6:1 --loads-kn 20:140:20 --out {out}"
@@ -239,13 +241,13 @@ COMMANDS = (
     "solve --shift 3 --resolution standard",
     "solve --shift 3 --resolution fine",
     "solve --shift 3 --refine evidence",
-    "run {loads} --out {out}",
+    *(f"run {{loads}}/{shift}mm.toml --out {{out}}" for shift in SHIFTS_MM),
     "map --shifts 3 --loads-kn 20,50,80,120 --out {out}",
     MAP,
 )
 # How the earlier commit was asked for what has another name now.
 OLD_WORDS = {"--refine evidence": "--evidence"}
-FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = 3.0\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
+FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = {}\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
 
 
 def beside(quick: bool) -> str:
@@ -303,9 +305,9 @@ def _child(root: Path, command: str) -> tuple[float, float]:
     A study and a map take one worker; what its process takes is told with that of the command.
     """
     with TemporaryDirectory() as out:
-        loads = Path(out) / "loads.toml"
-        loads.write_text(FOUR_LOADS, encoding="utf-8")
-        words = command.format(out=Path(out) / "made", loads=loads).split()
+        for shift in SHIFTS_MM:
+            (Path(out) / f"{shift}mm.toml").write_text(FOUR_LOADS.format(shift), encoding="utf-8")
+        words = command.format(out=Path(out) / "made", loads=out).split()
         given = [sys.executable, "-m", "fecontact", *words, *(["--workers", "1"] if words[0] in ("run", "map") else [])]
         process = subprocess.Popen(given, cwd=root, env=_of_commit(root), stdout=subprocess.DEVNULL)
         _, status, used = os.wait4(process.pid, 0)
