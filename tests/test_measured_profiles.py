@@ -99,17 +99,16 @@ def test_lines_together_are_found_where_each_is_by_itself(kind, name, wear):
     lines = [load(one) for one in names(kind)]
     begin = [Registration(shift=first_shift(one, points)) for one in lines]
     for steps in (1, 6):
-        together = _registered(Lines.of(*lines), points, begin, steps=steps)
-        for one, begun, (found, usual) in zip(lines, begin, together, strict=True):
-            ((alone, usual_alone),) = _registered(Lines.of(one), points, [begun], steps=steps)
+        together, usuals, _ = _registered(Lines.of(*lines), points, begin, steps=steps)
+        for one, begun, found, usual in zip(lines, begin, together, usuals, strict=True):
+            (alone,), (usual_alone,), _ = _registered(Lines.of(one), points, [begun], steps=steps)
             assert found.turn_rad == pytest.approx(alone.turn_rad, abs=1e-9)
             assert found.shift == pytest.approx(alone.shift, abs=1e-9)
             assert usual == pytest.approx(usual_alone, abs=1e-9)
     # registered, on a part that some lines do not reach to
-    found = [one for one, _ in together]
-    feet = _foot_points(Lines.of(*lines), _to_references(found, points))
+    feet = _foot_points(Lines.of(*lines), _to_references(together, points))
     assert not feet.inside.all()
-    for number, (line, registered) in enumerate(zip(lines, found, strict=True)):
+    for number, (line, registered) in enumerate(zip(lines, together, strict=True)):
         alone = foot_points(line, registered.to_reference(points))
         here = feet.of(number)
         assert np.array_equal(here.inside, alone.inside)

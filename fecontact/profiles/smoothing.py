@@ -204,19 +204,20 @@ def _foot_points(
 
 def register(line: Profile, points: Floats) -> tuple[Registration, float]:
     """Turn and move a line onto points (n, 2), worn ones counting less; with the usual distance that is left (mm)."""
-    return _registered(Lines.of(line), points, [Registration(shift=first_shift(line, points))])[0]
+    registrations, usual, _ = _registered(Lines.of(line), points, [Registration(shift=first_shift(line, points))])
+    return registrations[0], usual[0]
 
 
 def _registered(
     lines: Lines, points: Floats, begin: Sequence[Registration], *, steps: int = _MOST_STEPS
-) -> list[tuple[Registration, float]]:
-    """`register` for each of the lines, from given registrations."""
+) -> tuple[list[Registration], list[float], FootPoints]:
+    """`register` for each of the lines, from given registrations; and the points over the lines then."""
     found, feet, moves = list(begin), None, np.ones(len(begin), dtype=bool)
     for _ in range(steps):
         moved = _to_references(found, points)
         feet = _foot_points(lines, moved, near=feet, steps=_FIRST_FOOT_STEPS)
-        usual = np.array(feet.usual_mm)[:, None]
-        weight = np.where(feet.inside, np.minimum(1.0, _HUBER * usual / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
+        reach = _HUBER * np.array(feet.usual_mm)[:, None]
+        weight = np.where(feet.inside, np.minimum(1.0, reach / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
         further, size = _moved_by(found, moved, feet, weight)
         found = [then if goes_on else one for one, then, goes_on in zip(found, further, moves, strict=True)]
         # one that has arrived stays: along a straight line rounding alone would carry it away
@@ -224,8 +225,9 @@ def _registered(
         if not moves.any():
             break
     feet = _foot_points(lines, _to_references(found, points))
-    over = np.count_nonzero(feet.inside, axis=1) > 0.8 * len(points)
-    return [(one, off if enough else math.inf) for one, off, enough in zip(found, feet.usual_mm, over, strict=True)]
+    enough = np.count_nonzero(feet.inside, axis=1) > 0.8 * len(points)
+    usual_mm = [off if over else math.inf for off, over in zip(feet.usual_mm, enough, strict=True)]
+    return found, usual_mm, feet
 
 
 def _to_references(found: Sequence[Registration], points: Floats) -> Floats:
@@ -721,51 +723,53 @@ class Nearest:
 
 def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
     """Profiles of the library that points (n, 2) may be, the nearest first."""
-    few = points[:: max(1, len(points) // _FEW_POINTS)]
-    known = names(kind) if among is None else among
-    profiles = [load(name) for name in known]
-    begin = [Registration(shift=first_shift(one, few)) for one in profiles]
-    first = dict(zip(known, _registered(Lines.of(*profiles), few, begin, steps=_FIRST_STEPS), strict=True))
-    known = tuple(name for name in known if len(known) <= _MOST_CLOSE or first[name][1] < 2.0 * _FARTHEST_MM)
-    noise = max(noise_of(points), _LEAST_NOISE_MM)
-    # two drawings of one profile are as near, but for rounding: their order is that of the library
-    close = sorted(known, key=lambda one: round(first[one][1], _DIGITS))
-
-    def lines(names: Sequence[str]) -> Lines:
-        return Lines.of(*(load(one) for one in names))
-
-    looked_at, others = close[:_MOST_CLOSE], close[_MOST_CLOSE:]
-    if others:
-        # deep wear pulls a profile far off its points, and others nearer
-        _, parts = _beside_wear(lines(others), few, [first[one][0] for one in others], noise)
-        looked_at += [one for one, part in zip(others, parts, strict=True) if part > _UNWORN_PART]
-    second = _registered(lines(looked_at), points, [first[one][0] for one in looked_at]) if looked_at else []
-    near = {name: one for name, one in zip(looked_at, second, strict=True) if one[1] <= _FARTHEST_MM}
-    if not near:
+    known, noise = names(kind) if among is None else among, max(noise_of(points), _LEAST_NOISE_MM)
+    first = _at_first(points[:: max(1, len(points) // _FEW_POINTS)], known, noise)
+    if not first:
         return []
-    registrations = [registration for registration, _ in near.values()]
-    all_feet = _foot_points(lines(list(near)), _to_references(registrations, points))
-    all_beside, unworn_parts = _beside_wear(lines(list(near)), points, registrations, noise)
+    lines = Lines.of(*map(load, first))
+    registrations, usual, over = _registered(lines, points, list(first.values()))
+    beside, unworn = _beside_wear(lines, points, registrations, noise)
     found = []
-    for number, (name, (registration, usual)) in enumerate(near.items()):
-        feet, unworn = all_feet.of(number), unworn_parts[number]
+    for number, name in enumerate(first):
+        if usual[number] > _FARTHEST_MM:
+            continue
+        feet = over.of(number)
         off = np.where(feet.inside, np.abs(feet.off_mm), 0.0)
         at = int(np.argmax(off))
+        is_beside = unworn[number] > _UNWORN_PART
         found.append(
             Nearest(
                 name=name,
-                registration=registration,
-                usual_mm=usual,
+                registration=registrations[number],
+                usual_mm=usual[number],
                 farthest_mm=float(off[at]),
                 at_y_mm=float(points[at, 0]),
-                unworn=unworn,
-                lost_on_field_side_mm=_lost_on_field_side_mm(all_beside.of(number) if unworn > _UNWORN_PART else feet),
+                unworn=unworn[number],
+                lost_on_field_side_mm=_lost_on_field_side_mm(beside.of(number) if is_beside else feet),
             )
         )
     most = max((one.unworn for one in found), default=0.0)
     if most > _UNWORN_PART:
         found = [one for one in found if one.unworn > most - _FEWER]
     return sorted(found, key=lambda one: (round(one.usual_mm, _DIGITS), known.index(one.name)))
+
+
+def _at_first(few: Floats, known: Sequence[str], noise_mm: float) -> dict[str, Registration]:
+    """Profiles that get a second look, the nearest first, and where they lie on few points (n, 2)."""
+    profiles = [load(name) for name in known]
+    begin = [Registration(shift=first_shift(one, few)) for one in profiles]
+    registrations, usual, _ = _registered(Lines.of(*profiles), few, begin, steps=_FIRST_STEPS)
+    lies, off = dict(zip(known, registrations, strict=True)), dict(zip(known, usual, strict=True))
+    close = [name for name in known if len(known) <= _MOST_CLOSE or off[name] < 2.0 * _FARTHEST_MM]
+    # two drawings of one profile are as near, but for rounding: their order is that of the library
+    close.sort(key=lambda name: round(off[name], _DIGITS))
+    chosen, others = close[:_MOST_CLOSE], close[_MOST_CLOSE:]
+    if others:
+        # deep wear pulls a profile far off its points, and others nearer
+        _, parts = _beside_wear(Lines.of(*map(load, others)), few, [lies[name] for name in others], noise_mm)
+        chosen += [name for name, part in zip(others, parts, strict=True) if part > _UNWORN_PART]
+    return {name: lies[name] for name in chosen}
 
 
 def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
