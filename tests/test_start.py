@@ -360,6 +360,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
 )
 def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, time, capsys, monkeypatch, tmp_path):
     """And then how far it is."""
+    pytest.importorskip(worked_by.rpartition(".")[0])
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "study.csv").write_text("id\n" + "".join(f"case{number}\n" for number in range(40)))
@@ -646,6 +647,7 @@ def test_a_profile_is_drawn_only_where_one_says(tmp_path, monkeypatch, capsys):
 
 
 def test_files_that_held_something_else_are_named(tmp_path, capsys):
+    pytest.importorskip("fecontact.irregularities")
     words = ["irregular", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--workers", "1"]
     words += ["--wavelengths-mm", "50", "--out", str(tmp_path), "--amplitudes-um"]
     (tmp_path / "notes.txt").write_text("mine")

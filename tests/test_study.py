@@ -452,14 +452,15 @@ def begun_command(words: str) -> tuple[subprocess.Popen[str], list[psutil.Proces
 
 
 POOLED = [
-    "irregular --wavelengths-mm 30:200:1 --amplitudes-um 5:50:5",
-    "curve --radii 300,400,500 --theory half_space,strip",
+    ("fecontact.irregularities", "irregular --wavelengths-mm 30:200:1 --amplitudes-um 5:50:5"),
+    ("fecontact.curves", "curve --radii 300,400,500 --theory half_space,strip"),
 ]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", POOLED)
-def test_workers_end_with_their_command(words):
+@pytest.mark.parametrize(("feature", "words"), POOLED)
+def test_workers_end_with_their_command(feature, words):
+    pytest.importorskip(feature)
     process, children = begun_command(words)
     process.kill()
     process.communicate(timeout=20)
@@ -467,8 +468,9 @@ def test_workers_end_with_their_command(words):
     assert alive == [], "workers linger"
 
 
-@pytest.mark.parametrize("words", slow_but(POOLED, 0))
-def test_a_command_whose_worker_is_killed_says_so(words):
+@pytest.mark.parametrize(("feature", "words"), slow_but(POOLED, 0))
+def test_a_command_whose_worker_is_killed_says_so(feature, words):
+    pytest.importorskip(feature)
     process, children = begun_command(words)
     next(one for one in children if "spawn_main" in " ".join(one.cmdline())).kill()
     error = process.communicate(timeout=20)[1]
