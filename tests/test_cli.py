@@ -54,8 +54,6 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["run", "nothing.py", "--out", "x"], "no such file"),
         (["run", __file__, "--out", "x"], "cases"),
         (["profiles", "nothing"], "nothing"),
-        (["curve", "--radii", "1000", "--back-to-back-mm", "60"], "back-to-back distance"),
-        (["curve", "--radii", "1000", "--back-to-back-mm", "1375.95"], "does not fit into the clearance of 0.0 mm"),
         (["hertz", "--rail-noise-mm", "x" * 3000], "xxx...'; allowed: a number"),
         (["geometry", "--shifts", "0", "--out", "picture"], "picture: allowed: a name that ends in .png or .svg"),
         (["init", "\0"], "NUL character"),

@@ -1002,3 +1002,18 @@ def test_a_short_step_of_newtons_method_is_taken_whole():
             most=iterations,
         )
         assert state[0] == pytest.approx(root, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("back_to_back_mm", "says"),
+    [("60", "back-to-back distance"), ("1375.95", "does not fit into the clearance of 0.0 mm")],
+)
+def test_a_wheelset_that_does_not_fit_into_the_track_is_one_line_and_exit_code_2(
+    back_to_back_mm, says, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    assert call(["curve", "--radii", "1000", "--back-to-back-mm", back_to_back_mm]) == 2
+    (said,) = capsys.readouterr().err.strip().splitlines()
+    assert said.startswith("error: ")
+    assert says in said
+    assert list(tmp_path.iterdir()) == []

@@ -393,6 +393,7 @@ def mapped(tmp_path):
 
 
 def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped, tmp_path, capsys):
+    pytest.importorskip("fecontact.curves")
     folder = mapped(Case(roll="touching"))
     given = ["curve", "--vehicle", "wheelset", "--radii", "400,1000", "--theory", "overlap,kik_piotrowski"]
     code = call([*given, "--map", str(folder), "--shares", "1,3", "--out", str(tmp_path / "out"), "--json"])
@@ -417,6 +418,8 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
 
 
 def test_a_wheel_on_a_map_has_the_verdict_of_the_load_limits_and_none_beside_what_was_solved(mapped):
+    pytest.importorskip("fecontact.curves")
+
     def visited(beyond: Sequence[tuple[float, float, str]]) -> Mapping[str, float]:
         case = Case(roll="touching")
         found = fecontact.curve("wheelset", [400.0], case=case, map_folder=mapped(case, beyond))
