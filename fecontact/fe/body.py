@@ -108,8 +108,12 @@ def mesh_volume(mesh: BodyMesh) -> float:
 def _determinants(a: Floats) -> Floats:
     """Determinants (...) of matrices (3, 3, ...): of so many small ones this takes a fifth of LAPACK's time."""
     x, y, z = a
-    across = (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0])
-    return np.asarray(x[0] * across[0] + x[1] * across[1] + x[2] * across[2])
+    return np.asarray((x * vector_product(y, z)).sum(axis=0))
+
+
+def vector_product(a: Floats, b: Floats) -> Floats:
+    """Vector product (3, ...) of vectors (3, ...) by their components, in a fraction of the time of numpy.cross."""
+    return np.stack((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
 
 CORNER_SIGNS = np.array(

@@ -669,10 +669,10 @@ def _length(base: Line | Arc | Polynomial) -> float:
 
 # Points for the first look at a profile, and profiles that get a second one.
 _FEW_POINTS, _MOST_CLOSE = 60, 3
-# Digits (of mm) of how near they are.
-_DIGITS = 9
 # Steps of that: from 50 mrad and some mm off the true one of all rails is nearest after four.
 _FIRST_STEPS = 6
+# Digits (of mm) of how near profiles are.
+_DIGITS = 9
 # A profile that the points are usually farther off is another one.
 _FARTHEST_MM = 2.0
 # One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
