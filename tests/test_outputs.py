@@ -1224,6 +1224,14 @@ def test_a_case_figure_has_the_junctions_of_the_rail_on_its_maps(elliptic_quick)
         assert [at for at in lines if 0.0 < at < 5.0] == [pytest.approx(2.35, abs=0.01)]
 
 
+@pytest.mark.parametrize("has_junction", [True, False])
+def test_the_words_of_a_case_figure_tell_of_junctions_where_there_is_one(elliptic_quick, has_junction):
+    on_60e1 = replace(elliptic_quick, placement=place_case(Case(lateral_shift_mm=3.0, roll="given")))
+    texts = [text.get_text() for text in drawn_case(on_60e1 if has_junction else elliptic_quick).texts]
+    assert any("solid: finite elements, dashed: Hertz" in text for text in texts)
+    assert any("dotted: rail junction" in text for text in texts) == has_junction
+
+
 def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_quick):
     maps = [ax for ax in case_axes(elliptic_quick) if ax.get_title() in ("finite elements", "Hertz")]
     assert len(maps) == 2

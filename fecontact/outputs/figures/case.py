@@ -252,7 +252,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     _draw_rail(axes(_LEFT, 0.75, of_cut - _LEFT - 0.1, 0.8, sharex=lateral), placement, fields)
     draw_rolling_cut(axes(of_cut + _LEFT, 0.75, of_cut - _LEFT - 0.2, 3.0), fields)
     words_top = _CUTS + _BELOW + of_map if tall else _CUTS - 0.4
-    text = _case_text(load, placement)
+    text = _case_text(load, placement, fields)
     write(words_left, words_top, text, family="monospace", fontsize=8.2, linespacing=1.5)
 
 
@@ -349,7 +349,7 @@ def _junctions(placement: Placement, kind: Kind) -> list[float]:
     return sorted(place.s_mm for place in placement.junctions if place.profile.kind == kind)
 
 
-def _case_text(load: JudgedLoad, placement: Placement) -> str:
+def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -> str:
     comparison, first, side = load.comparison, placement.first, [*load.sides.values()][-1]
     side = side if load.plastic is None else load.plastic.deciding
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
@@ -365,7 +365,9 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
     if first.at_junction:
         # the ellipse in the picture, and the numbers, belong to one side
         lines.append("all with the curvature of the field side")
-    lines += ["", "solid: finite elements, dashed: Hertz, dotted: rail junction"]
+    low, high = fields.limits_mm(across=True)
+    dotted = ", dotted: rail junction" if any(low < place < high for place in _junctions(placement, "rail")) else ""
+    lines += ["", f"solid: finite elements, dashed: Hertz{dotted}"]
     lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
     for number, lobe in enumerate(_lobes(load), start=1):
         carries = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
