@@ -92,6 +92,8 @@ _REMEDIES = {
     errno.ENOMEM: "end other programs, or use fewer --workers",
 }
 
+_NO_WORKING_FOLDER = "the working folder is no more: change into one that is there"
+
 
 def _tell(what: str) -> None:
     """Print an error; signs that move the cursor or turn the text, as names may have them, are shown as such."""
@@ -99,15 +101,21 @@ def _tell(what: str) -> None:
     print(f"error: {shown}", file=sys.stderr)
 
 
+def _has_working_folder() -> bool:
+    try:
+        Path.cwd()
+    except OSError:
+        return False
+    return True
+
+
 def _system_error(error: OSError) -> str:
     """What the system refused, and what to do."""
     if "cannot open shared object file" in str(error):
         return f"a system library is missing ({error}); `fecontact doctor` says which package has it"
     what = f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}"
-    try:
-        Path.cwd()
-    except OSError:
-        return f"{what}; the working folder is no more: change into one that is there"
+    if not _has_working_folder():
+        return f"{what}; {_NO_WORKING_FOLDER}"
     if remedy := _REMEDIES.get(error.errno or 0, ""):
         return f"{what}; {remedy}"
     if error.filename:
@@ -159,6 +167,9 @@ def call(arguments: Sequence[str] | None = None) -> int:
         if "\0" in "".join(words):
             # no shell can give it, and no file can have it
             raise InputError("a word of the command has a NUL character; allowed: any other one; leave it out")
+        if not _has_working_folder():
+            # NumPy 2.5 cannot be imported there: its import ends in a SystemError that names no folder
+            raise InputError(_NO_WORKING_FOLDER)
         page = page_of(app, words)
         app.help_formatter = page
         code: Any = app(

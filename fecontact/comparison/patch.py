@@ -251,7 +251,7 @@ def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
         value = np.where(here, continued, value)
         known = known | here
     lowest = -1e-3 * float(value.max())
-    value = np.where(outside & ~without_edge, np.minimum(value, lowest), value)
+    value = value if without_edge else np.where(outside, np.minimum(value, lowest), value)
     square = np.full([n + 2 * margin for n in pressure.shape], lowest)
     square[tuple(slice(one.start, one.stop + 2 * margin) for one in box)] = np.where(known, value, lowest)
     return square[margin - 1 : 1 - margin, margin - 1 : 1 - margin]

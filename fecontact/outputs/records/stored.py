@@ -87,6 +87,18 @@ def _fields(own: Mapping[str, Any], arrays: Arrays, name: str) -> Record:
     return {key: _plain(one, arrays, "_".join(filter(None, parts[key]))) for key, one in own.items()}
 
 
+def _without_alias(kind: Any) -> Any:
+    """Annotation that a type alias names; other annotations are returned unchanged.
+
+    NumPy 2.5 declares `NDArray` by a `type` statement on Python 3.12 and newer. There `get_origin` of `NDArray[float]`
+    is the alias and not `numpy.ndarray`.
+    """
+    alias, arguments = get_origin(kind) or kind, get_args(kind)
+    if not hasattr(alias, "__value__"):
+        return kind
+    return _without_alias(alias.__value__[arguments] if arguments else alias.__value__)
+
+
 def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> Any:
     """A value of a kind from what `_plain` made of it."""
     if isinstance(kind, type) and isinstance(plain, kind):
@@ -96,6 +108,7 @@ def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> 
     if isinstance(kind, type) and is_dataclass(kind):
         kinds = _kinds(kind)
         return kind(**{key: _value(kinds[key], one, arrays) for key, one in plain.items()})
+    kind = _without_alias(kind)
     origin, of = get_origin(kind), get_args(kind)
     if origin is UnionType:
         return None if plain is None else _value(of[0], plain, arrays)
@@ -103,8 +116,13 @@ def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> 
         return tuple(_value(of[0], one, arrays) for one in plain)
     if origin is Mapping:
         return {key: _value(of[1], one, arrays) for key, one in plain.items()}
-    # what is no number is none in JSON
-    return np.array(plain) if origin is np.ndarray else math.nan if kind is float and plain is None else plain
+    if origin is np.ndarray:
+        return np.array(plain)
+    # A list or an object that no branch above has read would stay as it is, and fail far from here.
+    if isinstance(plain, list | dict):
+        raise TypeError(f"a stored {type(plain).__name__} cannot be read back as {kind}")
+    # JSON has null for a number that is not finite
+    return math.nan if kind is float and plain is None else plain
 
 
 def _rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> Rung:

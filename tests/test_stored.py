@@ -1,0 +1,101 @@
+"""Arrays and values of every kind that is stored are read back on the running interpreter, to the last bit."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from types import UnionType
+from typing import Any, Literal, get_args, get_origin
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fecontact.arrays import Bools, Floats, Integers
+from fecontact.case import Case
+from fecontact.comparison.solved_load import SolvedLoad
+from fecontact.contact.grid import Rung
+from fecontact.files import json_text
+from fecontact.outputs.records import stored
+from fecontact.profiles.curve import Profile
+from fecontact.wheel_rail.placement import AlongTrack, Placement
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EveryKind:
+    """A field of each kind that stored results have, and of arrays by each name that NumPy gives them."""
+
+    floats: NDArray[np.float64]
+    alias: Floats
+    integers: Integers
+    flags: Bools
+    bare: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+    optional: Floats | None
+    missing: Floats | None
+    arrays: tuple[Floats, ...]
+    by_name: Mapping[str, Mapping[str, Floats]]
+    number: float
+    not_a_number: float
+    text: str
+    flag: bool
+    parts: "tuple[EveryKind, ...]"
+
+
+def test_every_kind_of_array_is_read_back_on_this_python():
+    line, table = np.array([0.1, -np.pi, 1e-300]), np.arange(6.0).reshape(2, 3) / 7.0
+    values = dict(
+        floats=table, alias=line, integers=np.array([1, -2**53]), flags=np.array([[True], [False]]), bare=np.array(0.3),
+        optional=line, missing=None, arrays=(line, table), by_name={"rail": {"top": table}}, number=1 / 3,
+        not_a_number=math.nan, text="left", flag=True,
+    )  # fmt: skip
+    value = EveryKind(**values, parts=(EveryKind(**values, parts=()),))
+    read = stored._value(EveryKind, json.loads(json_text(stored._plain(value, {}, "value"))), {})
+    for one, other in ((value, read), (value.parts[0], read.parts[0])):
+        for field in fields(EveryKind):
+            if field.name != "parts":
+                assert_same_kind(getattr(one, field.name), getattr(other, field.name))
+
+
+def assert_same_kind(one: Any, other: Any) -> None:
+    """The same type, shape, number type and bits, also in tuples and mappings."""
+    assert type(one) is type(other)
+    if isinstance(one, np.ndarray):
+        assert (one.dtype, one.shape, one.tobytes()) == (other.dtype, other.shape, other.tobytes())
+    elif isinstance(one, tuple):
+        for first, second in zip(one, other, strict=True):
+            assert_same_kind(first, second)
+    elif isinstance(one, dict):
+        assert_same_kind(tuple(one.items()), tuple(other.items()))
+    else:
+        assert one == other or (one != one and other != other)
+
+
+def test_an_annotation_that_cannot_be_read_back_is_an_error():
+    """A list that stays a list would fail far from here, as arrays did on Python 3.12 with NumPy 2.5."""
+    with pytest.raises(TypeError, match="a stored list cannot be read back as list"):
+        stored._value(list[float], [0.0], {})
+
+
+def test_stored_results_have_only_kinds_that_are_read_back():
+    """Walks the annotations of what is stored: all that is no number, text or flag is read by its own branch."""
+    leaves, seen = set(), set()
+
+    def walk(kind: Any) -> None:
+        kind = stored._without_alias(kind)
+        origin = get_origin(kind)
+        if kind in (Rung, Case, Profile, AlongTrack, type(None)) or kind in seen:
+            return
+        seen.add(kind)
+        if is_dataclass(kind):
+            for hint in stored._kinds(kind).values():
+                walk(hint)
+        elif origin in (tuple, UnionType, Mapping):
+            for argument in get_args(kind):
+                walk(argument)
+        else:
+            leaves.add(origin or kind)
+
+    walk(SolvedLoad)
+    walk(Placement)
+    assert np.ndarray in leaves
+    assert leaves <= {np.ndarray, float, int, bool, str, Literal, Ellipsis}, leaves
