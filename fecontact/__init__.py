@@ -9,7 +9,7 @@ The story, step by step:
 
 2. Placement: the wheel on the rail, where the rigid bodies touch.
 
-    >>> from fecontact.wheel_rail.placement import place
+    >>> from fecontact.placement.placement import place
     >>> position = place(rail, wheel, inclination_rad=1 / 40, lateral_shift_mm=4.0)
     >>> round(position.first.rail_y_mm, 1)
     -13.6
@@ -17,7 +17,7 @@ The story, step by step:
 3. Hertz: the ellipse that vehicle codes use there.
 
     >>> from fecontact.bodies import STEEL, contact_modulus_MPa
-    >>> from fecontact.normal.hertz import hertz_from_hessian
+    >>> from fecontact.contact_theories.hertz import hertz_from_hessian
     >>> ellipse = hertz_from_hessian(
     ...     position.first.curvatures[0].hessian,
     ...     normal_force_N=100e3,
@@ -79,16 +79,16 @@ if TYPE_CHECKING:
     from fecontact import plot
     from fecontact.bodies import BodySize, Material, Track
     from fecontact.case import Case, Opposite
-    from fecontact.creeping.running import creep as creep
     from fecontact.criteria import Creep, Criteria
-    from fecontact.curves.curve import Conditions as Conditions
-    from fecontact.curves.running import curve as curve
-    from fecontact.irregularities.running import irregular as irregular
-    from fecontact.irregularity.shapes import Irregularity
+    from fecontact.features.creep.running import creep as creep
+    from fecontact.features.curves.curve import Conditions as Conditions
+    from fecontact.features.curves.running import curve as curve
+    from fecontact.features.irregular.running import irregular as irregular
     from fecontact.maps.running import map_ as map  # noqa: F401
     from fecontact.outputs.frames import to_dataframe, to_xarray
     from fecontact.outputs.meshes import mesh
     from fecontact.outputs.records.results import rows
+    from fecontact.placement.irregularity import Irregularity
     from fecontact.profiles.library import profile
     from fecontact.profiles.reading import Reading
     from fecontact.runs.alone import hertz, table, theories, theory
@@ -136,7 +136,7 @@ _HOMES = {
     "CaseResult": "solving.solve.CaseResult",
     "Creep": "criteria.Creep",
     "Criteria": "criteria.Criteria",
-    "Irregularity": "irregularity.shapes.Irregularity",
+    "Irregularity": "placement.irregularity.Irregularity",
     "Material": "bodies.Material",
     "Opposite": "case.Opposite",
     "Reading": "profiles.reading.Reading",
@@ -163,7 +163,9 @@ def __getattr__(name: str) -> Any:
     # the command line must answer --help at once: nothing heavy is imported before it is used
     if name == "plot":
         return import_module("fecontact.plot")
-    if place := _HOMES.get(name) or public_names().get(name):
+    if place := _HOMES.get(name):
+        return at(f"fecontact.{place}")
+    if place := public_names().get(name):
         return at(place)
     raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
 

@@ -118,7 +118,8 @@ def contact_modulus_MPa(first: Material, second: Material) -> float:
 class RollingPair:
     """Two bodies that roll on each other with friction: its coefficient, their shear modulus and Poisson's ratio.
 
-    The constants belong to two bodies of one material, or combine two materials (`rolling.laws.rolling_pair`).
+    The constants belong to two bodies of one material, or combine two materials
+    (`contact_theories.rolling.laws.rolling_pair`).
     """
 
     friction: float

@@ -37,7 +37,7 @@ from fecontact.inputs import (
     slots,
     text,
 )
-from fecontact.irregularity.shapes import FORMS, Irregularity, irregularity_of, irregularity_text
+from fecontact.placement.irregularity import FORMS, Irregularity, irregularity_of, irregularity_text
 from fecontact.profiles.reading import Reading, makes_a_wheelset
 
 # fmt: off

@@ -37,7 +37,7 @@ class Criteria:
 
     Limits of peak pressure, area and half-widths are relative. The limit of the centre of pressure is in Hertz's
     half-width b. The limit of the valley between two lobes is a part of the peak; the limits of the load on separate
-    patches and of the misplaced load are parts of the load (`comparison.measures.Misfit`).
+    patches and of the misplaced load are parts of the load (`judging.measures.Misfit`).
 
     `judged_by` names measures by the fields here, or sets of them: `strength` for the stress below the surface, which
     follows the peak; `patch` for creep forces and wear, which take the ellipse's axes and its place; `all` for whoever
@@ -159,7 +159,7 @@ class Creep:
         """
         if self.asked and "creep" not in places("READINGS"):
             raise InputError(
-                f"friction coefficient is {self.friction:g}, but this fecontact has no folder creeping, which evaluates"
+                f"friction coefficient is {self.friction:g}, but this fecontact has no feature creep, which evaluates"
                 " creep forces; leave friction out, or install fecontact with all its features"
             )
         for one in () if self.asked else fields(self):

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case
-from fecontact.comparison.measures import CUT_PLANES, measures_of
+from fecontact.judging.measures import CUT_PLANES, measures_of
 from fecontact.regression.checks import Check, discretisation_check
 from fecontact.runs.identity import case_id
 from fecontact.solving.expected_patch import expected_patch

@@ -32,10 +32,10 @@ from scipy.optimize import brentq
 
 from fecontact.bodies import Material, TrackSide
 from fecontact.case import Case
-from fecontact.comparison.measures import measures_of, patch_of
+from fecontact.judging.measures import measures_of, patch_of
+from fecontact.placement.placement import Placement
 from fecontact.regression.checks import Check
 from fecontact.solving.position import expect_on_half_space, place_case
-from fecontact.wheel_rail.placement import Placement
 
 # The reference has four digits, its yaw is left out here, and bodies are no half-spaces; 0.25 % is reached.
 LIMIT_PERCENT = 0.5

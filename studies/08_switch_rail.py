@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case, Track
-from fecontact.comparison.ladder import BODIES
+from fecontact.judging.ladder import BODIES
 from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check, discretisation_check, hertz_check
 

@@ -31,10 +31,10 @@ from scipy.optimize import brentq
 
 from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import Case, Track
-from fecontact.comparison.measures import measures_of
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
+from fecontact.judging.measures import measures_of
 from fecontact.regression.checks import Check, discretisation_check
 
 PROFILES = Path(__file__).parent / "profiles"

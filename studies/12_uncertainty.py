@@ -50,22 +50,22 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polypow, polyval, polyval2d
 
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison.measures import CUT_PLANES, MEASURES, hertz_measures, measures_of, misfit_of, patch_of
-from fecontact.comparison.patch import valley_of
-from fecontact.comparison.solved_load import MESH_RATIO, elements_uncertainty, just_parts, skew_of, uncertainty
-from fecontact.comparison.solved_load import Solved as Stated
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.contact.patch import valley_of
+from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.meshing import FineZone
-from fecontact.normal.hertz import HertzContact, hertz_from_hessian
+from fecontact.judging.measures import CUT_PLANES, MEASURES, hertz_measures, measures_of, misfit_of, patch_of
+from fecontact.judging.solved_load import MESH_RATIO, elements_uncertainty, just_parts, skew_of, uncertainty
+from fecontact.judging.solved_load import Solved as Stated
 from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.outputs.words import WORDS, deviation_column
+from fecontact.placement.placement import Placement
 from fecontact.regression.checks import Check
 from fecontact.solving.expected_patch import followed_mm, lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.meshes import CoupledProblem, couple, coupled_problem, grid_over
 from fecontact.solving.position import Clock, place_case, true_gap_of_case
-from fecontact.wheel_rail.placement import Placement
 
 JUDGED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "valley", "separate_load", "misplaced_load")
 SETS = ("ellipses, tuning", "ellipses, testing", "others, tuning", "others, testing", "real, tuning", "real, testing")

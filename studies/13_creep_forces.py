@@ -40,15 +40,15 @@ import numpy as np
 
 import fecontact
 from fecontact.case import Case
-from fecontact.comparison.measures import patch_of
-from fecontact.creeping.judging import FORCE, JudgedForce, creepage_range, creepages_of, force_verdict, real_patch
-from fecontact.creeping.laws import coarse_patch
+from fecontact.contact_theories.rolling.laws import Creepages, rolling_pair
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
+from fecontact.features.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
+from fecontact.features.creep.judging import FORCE, JudgedForce, creepage_range, creepages_of, force_verdict, real_patch
+from fecontact.features.creep.laws import coarse_patch
+from fecontact.judging.measures import patch_of
 from fecontact.outputs.style import Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.regression.checks import Check
-from fecontact.rolling.forces import CreepPatch, creep_force, force_difference, hertz_patch
-from fecontact.rolling.laws import Creepages, rolling_pair
 from fecontact.solving.solve import CaseResult
 
 SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)

@@ -46,9 +46,9 @@ from typing import Any
 
 import fecontact
 from fecontact.case import Case
-from fecontact.curves.curve import CurveRun
-from fecontact.curves.telling import difference_words, straight_words
-from fecontact.curves.visits import Curves
+from fecontact.features.curves.curve import CurveRun
+from fecontact.features.curves.telling import difference_words, straight_words
+from fecontact.features.curves.visits import Curves
 from fecontact.outputs.style import ANSWERS, MARKS, SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.alone import table_lines

@@ -29,10 +29,10 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.irregularities.running import irregular
-from fecontact.irregularities.telling import irregular_figure
-from fecontact.irregularity.shapes import Irregularity
+from fecontact.features.irregular.running import irregular
+from fecontact.features.irregular.telling import irregular_figure
 from fecontact.jobs.workers import default_workers
+from fecontact.placement.irregularity import Irregularity
 from fecontact.regression.checks import Check
 
 CIRCLES: dict[str, Any] = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}

@@ -38,8 +38,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison.verdict import FROM_BEST, answer_of
 from fecontact.criteria import Criteria
+from fecontact.judging.verdict import FROM_BEST, answer_of
 from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.regression.checks import Check
 

@@ -34,12 +34,12 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
+from fecontact.features.fleet.estimate import Share, Stratum, share_of
+from fecontact.features.fleet.report import interval
+from fecontact.features.fleet.running import open_fleet, run_fleet
+from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, draw, solve_sample
+from fecontact.features.fleet.tables import KEYS, STRATA, asked, opened
 from fecontact.files import write_text
-from fecontact.fleet.estimate import Share, Stratum, share_of
-from fecontact.fleet.report import interval
-from fecontact.fleet.running import open_fleet, run_fleet
-from fecontact.fleet.sampling import FAILS, HOLDS, OPEN, draw, solve_sample
-from fecontact.fleet.tables import KEYS, STRATA, asked, opened
 from fecontact.inputs import parse_inclination
 from fecontact.jobs.engine import RunSettings
 from fecontact.outputs.style import blank_figure, save_figure

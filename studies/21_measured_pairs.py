@@ -45,9 +45,9 @@ import numpy as np
 
 from fecontact.bodies import Track
 from fecontact.case import Case
-from fecontact.comparison.theories import HERTZ
-from fecontact.comparison.verdict import Answer, judge_on_lines
+from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
+from fecontact.judging.verdict import Answer, judge_on_lines
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
 from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check

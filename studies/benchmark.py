@@ -45,8 +45,8 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid
+from fecontact.contact_theories.hertz import HertzContact
 from fecontact.jobs.workers import thread_environment
-from fecontact.normal.hertz import HertzContact
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine="never")
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
@@ -63,8 +63,8 @@ def cases(quick: bool = False) -> list[Case]:
 
 def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
-    from fecontact.comparison.ladder import compare
     from fecontact.contact.grid import Rung
+    from fecontact.judging.ladder import compare
     from fecontact.solving.meshes import couple, coupled_problem
     from fecontact.solving.position import fine_zone, hertz_of_case, position_of
     from fecontact.solving.solve import peak_memory_MB

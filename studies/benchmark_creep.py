@@ -11,11 +11,11 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from fecontact.contact_theories.rolling.fastsim import fastsim
+from fecontact.contact_theories.rolling.laws import Creepages, RollingEllipse
 from fecontact.errors import InputError
-from fecontact.rolling.fastsim import fastsim
-from fecontact.rolling.forces import THEORIES, creep_force, ellipse_patch, force_difference
-from fecontact.rolling.laws import Creepages, RollingEllipse
-from fecontact.rolling.steady import ellipse_cells, steady_rolling
+from fecontact.features.creep.forces import THEORIES, creep_force, ellipse_patch, force_difference
+from fecontact.features.creep.steady import ellipse_cells, steady_rolling
 
 CONTACT = RollingEllipse(a_mm=5.8, b_mm=8.5, normal_force_N=100e3, friction=0.3, shear_MPa=80_769.0, poisson=0.3)
 MOTION = Creepages(xi=8e-4, eta=4e-4, spin_per_mm=1e-4)

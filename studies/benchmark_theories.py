@@ -12,13 +12,13 @@ from collections.abc import Callable
 from functools import partial
 
 from fecontact.case import Case
-from fecontact.comparison.patch import measure_patch
-from fecontact.comparison.theories import THEORIES
 from fecontact.contact.grid import ContactGrid
-from fecontact.normal.gap_line import GapLine, gap_line, under_load
-from fecontact.normal.hertz import hertz_ellipse
-from fecontact.normal.strip_method import Line, Load, Search, solve_strips
-from fecontact.normal.strips import strip, strip_at
+from fecontact.contact.patch import measure_patch
+from fecontact.contact_theories.gap_line import GapLine, gap_line, under_load
+from fecontact.contact_theories.hertz import hertz_ellipse
+from fecontact.contact_theories.registry import THEORIES
+from fecontact.contact_theories.strip_method import Line, Load, Search, solve_strips
+from fecontact.contact_theories.strips import strip, strip_at
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 

@@ -19,11 +19,11 @@ import numpy as np
 
 import fecontact
 from fecontact.case import Case
-from fecontact.comparison.judging import judge_line
-from fecontact.comparison.lines import Lines, OnLine
-from fecontact.comparison.theories import HERTZ
-from fecontact.comparison.verdict import judge, judge_on_lines
+from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
+from fecontact.judging.judging import judge_line
+from fecontact.judging.lines import Lines, OnLine
+from fecontact.judging.verdict import judge, judge_on_lines
 from fecontact.profiles.library import GivenProfile, load
 from fecontact.profiles.reading import Reading
 from fecontact.solving.placing import place_case

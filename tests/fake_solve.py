@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.comparison.measures import FLOORS, MEASURES
-from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, NotEnoughMemory
 from fecontact.files import read_json, write_json, write_text
 from fecontact.jobs.workers import Made
+from fecontact.judging.measures import FLOORS, MEASURES
+from fecontact.judging.verdict import judge
 from fecontact.outputs.records.results import input_columns, write_row
 from fecontact.outputs.tables import flat
 from fecontact.runs.identity import provenance

@@ -33,9 +33,10 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = (
-    "contact", "fe", "normal", "rolling", "comparison", "wheel_rail", "irregularity", "profiles/curve.py",
-    "profiles/segments.py", "profiles/smoothing.py", "curves/model.py", "curves/normal.py", "curves/stability.py",
-    "curves/steady.py",
+    "contact", "fe", "contact_theories", "judging", "placement", "profiles/curve.py",
+    "profiles/segments.py", "profiles/smoothing.py", "features/curves/model.py", "features/curves/normal.py",
+    "features/curves/stability.py", "features/curves/steady.py", "features/creep/forces.py",
+    "features/creep/steady.py",
 )  # fmt: skip
 COPIED = ("fecontact", "tests", "studies", "meshes", "pyproject.toml", "README.md", "CONTRIBUTING.md")
 # CPU seconds of a test while calls are noted.

@@ -3,13 +3,13 @@
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.comparison.lines import Lines, OnLine
-from fecontact.comparison.measures import MEASURES, MISFITS
-from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid, Rung
-from fecontact.normal.hertz import hertz_from_hessian
+from fecontact.contact_theories.hertz import hertz_from_hessian
+from fecontact.judging.lines import Lines, OnLine
+from fecontact.judging.measures import MEASURES, MISFITS
+from fecontact.judging.solved_load import Level, SolvedLoad
+from fecontact.placement.placement import Placement
 from fecontact.solving.expected_patch import quadratic_rung
-from fecontact.wheel_rail.placement import Placement
 
 
 def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) -> Rung:

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.case import Criteria
-from fecontact.comparison.ladder import PatchGeometry, cause_of
-from fecontact.comparison.measures import MEASURES, MISFITS
-from fecontact.comparison.verdict import FROM_BEST, judge
 from fecontact.errors import InputError
+from fecontact.judging.ladder import PatchGeometry, cause_of
+from fecontact.judging.measures import MEASURES, MISFITS
+from fecontact.judging.verdict import FROM_BEST, judge
 
 P, A = "p_max_MPa", "area_mm2"
 BOTH = ("p_max", "area")

@@ -11,11 +11,11 @@ from rich.console import Console
 
 from fecontact.bodies import Material
 from fecontact.cli import call
-from fecontact.comparison import verdict
-from fecontact.comparison.judging import judge_load
-from fecontact.comparison.measures import MEASURES, measures_of
-from fecontact.comparison.solved_load import PathPoint, Yielded, YieldedBody
 from fecontact.contact.grid import Rung
+from fecontact.judging import verdict
+from fecontact.judging.judging import judge_load
+from fecontact.judging.measures import MEASURES, measures_of
+from fecontact.judging.solved_load import PathPoint, Yielded, YieldedBody
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import case_parts, rows_parts, write_study_report
 from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case

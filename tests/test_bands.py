@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from fecontact.case import BodySize, Case
-from fecontact.comparison.judging import parts_of
-from fecontact.comparison.solved_load import MESH_RATIO
 from fecontact.contact.elements import Bands
 from fecontact.contact.grid import ContactGrid, hat_functions
 from fecontact.contact.halfspace import half_space_below, half_space_problem
@@ -16,6 +14,8 @@ from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
 from fecontact.fe.section import Stretch, lines_of
+from fecontact.judging.judging import parts_of
+from fecontact.judging.solved_load import MESH_RATIO
 from fecontact.solving.meshes import CoupledMesh, Meshes
 from fecontact.solving.position import (
     MARGIN_ELEMENTS,

@@ -11,13 +11,11 @@ import pytest
 from scipy.special import elliprd, elliprf
 
 from fecontact.case import Case
-from fecontact.comparison.patch import measure_patch
-from fecontact.errors import InputError
-from fecontact.inputs import parse_inclination
-from fecontact.normal.gap_line import GapLine, StripContact, _around, gap_line, under_load
-from fecontact.normal.hertz import ellipse_shape, hertz_ellipse
-from fecontact.normal.strip_method import Line, Load, Search, Strips, _runs, influence, solve_strips
-from fecontact.normal.strips import (
+from fecontact.contact.patch import measure_patch
+from fecontact.contact_theories.gap_line import GapLine, StripContact, _around, gap_line, under_load
+from fecontact.contact_theories.hertz import ellipse_shape, hertz_ellipse
+from fecontact.contact_theories.strip_method import Line, Load, Search, Strips, _runs, influence, solve_strips
+from fecontact.contact_theories.strips import (
     analyn_at,
     equivalent_ellipse_at,
     gap_line_under_load,
@@ -27,6 +25,8 @@ from fecontact.normal.strips import (
     strip_at,
     stripes_at,
 )
+from fecontact.errors import InputError
+from fecontact.inputs import parse_inclination
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -411,7 +411,7 @@ def test_a_wrong_influence_is_seen(fault, monkeypatch):
         J = np.where(own if fault == "own strip" else ~own, 1.05, 1.0) * J if fault != "curvature" else J
         return J, slope, curving * (1.03 if fault == "curvature" else 1.0), u2
 
-    monkeypatch.setattr("fecontact.normal.strip_method.influence", wrong)
+    monkeypatch.setattr("fecontact.contact_theories.strip_method.influence", wrong)
     line, hertz = parabola(0.7)
     found = strip(line, hertz.normal_force_N)
     off_most = max(

@@ -13,7 +13,7 @@ from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.contact.grid import ContactGrid, Field, misfit
 from fecontact.contact.halfspace import _box, half_space_below, half_space_problem, love_influence, stiffness_below
 from fecontact.contact.solver import ContactProblem, ContactSolution, _cleared, mixture, solve_contact
-from fecontact.normal.hertz import HertzContact, hertz_ellipse
+from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 WHEEL, LOAD = 460.0, 100e3

@@ -15,11 +15,11 @@ from fecontact.cli import call
 from fecontact.features import FEATURES
 from fecontact.outputs.geometry import functions_lines, functions_record
 from fecontact.outputs.terminal import show
+from fecontact.placement.placement import pair_of
+from fecontact.placement.wheelset import Wheelset, contact_functions, harmonic_conicity, rolling_radius_difference_mm
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.segments import Line
 from fecontact.solving.placing import geometry, place_case, wheelset_of_case
-from fecontact.wheel_rail.placement import pair_of
-from fecontact.wheel_rail.wheelset import Wheelset, contact_functions, harmonic_conicity, rolling_radius_difference_mm
 
 TABLE = [-5.0, -3.0, -0.5, 0.0, 0.5, 1.0, 3.0, 5.0]
 

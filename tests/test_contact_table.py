@@ -11,7 +11,7 @@ import pytest
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.comparison.theories import THEORIES
+from fecontact.contact_theories.registry import THEORIES
 from fecontact.criteria import Criteria
 from fecontact.guide.pages import page
 from fecontact.outputs.alone import contact_table_lines

@@ -14,7 +14,7 @@ from cyclopts import App
 from marks import slow_but
 
 from fecontact.cli import app, call
-from fecontact.fleet.model import read_fleet
+from fecontact.features.fleet.model import read_fleet
 from fecontact.guide.pages import page, titles, without_links
 from fecontact.regression.tables import read_tolerances
 from fecontact.runs.casefile import toml_cases

@@ -11,11 +11,11 @@ import pytest
 from rungs import rung_with
 
 from fecontact.case import Case, Track
-from fecontact.comparison.measures import FLOORS, MEASURES, deviations, measures_of, misfit_of
-from fecontact.comparison.solved_load import Solved, uncertainty
 from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.errors import ConvergenceError, FecontactError, InputError
-from fecontact.normal.hertz import HertzContact, hertz_ellipse
+from fecontact.judging.measures import FLOORS, MEASURES, deviations, measures_of, misfit_of
+from fecontact.judging.solved_load import Solved, uncertainty
 from fecontact.solving import expected_patch
 from fecontact.solving.expected_patch import TrueGap, _fitted_grid, carried, lobe_sizes
 from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case

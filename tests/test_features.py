@@ -1,4 +1,4 @@
-"""A feature can be taken away with its folder, its tests, its studies and its name; and one is put in by a folder."""
+"""A feature can be taken away with its folder, its tests and its studies; one is put in by a folder or a package."""
 
 import ast
 import filecmp
@@ -47,14 +47,13 @@ assert call(["compare", "two", "two"]) == 0
 """
 # What is refused without a feature, and what that says.
 REFUSED = {
-    "maps": "for words in (['table', '--shifts', '0', '--map', 'one'], ['judge', '.']):\n    assert call(words) == 2",
     "curves": "assert call(['geometry', '--shifts', '0', '--loaded-kn', '50']) == 2",
 }
 
 
 def offered_names(feature: str) -> set[str]:
     """Functions and classes of the package that a feature has."""
-    tree = ast.parse((ROOT / "fecontact" / feature / "feature.py").read_text("utf-8"))
+    tree = ast.parse((ROOT / "fecontact" / "features" / feature / "feature.py").read_text("utf-8"))
     found = {one.targets[0].id: ast.literal_eval(one.value) for one in tree.body if isinstance(one, ast.Assign)}
     return {place.rpartition(".")[2].rstrip("_") for place in found["NAMES"]}
 
@@ -70,20 +69,11 @@ def copied(to: Path, *more: str) -> Path:
     return to
 
 
-def renamed(tree: Path, features: tuple[str, ...]) -> None:
-    """Write other names of features into a copy: the one file outside a folder that says which there are."""
-    path = tree / "fecontact" / "features.py"
-    text, changed = re.subn(r"FEATURES = \(.*?\)", f"FEATURES = {features!r}", path.read_text("utf-8"), flags=re.DOTALL)
-    assert changed == 1
-    path.write_text(text, "utf-8")
-
-
 def without(feature: str, tree: Path) -> None:
     """Take a feature out of a copy, with its tests and with the studies of it, their baselines and their pages."""
-    shutil.rmtree(tree / "fecontact" / feature)
-    renamed(tree, tuple(one for one in FEATURES if one != feature))
+    shutil.rmtree(tree / "fecontact" / "features" / feature)
     shutil.rmtree(tree / "tests" / feature, ignore_errors=True)
-    used = re.compile(rf"fecontact\.({'|'.join((feature, *offered_names(feature)))})\b")
+    used = re.compile(rf"fecontact\.({'|'.join((f'features.{feature}', *offered_names(feature)))})\b")
     for study in (tree / "studies").glob("*.py"):
         if used.search(study.read_text("utf-8")):
             study.unlink()
@@ -107,7 +97,7 @@ def python(tree: Path, *words: str, **environment: str) -> subprocess.CompletedP
     )
 
 
-@pytest.mark.parametrize("feature", slow_but(REMOVED, REMOVED.index("irregularities")))
+@pytest.mark.parametrize("feature", slow_but(REMOVED, REMOVED.index("irregular")))
 def test_the_program_works_without_a_feature(feature, tmp_path):
     tree = copied(tmp_path, "tests")
     without(feature, tree)
@@ -118,6 +108,15 @@ def test_the_program_works_without_a_feature(feature, tmp_path):
     assert not re.search(rf"│ ({'|'.join(offered_names(feature))}) ", commands)
     if feature in REFUSED:
         assert "not installed" in done.stderr
+
+
+@pytest.mark.slow
+def test_the_program_works_without_any_feature(tmp_path):
+    tree = copied(tmp_path, "tests", "studies")
+    for feature in FEATURES:
+        without(feature, tree)
+    done = python(tree, "-c", USED + "assert FEATURES == ()\n")
+    assert done.returncode == 0, done.stderr
 
 
 # all other tests, some twenty minutes of a core
@@ -181,8 +180,8 @@ from pathlib import Path
 
 def twice(folder: Path, *, out: Path) -> int:
     '''Twice the peak of a solved case.'''
-    from fecontact.dummy.running import peaks
-    from fecontact.dummy.telling import twice_figure
+    from fecontact.features.dummy.running import peaks
+    from fecontact.features.dummy.telling import twice_figure
 
     found = peaks(folder)
     print(f"twice: {found[0]:.1f}")
@@ -202,13 +201,12 @@ def different(one: Path, other: Path) -> set[str]:
 
 
 @pytest.mark.slow
-def test_a_feature_is_put_in_by_its_folder_and_its_name(tmp_path):
+def test_a_feature_is_put_in_by_its_folder(tmp_path):
     tree = copied(tmp_path, "tests")
-    (tree / "fecontact" / "dummy").mkdir()
+    (tree / "fecontact" / "features" / "dummy").mkdir()
     for name, text in DUMMY.items():
-        (tree / "fecontact" / "dummy" / f"{name}.py").write_text(text, "utf-8")
-    renamed(tree, (*FEATURES, "dummy"))
-    assert different(ROOT / "fecontact", tree / "fecontact") == {"features.py", "dummy"}
+        (tree / "fecontact" / "features" / "dummy" / f"{name}.py").write_text(text, "utf-8")
+    assert different(ROOT / "fecontact", tree / "fecontact") == {"features/dummy"}
     used = (
         USED
         + """
@@ -225,3 +223,28 @@ assert "twice the peak is" in Path("one/report.html").read_text()
     assert done.returncode == 0, done.stderr
     assert "twice: " in done.stdout
     assert (tree / "twice.png").stat().st_size > 500
+
+
+@pytest.mark.slow
+def test_a_feature_is_put_in_by_a_package_that_is_installed(tmp_path):
+    tree = copied(tmp_path, "tests")
+    for name, text in DUMMY.items():
+        path = tree / "fecontact_dummy" / f"{name}.py"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text.replace("fecontact.features.dummy", "fecontact_dummy"), "utf-8")
+    told = tree / "fecontact_dummy-1.0.dist-info"
+    told.mkdir()
+    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: fecontact_dummy\nVersion: 1.0\n")
+    (told / "entry_points.txt").write_text("[fecontact.features]\ndummy = fecontact_dummy\n")
+    assert different(ROOT / "fecontact", tree / "fecontact") == set()
+    used = """
+assert "dummy" in FEATURES
+assert call(["twice", "one", "--out", "twice.png"]) == 0
+assert fecontact.peaks("one")[0] == 2.0 * fecontact.load("one").comparison.fe.p_max_MPa
+from fecontact.runs import sources
+assert [path.name for path in sources._foreign()] == ["fecontact_dummy"]
+assert sources.digests().evaluating != sources.digests_of(sources._PACKAGE).evaluating
+"""
+    done = python(tree, "-c", USED + used)
+    assert done.returncode == 0, done.stderr
+    assert "twice: " in done.stdout

@@ -13,10 +13,16 @@ from hypothesis import strategies as st
 from scipy.special import ellipe, ellipkm1
 from table_form import curvature_sums_per_mm, table_form
 
-import fecontact.normal.hertz
+import fecontact.contact_theories.hertz
 from fecontact.bodies import STEEL, Material, contact_modulus_MPa
+from fecontact.contact_theories.hertz import (
+    HertzContact,
+    ellipse_shape,
+    hertz_ellipse,
+    hertz_from_hessian,
+    hertz_spring_force_N,
+)
 from fecontact.errors import InputError
-from fecontact.normal.hertz import HertzContact, ellipse_shape, hertz_ellipse, hertz_from_hessian, hertz_spring_force_N
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)
 # Algebraically equal expressions of well conditioned quantities agree to rounding times a few hundred operations.
@@ -482,7 +488,7 @@ def test_the_reference_imports_no_finite_elements() -> None:
         "fecontact.errors",
         "fecontact.bodies",
     }
-    for node in ast.walk(ast.parse(inspect.getsource(fecontact.normal.hertz))):
+    for node in ast.walk(ast.parse(inspect.getsource(fecontact.contact_theories.hertz))):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):

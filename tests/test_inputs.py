@@ -21,7 +21,7 @@ from fecontact.cli import app, call
 from fecontact.errors import InputError
 from fecontact.guide.pages import page
 from fecontact.inputs import Slot, inclination_text, parse_inclination
-from fecontact.irregularity.shapes import Irregularity
+from fecontact.placement.irregularity import Irregularity
 from fecontact.runs.casefile import load_study
 
 

@@ -9,9 +9,13 @@ from rungs import planted_lines, rung_with
 
 from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.case import Case, Track
-from fecontact.comparison.judging import JudgedLoad, judge_load
-from fecontact.comparison.ladder import RUNGS, STEPS, Ladder, PatchGeometry, cause_of, patch_geometry
-from fecontact.comparison.measures import (
+from fecontact.contact.grid import ContactGrid, Rung, hat_functions, misfit
+from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.solver import solve_contact
+from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
+from fecontact.judging.judging import JudgedLoad, judge_load
+from fecontact.judging.ladder import RUNGS, STEPS, Ladder, PatchGeometry, cause_of, patch_geometry
+from fecontact.judging.measures import (
     CUT_PLANES,
     IN_COMMON,
     MEASURES,
@@ -24,19 +28,15 @@ from fecontact.comparison.measures import (
     misfit_of,
     patch_of,
 )
-from fecontact.comparison.solved_load import Solved, just_parts, step_uncertainty, uncertainty
-from fecontact.contact.grid import ContactGrid, Rung, hat_functions, misfit
-from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.solver import solve_contact
-from fecontact.normal.hertz import HertzContact, hertz_from_hessian
+from fecontact.judging.solved_load import Solved, just_parts, step_uncertainty, uncertainty
 from fecontact.outputs.words import GLOSSARY
+from fecontact.placement.placement import Placement, place
+from fecontact.placement.poses import RelativeCurvature, TouchPoint
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
 from fecontact.solving.expected_patch import quadratic_rung
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.solving.solve import CaseResult, solve
-from fecontact.wheel_rail.placement import Placement, place
-from fecontact.wheel_rail.poses import RelativeCurvature, TouchPoint
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)
 

@@ -10,14 +10,14 @@ from points import profile_from_points
 from rungs import planted_lines
 
 from fecontact.case import Case
-from fecontact.comparison.judging import fails_for_certain, judge_load, judge_theory
-from fecontact.comparison.lines import EXACT, Moves
-from fecontact.comparison.measures import deviations
-from fecontact.comparison.solved_load import ELEMENTS_OFF
-from fecontact.comparison.theories import HERTZ
-from fecontact.comparison.verdict import ELEMENTS, PROFILE, Judgement, judge, judge_on_lines
 from fecontact.contact.grid import Rung
+from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
+from fecontact.judging.judging import fails_for_certain, judge_load, judge_theory
+from fecontact.judging.lines import EXACT, Moves
+from fecontact.judging.measures import deviations
+from fecontact.judging.solved_load import ELEMENTS_OFF
+from fecontact.judging.verdict import ELEMENTS, PROFILE, Judgement, judge, judge_on_lines
 from fecontact.outputs.cases import verdict_of
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.words import band_text, share_text, verdict_reason

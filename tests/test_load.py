@@ -18,10 +18,10 @@ from pictures import draw_nothing
 import fecontact
 from fecontact.case import BodySize, Case, Criteria
 from fecontact.cli import call
-from fecontact.comparison.judging import judge_load
 from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
+from fecontact.judging.judging import judge_load
 from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row, read_row
 from fecontact.regression.compare import compare_tables
@@ -391,9 +391,9 @@ def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypat
 PRESSURES = """
 import pickle, sys
 import numpy as np
-from fecontact.comparison.ladder import compare
+from fecontact.judging.ladder import compare
 from fecontact.contact.grid import ContactGrid
-from fecontact.normal.hertz import hertz_ellipse
+from fecontact.contact_theories.hertz import hertz_ellipse
 from rungs import rung_with
 for force in (90e3, 100e3, 110e3):
     hertz = hertz_ellipse(1 / 460, 1 / 300, normal_force_N=force, contact_modulus_MPa=1.15e5)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fecontact.comparison.measures import measures_of, patch_of
+from fecontact.judging.measures import measures_of, patch_of
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 

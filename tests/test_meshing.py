@@ -34,10 +34,10 @@ from fecontact.fe.section import (
     mesh_section,
     polygon_area,
 )
+from fecontact.placement.placement import Placement, place
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.wheel_rail.placement import Placement, place
 
 INCLINATION = math.atan(1.0 / 40.0)
 ZONE = FineZone(half_length_mm=7.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.4, step_s_mm=1.0, semi_axis_mm=5.0)

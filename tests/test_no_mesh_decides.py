@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from fecontact.comparison.judging import judge_load, no_mesh_decides
-from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON
-from fecontact.comparison.solved_load import unmeshed
 from fecontact.criteria import Criteria
+from fecontact.judging.judging import judge_load, no_mesh_decides
+from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON
+from fecontact.judging.solved_load import unmeshed
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.words import what_would_decide
 from fecontact.solving.meshes import is_open

@@ -7,13 +7,14 @@ import pytest
 from rungs import rung_with
 
 from fecontact.case import Case
-from fecontact.comparison.measures import CellPressure, ellipse, mean_pressure, measures_of, of_rung
-from fecontact.comparison.patch import measure_patch
 from fecontact.contact import halfspace
 from fecontact.contact.grid import ContactGrid, Field, _growing, in_bands, misfit
 from fecontact.contact.halfspace import half_space_below, half_space_problem
+from fecontact.contact.patch import measure_patch
 from fecontact.contact.solver import inner, solve_contact
-from fecontact.normal.hertz import hertz_from_hessian
+from fecontact.contact_theories.approximation import CellPressure, ellipse, mean_pressure, of_rung
+from fecontact.contact_theories.hertz import hertz_from_hessian
+from fecontact.judging.measures import measures_of
 from fecontact.solving import expected_patch
 from fecontact.solving.meshes import grid_over
 from fecontact.solving.position import expect_on_half_space

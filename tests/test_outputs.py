@@ -22,17 +22,16 @@ from scipy.interpolate import LinearNDInterpolator
 
 from fecontact.bodies import Material
 from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
-from fecontact.comparison.judging import judge_load
-from fecontact.comparison.measures import Approximation
-from fecontact.comparison.solved_load import Status
-from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.contact.grid import Field, Rung
+from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Creep
 from fecontact.errors import CONVERGED, UNUSABLE, InputError
 from fecontact.fe.body import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
-from fecontact.irregularity.shapes import Irregularity
+from fecontact.judging.judging import judge_load
+from fecontact.judging.solved_load import Status
 from fecontact.outputs import tables
 from fecontact.outputs.cases import ReportedCase, hertz_lines, lobes_table, solver_table
 from fecontact.outputs.documents import _write_collections, case_parts, rows_parts, study_figures
@@ -61,6 +60,7 @@ from fecontact.outputs.records.stored import (
 from fecontact.outputs.style import blank_figure
 from fecontact.outputs.terminal import show
 from fecontact.outputs.words import WORDS, criteria_text, series
+from fecontact.placement.irregularity import Irregularity
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel

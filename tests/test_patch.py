@@ -10,28 +10,27 @@ from scipy.signal import find_peaks, peak_prominences
 
 from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.case import Case, Criteria
-from fecontact.comparison import ladder
-from fecontact.comparison.ladder import compare
-from fecontact.comparison.measures import (
+from fecontact.contact.grid import ContactGrid, Field, Rung
+from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.patch import area_between, lobe_windows, measure_patch, signed_square, standing_peaks
+from fecontact.contact.solver import solve_contact
+from fecontact.contact_theories.approximation import Approximation, mean_pressure
+from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
+from fecontact.errors import InputError
+from fecontact.judging import ladder
+from fecontact.judging.ladder import compare
+from fecontact.judging.measures import (
     FLOORS,
     MEASURES,
     MISFITS,
-    Approximation,
     Measures,
     Misfit,
     deviations,
     hertz_measures,
-    mean_pressure,
     measures_of,
     misfit_of,
     patch_of,
 )
-from fecontact.comparison.patch import area_between, lobe_windows, measure_patch, signed_square, standing_peaks
-from fecontact.contact.grid import ContactGrid, Field, Rung
-from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.solver import solve_contact
-from fecontact.errors import InputError
-from fecontact.normal.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 from fecontact.profiles.library import toml_text
 from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, narrowest_semi_axes_mm
 from fecontact.solving.position import place_case, true_gap_of_case

@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.case import Track
 from fecontact.errors import InputError
+from fecontact.placement.placement import OPEN_GAP_MM, Placement, climbs_at, place
+from fecontact.placement.poses import RailPose, WheelPose, place_rail
 from fecontact.profiles.curve import Profile, circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Line, Polynomial
-from fecontact.wheel_rail.placement import OPEN_GAP_MM, Placement, climbs_at, place
-from fecontact.wheel_rail.poses import RailPose, WheelPose, place_rail
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 INCLINATION_20 = math.atan(1.0 / 20.0)

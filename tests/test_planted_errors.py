@@ -15,10 +15,17 @@ import pytest
 
 from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.case import BodySize, Case, Track
-from fecontact.comparison.judging import JudgedLoad, judge_load
-from fecontact.comparison.ladder import REFERENCE_LIMIT, curvature_of_gap, reference_error
-from fecontact.comparison.measures import measures_of
-from fecontact.comparison.solved_load import (
+from fecontact.contact.elements import COMPLIANCE_LIMIT, UnitResponse
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.halfspace import along_normals, half_space_below
+from fecontact.contact_theories.hertz import hertz_from_hessian
+from fecontact.criteria import Criteria
+from fecontact.fe.body import BodyMesh
+from fecontact.fe.coupling import CoupledBodies
+from fecontact.judging.judging import JudgedLoad, judge_load
+from fecontact.judging.ladder import REFERENCE_LIMIT, curvature_of_gap, reference_error
+from fecontact.judging.measures import measures_of
+from fecontact.judging.solved_load import (
     CONTRADICTION,
     ELEMENTS_OFF,
     REFERENCES_OFF,
@@ -28,20 +35,13 @@ from fecontact.comparison.solved_load import (
     step_uncertainty,
     with_centre,
 )
-from fecontact.contact.elements import COMPLIANCE_LIMIT, UnitResponse
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.halfspace import along_normals, half_space_below
-from fecontact.criteria import Criteria
-from fecontact.fe.body import BodyMesh
-from fecontact.fe.coupling import CoupledBodies
-from fecontact.normal.hertz import hertz_from_hessian
+from fecontact.placement.placement import Placement
 from fecontact.solving import meshes
 from fecontact.solving.expected_patch import quadratic_rung
 from fecontact.solving.meshes import Meshes, couple, coupled_problem, is_open
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import Position, fine_zone, position_of
 from fecontact.solving.solve import solve
-from fecontact.wheel_rail.placement import Placement
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine="never")
 # Of healthy elements here 0.26 %, with four of them a semi-axis; a planted fault stands on top of it.

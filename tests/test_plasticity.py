@@ -8,13 +8,13 @@ import pytest
 
 from fecontact import Case, solve
 from fecontact.bodies import STEEL, Material
-from fecontact.comparison import verdict
-from fecontact.comparison.measures import measures_of
-from fecontact.comparison.solved_load import YieldedBody
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh, pardiso_available, stiffness
 from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
+from fecontact.judging import verdict
+from fecontact.judging.measures import measures_of
+from fecontact.judging.solved_load import YieldedBody
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.records.stored import solved_from_record, solved_record
 from fecontact.solving import plastic_contact

@@ -13,18 +13,18 @@ from scipy.optimize import brentq
 
 from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import BodySize, Case
-from fecontact.comparison.measures import Measures, measures_of
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.fe.body import pardiso_available
 from fecontact.fe.coupling import CoupledBodies
+from fecontact.judging.measures import Measures, measures_of
+from fecontact.placement.placement import Placement
 from fecontact.profiles.library import load
 from fecontact.profiles.writers import points_along
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.meshes import couple, coupled_problem
 from fecontact.solving.position import expect_on_half_space, fine_zone, place_case, position_of, true_gap_of_case
 from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
-from fecontact.wheel_rail.placement import Placement
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

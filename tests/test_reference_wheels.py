@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case, Track
+from fecontact.placement.wheelset import harmonic_conicity
 from fecontact.profiles.library import load
 from fecontact.solving.placing import wheelset_of_case
-from fecontact.wheel_rail.wheelset import harmonic_conicity
 
 # How far the surface lies below the tape circle (mm) at y (mm): tables I.1 to I.4 of EN 15302:2021.
 TABLES = {

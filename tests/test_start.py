@@ -347,13 +347,17 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
 @pytest.mark.parametrize(
     ("words", "worked_by", "time"),
     [
-        ("curve --radii 400", "fecontact.curves.running.curve", "1 curve: about 2 s"),
+        ("curve --radii 400", "fecontact.features.curves.running.curve", "1 curve: about 2 s"),
         ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 lines: about 4 s"),
-        ("geometry --shifts 1 --loaded-kn 60", "fecontact.curves.loaded.loaded_conicities", "takes about 15 s"),
+        (
+            "geometry --shifts 1 --loaded-kn 60",
+            "fecontact.features.curves.loaded.loaded_conicities",
+            "takes about 15 s",
+        ),
         ("judge folder --friction 0.3", "fecontact.runs.judging.judge", "40 cases: about "),
         (
             "irregular --wavelengths-mm 30 --amplitudes-um 5 --workers 2",
-            "fecontact.irregularities.running.irregular",
+            "fecontact.features.irregular.running.irregular",
             "4 cells: about 1 s",
         ),
     ],
@@ -647,7 +651,7 @@ def test_a_profile_is_drawn_only_where_one_says(tmp_path, monkeypatch, capsys):
 
 
 def test_files_that_held_something_else_are_named(tmp_path, capsys):
-    pytest.importorskip("fecontact.irregularities")
+    pytest.importorskip("fecontact.features.irregular")
     words = ["irregular", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--workers", "1"]
     words += ["--wavelengths-mm", "50", "--out", str(tmp_path), "--amplitudes-um"]
     (tmp_path / "notes.txt").write_text("mine")

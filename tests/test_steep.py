@@ -8,13 +8,13 @@ import pytest
 
 from fecontact import solve
 from fecontact.case import Case, Track
-from fecontact.comparison.measures import measures_of, patch_of
 from fecontact.contact.grid import ContactGrid
+from fecontact.judging.measures import measures_of, patch_of
+from fecontact.placement.placement import place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
 from fecontact.solving.expected_patch import TrueGap
 from fecontact.solving.position import direction_of_case, position_of
-from fecontact.wheel_rail.placement import place
 
 HEAD, GROOVE = 13.0, 15.0
 ANGLES = [0.0, 30.0, 50.0, 70.0]

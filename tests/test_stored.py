@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Bools, Floats, Integers
 from fecontact.case import Case
-from fecontact.comparison.solved_load import SolvedLoad
 from fecontact.contact.grid import Rung
 from fecontact.files import json_text
+from fecontact.judging.solved_load import SolvedLoad
 from fecontact.outputs.records import stored
+from fecontact.placement.placement import AlongTrack, Placement
 from fecontact.profiles.curve import Profile
-from fecontact.wheel_rail.placement import AlongTrack, Placement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,10 +13,10 @@ import pytest
 from inline import inline_crew, study_by
 from pictures import draw_nothing
 
-from fecontact.comparison.measures import FLOORS, MEASURES
-from fecontact.comparison.solved_load import MESH_RATIO
+from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.errors import NotCovered
-from fecontact.normal.hertz import hertz_ellipse
+from fecontact.judging.measures import FLOORS, MEASURES
+from fecontact.judging.solved_load import MESH_RATIO
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
@@ -422,7 +422,7 @@ def test_19_force_over_interference_of_known_spheres(ratio, approach, limit):
 
 
 def test_20_atlas(quick, tmp_path):
-    pytest.importorskip("fecontact.fleet")
+    pytest.importorskip("fecontact.features.fleet")
     rows, said = quick("20_atlas", tmp_path)
     assert len(rows) == 3
     assert "agree in" in said
@@ -430,7 +430,7 @@ def test_20_atlas(quick, tmp_path):
 
 
 def test_20_the_atlas_says_what_finite_elements_say_of_the_usual_pair():
-    pytest.importorskip("fecontact.fleet")
+    pytest.importorskip("fecontact.features.fleet")
     study = module("20_atlas")
     found = study.atlas()["S1002", "1in40", "60E1"]
     # 100 kN, by finite elements (first_light.py and 09_applicability_map.py)
@@ -446,7 +446,7 @@ def test_20_the_atlas_says_what_finite_elements_say_of_the_usual_pair():
 
 
 def test_20_the_table_of_the_readme_is_that_of_the_atlas():
-    pytest.importorskip("fecontact.fleet")
+    pytest.importorskip("fecontact.features.fleet")
     rows = module("20_atlas").table(100.0).splitlines()[2:]
     text = (STUDIES / "README.md").read_text("utf-8")
     assert len(rows) == 18

@@ -452,8 +452,8 @@ def begun_command(words: str) -> tuple[subprocess.Popen[str], list[psutil.Proces
 
 
 POOLED = [
-    ("fecontact.irregularities", "irregular --wavelengths-mm 30:200:1 --amplitudes-um 5:50:5"),
-    ("fecontact.curves", "curve --radii 300,400,500 --theory half_space,strip"),
+    ("fecontact.features.irregular", "irregular --wavelengths-mm 30:200:1 --amplitudes-um 5:50:5"),
+    ("fecontact.features.curves", "curve --radii 300,400,500 --theory half_space,strip"),
 ]
 
 

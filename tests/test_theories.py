@@ -16,13 +16,14 @@ from rich.console import Console
 from rungs import on_half_space
 
 from fecontact.case import Case, Criteria
-from fecontact.comparison.judging import judge_load, judge_theory
-from fecontact.comparison.measures import MEASURES, MISFITS, Approximation, TheoryPatch, deviations_of, ellipse
-from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory, _in_strips
-from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
+from fecontact.contact_theories.approximation import Approximation, TheoryPatch, ellipse
+from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory, _in_strips
 from fecontact.features import offered
-from fecontact.normal.hertz import HertzContact
+from fecontact.judging.judging import judge_load, judge_theory
+from fecontact.judging.measures import MEASURES, MISFITS, deviations_of
+from fecontact.judging.verdict import cheapest, standings
 from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_study_report
 from fecontact.outputs.records.results import load_record, load_row, result_record
 from fecontact.outputs.terminal import show
@@ -126,8 +127,8 @@ def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
     for name in THEORIES:
         if name not in (HERTZ, HERTZ_GAUGE):
             monkeypatch.setitem(THEORIES, name, replace(THEORIES[name], approximate=refuse))
-    monkeypatch.setattr("fecontact.comparison.judging.judge_lobes", refuse)
-    monkeypatch.setattr("fecontact.comparison.judging.offered", refuse)
+    monkeypatch.setattr("fecontact.judging.judging.judge_lobes", refuse)
+    monkeypatch.setattr("fecontact.judging.judging.offered", refuse)
     alone = judge_load(*two, theories=(HERTZ,))
     assert list(alone.judgements) == [HERTZ]
     assert (alone.without, alone.lobes, alone.features) == ({}, (), {})

@@ -10,7 +10,7 @@ import pytest
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.comparison.theories import THEORIES, Loaded
+from fecontact.contact_theories.registry import THEORIES, Loaded
 from fecontact.errors import InputError
 from fecontact.solving.alone import theory_alone, theory_of
 

@@ -12,7 +12,7 @@ from marks import slow_but
 from points import MEASURED_COLUMNS
 
 from fecontact.case import Case
-from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
 from fecontact.outputs.records.results import case_row, input_columns, result_record
 from fecontact.outputs.tables import flat, told
 from fecontact.solving.solve import CaseResult

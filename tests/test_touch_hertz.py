@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.case import Case
+from fecontact.contact_theories.hertz import hertz_ellipse, hertz_spring_force_N, multi_hertz_approach_mm
 from fecontact.errors import InputError
-from fecontact.normal.hertz import hertz_ellipse, hertz_spring_force_N, multi_hertz_approach_mm
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.solving.position import hertz_points_of_case, place_case
 from fecontact.solving.solve import solve

@@ -11,13 +11,13 @@ from scipy.signal import find_peaks
 
 from fecontact.case import Case
 from fecontact.errors import InputError
+from fecontact.placement import placement as placement_module
+from fecontact.placement.placement import REACH_MM, Pair, Placement, pair_of
+from fecontact.placement.poses import search_points
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Arc, CurvePoints, Line, Spline
 from fecontact.solving.placing import place_case, wheelset_of_case
-from fecontact.wheel_rail import placement as placement_module
-from fecontact.wheel_rail.placement import REACH_MM, Pair, Placement, pair_of
-from fecontact.wheel_rail.poses import search_points
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 STEP_MM = 4e-3

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from rungs import rung_with
 
 from fecontact.case import Case, Track
-from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, patch_of
-from fecontact.comparison.solved_load import (
+from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.contact_theories.registry import HERTZ
+from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, patch_of
+from fecontact.judging.solved_load import (
     Solved,
     as_solved,
     cut_planes_share,
@@ -22,14 +24,12 @@ from fecontact.comparison.solved_load import (
     uncertainty,
     unmeshed_uncertainties,
 )
-from fecontact.comparison.theories import HERTZ
-from fecontact.comparison.verdict import judge_on_lines
-from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.judging.verdict import judge_on_lines
+from fecontact.placement.placement import Placement
 from fecontact.profiles.reading import Reading
 from fecontact.solving.expected_patch import on_more_nodes
 from fecontact.solving.position import hertz_of_case, hertz_uncertainty, lines_of_case, place_case, position_of
 from fecontact.solving.solve import solve
-from fecontact.wheel_rail.placement import Placement
 
 # Of reading one field, and of a cut plane that is moved out by half and what meshes have in common, written down a
 # second time.

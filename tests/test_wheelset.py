@@ -12,10 +12,12 @@ from scipy.optimize import brentq
 
 from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import Case, Opposite, Track
+from fecontact.contact_theories.hertz import hertz_ellipse, hertz_from_hessian
 from fecontact.errors import InputError
-from fecontact.normal.hertz import hertz_ellipse, hertz_from_hessian
 from fecontact.outputs.records.results import case_inputs, hertz_record, input_columns
 from fecontact.outputs.records.stored import placement_from_record, placement_record
+from fecontact.placement.placement import SIGN, pair_of
+from fecontact.placement.wheelset import Wheelset, _lowest
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.store import copy_profiles, stored_case
@@ -28,8 +30,6 @@ from fecontact.solving.placing import (
     wheelset_of_case,
 )
 from fecontact.solving.position import hertz_alone, hertz_points_of_case
-from fecontact.wheel_rail.placement import SIGN, pair_of
-from fecontact.wheel_rail.wheelset import Wheelset, _lowest
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 # Manchester Contact Benchmark: shift to the right (mm) and roll (mrad) of the wheelset in CONTACT's examples, which

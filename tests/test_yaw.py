@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
-from fecontact.normal.hertz import hertz_ellipse
+from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, hertz_of_case
 

@@ -14,9 +14,9 @@ from fecontact.bodies import BodySize
 from fecontact.errors import FoldedMesh, InputError, NotCovered
 from fecontact.fe.body import BodyMesh, Spacing, check_mesh
 from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, lines_of, mesh_section
+from fecontact.placement.placement import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line, Segment
-from fecontact.wheel_rail.placement import Placement
 
 # --- The zone of equal elements around the expected patch, on which both meshes meet.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.features import offered
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap

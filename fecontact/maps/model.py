@@ -13,15 +13,15 @@ from typing import Literal, TypeAlias, TypeVar
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.comparison.judging import JudgedLoad, with_readings
-from fecontact.comparison.readings import MappedVerdicts
-from fecontact.comparison.verdict import Answer
 from fecontact.errors import CONVERGED, FecontactError, NotEnoughMemory, failed
 from fecontact.features import offered
+from fecontact.judging.judging import JudgedLoad, with_readings
+from fecontact.judging.readings import MappedVerdicts
+from fecontact.judging.verdict import Answer
 from fecontact.outputs.records.results import Row, load_row
 from fecontact.outputs.tables import picked
+from fecontact.placement.placement import Placement
 from fecontact.solving.solve import LoadSweep, Stiffness, fit_stiffness
-from fecontact.wheel_rail.placement import Placement
 
 # --- An applicability map as values: the verdict at each position and load, and each position's load limit.
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.comparison.theories import HERTZ
+from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.remaining import Progress, watched

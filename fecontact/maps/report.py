@@ -8,10 +8,10 @@ from textwrap import fill
 from typing import TypeAlias
 
 from fecontact.case import Case
-from fecontact.comparison.judging import JudgedLoad
-from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.features import offered
 from fecontact.files import write_text
+from fecontact.judging.judging import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
 from fecontact.maps.model import ApplicabilityMap, MapCell, cell_row
 from fecontact.maps.telling import cell_record, share_records
@@ -54,7 +54,7 @@ from fecontact.outputs.words import (
     roll_words,
     verdict_reason,
 )
-from fecontact.wheel_rail.placement import Placement
+from fecontact.placement.placement import Placement
 
 # Where no terminal says how wide it is.
 _WIDE = 120

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.comparison.theories import HERTZ
+from fecontact.contact_theories.registry import HERTZ
 from fecontact.errors import InputError
 from fecontact.files import json_text
 from fecontact.inputs import listed

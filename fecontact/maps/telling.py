@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict
 
-from fecontact.comparison.judging import JudgedLoad
-from fecontact.comparison.measures import TheoryPatch, measures_of_theory
-from fecontact.comparison.readings import MappedLaws
-from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, OF_ELLIPSES, THEORIES
-from fecontact.comparison.verdict import Judgement, Standing, cheapest, standings
+from fecontact.contact_theories.approximation import TheoryPatch
+from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ, OF_ELLIPSES, THEORIES
 from fecontact.features import offered
+from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.measures import measures_of_theory
+from fecontact.judging.readings import MappedLaws
+from fecontact.judging.verdict import Judgement, Standing, cheapest, standings
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.alone import SIZES, ellipse_columns, touches
 from fecontact.outputs.records.results import (
@@ -24,8 +25,8 @@ from fecontact.outputs.records.results import (
 )
 from fecontact.outputs.tables import Record, flat, picked
 from fecontact.outputs.words import roll_words, theory_words
+from fecontact.placement.placement import Placement
 from fecontact.solving.placing import roll_of_case
-from fecontact.wheel_rail.placement import Placement
 
 MAP_SCHEMA = "fecontact/map/5"
 

@@ -10,11 +10,13 @@ from textwrap import wrap
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.comparison.judging import JudgedLoad
-from fecontact.comparison.ladder import PLASTIC
-from fecontact.comparison.readings import MappedLaws, MappedVerdicts
-from fecontact.comparison.theories import HERTZ, THEORIES
-from fecontact.comparison.verdict import (
+from fecontact.contact_theories.registry import HERTZ, THEORIES
+from fecontact.errors import InputError
+from fecontact.features import offered
+from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.ladder import PLASTIC
+from fecontact.judging.readings import MappedLaws, MappedVerdicts
+from fecontact.judging.verdict import (
     AT_JUNCTION,
     ELEMENTS,
     NOT_IN_IT,
@@ -24,8 +26,6 @@ from fecontact.comparison.verdict import (
     cheapest,
     standings,
 )
-from fecontact.errors import InputError
-from fecontact.features import offered
 from fecontact.maps.model import (
     FIRST_YIELD,
     PLASTIC_LIMIT,

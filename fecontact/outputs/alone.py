@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.comparison.measures import Approximation, hertz_measures, measures_of_theory
-from fecontact.comparison.theories import THEORIES
+from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import THEORIES
+from fecontact.contact_theories.touch_hertz import HertzPoints
 from fecontact.errors import InputError
 from fecontact.features import offered
-from fecontact.normal.hertz import HertzContact
-from fecontact.normal.touch_hertz import HertzPoints
+from fecontact.judging.measures import hertz_measures, measures_of_theory
 from fecontact.outputs.cases import cheapest_column
 from fecontact.outputs.geometry import touch_columns, touch_record
 from fecontact.outputs.records.results import (
@@ -24,10 +25,10 @@ from fecontact.outputs.records.results import (
 )
 from fecontact.outputs.tables import Item, Record, flat, number, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
+from fecontact.placement.placement import Placement
 from fecontact.solving.alone import TableLine, TheoryAlone
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.position import Preview
-from fecontact.wheel_rail.placement import Placement
 
 _EXPECTED = "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm parts"
 _THEORY = "words cost source range differs"

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fecontact.comparison.ladder import PLASTIC
-from fecontact.comparison.measures import MEASURES
-from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import short_status, usable
 from fecontact.features import offered
+from fecontact.judging.ladder import PLASTIC
+from fecontact.judging.measures import MEASURES
 from fecontact.outputs.records.results import cheapest_words
 from fecontact.outputs.tables import (
     VARIED,

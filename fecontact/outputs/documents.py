@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
+from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
 from fecontact.features import offered
@@ -73,8 +73,8 @@ from fecontact.outputs.words import (
     unknown_text,
     what_would_decide,
 )
+from fecontact.placement.placement import Placement
 from fecontact.profiles.curve import Profile
-from fecontact.wheel_rail.placement import Placement
 
 # --- One case in parts: the answer, how far Hertz is off, the theories, and all that is behind it.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.case import Case, case_record
-from fecontact.normal.touch_hertz import sides
+from fecontact.contact_theories.touch_hertz import sides
 from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
 from fecontact.outputs.tables import (
     Item,
@@ -26,11 +26,11 @@ from fecontact.outputs.tables import (
     told,
 )
 from fecontact.outputs.terminal import Lines, notes
+from fecontact.placement.placement import Placement
+from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.placement.wheelset import ContactFunctions, PlacedWheelset, rolling_radius_difference_mm
 from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.library import profile_identity
-from fecontact.wheel_rail.placement import Placement
-from fecontact.wheel_rail.poses import RelativeCurvature, TouchPoint
-from fecontact.wheel_rail.wheelset import ContactFunctions, PlacedWheelset, rolling_radius_difference_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,22 +11,22 @@ from textwrap import fill
 from typing import Any
 
 from fecontact.case import RESOLUTIONS, Case, Opposite
-from fecontact.comparison.judging import JudgedLoad
-from fecontact.comparison.ladder import PLASTIC, RUNGS
-from fecontact.comparison.lines import FILTER
-from fecontact.comparison.measures import MEASURES, Measures
-from fecontact.comparison.solved_load import unmeshed
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
-from fecontact.comparison.verdict import PROFILE
+from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import usable, with_remedy
 from fecontact.features import offered
-from fecontact.irregularity.shapes import irregularity_text
+from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.ladder import PLASTIC, RUNGS
+from fecontact.judging.lines import FILTER
+from fecontact.judging.measures import MEASURES, Measures
+from fecontact.judging.solved_load import unmeshed
+from fecontact.judging.verdict import PROFILE
 from fecontact.outputs.tables import VARIED, Row, pair_words, relative_name, short_name
+from fecontact.placement.irregularity import irregularity_text
+from fecontact.placement.placement import Placement
 from fecontact.profiles.reading import is_crane_rail, makes_a_wheelset
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
-from fecontact.wheel_rail.placement import Placement
 
 
 @dataclass(frozen=True, kw_only=True)

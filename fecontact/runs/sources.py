@@ -11,9 +11,9 @@ import contextlib
 import hashlib
 import sys
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
-from importlib.util import cache_from_source
+from importlib.util import cache_from_source, find_spec
 from pathlib import Path
 
 from fecontact.errors import InputError
@@ -23,12 +23,15 @@ from fecontact.files import read_json, write_json
 _PACKAGE = Path(__file__).parents[1]
 SOLVE = ("solving.solve",)
 """Modules whose imports make a solution."""
+_OFFERED = sorted(
+    {place.rpartition(".")[0] for kind in ("READINGS", "TELLINGS", "STORED") for place in places(kind).values()}
+)
 EVALUATE = (
     "runs.store",
-    *(place.rpartition(".")[0] for kind in ("READINGS", "TELLINGS", "STORED") for place in places(kind).values()),
+    *(one.removeprefix("fecontact.") for one in _OFFERED if one.startswith("fecontact.")),
 )
 """Modules whose imports read a solution back, judge it and tell it."""
-JUDGES = ("criteria", *(f"comparison.{name}" for name in ("judging", "ladder", "theories", "verdict")))
+JUDGES = ("criteria", "contact_theories.registry", *(f"judging.{name}" for name in ("judging", "ladder", "verdict")))
 """What solving asks for a verdict alone: whether it would refine further is asked of what is stored, too."""
 INPUTS = ("files", "inputs")
 """What reads, checks and tells inputs; their values are in the id of a case."""
@@ -50,18 +53,33 @@ class Digests:
 def digests() -> Digests:
     """Digests of this package, which are kept beside its compiled modules as long as no source changes."""
     kept = Path(cache_from_source(__file__)).with_suffix(".json")
-    files = sorted(path for path in _PACKAGE.rglob("*") if path.suffix in (".py", ".toml"))
+    files = [*_files(_PACKAGE), *(path for folder in _foreign() for path in _files(folder))]
     sources = hashlib.sha256(b"\0".join(map(_named, files))).hexdigest()
     with contextlib.suppress(InputError, KeyError, TypeError, AttributeError):
         found = read_json(kept)
         if found.pop("sources") == sources:
             return Digests(**found)
     made = digests_of(_PACKAGE)
+    if foreign := [_named(path) for folder in _foreign() for path in _files(folder)]:
+        # all of a package that offers a feature: what of it judges is not known
+        whole = hashlib.sha256(b"\0".join((made.evaluating.encode(), *foreign))).hexdigest()[:16]
+        made = replace(made, evaluating=whole)
     if not sys.dont_write_bytecode:
         # a package that cannot be written to is read again by the next process
         with contextlib.suppress(OSError):
             write_json(kept, {"sources": sources, **asdict(made)})
     return made
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.suffix in (".py", ".toml"))
+
+
+def _foreign() -> list[Path]:
+    """Folders of other packages whose features judge or tell."""
+    homes = {one.rpartition(".")[0] for one in _OFFERED if not one.startswith("fecontact.")}
+    specs = (find_spec(home) for home in sorted(homes))
+    return [Path(folder) for spec in specs if spec for folder in spec.submodule_search_locations or ()]
 
 
 def digests_of(package: Path) -> Digests:

@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case, case_from_record
-from fecontact.comparison.judging import JudgedLoad, judge_load
-from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import FecontactError, InputError
 from fecontact.fe.stress import StressPeak
 from fecontact.files import read_json, write_json
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Job, Made, Work
+from fecontact.judging.judging import JudgedLoad, judge_load
 from fecontact.outputs.records.results import FOUND_INPUTS, Row, case_inputs, case_row, result_record, write_row
 from fecontact.outputs.records.stored import (
     Arrays,
@@ -36,12 +36,12 @@ from fecontact.outputs.records.stored import (
     stored_placement,
     write_arrays,
 )
+from fecontact.placement.placement import Placement
 from fecontact.profiles.library import content_of, file_of_identity, is_known
 from fecontact.profiles.reading import is_short_form
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance
 from fecontact.solving.meshes import would_be_refined
 from fecontact.solving.solve import CaseResult, Effort, SharedLoads, solve, unrefined
-from fecontact.wheel_rail.placement import Placement
 
 SCHEMA = "fecontact/solved/2"
 SOLVED, FIELDS, PROFILES = "solved.json", "fields.npz", "profiles"

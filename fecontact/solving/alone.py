@@ -6,16 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fecontact.case import Case
-from fecontact.comparison.measures import MEASURES, Approximation, Measures, measures_of_theory
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded, gap_line_of
-from fecontact.comparison.verdict import Answer, Standing, cheapest
+from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded, gap_line_of
+from fecontact.contact_theories.strips import strip
+from fecontact.contact_theories.touch_hertz import HertzPoints
 from fecontact.errors import InputError
-from fecontact.normal.hertz import HertzContact
-from fecontact.normal.strips import strip
-from fecontact.normal.touch_hertz import HertzPoints
+from fecontact.judging.measures import MEASURES, Measures, measures_of_theory
+from fecontact.judging.verdict import Answer, Standing, cheapest
+from fecontact.placement.placement import Placement
 from fecontact.solving.placing import place_case, placed_or_why
 from fecontact.solving.position import direction_of_case, expect_on_half_space, hertz_of_case, hertz_points_of_case
-from fecontact.wheel_rail.placement import Placement
 
 HALF_SPACE = "half_space"
 """Name of the half-space among `THEORIES`, the only theory that is a solution."""

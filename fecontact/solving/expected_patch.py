@@ -13,14 +13,14 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.ndimage import binary_dilation
 
 from fecontact.arrays import Floats
-from fecontact.comparison.patch import standing_peaks
 from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands
 from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.patch import standing_peaks
 from fecontact.contact.solver import solve_contact
+from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.normal.hertz import HertzContact
-from fecontact.wheel_rail.placement import OPEN_GAP_MM, Placement
-from fecontact.wheel_rail.poses import TouchPoint
+from fecontact.placement.placement import OPEN_GAP_MM, Placement
+from fecontact.placement.poses import TouchPoint
 
 # --- How large the lobes of a contact are: elements are made for them, and nodes.
 

@@ -14,11 +14,6 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.case import Case
-from fecontact.comparison.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, no_mesh_decides
-from fecontact.comparison.lines import Lines
-from fecontact.comparison.measures import patch_of
-from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
-from fecontact.comparison.verdict import worst_of
 from fecontact.contact.elements import Bands, UnitResponse
 from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands
 from fecontact.contact.solver import (
@@ -28,12 +23,18 @@ from fecontact.contact.solver import (
     solve_by_correction,
     solve_contact,
 )
+from fecontact.contact_theories.hertz import hertz_from_hessian
 from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
 from fecontact.fe.body import assembled_part, check_memory, choose_solver, elastic_body, stiffness
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.fe.stress import nodal_stress
-from fecontact.normal.hertz import hertz_from_hessian
+from fecontact.judging.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, no_mesh_decides
+from fecontact.judging.lines import Lines
+from fecontact.judging.measures import patch_of
+from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
+from fecontact.judging.verdict import worst_of
+from fecontact.placement.placement import Placement
 from fecontact.solving.expected_patch import TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
 from fecontact.solving.position import (
@@ -47,7 +48,6 @@ from fecontact.solving.position import (
     lines_of_case,
     more_room,
 )
-from fecontact.wheel_rail.placement import Placement
 
 # --- One pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
 

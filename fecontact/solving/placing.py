@@ -10,13 +10,10 @@ from scipy.optimize import brentq
 
 from fecontact.bodies import Track, TrackSide
 from fecontact.case import Case, Opposite
+from fecontact.contact_theories.touch_hertz import hertz_points
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.normal.touch_hertz import hertz_points
-from fecontact.profiles.curve import Profile
-from fecontact.profiles.reading import has_no_gauge_face, makes_a_wheelset
-from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.wheel_rail.placement import SIGN, Pair, Placement, pair_of, place, with_irregularities
-from fecontact.wheel_rail.wheelset import (
+from fecontact.placement.placement import SIGN, Pair, Placement, pair_of, place, with_irregularities
+from fecontact.placement.wheelset import (
     SIDES,
     ContactFunctions,
     PlacedWheelset,
@@ -26,6 +23,9 @@ from fecontact.wheel_rail.wheelset import (
     positions_at,
     possible_wheelset_shifts,
 )
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.reading import has_no_gauge_face, makes_a_wheelset
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 # --- The roll of a wheelset whose wheels are pressed into their rails, each by a vertical load.
 #

@@ -15,8 +15,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fecontact.arrays import Floats
-from fecontact.comparison.measures import MEASURES, measures_of
-from fecontact.comparison.solved_load import YIELD_BAND, PathPoint, Yielded, YieldedBody
 from fecontact.contact.grid import Rung
 from fecontact.contact.solver import (
     Compliance,
@@ -37,6 +35,8 @@ from fecontact.fe.stress import (
     stress_peak,
     von_mises,
 )
+from fecontact.judging.measures import MEASURES, measures_of
+from fecontact.judging.solved_load import YIELD_BAND, PathPoint, Yielded, YieldedBody
 
 # Arrays of rail and wheel; a body without a yield stress has no elements that may yield, and arrays without rows.
 Pair = tuple[Floats, ...]

@@ -18,17 +18,18 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison.judging import judge_line
-from fecontact.comparison.lines import FILTER, NOISE, Lines, OnLine, is_drawn
-from fecontact.comparison.measures import MEASURES, patch_of
-from fecontact.comparison.solved_load import changes_on_more_nodes
 from fecontact.contact.grid import Rung
+from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
+from fecontact.contact_theories.touch_hertz import HertzPoints, hertz_points
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.body import BodyMesh, check_memory, choose_solver
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, too_short, wheel_mesh
 from fecontact.fe.section import Stretch
-from fecontact.normal.hertz import HertzContact, hertz_from_hessian
-from fecontact.normal.touch_hertz import HertzPoints, hertz_points
+from fecontact.judging.judging import judge_line
+from fecontact.judging.lines import FILTER, NOISE, Lines, OnLine, is_drawn
+from fecontact.judging.measures import MEASURES, patch_of
+from fecontact.judging.solved_load import changes_on_more_nodes
+from fecontact.placement.placement import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.smoothing import other_lines
 from fecontact.solving.expected_patch import (
@@ -41,7 +42,6 @@ from fecontact.solving.expected_patch import (
     on_more_nodes,
 )
 from fecontact.solving.placing import place_case
-from fecontact.wheel_rail.placement import Placement
 
 Progress = Callable[[str], None]
 # More than the resolution says, so that its meshes have as many where the patch is a little smaller than expected.

@@ -14,19 +14,19 @@ import psutil
 
 from fecontact.arrays import Floats
 from fecontact.case import NODES_A_SEMI_AXIS, Case
-from fecontact.comparison.judging import JudgedLoad, judge_load, position_notes
-from fecontact.comparison.ladder import Comparison
-from fecontact.comparison.solved_load import Status
-from fecontact.comparison.theories import HERTZ, THEORIES
-from fecontact.comparison.verdict import Verdict
 from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.fe.body import SolverName
 from fecontact.fe.stress import StressPeak, stress_peak
-from fecontact.normal.hertz import HertzContact
+from fecontact.judging.judging import JudgedLoad, judge_load, position_notes
+from fecontact.judging.ladder import Comparison
+from fecontact.judging.solved_load import Status
+from fecontact.judging.verdict import Verdict
+from fecontact.placement.placement import Placement
 from fecontact.solving.meshes import Meshes, SolvedBodies
 from fecontact.solving.position import Position, Progress, position_of
-from fecontact.wheel_rail.placement import Placement
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -82,7 +82,7 @@ def pages() -> Iterator[tuple[str, str]]:
     yield "studies/VALIDATION.md", re.sub(r"\(validation/(\w+\.md)\)", r"(\1#checks)", validation)
     yield "api/README.md", f"# Python\n\n{fenced(fecontact.__doc__ or '')}\n## Names\n\n{listed()}"
     for name in NAMES:
-        place = f"fecontact.{fecontact._HOMES.get(name) or public_names().get(name) or name}"
+        place = public_names().get(name) or f"fecontact.{fecontact._HOMES.get(name) or name}"
         table = inputs(getattr(fecontact, name))
         # what the table tells of the fields is told once
         alone = "    options: {show_if_no_docstring: false}\n" if table else ""

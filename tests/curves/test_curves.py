@@ -18,13 +18,16 @@ import fecontact
 from fecontact.bodies import STEEL, RollingPair, Track, contact_modulus_MPa
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.comparison.theories import THEORIES
-from fecontact.curves import model
-from fecontact.curves.curve import Conditions, Ride, curves, lines_of, nadal_limit, steepest_rad, straight_line
-from fecontact.curves.loaded import loaded_conicities, radius_differences_mm
-from fecontact.curves.model import Vehicle, built_in_vehicles, load_vehicle, with_bogie
-from fecontact.curves.normal import NORMAL_THEORIES, Overlap, Surfaces, half_space
-from fecontact.curves.stability import (
+from fecontact.contact_theories.hertz import hertz_ellipse
+from fecontact.contact_theories.registry import THEORIES
+from fecontact.contact_theories.rolling.laws import kalker_coefficients
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.features.curves import model
+from fecontact.features.curves.curve import Conditions, Ride, curves, lines_of, nadal_limit, steepest_rad, straight_line
+from fecontact.features.curves.loaded import loaded_conicities, radius_differences_mm
+from fecontact.features.curves.model import Vehicle, built_in_vehicles, load_vehicle, with_bogie
+from fecontact.features.curves.normal import NORMAL_THEORIES, Overlap, Surfaces, half_space
+from fecontact.features.curves.stability import (
     StraightTrack,
     critical_speed_m_s,
     eigenvalues,
@@ -32,7 +35,7 @@ from fecontact.curves.stability import (
     linear_model,
     straight_track,
 )
-from fecontact.curves.steady import (
+from fecontact.features.curves.steady import (
     ContactLaw,
     Line,
     Motion,
@@ -47,7 +50,7 @@ from fecontact.curves.steady import (
     wheel_force,
     without_rails,
 )
-from fecontact.curves.telling import (
+from fecontact.features.curves.telling import (
     curves_figure,
     curves_lines,
     curves_record,
@@ -57,16 +60,12 @@ from fecontact.curves.telling import (
     straight_words,
     visits_figure,
 )
-from fecontact.curves.visits import Curves, MapCell, MapColumn, Visit, differences
-from fecontact.errors import ConvergenceError, InputError
-from fecontact.normal.hertz import hertz_ellipse
+from fecontact.features.curves.visits import Curves, MapCell, MapColumn, Visit, differences
+from fecontact.placement.placement import pair_of
+from fecontact.placement.wheelset import Wheelset
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line as Segment
-from fecontact.rolling.forces import wheelset_creepages
-from fecontact.rolling.laws import kalker_coefficients
-from fecontact.wheel_rail.placement import pair_of
-from fecontact.wheel_rail.wheelset import Wheelset
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 INCLINED = math.atan(1.0 / 40.0)
@@ -306,7 +305,8 @@ def test_creepages_on_straight_track_are_those_of_the_wheelset():
         pair=RollingPair(friction=0.3, shear_MPa=81e3, poisson=0.3),
     )
     found = wheel_force(Surfaces(pair=wheelset().left.pair), motion, law).patches[0].creepages
-    rigid = wheelset_creepages(placed)
+    forces = pytest.importorskip("fecontact.features.creep.forces")
+    rigid = forces.wheelset_creepages(placed)
     assert found.eta == pytest.approx(rigid.eta, rel=2e-3)
     # 0.01 mm of approach over the radius
     assert found.xi == pytest.approx(rigid.xi, abs=3e-5)
@@ -346,7 +346,7 @@ def test_a_half_space_that_does_not_converge_is_no_result(monkeypatch):
     line = lines_of(ride, widest_per_mm=1.0)(0.0)
     good = on_straight(line, made)
     assert (good.status, good.notes) == ("equilibrium", ())
-    monkeypatch.setattr("fecontact.curves.normal._ITERATIONS", 5)
+    monkeypatch.setattr("fecontact.features.curves.normal._ITERATIONS", 5)
     said = r"the half-space did not converge in 5 iterations: \d\.\de-\d\d of the overlap is left open"
     found = solve_at(good.state, made, line)
     assert found.status == "no equilibrium"
@@ -374,7 +374,7 @@ def test_overlapping_strips_are_near_to_it():
 
 
 def test_a_loaded_wheelset_has_half_of_the_rigid_conicity_at_a_millimetre(monkeypatch):
-    monkeypatch.setattr("fecontact.curves.loaded._LOADED", ("overlap",))
+    monkeypatch.setattr("fecontact.features.curves.loaded._LOADED", ("overlap",))
     found = loaded_conicities(Case(), 60e3)
     # the half-space has 0.22, 0.195, 0.171; the rigid wheelset 0.36, 0.22, 0.18
     assert [one["overlap"] for one in found] == pytest.approx([0.22, 0.195, 0.171], rel=0.07)
@@ -803,7 +803,7 @@ def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status,
     (words,) = path_words(found)
     assert words.startswith(f"overlap: the path from straight track {said}")
     drawn = []
-    monkeypatch.setattr("fecontact.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.features.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
     curves_figure(found, "a.png")
     assert words in drawn[0].get_suptitle()
     # two wheelsets
@@ -833,10 +833,10 @@ def test_wheels_in_curves_are_positions_of_a_fleet():
 def test_progress_counts_the_curves_to_both_sides_by_all_theories(monkeypatch):
     known, heard = run("manchester", (500.0, -500.0)), []
     monkeypatch.setattr(
-        "fecontact.curves.curve._run",
+        "fecontact.features.curves.curve._run",
         lambda radius, vehicle, ride, one: replace(known[radius < 0.0], theory=ride.theory),
     )
-    monkeypatch.setattr("fecontact.curves.curve.path", lambda vehicle, lines, curvatures: iter(curvatures))
+    monkeypatch.setattr("fecontact.features.curves.curve.path", lambda vehicle, lines, curvatures: iter(curvatures))
     found = fecontact.curve(
         "manchester", (500.0, -500.0), theories=("kik_piotrowski", "overlap"), progress=lambda *one: heard.append(one)
     )
@@ -925,7 +925,7 @@ def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
 
 def test_the_picture_of_one_radius_has_the_values_of_each_wheelset(monkeypatch):
     drawn = []
-    monkeypatch.setattr("fecontact.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.features.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
     runs = run("manchester", (500.0,))
     found = Curves(
         vehicle=FREE, case=Case(), conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import pytest
 from made_fleet import Made, made_fleet
 
-from fecontact.fleet import sampling
-from fecontact.fleet.sampling import Drawn, draw, solve_sample
+from fecontact.features.fleet import sampling
+from fecontact.features.fleet.sampling import Drawn, draw, solve_sample
 from fecontact.jobs.engine import RunSettings
 
 

@@ -10,10 +10,10 @@ import pytest
 from made_fleet import LOADS_KN, SHIFTS_MM, made_fleet, write
 
 from fecontact.errors import InputError
+from fecontact.features.fleet.answer import answer_of
+from fecontact.features.fleet.estimate import share_of
+from fecontact.features.fleet.report import answer_rows, headline, interval, percent, report_parts, write_report
 from fecontact.files import read_json
-from fecontact.fleet.answer import answer_of
-from fecontact.fleet.estimate import share_of
-from fecontact.fleet.report import answer_rows, headline, interval, percent, report_parts, write_report
 from fecontact.outputs.tables import Table
 
 

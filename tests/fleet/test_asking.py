@@ -5,9 +5,9 @@ import json
 import pytest
 
 from fecontact.cli import call
-from fecontact.fleet import running
-from fecontact.fleet.answer import answer_of
-from fecontact.fleet.report import headline
+from fecontact.features.fleet import running
+from fecontact.features.fleet.answer import answer_of
+from fecontact.features.fleet.report import headline
 from fecontact.runs.study import StudyOutcome
 
 
@@ -41,7 +41,7 @@ def test_a_sample_says_which_positions_were_not_solved_and_why(fleet, opened, ca
     """Exit code 3 says that there are some."""
     rows = [{"id": "one", "status": "converged"}, {"id": "two", "status": "failed: no touch point"}]
     outcome = StudyOutcome(rows=tuple(rows), conclusion=None)
-    monkeypatch.setattr("fecontact.fleet.sampling.solve_sample", lambda *_: outcome)
+    monkeypatch.setattr("fecontact.features.fleet.sampling.solve_sample", lambda *_: outcome)
     assert call(["fleet", "sample", opened, "--finite-elements", "60"]) == 3
     assert "1 of 2 positions not solved:\n  two: failed: no touch point\n" in capsys.readouterr().err
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest, norm
 
-from fecontact.fleet.estimate import (
+from fecontact.features.fleet.estimate import (
     Stratum,
     addable,
     allocation,

@@ -11,8 +11,8 @@ import pytest
 import fecontact
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.fleet.model import read_fleet, shares
-from fecontact.fleet.population import candidates, pairs_of
+from fecontact.features.fleet.model import read_fleet, shares
+from fecontact.features.fleet.population import candidates, pairs_of
 from fecontact.profiles.examples import write_examples
 
 FLEET = """

@@ -7,9 +7,9 @@ import pytest
 from made_fleet import made_fleet
 
 from fecontact.errors import InputError
-from fecontact.fleet import sampling
-from fecontact.fleet.sampling import draw
-from fecontact.fleet.tables import KEYS, STRATA, asked, opened
+from fecontact.features.fleet import sampling
+from fecontact.features.fleet.sampling import draw
+from fecontact.features.fleet.tables import KEYS, STRATA, asked, opened
 
 
 def keys(rows) -> set:

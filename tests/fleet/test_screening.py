@@ -19,12 +19,12 @@ from inline import inline_crew, stand_ins
 
 import fecontact
 from fecontact import Case
-from fecontact.comparison.measures import deviations_of
-from fecontact.comparison.theories import HERTZ, THEORIES, Loaded, of_many
+from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded, of_many
 from fecontact.errors import InputError
-from fecontact.fleet import reading, running, screening
-from fecontact.fleet.model import read_fleet
-from fecontact.fleet.reading import Kept, ReadingProfile
+from fecontact.features.fleet import reading, running, screening
+from fecontact.features.fleet.model import read_fleet
+from fecontact.features.fleet.reading import Kept, ReadingProfile
+from fecontact.judging.measures import deviations_of
 from fecontact.profiles.examples import write_examples
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -154,7 +154,8 @@ def test_an_ellipse_is_no_off_strips_of_constant_curvature():
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
     strips, ellipse = (THEORIES[name].approximate(loaded) for name in ("strip", HERTZ))
     off = screening.off_strips(strips, ellipse)
-    # 100 strips are within 0.3 % of Hertz (normal/strip_method.py), and the load of an edge of cells is elsewhere
+    # 100 strips are within 0.3 % of Hertz (contact_theories/strip_method.py), and the load of an edge of cells is
+    # elsewhere
     assert all(abs(off[name]) < 3.5e-3 for name in screening.COLUMN)
     # a peak that is 10 % too large is seen as such
     patch = ellipse.single

@@ -35,19 +35,20 @@ from test_study import dask_cluster
 import fecontact
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
-from fecontact.comparison.judging import JudgedLoad, judge_load
-from fecontact.comparison.lines import Lines, LobeOnLine, OnLine
-from fecontact.comparison.measures import MEASURES, MISFITS, mean_pressure
-from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad
-from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES
-from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.contact_theories.approximation import mean_pressure
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES
 from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.files import json_text
 from fecontact.inputs import parse_numbers
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Crew, Made
+from fecontact.judging.judging import JudgedLoad, judge_load
+from fecontact.judging.lines import Lines, LobeOnLine, OnLine
+from fecontact.judging.measures import MEASURES, MISFITS
+from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad
+from fecontact.judging.verdict import judge
 from fecontact.maps import storing
 from fecontact.maps.files import map_figure, write_map
 from fecontact.maps.model import (
@@ -860,7 +861,7 @@ def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
 
     monkeypatch.setattr(storing, "read_stored", evaluated)
     for name in ("judge_theory", "offered", "judge_lobes"):
-        monkeypatch.setattr(f"fecontact.comparison.judging.{name}", evaluated)
+        monkeypatch.setattr(f"fecontact.judging.judging.{name}", evaluated)
     settings = RunSettings(workers=1)
     made = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork).made
     again = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork)
@@ -1723,7 +1724,7 @@ def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypat
     placement = place_case(case)
     record = json.loads(json_text(placement_record(placement)))
     rail, wheel = resolve_rail(case.rail), resolve_wheel(case.wheel).profile
-    monkeypatch.setattr("fecontact.wheel_rail.placement.place", None)
+    monkeypatch.setattr("fecontact.placement.placement.place", None)
     read = placement_from_record(record, rail, wheel)
     assert placement_record(read) == placement_record(placement)
     assert read.climbs is placement.climbs is case.flange_climb

@@ -18,11 +18,11 @@ from rungs import on_half_space
 
 import fecontact
 from fecontact.case import Case, Criteria
-from fecontact.comparison.judging import judge_load
-from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
-from fecontact.comparison.verdict import Verdict
+from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.files import json_text
+from fecontact.judging.judging import judge_load
+from fecontact.judging.verdict import Verdict
 from fecontact.maps import report
 from fecontact.maps.files import map_figure, write_map
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition, load_limit, solved_cell

@@ -43,7 +43,7 @@ from test_theories import another, judged  # noqa: F401
 import fecontact
 from fecontact.case import INPUTS, Case, Opposite
 from fecontact.cli import call
-from fecontact.comparison.theories import HERTZ, MULTI_HERTZ
+from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import SEAL, write_json, write_sealed
@@ -393,7 +393,7 @@ def mapped(tmp_path):
 
 
 def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped, tmp_path, capsys):
-    pytest.importorskip("fecontact.curves")
+    pytest.importorskip("fecontact.features.curves")
     folder = mapped(Case(roll="touching"))
     given = ["curve", "--vehicle", "wheelset", "--radii", "400,1000", "--theory", "overlap,kik_piotrowski"]
     code = call([*given, "--map", str(folder), "--shares", "1,3", "--out", str(tmp_path / "out"), "--json"])
@@ -418,7 +418,7 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
 
 
 def test_a_wheel_on_a_map_has_the_verdict_of_the_load_limits_and_none_beside_what_was_solved(mapped):
-    pytest.importorskip("fecontact.curves")
+    pytest.importorskip("fecontact.features.curves")
 
     def visited(beyond: Sequence[tuple[float, float, str]]) -> Mapping[str, float]:
         case = Case(roll="touching")

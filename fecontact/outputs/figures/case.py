@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.comparison.judging import JudgedLoad, LobeJudgement
-from fecontact.comparison.ladder import STEPS
-from fecontact.comparison.measures import mean_pressure
-from fecontact.comparison.patch import signed_square
 from fecontact.contact.grid import ContactGrid
+from fecontact.contact.patch import signed_square
+from fecontact.contact_theories.approximation import mean_pressure
+from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import usable
-from fecontact.normal.hertz import HertzContact
+from fecontact.judging.judging import JudgedLoad, LobeJudgement
+from fecontact.judging.ladder import STEPS
 from fecontact.outputs.style import (
     ANSWERS,
     SERIES,
@@ -31,9 +31,9 @@ from fecontact.outputs.style import (
 )
 from fecontact.outputs.tables import Row
 from fecontact.outputs.words import SHIFT, WORDS, case_words, series, shown_measures, verdict_reason
+from fecontact.placement.placement import Placement
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
 from fecontact.solving.solve import CaseResult
-from fecontact.wheel_rail.placement import Placement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,8 +13,8 @@ from fecontact.outputs.profiles import draw_problems
 from fecontact.outputs.style import SIDES, Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.outputs.tables import body_words
 from fecontact.outputs.words import case_words
+from fecontact.placement.placement import Placement
 from fecontact.solving.position import Preview
-from fecontact.wheel_rail.placement import Placement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.comparison.judging import JudgedLoad
+from fecontact.judging.judging import JudgedLoad
 from fecontact.outputs.figures.case import PressureFields, ellipse_outline
 from fecontact.outputs.style import blank_figure, image_of
 from fecontact.outputs.tables import Picture
-from fecontact.wheel_rail.placement import Placement
+from fecontact.placement.placement import Placement
 
 # So many lines of nodes along and across at most: a page draws them all in each frame.
 _MOST_LINES = 110

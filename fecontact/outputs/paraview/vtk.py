@@ -23,19 +23,19 @@ from scipy.interpolate import RegularGridInterpolator
 
 from fecontact import __version__
 from fecontact.arrays import Floats, Integers
-from fecontact.comparison.measures import mean_pressure
 from fecontact.contact.grid import ContactGrid, Field, Rung
+from fecontact.contact_theories.approximation import mean_pressure
+from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh
 from fecontact.fe.stress import von_mises
 from fecontact.files import read_json, write_text
-from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.figures.case import ellipse_outline
 from fecontact.outputs.records.results import read_row
 from fecontact.outputs.tables import Row
 from fecontact.outputs.words import case_annotation
+from fecontact.placement.placement import Placement
 from fecontact.solving.solve import CaseResult
-from fecontact.wheel_rail.placement import Placement
 
 # --- The contact for ParaView: pressures on the rail's surface, and Hertz's ellipses as lines on them.
 

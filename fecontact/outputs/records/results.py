@@ -20,25 +20,26 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
-from fecontact.comparison.judging import JudgedLoad, LobeJudgement
-from fecontact.comparison.ladder import BODIES, PLASTIC
-from fecontact.comparison.measures import MEASURES, Approximation, Measures, TheoryPatch, hertz_measures
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
-from fecontact.comparison.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Standing, Verdict, cheapest, standings
+from fecontact.contact_theories.approximation import Approximation, TheoryPatch
+from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.features import offered
 from fecontact.files import read_json, write_json
-from fecontact.irregularity.shapes import irregularity_text
-from fecontact.normal.hertz import HertzContact
+from fecontact.judging.judging import JudgedLoad, LobeJudgement
+from fecontact.judging.ladder import BODIES, PLASTIC
+from fecontact.judging.measures import MEASURES, Measures, hertz_measures
+from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Standing, Verdict, cheapest, standings
 from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.tables import Item, Record, flat, picked, told
 from fecontact.outputs.words import theory_words
+from fecontact.placement.irregularity import irregularity_text
+from fecontact.placement.placement import Placement
 from fecontact.profiles.library import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.position import HertzAlone
 from fecontact.solving.solve import CaseResult
-from fecontact.wheel_rail.placement import Placement
 
 # --- The judged theories of a load: which is the cheapest that holds, and in words.
 

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.solved_load import SolvedLoad
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.files import open_regular, write_atomically
+from fecontact.judging.solved_load import SolvedLoad
 from fecontact.outputs.tables import Record, picked
+from fecontact.placement.placement import AlongTrack, Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.wheel_rail.placement import AlongTrack, Placement
 
 Arrays = dict[str, NDArray[np.float64]]
 

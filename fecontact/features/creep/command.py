@@ -1,0 +1,78 @@
+"""The command `fecontact creep`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from fecontact.outputs.terminal import answer
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class EllipseOptions:
+    """An ellipse that rolls.
+
+    Attributes
+    ----------
+    a_mm
+        Semi-axis along the rolling direction in mm.
+    b_mm
+        Semi-axis across in mm.
+    normal_force_kn
+        Normal force in kN.
+    friction
+        Coefficient of friction, > 0.
+    xi
+        Longitudinal creepage, over the rolling speed.
+    eta
+        Lateral creepage.
+    spin_per_mm
+        Spin in 1/mm.
+    young_mpa
+        Young's modulus of both bodies in MPa.
+    poisson
+        Poisson's ratio of both bodies.
+    """
+
+    a_mm: float
+    b_mm: float
+    normal_force_kn: float
+    friction: float
+    xi: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
+    eta: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
+    spin_per_mm: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
+    young_mpa: float = 210_000.0
+    poisson: float = 0.3
+
+
+def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -> int:
+    """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
+
+    Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
+    are the wheel's against the rail: positive xi gives negative Fx.
+
+    Parameters
+    ----------
+    theory
+        kalker, vermeulen_johnson, she, polach, fastsim, rolling_half_space, several with commas between, or all.
+    json
+        Print the result as JSON and nothing else.
+    """
+    from fecontact.features.creep.running import creep as ellipse_forces
+    from fecontact.features.creep.telling import ellipse_lines
+
+    record = ellipse_forces(
+        a_mm=ellipse.a_mm,
+        b_mm=ellipse.b_mm,
+        normal_force_N=1e3 * ellipse.normal_force_kn,
+        friction=ellipse.friction,
+        creepages=(ellipse.xi, ellipse.eta, ellipse.spin_per_mm),
+        young_MPa=ellipse.young_mpa,
+        poisson=ellipse.poisson,
+        theories=theory.split(","),
+    )
+    answer(record, ellipse_lines, json=json)
+    return 0

@@ -1,0 +1,78 @@
+"""Creep forces on an ellipse that is given by numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from fecontact.bodies import STEEL, Material
+from fecontact.contact_theories.rolling.laws import Creepages, CreepForce, RollingEllipse, friction_warnings
+from fecontact.criteria import Creep
+from fecontact.features.creep.forces import creep_force, creep_forces, ellipse_patch
+from fecontact.features.creep.telling import force_record
+from fecontact.outputs.tables import Record, told
+
+
+def creep(
+    *,
+    a_mm: float,
+    b_mm: float,
+    normal_force_N: float,
+    friction: float,
+    creepages: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    young_MPa: float = STEEL.young_MPa,
+    poisson: float = STEEL.poisson,
+    theories: Sequence[str] = ("all",),
+) -> Record:
+    """Creep forces on an ellipse by some theories, or by `all` that cover it; analytic, no mesh.
+
+    >>> import fecontact
+    >>> found = fecontact.creep(
+    ...     a_mm=5.8, b_mm=8.5, normal_force_N=100e3, friction=0.3, creepages=(0.001, 0.0, 0.0), theories=["polach"]
+    ... )
+    >>> -found["limit_N"] < found["theories"]["polach"]["fx_N"] < 0.0
+    True
+
+    Parameters
+    ----------
+    a_mm, b_mm
+        Semi-axes along the rolling direction and across.
+    normal_force_N, friction
+        Normal force, and coefficient of friction.
+    creepages
+        Longitudinal and lateral creepage of the wheel over the rolling speed, and spin in 1/mm.
+    young_MPa, poisson
+        Of both bodies.
+    theories
+        Names of theories, or `all`.
+
+    Raises
+    ------
+    InputError
+        For values out of range, and if a theory that was named does not cover the ellipse or the creepages.
+    """
+    xi, eta, spin = creepages
+    # in the ranges of a case
+    Creep(friction=friction, xi=xi, eta=eta, spin_per_mm=spin)
+    both = Material(young_MPa=young_MPa, poisson=poisson)
+    contact = RollingEllipse(
+        a_mm=a_mm,
+        b_mm=b_mm,
+        normal_force_N=normal_force_N,
+        friction=friction,
+        shear_MPa=both.shear_MPa,
+        poisson=poisson,
+    )
+    patch, motion = ellipse_patch(contact), Creepages(xi=xi, eta=eta, spin_per_mm=spin)
+    forces: Mapping[str, CreepForce | str] = (
+        creep_forces(patch, motion)
+        if list(theories) == ["all"]
+        else {theory: creep_force(theory, patch, motion) for theory in theories}
+    )
+    return {
+        "schema": "fecontact/creep/2",
+        "contact": told(contact),
+        "creepages": told(motion),
+        "limit_N": contact.limit_N,
+        "theories": {theory: force_record(force) for theory, force in forces.items()},
+        "warnings": list(friction_warnings(friction)),
+    }

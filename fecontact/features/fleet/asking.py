@@ -1,0 +1,70 @@
+"""The commands `fecontact fleet sample` and `fecontact fleet report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fecontact.commands.console import announce, logged, many, say
+from fecontact.commands.solving import AS_USUAL, RunOptions, tell_lost, tell_reused
+from fecontact.errors import InputError
+from fecontact.outputs.terminal import answer as tell
+from fecontact.outputs.terminal import count
+
+
+def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = None, how: RunOptions = AS_USUAL) -> int:
+    """Solve a random sample of a fleet's positions by finite elements, which says how right the screen is.
+
+    The positions are drawn from strata by the screen's verdict and how sure it is. A larger number later keeps all that
+    was drawn; the same number again goes on where the command was interrupted.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet; the solved cases are a study in its folder sample/.
+    finite_elements
+        Positions of the sample, earlier ones among them.
+    seed
+        Seed of the draw; 1 if not given, or the one of earlier draws.
+    """
+    from fecontact.features.fleet.running import open_fleet
+    from fecontact.features.fleet.sampling import cases_of, draw, solve_sample
+    from fecontact.jobs.workers import default_workers
+    from fecontact.runs.study import STUDY_FILES_S, cost_of
+
+    settings = how.settings()
+    if settings.part is not None:
+        raise InputError(f"--part is {how.part}; a sample is solved as a whole; leave it out, or give --scheduler")
+    case_of = open_fleet(folder).case
+    drawn = draw(folder, finite_elements, seed)
+    with logged(folder / "sample" / "run.log"):
+        changed = f"; {drawn.dropped} of earlier draws are of another population" * (drawn.dropped > 0)
+        announce(f"{count(len(drawn.rows), 'position')}, {drawn.new} of them new{changed}", quiet=how.quiet)
+        cases, workers = cases_of(drawn, case_of), how.workers or min(default_workers(), len(drawn.rows))
+        if cost := cost_of(cases, workers, files=STUDY_FILES_S):
+            announce(*cost.words, quiet=how.quiet)
+        with many("positions", quiet=how.quiet) as progress:
+            outcome = solve_sample(folder, drawn, case_of, settings, progress)
+        tell_reused(outcome.reused, outcome.recomputed, "position", how)
+        tell_lost(outcome.rows, "position", "not solved")
+        say(f"The sample is in {folder / 'sample.parquet'}; next: fecontact fleet report {folder}", quiet=how.quiet)
+    return 0 if outcome.all_converged else 3
+
+
+def report(folder: Path, /, *, json: bool = False) -> int:
+    """Tell in how many positions of a fleet Hertz holds, where not, why, and how sure that is.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet; it gets report.html, answer.csv, and pictures and tables in report/.
+    json
+        Print the answer for the whole fleet and for each group as JSON, and nothing else.
+    """
+    from fecontact.features.fleet.answer import answer_of
+    from fecontact.features.fleet.report import answer_rows, report_parts, write_report
+    from fecontact.features.fleet.running import open_fleet
+
+    found = answer_of(folder)
+    page = write_report(found, folder, open_fleet(folder).case)
+    tell(answer_rows(found) if json else found, lambda of: report_parts(of, folder / "report"), json=json, report=page)
+    return 0

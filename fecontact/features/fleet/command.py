@@ -1,0 +1,91 @@
+"""The commands `fecontact fleet ...`: many measured wheels on many measured rails."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from cyclopts import App
+
+from fecontact.commands.console import announce, logged, print_reasons, say, several
+from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files
+from fecontact.features.fleet.asking import report, sample
+
+fleet = App(
+    name="fleet", help="In how many contacts of many measured wheels and rails Hertz holds, and how sure that is."
+)
+
+
+@fleet.command
+def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
+    """Screen every position of a fleet by a cheap theory; the same command goes on after an interruption.
+
+    Parameters
+    ----------
+    file
+        Wheels, rails, pairs, shifts and loads (TOML); `fecontact guide fleet` has one.
+    out
+        Folder for profiles.parquet (a row for each file, also for those that were refused), screen/part-*.parquet (a
+        row for each position) and fleet.json; a file that is added later costs that file.
+    """
+    from fecontact.features.fleet.running import run_fleet
+
+    with logged(out / "run.log"):
+        tell_cost(file, how)
+        with several("files", "pairs", quiet=how.quiet) as progress:
+            found = run_fleet(file, out, settings=how.settings(), progress=progress)
+        say(found.headline, quiet=how.quiet)
+        if found.reused:
+            say(f"{found.reused} of {found.pairs} pairs were finished before", quiet=how.quiet)
+        print_reasons(f"{len(found.refused)} of {found.profiles} files could not be read", found.refused)
+        failed = {f"{wheel} on {rail}": why for (wheel, rail), why in found.failed.items()}
+        print_reasons(f"{len(failed)} of {found.pairs} pairs failed", failed)
+        tell_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))
+    return 3 if found.failed else 0
+
+
+@fleet.command
+def check(file: Path) -> int:
+    """Say how many positions a fleet has, and about what time and memory they take; no profile is read.
+
+    Parameters
+    ----------
+    file
+        As for `fecontact fleet run`.
+    """
+    tell_cost(file, AS_USUAL, say=say)
+    return 0
+
+
+def tell_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type: ignore[no-untyped-def]
+    """Say what a fleet takes."""
+    from fecontact.features.fleet.running import check_fleet
+    from fecontact.jobs.remaining import duration
+    from fecontact.jobs.workers import default_workers
+
+    found = check_fleet(file)
+    workers = how.workers or default_workers()
+    say(f"{found.words}; about {duration(found.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
+
+
+@fleet.command
+def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1) -> int:
+    """Write a fleet to try: worn and noisy copies of profiles of the library, as an instrument measures them.
+
+    Parameters
+    ----------
+    folder
+        Folder for wheels/, rails/, their tables wheels.csv and rails.csv, and fleet.toml.
+    wheels, rails
+        How many of each.
+    seed
+        Of wear and noise; the same one makes the same files.
+    """
+    from fecontact.features.fleet.examples import write_fleet
+
+    say(f"{write_fleet(folder, wheels=wheels, rails=rails, seed=seed)}: fecontact fleet run it")
+    return 0
+
+
+fleet.command(sample)
+fleet.command(report)

@@ -1,0 +1,482 @@
+"""Creep forces on Hertz's ellipse and on a solved pressure, their verdict, records and commands."""
+
+import json
+import math
+from dataclasses import asdict, replace
+from functools import cache
+
+import numpy as np
+import pytest
+from no_slip import no_slip_forces
+from rungs import rung_with
+
+from fecontact.bodies import RollingPair
+from fecontact.case import Case, case_from_record, case_record
+from fecontact.cli import call
+from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.contact_theories.approximation import Approximation, ellipse, mean_pressure
+from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import MULTI_HERTZ
+from fecontact.contact_theories.rolling.laws import Creepages, RollingEllipse
+from fecontact.criteria import Creep
+from fecontact.errors import InputError
+from fecontact.features.creep.forces import (
+    THEORIES,
+    creep_force,
+    curved_creepages,
+    ellipse_patch,
+    force_difference,
+    hertz_patch,
+    slip_beside_plane,
+    wheelset_creepages,
+)
+from fecontact.features.creep.judging import (
+    FORCE,
+    PLACE,
+    SHAPE,
+    SMALLEST_CREEPAGE,
+    CreepComparison,
+    ForceAt,
+    creep_of,
+    creepage_range,
+    creepages_of,
+    force_verdict,
+    judged_force,
+)
+from fecontact.features.creep.laws import CREEP_LAWS, REAL, creep_laws_of
+from fecontact.judging.judging import JudgedLoad, judge_load, judge_theory
+from fecontact.judging.solved_load import Level, SolvedLoad
+from fecontact.judging.verdict import Judgement, cheapest, standings
+from fecontact.outputs.records.results import load_record, load_row
+from fecontact.placement.placement import Placement
+from fecontact.runs.identity import case_id, origin_of
+from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.solve import solve
+
+ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=100e3)
+CREEP = Creep(friction=0.3, xi=1e-3, eta=5e-4)
+
+
+@cache
+def placement_of(case: Case) -> Placement:
+    return place_case(case)
+
+
+def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobes: int = 1) -> Rung:
+    """Hertz's pressure as if it had been solved, moved across, or in equal lobes that far to both sides."""
+    reach = 1.3 + moved_mm / hertz.b_mm
+    x = hertz.a_mm / nodes * np.arange(int(1.3 * nodes) + 1)
+    s = hertz.b_mm / nodes * np.arange(-int(reach * nodes), int(reach * nodes) + 1)
+    grid = ContactGrid(x_mm=x, s_mm=s, half=True)
+    sides = (moved_mm,) if lobes == 1 else (-moved_mm, moved_mm)
+    pressure = np.mean([mean_pressure(grid, hertz, (0.0, side)) for side in sides], axis=0)
+    return rung_with(
+        grid,
+        pressure,
+        gap_mm=np.where(pressure > 0.0, 0.0, 1.0),
+        approach_mm=hertz.approach_mm,
+        normal_force_N=hertz.normal_force_N,
+    )
+
+
+def judged(case: Case, coarser: Rung | None = None, **how: float) -> JudgedLoad:
+    hertz = hertz_of_case(case, placement_of(replace(case, creep=Creep())))
+    fe = planted(hertz, **how)
+    levels = tuple(
+        Level(
+            nodal=rung,
+            fe=rung,
+            otherwise=fe,
+            compliance_error=0.0,
+            degrees_of_freedom={"rail": 1, "wheel": 1},
+            elements={"rail": 1, "wheel": 1},
+            enlarged=0,
+            at_edge=False,
+        )
+        for rung in (fe, coarser or fe)
+    )
+    solved = SolvedLoad(case=case, levels=levels, half_space=fe, quadratic=planted(hertz), lines=None)
+    return judge_load(solved, placement_of(replace(case, creep=Creep())))
+
+
+def compared(case: Case, **how: object) -> CreepComparison:
+    found: CreepComparison = judged(case, **how).features["creep"]
+    return found
+
+
+# creepages of the case
+
+
+def test_creepages_of_a_wheelset_that_runs_along_the_track():
+    # on the tape circle of a flat wheel nothing slides
+    still = wheelset_creepages(placement_of(ROUND))
+    assert (still.xi, still.eta, still.spin_per_mm) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    driven = wheelset_creepages(placement_of(ROUND), speed_ratio=1.002)
+    assert driven.xi == pytest.approx(-0.002, rel=1e-9)
+
+
+@pytest.mark.parametrize("shift", [-4.0, 0.0, 4.0])
+def test_creepages_from_rolling_radius_and_contact_angle(shift):
+    placement = placement_of(Case(lateral_shift_mm=shift, roll="given"))
+    found, touch = wheelset_creepages(placement), placement.first
+    radius = float(placement.wheel.radius(touch.wheel_u))
+    assert found.xi == pytest.approx(1.0 - radius / 460.0, abs=1e-12)
+    assert found.eta == pytest.approx(0.0, abs=1e-12)
+    # positive on the gauge side, where the spin is negative
+    assert found.spin_per_mm == pytest.approx(-math.sin(touch.contact_angle_rad) / 460.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("s", [-3.0, 5.0])
+def test_on_curved_surfaces_the_creepage_is_that_of_the_rolling_radius(s):
+    placement = placement_of(Case(lateral_shift_mm=0.25, roll="given"))
+    plane = wheelset_creepages(placement)
+    found = curved_creepages(placement, plane, np.linspace(-8.0, 8.0, 321)).at(0.0, s)
+    # midway between rail and wheel
+    rail, normal = placement.surface(0.0, s)
+    radii = []
+    for point in (rail, rail + float(placement.gap(0.0, s)) * normal):
+        arm, along = point - placement.wheel.centre_mm, placement.wheel.axes[:, 1]
+        radii.append(float(np.linalg.norm(arm - (arm @ along) * along)))
+    assert found.xi == pytest.approx(1.0 - np.mean(radii) / 460.0, abs=1e-9)
+    assert 1e-7 < abs(found.xi - plane.at(0.0, s).xi) < 2e-4
+
+
+def test_contact_angle_of_each_line_is_its_spin():
+    # a flat wheel on R 300: the surface midway has R 600, its angle -s / 600, and spin is -sin(angle) / r
+    s = np.linspace(-9.0, 9.0, 361)
+    found = curved_creepages(placement_of(ROUND), Creepages(xi=1e-3), s)
+    xi, spin = found.across(s)
+    assert xi == pytest.approx(1e-3 - s**2 / (2 * 600.0 * 460.0), abs=2e-8)
+    assert spin == pytest.approx(s / (600.0 * 460.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("angle", [0.05, -0.3])
+def test_on_a_cone_creepages_are_those_of_the_tangent_plane(angle):
+    s = np.linspace(-9.0, 9.0, 37)
+    across = np.array([0.0, math.cos(angle), math.sin(angle)])
+    normal = np.array([0.0, -math.sin(angle), math.cos(angle)])
+    # of a wheelset that rolls and yaws a little
+    turning = np.array([1e-3, 1.0, 2e-3]) / 460.0
+    assert slip_beside_plane(s[:, None] * across, s, turning, normal) == pytest.approx(np.zeros(37), abs=1e-17)
+
+
+def test_a_yawed_wheelset_creeps_sideways():
+    yaw, case = 5e-3, Case(lateral_shift_mm=-4.0, roll="given", yaw_rad=5e-3)
+    placement = placement_of(case)
+    angle = placement.first.contact_angle_rad
+    # it rolls to the field side where it yaws to the left, and creeps back
+    assert wheelset_creepages(placement).eta == pytest.approx(-math.sin(yaw) / math.cos(angle), rel=2e-3)
+
+
+def test_given_creepages_go_before_those_of_the_wheelset():
+    case = replace(ROUND, creep=Creep(friction=0.3, eta=2e-3, speed_ratio=1.01))
+    found = creepages_of(case, placement_of(ROUND))
+    assert (found.xi, found.eta) == pytest.approx((-0.01, 2e-3))
+
+
+# Hertz against a solved pressure
+
+
+@pytest.mark.slow
+def test_curved_surfaces_change_the_force_as_their_mean_creepage_does():
+    # without slip: the force along is that of a weighted mean creepage; the spin is odd and gives none
+    plain = replace(ROUND, creep=Creep(friction=1.9, xi=2e-5, eta=0.0, spin_per_mm=0.0))
+    plane, curved = compared(plain), compared(replace(plain, creep=replace(plain.creep, curved=True)))
+    hertz = hertz_of_case(ROUND, placement_of(ROUND))
+    along = no_slip_forces(
+        hertz.a_mm / hertz.b_mm, 0.3, {"even": lambda x, y: (x, 0 * x), "square": lambda x, y: (x * y**2, 0 * x)}
+    )
+    square = along["square"][0] / along["even"][0] * (hertz.a_mm / hertz.b_mm) ** 2
+    # in strips the force goes with the square of their length; the ends of 48 cells are jagged, and weigh most here
+    for theory, weight, within in (("fastsim", 0.2, 0.01), ("rolling_half_space", square, 0.05)):
+        on_plane, on_curved = plane.theories[theory].fe, curved.theories[theory].fe
+        assert not isinstance(on_plane, str)
+        assert not isinstance(on_curved, str)
+        mean = -weight * hertz.b_mm**2 / (1200.0 * 460.0)
+        assert on_curved.fx_N / on_plane.fx_N - 1.0 == pytest.approx(mean / 2e-5, rel=within), theory
+        assert abs(on_curved.fy_N) < 1e-4 * plane.limit_N
+    assert [one.hertz for one in plane.theories.values()] == [one.hertz for one in curved.theories.values()]
+    assert not plane.curved
+    assert curved.curved
+    assert plane.surface_of_muN == pytest.approx(curved.surface_of_muN, rel=1e-9)
+
+
+def test_what_curved_surfaces_change_is_warned_of():
+    sharp = Case(lateral_shift_mm=-1.0, roll="given", creep=CREEP)
+    found = compared(sharp)
+    assert found.surface_of_muN > 0.01
+    assert f"change forces by up to {1e2 * found.surface_of_muN:.1f} % of mu N; --curved" in found.warnings[0]
+    assert compared(replace(sharp, creep=replace(CREEP, curved=True))).warnings == ()
+
+
+def test_hertzs_own_pressure_gives_hertzs_forces():
+    found = compared(replace(ROUND, creep=CREEP))
+    for theory in THEORIES:
+        off = found.theories[theory].deviation_of_muN
+        # nodes and cells read Hertz's ellipse to some 1e-3
+        assert off is not None, theory
+        assert off < 3e-3, theory
+        assert found.theories[theory].uncertainty_of_muN == pytest.approx(2e-3)
+    judged_hertz, worst = found.verdict, found.verdict.decided[0]
+    assert (judged_hertz.verdict.answer, judged_hertz.verdict.measure) == ("HOLDS", FORCE)
+    assert worst.deviation_of_muN < 4e-3
+    assert judged_hertz.deviation == {FORCE: worst.deviation_of_muN}
+    assert judged_hertz.uncertainty == {FORCE: worst.uncertainty_of_muN}
+    assert judged_hertz.limits == {FORCE: 0.05}
+    assert judged_hertz.limit_used == worst.deviation_of_muN / 0.05
+    assert judged_hertz.verdict.cause is None
+    assert found.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_patch_beside_the_touch_point_feels_the_spin():
+    spin, moved = 2e-4, 4.0
+    case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
+    found = compared(case, moved_mm=moved)
+    assert found.centre_creepages.xi == pytest.approx(-spin * moved, rel=1e-3)
+    contact = hertz_patch(judged(case).hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
+    for theory in ("kalker", "polach", "fastsim", "rolling_half_space"):
+        there = creep_force(theory, contact, Creepages(xi=-spin * moved, spin_per_mm=spin))
+        force = found.theories[theory].fe
+        assert not isinstance(force, str)
+        assert force_difference(force, there, found.limit_N) < 4e-3, theory
+        if force.mz_Nmm is not None and there.mz_Nmm is not None:
+            # about the touch point
+            about = there.mz_Nmm - moved * there.fx_N
+            assert force.mz_Nmm == pytest.approx(about, abs=0.02 * moved * found.limit_N), theory
+    assert len(found.verdict.decided) == 2
+    assert found.verdict.decided[0].deviation_of_muN >= found.verdict.decided[1].deviation_of_muN
+    # an ellipse at the touch point has no force along the track, that patch has
+    assert found.verdict.verdict.answer == "FAILS"
+    assert found.verdict.deviation[FORCE] > 0.2
+    assert found.verdict.verdict.cause == PLACE
+
+
+def test_separate_patches_are_warned_of_and_have_their_own_creepages():
+    spin, moved = 1e-4, 14.0
+    case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
+    found = compared(case, moved_mm=moved, lobes=2)
+    assert "separate patches" in found.warnings[0]
+    force = found.theories["rolling_half_space"].fe
+    # both pull along the track, one forward and one back, and turn the wheel
+    assert abs(force.fx_N) < 1e-3 * found.limit_N
+    assert force.mz_Nmm < -moved * 0.5 * found.limit_N
+    # their common centre is the touch point, with its creepages
+    assert (found.verdict.verdict.answer, found.verdict.verdict.cause) == ("FAILS", SHAPE)
+
+
+def test_meshes_that_differ_make_the_forces_uncertain():
+    case = replace(ROUND, creep=CREEP)
+    hertz = hertz_of_case(ROUND, placement_of(ROUND))
+    found = compared(case, coarser=planted(replace(hertz, a_mm=1.1 * hertz.a_mm, b_mm=1.1 * hertz.b_mm)))
+    assert found.theories["fastsim"].uncertainty_of_muN > 0.02
+    near = compared(replace(ROUND, creep=replace(CREEP, force_limit=1e-3)))
+    assert near.verdict.verdict.answer == "UNRESOLVED"
+
+
+def test_the_range_of_the_verdict():
+    found = creepage_range(0.02, 1e-4)
+    sizes = [math.hypot(one.xi, one.eta) for one in found]
+    assert min(sizes) == pytest.approx(SMALLEST_CREEPAGE)
+    assert max(sizes) == pytest.approx(0.02)
+    assert {one.spin_per_mm for one in found} == {1e-4}
+    assert sum(one.eta == 0.0 for one in found) == len(found) // 4
+
+
+def test_every_theory_on_an_ellipse_agrees_at_small_creepage():
+    contact = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.4, shear_MPa=80e3, poisson=0.25)
+    patch, small = ellipse_patch(contact), Creepages(xi=2e-6)
+    linear = creep_force("kalker", patch, small).fx_N
+    for theory in THEORIES:
+        # Vermeulen and Johnson have their own coefficient, the half-space its cells
+        limit = 0.2 if theory == "vermeulen_johnson" else 0.015
+        assert creep_force(theory, patch, small).fx_N == pytest.approx(linear, rel=limit), theory
+
+
+# inputs, records, rows
+
+
+def test_forces_are_evaluated_only_with_friction():
+    load = judged(ROUND)
+    assert "creep" not in load.features
+    assert creep_of(load, placement_of(ROUND)) is creep_laws_of(load, placement_of(ROUND)) is None
+    assert "creep" not in load_record(load)
+    assert not [name for name in load_row(load, placement_of(ROUND)) if name.startswith("creep_")]
+
+
+@pytest.mark.slow
+def test_a_load_may_be_judged_for_forces_by_another_friction_than_its_own():
+    load, placement = judged(ROUND), placement_of(ROUND)
+    found = force_verdict(load, placement, CREEP)
+    assert asdict(found) == asdict(judged(replace(ROUND, creep=CREEP)).features["creep"].verdict)
+
+
+@pytest.mark.slow
+def test_the_record_has_both_sides_of_each_theory():
+    case = replace(ROUND, creep=replace(CREEP, spin_per_mm=1e-4))
+    record = load_record(judged(case))["creep"]
+    assert json.loads(json.dumps(record)) == record
+    assert set(record["theories"]) == set(THEORIES)
+    assert record["creepages"] == {"xi": 1e-3, "eta": 5e-4, "spin_per_mm": 1e-4}
+    assert "their theory has no spin" in record["theories"]["vermeulen_johnson"]["hertz"]["problem"]
+    assert record["theories"]["vermeulen_johnson"]["deviation_of_muN"] is None
+    fastsim = record["theories"]["fastsim"]
+    assert fastsim["hertz"]["fx_N"] < 0.0 < fastsim["fe"]["power_per_speed_N"]
+    row = load_row(judged(case), placement_of(case))
+    assert row["creep_theories_rolling_half_space_fe_fx_N"] == record["theories"]["rolling_half_space"]["fe"]["fx_N"]
+    assert row["creep_verdict_answer"] == "HOLDS"
+
+
+def test_friction_and_creepages_are_evaluation_and_not_solving():
+    other = replace(ROUND, creep=CREEP)
+    assert case_id(ROUND) == case_id(other)
+    assert origin_of(ROUND).solved_by == origin_of(other).solved_by
+    assert origin_of(ROUND).evaluated_by != origin_of(other).evaluated_by
+    assert case_from_record(json.loads(json.dumps(case_record(other)))) == other
+    # of a result that was made before there were creepages
+    record = case_record(ROUND)
+    del record["creep"]
+    assert case_from_record(record) == ROUND
+
+
+def test_creepages_without_friction_are_refused_before_anything_is_solved():
+    with pytest.raises(InputError, match="but no friction coefficient is given; give one too"):
+        solve(replace(ROUND, creep=Creep(eta=1e-3)))
+
+
+def test_high_friction_is_warned_of():
+    found = compared(replace(ROUND, creep=replace(CREEP, friction=1.6)))
+    assert found.warnings == ("friction coefficient is 1.6: wheels on rails hardly have one above 1.5",)
+
+
+# the command
+
+ELLIPSE = ["creep", "--a-mm", "5.8", "--b-mm", "8.5", "--normal-force-kn", "100", "--friction", "0.3"]
+
+
+def test_the_command_prints_all_theories(capsys):
+    assert call([*ELLIPSE, "--xi", "-0.001", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["limit_N"] == pytest.approx(30e3)
+    assert list(record["theories"]) == list(THEORIES)
+    for force in record["theories"].values():
+        # a driving wheel
+        assert 10e3 < force["fx_N"] < 20e3
+        assert {"fx_N", "fy_N", "mz_Nmm", "adhesion_area_mm2", "power_per_speed_N"} <= set(force)
+    assert call([*ELLIPSE, "--eta", "0.001", "--theory", "she,polach"]) == 0
+    printed = capsys.readouterr().out
+    assert "polach" in printed
+    assert "kalker" not in printed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--friction", "0"], "friction coefficient is 0.0; allowed: between 0 and 2; dry steel"),
+        (["--xi", "nan"], "creepage xi is nan; allowed: -1 to 1"),
+        (["--spin-per-mm", "1e-4", "--theory", "vermeulen_johnson"], "spin is 0.0001 1/mm; allowed"),
+        (["--theory", "carter"], "theory is 'carter'; allowed: kalker, vermeulen_johnson"),
+        (["--a-mm", "100", "--theory", "fastsim"], "a/b is 11.76"),
+        (["--normal-force-kn", "-1"], "normal force is -1000.0 N; allowed"),
+        (["--poisson", "0.6"], "Poisson's ratio is 0.6; allowed"),
+        (["--b-mm", "1e308"], "semi-axis b"),
+        (["--b-mm", "1e-308"], "semi-axis b"),
+        (["--friction", "460"], "between 0 and 2"),
+    ],
+)
+def test_the_command_refuses(arguments, says, capsys):
+    given = dict(zip(ELLIPSE[1::2], ELLIPSE[2::2], strict=True)) | dict(
+        zip(arguments[::2], arguments[1::2], strict=True)
+    )
+    assert call(["creep", *(word for pair in given.items() for word in pair)]) == 2
+    assert says in capsys.readouterr().err
+
+
+# the cheapest theory
+
+
+def off_by(percent: float, answer: str) -> Judgement:
+    at = ForceAt(creepages=Creepages(xi=1e-3), deviation_of_muN=percent / 100.0, uncertainty_of_muN=0.01)
+    made = judged_force([at], 0.05)
+    return replace(made, verdict=replace(made.verdict, answer=answer))
+
+
+@pytest.mark.parametrize(
+    ("answers", "first", "by_cost"),
+    [
+        ({"polach": "HOLDS", "fastsim": "FAILS"}, "polach", "polach"),
+        ({"polach": "FAILS", "fastsim": "HOLDS", "exact": "HOLDS"}, "fastsim", "fastsim"),
+        # what is open is not taken to fail
+        ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "fastsim", "UNRESOLVED"),
+        ({"polach": "FAILS", "exact": "FAILS", "strips": "FAILS", "real": "HOLDS"}, "real", "real"),
+        ({"polach": "FAILS", "fastsim": "FAILS"}, "", "none"),
+        ({}, "", "none"),
+    ],
+)
+def test_the_cheapest_theory_is_the_first_that_holds(answers, first, by_cost):
+    found = {name: off_by(3.0, answer) for name, answer in answers.items()}
+    one = cheapest(standings(found))
+    assert (one.name, one.label) == (first, by_cost)
+
+
+def test_a_force_is_judged_by_the_worst_of_its_creepages():
+    ats = [
+        ForceAt(creepages=Creepages(xi=xi), deviation_of_muN=off, uncertainty_of_muN=unsure)
+        for xi, off, unsure in ((1e-3, 0.01, 0.002), (2e-3, 0.06, 0.02), (3e-3, 0.08, 0.01), (4e-3, 0.07, 0.01))
+    ]
+    for order in (ats, ats[::-1]):
+        made = judged_force(order, 0.05)
+        assert [at.creepages.xi for at in made.decided] == [3e-3, 4e-3, 2e-3, 1e-3]
+        assert (made.verdict.answer, made.deviation, made.uncertainty) == ("FAILS", {FORCE: 0.08}, {FORCE: 0.01})
+        assert made.limit_used == 0.08 / 0.05
+    # one that could not be told leaves open what the others do not decide
+    unknown = ForceAt(creepages=Creepages(), deviation_of_muN=math.nan, uncertainty_of_muN=math.nan)
+    assert judged_force([ats[0], unknown], 0.05).verdict.answer == "UNRESOLVED"
+    assert math.isnan(judged_force([ats[0], unknown], 0.05).limit_used)
+    assert judged_force(ats, 0.05, usable=False).verdict.answer == "UNRESOLVED"
+
+
+@pytest.fixture
+def few_creepages(monkeypatch):
+    """A range of three sizes in place of eight."""
+    monkeypatch.setattr("fecontact.features.creep.judging._SIZES", 3)
+
+
+def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages):
+    load = judged(replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4)))
+    laws = creep_laws_of(load, placement_of(ROUND))
+    assert list(laws) == [name for name in CREEP_LAWS if name != MULTI_HERTZ]
+    assert laws["exact"] is load.features["creep"].verdict
+    # by which all are judged
+    assert (laws[REAL].verdict.answer, laws[REAL].deviation) == ("HOLDS", {FORCE: 0.0})
+    # on Hertz's own pressure there is but one patch
+    strips, fastsim = (laws[name].deviation[FORCE] for name in ("strips", "fastsim"))
+    assert strips == pytest.approx(fastsim, abs=5e-3)
+    assert laws["exact"].deviation[FORCE] < 5e-3
+    # what coarse cells said is what fine ones say where each is furthest off
+    on_hertz = hertz_patch(load.hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
+    for name in ("polach", "fastsim"):
+        worst = laws[name].decided[0]
+        exact, law = (creep_force(one, on_hertz, worst.creepages) for one in ("rolling_half_space", name))
+        assert worst.deviation_of_muN == pytest.approx(force_difference(law, exact, on_hertz.ellipse.limit_N), abs=0.01)
+    # measured 6.3 % of mu N with this spin, known to 0.9
+    assert laws["polach"].verdict.answer == "FAILS"
+
+
+def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
+    moved = 14.0
+    case = replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4))
+    load, placement = judged(case, moved_mm=moved, lobes=2), placement_of(ROUND)
+    half = replace(load.hertz, p0_MPa=0.5 * load.hertz.p0_MPa, normal_force_N=0.5 * load.hertz.normal_force_N)
+    shared = Approximation(
+        patches=tuple(ellipse(half, (0.0, side * moved)) for side in (-1.0, 1.0)), approach_mm=half.approach_mm
+    )
+    pressures = {**load.judgements, MULTI_HERTZ: judge_theory(case, load.solved.levels, shared)}
+    laws = creep_laws_of(replace(load, judgements=pressures), placement)
+    assert list(laws) == list(CREEP_LAWS)
+    assert laws["fastsim"].verdict.answer == laws["exact"].verdict.answer == "FAILS"
+    # the same two patches, in strips of the pressure and as ellipses
+    off = {name: laws[name].deviation[FORCE] for name in (MULTI_HERTZ, "strips", "fastsim")}
+    assert off[MULTI_HERTZ] == pytest.approx(off["strips"], abs=0.01)
+    # what is left is FASTSIM's own error
+    assert off[MULTI_HERTZ] < 0.5 * off["fastsim"]

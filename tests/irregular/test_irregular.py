@@ -1,0 +1,566 @@
+"""Hertz's spring over an irregular wheel or rail: the half-space with e in its gap, the models, the map, bad input."""
+
+import json
+import math
+import pickle
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fecontact
+from fecontact.case import Case, case_from_record, case_record
+from fecontact.cli import call
+from fecontact.contact.patch import measure_patch
+from fecontact.contact_theories.hertz import hertz_ellipse
+from fecontact.contact_theories.rolling.laws import saturation
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.features.irregular.command import IrregularOptions
+from fecontact.features.irregular.judging import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
+from fecontact.features.irregular.models import MODELS, Pair, eq6_limits, filter_of, peak_exponent
+from fecontact.features.irregular.telling import irregular_lines
+from fecontact.guide.pages import page
+from fecontact.outputs.records.results import input_columns
+from fecontact.outputs.records.stored import placement_record, stored_placement
+from fecontact.outputs.tables import position_text
+from fecontact.outputs.words import case_words
+from fecontact.placement.irregularity import FORMS, Irregularity, irregularity_text, parse_irregularity
+from fecontact.runs.casefile import toml_cases
+from fecontact.runs.identity import case_id
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+
+MODULUS = 210e3 / (2.0 * (1.0 - 0.3**2))
+# wheel of 460 mm on a rail head of 300 mm, 100 kN: a/b 1.33
+PAIR = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=MODULUS)
+FORCE = 100e3
+HERTZ = PAIR.hertz(FORCE)
+ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+WORDS = ("--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none")
+
+
+def sine(wavelength, amplitude, **more):
+    return Irregularity(kind="sine", wavelength_mm=wavelength, amplitude_mm=amplitude, **more)
+
+
+def table(opening, half_length=60.0, step=1.0):
+    s = np.arange(-half_length, half_length + 0.5 * step, step)
+    return Irregularity(kind="table", points_mm=tuple(zip(s.tolist(), opening(s).tolist(), strict=True)))
+
+
+def test_the_smooth_pair_is_that_of_the_reference():
+    found = (HERTZ.a_mm, HERTZ.b_mm, HERTZ.approach_mm, HERTZ.p0_MPa, 1e-6 * HERTZ.stiffness_N_per_mm15)
+    assert found == pytest.approx((7.1617, 5.3872, 0.104119, 1237.56, 2.9765), rel=2e-5)
+
+
+# independent program, patches with up to 64 nodes per semi-axis; an edge has no peak
+@pytest.mark.parametrize(
+    ("line", "s", "approach", "peak"),
+    [
+        (sine(50.0, 0.010), 0.0, 0.112779, 1210.0),
+        (sine(50.0, 0.010), 25.0, 0.095375, 1264.3),
+        (sine(20.0, 0.010), 0.0, 0.106929, 1082.9),
+        (sine(20.0, 0.010), 10.0, 0.100049, 1378.2),
+        (sine(10.0, 0.005), 0.0, 0.102901, 1170.9),
+        (sine(100.0, 0.050), 25.0, 0.102002, 1240.7),
+        (sine(30.0, 0.100), 0.0, 0.134966, 1154.8),
+        (Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.434783), 10.0, 0.277650, 1542.7),
+        (Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.434783), 0.0, 0.467283, 916.7),
+        (Irregularity(kind="chord", length_mm=40.0).on_wheel(460.0), 0.0, 0.48250, None),
+    ],
+)
+def test_the_half_space_has_the_approach_and_the_peak_of_finer_nodes(line, s, approach, peak):
+    found = truth_on(PAIR, FORCE, line, s)
+    assert found.approach_mm == pytest.approx(approach, rel=1e-3)
+    assert found.p_max_MPa == (None if peak is None else pytest.approx(peak, rel=3e-3))
+    assert found.residual < 2e-5
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        sine(50.0, 0.010),
+        Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.4),
+        Irregularity(kind="chord", length_mm=40.0, depth_mm=0.4),
+        table(lambda s: 2e-4 * s**2),
+    ],
+    ids=lambda line: line.kind,
+)
+def test_largest_slope_and_height_are_those_of_the_openings(line):
+    """What is left in the gap and in no mesh is stated by the slope."""
+    s = np.linspace(-60.0, 60.0, 120_001)
+    opening = line.opening_mm(s)
+    # of a table it is the slope between points 1 mm apart, and its end is steepest
+    limit = 0.01 if line.kind == "table" else 1e-4
+    assert line.largest_slope == pytest.approx(np.abs(np.diff(opening)).max() / (s[1] - s[0]), rel=limit)
+    assert line.height_mm == pytest.approx(np.ptp(opening), rel=1e-5)
+
+
+def test_models_on_a_wave_of_50_mm_are_those_of_the_independent_program():
+    place = judge_place(PAIR, FORCE, sine(50.0, 0.010), 0.0)
+    approaches = {"eq6": 0.114119, "path": 0.114119, "filtered": 0.112823, "local": 0.112719, "fitted": 0.112781}
+    assert {name: one.approach_mm for name, one in place.models.items()} == pytest.approx(approaches, abs=1e-6)
+    under = MODELS["fitted"].under(place_on(PAIR, FORCE, sine(50.0, 0.010), 0.0))
+    assert under.p_max_MPa == pytest.approx(1210.9, rel=1e-4)
+
+
+def test_a_parabola_is_hertz_with_another_curvature():
+    bent = replace(PAIR, A_per_mm=PAIR.A_per_mm + 2e-4)
+    hertz, smooth = bent.hertz(FORCE), sine(1e3, 1e-9)
+    parabola = table(lambda s: 2e-4 * s**2)
+    found, same = truth_on(PAIR, FORCE, parabola, 0.0), truth_on(bent, FORCE, smooth, 0.0)
+    # the same gap, on nodes that differ by where the search begins
+    assert found.approach_mm == pytest.approx(same.approach_mm, rel=1e-4)
+    assert found.p_max_MPa == pytest.approx(same.p_max_MPa, rel=1e-3)
+    # nodes of 16 a semi-axis
+    assert found.approach_mm == pytest.approx(hertz.approach_mm, rel=4e-4)
+    place = place_on(PAIR, FORCE, parabola, 0.0)
+    for name in ("local", "fitted"):
+        said = MODELS[name].under(place)
+        assert (said.approach_mm, said.p_max_MPa) == pytest.approx((hertz.approach_mm, hertz.p0_MPa), rel=1e-6), name
+        assert MODELS[name].force_N(place, hertz.approach_mm) == pytest.approx(FORCE, rel=1e-6), name
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_constant_opening_moves_the_approach_and_nothing_else(name):
+    place = place_on(PAIR, FORCE, table(lambda s: 0.02 + 0.0 * s), 0.0)
+    said = MODELS[name].under(place)
+    assert (said.approach_mm - 0.02, said.p_max_MPa) == pytest.approx((HERTZ.approach_mm, HERTZ.p0_MPa), rel=1e-9)
+    assert MODELS[name].force_N(place, said.approach_mm) == pytest.approx(FORCE, rel=1e-8)
+
+
+# each model's two questions are inverse to each other
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(
+    ("line", "s"),
+    # on the crest of the long one the approach is below zero
+    [*((sine(40.0, 0.012), s) for s in (0.0, 4.0, 11.0, 20.0)), *((sine(480.0, 0.3), s) for s in (0.0, 100.0, 240.0))],
+)
+def test_the_force_at_the_approach_under_a_force_is_that_force(name, line, s):
+    place = place_on(PAIR, FORCE, line, s)
+    assert MODELS[name].force_N(place, MODELS[name].under(place).approach_mm) == pytest.approx(FORCE, rel=1e-6)
+
+
+@pytest.mark.parametrize("rail_radius_mm", [80.0, 300.0, 1500.0])
+@pytest.mark.parametrize("lengths", [0.5, 1.0, 4.0])
+def test_the_contact_filters_a_low_wave_by_its_length(rail_radius_mm, lengths):
+    pair = replace(PAIR, B_per_mm=0.5 / rail_radius_mm)
+    hertz = pair.hertz(FORCE)
+    wavelength, amplitude = 2.0 * hertz.a_mm * lengths, 2e-3 * hertz.approach_mm
+    # nodes of 16 a semi-axis lie elsewhere on a crest than in a hollow: a ten thousandth of the approach, 0.03 of this
+    crest, hollow = (truth_on(pair, FORCE, sine(wavelength, amplitude), s, nodes=32) for s in (0.0, 0.5 * wavelength))
+    slope = 0.5 * (crest.approach_mm - hollow.approach_mm) / amplitude
+    assert slope == pytest.approx(filter_of(2.0 * math.pi / wavelength, hertz.a_mm), abs=0.01)
+
+
+def test_a_wave_as_long_as_the_patch_is_filtered_out():
+    assert filter_of(math.pi / HERTZ.a_mm, HERTZ.a_mm) == pytest.approx(0.0, abs=1e-15)
+    place = place_on(PAIR, FORCE, sine(2.0 * HERTZ.a_mm, 0.003), 0.0)
+    assert MODELS["filtered"].under(place).approach_mm == pytest.approx(HERTZ.approach_mm, abs=1e-12)
+
+
+def test_a_phase_and_a_shift_are_the_same():
+    shifted, turned = (
+        truth_on(PAIR, FORCE, line, s)
+        for line, s in ((sine(40.0, 0.02), 5.0), (sine(40.0, 0.02, phase_rad=0.25 * math.pi), 0.0))
+    )
+    assert shifted.approach_mm == pytest.approx(turned.approach_mm, rel=1e-12)
+    assert shifted.p_max_MPa == pytest.approx(turned.p_max_MPa, rel=1e-9)
+
+
+def test_lengths_and_the_square_of_the_force_scale_the_same_pressure():
+    small = truth_on(PAIR, FORCE, sine(30.0, 0.02), 4.0)
+    twice = Pair(A_per_mm=0.5 * PAIR.A_per_mm, B_per_mm=0.5 * PAIR.B_per_mm, contact_modulus_MPa=MODULUS)
+    large = truth_on(twice, 4.0 * FORCE, sine(60.0, 0.04), 8.0)
+    assert large.p_max_MPa == pytest.approx(small.p_max_MPa, rel=1e-9)
+    assert large.approach_mm == pytest.approx(2.0 * small.approach_mm, rel=1e-9)
+
+
+# largest amplitude over the approach with an error of 5 %, of an independent program; its own spread is some per cent
+@pytest.mark.parametrize(
+    ("model", "error", "lengths", "amplitude"),
+    [
+        ("eq6", "force_error", 1.0, 0.033),
+        ("eq6", "force_error", 4.0, 0.28),
+        ("eq6", "force_error", 8.0, 0.66),
+        ("eq6", "peak_error", 0.7, 0.015),
+        ("eq6", "peak_error", 2.0, 0.070),
+        ("eq6", "peak_error", 5.6, 0.51),
+        ("path", "force_error", 5.6, 0.59),
+        ("filtered", "force_error", 2.0, 0.26),
+        ("local", "force_error", 1.4, 0.089),
+        ("fitted", "peak_error", 1.0, 0.047),
+    ],
+)
+def test_the_limits_of_the_map_are_those_of_an_independent_program(model, error, lengths, amplitude):
+    cells = [
+        judge_cell(PAIR, FORCE, 2.0 * lengths * HERTZ.a_mm, share * amplitude * HERTZ.approach_mm)
+        for share in (0.85, 1.15)
+    ]
+    found = largest_amplitude_mm(cells, model, (error,))
+    assert found is not None
+    assert found / HERTZ.approach_mm == pytest.approx(amplitude, rel=0.1)
+
+
+# the same limits of eq. 6, the least of force and peak, in closed form
+@pytest.mark.parametrize(
+    ("lengths", "amplitude", "within"),
+    [
+        (0.5, 0.012, 0.08),
+        (1.0, 0.023, 0.08),
+        (2.0, 0.070, 0.08),
+        (2.8, 0.132, 0.08),
+        (4.0, 0.26, 0.2),
+        (8.0, 0.66, 0.08),
+    ],
+)
+def test_closed_forms_draw_the_limit_of_eq_6(lengths, amplitude, within):
+    limits = eq6_limits(PAIR, FORCE, 2.0 * lengths * HERTZ.a_mm)
+    assert min(limits.force_mm, limits.peak_mm) / HERTZ.approach_mm == pytest.approx(amplitude, rel=within)
+
+
+def test_a_circle_has_a_third_of_both_curvatures_in_its_peak():
+    # p0 goes with (A + B)^(2/3)
+    assert peak_exponent(replace(PAIR, B_per_mm=PAIR.A_per_mm)) == pytest.approx(1.0 / 3.0, rel=1e-6)
+
+
+def test_a_rounded_flat_is_two_contacts_in_its_middle_and_eq_6_loses_it_on_the_flank():
+    flat = Irregularity(kind="haversine", length_mm=40.0, depth_mm=0.434783)
+    middle, flank = (judge_place(PAIR, FORCE, flat, s) for s in (0.0, 10.0))
+    assert middle.truth.patch.pieces == 2
+    assert middle.truth.approach_mm == pytest.approx(0.278 + HERTZ.approach_mm, rel=2e-3)
+    assert flank.truth.approach_mm == pytest.approx(0.0982 + HERTZ.approach_mm, rel=2e-3)
+    assert flank.models["eq6"].force_N == 0.0
+    assert flank.models["path"].force_error == pytest.approx(0.32, abs=0.01)
+    assert abs(flank.models["local"].force_error) < 0.015
+    assert abs(flank.models["fitted"].force_error) < 0.005
+
+
+def test_a_map_is_the_same_on_any_number_of_workers():
+    waves = {"wavelengths_mm": [20.0, 60.0], "amplitudes_mm": [0.006, 0.04]}
+    alone, both = (fecontact.irregular(ELLIPTIC, **waves, workers=workers) for workers in (1, 2))
+    assert alone == both
+    first = alone["cells"][0]
+    assert set(first["models"]) == set(MODELS)
+    assert set(first["models"]["eq6"]) == {"force_error", "peak_error", "holds"}
+    assert [cell["models"]["eq6"]["holds"] for cell in alone["cells"]] == [False, False, True, False]
+
+
+def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
+    words = ("irregular", *WORDS, "--wavelengths-mm", "30,60", "--amplitudes-um", "5,20", "--workers", "1")
+    assert call([*words, "--json", "--out", str(tmp_path)]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record == json.loads((tmp_path / "irregular.json").read_text())
+    assert (tmp_path / "irregular.png").stat().st_size > 10_000
+    # the picture says which pair, position and force, and what the models are
+    drawn = (tmp_path / "irregular.svg").read_text("utf-8")
+    for told in ("rail circle:300", "shift +0.00 mm", "the cheapest model that holds", "in the middle"):
+        assert told in drawn
+    pair = record["pair"]
+    assert f"patch {2.0 * pair['a_mm']:.1f} mm long, approach {1e3 * pair['approach_mm']:.0f} µm" in drawn
+    # corrugation of 30 mm: between 5 and 20 um, as in the sheet 8 um
+    limits = {one["wavelength_mm"]: one["amplitude_mm"]["eq6"] for one in record["limits"]}
+    assert 0.006 < limits[30.0] < 0.0105
+    assert call(list(words)) == 0
+    told = capsys.readouterr().out
+    assert "Amplitude up to which a model is within 5 %" in told
+
+
+# at 0 mm the patch of S1002 on 60E1 reaches over a junction to a second lobe; two cylinders are Hertz's own bodies
+@pytest.mark.parametrize(("case", "holds"), [(Case(), False), (Case(lateral_shift_mm=-4.0), True), (ELLIPTIC, True)])
+def test_whether_hertz_holds_without_the_irregularity_is_said(case, holds):
+    record = fecontact.irregular(case, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
+    found = record["without_irregularity"]
+    alone, hertz = (fecontact.theory(case, name) for name in ("half_space", "hertz"))
+    off = {
+        "peak_error": hertz["p_max_MPa"] / alone["p_max_MPa"] - 1.0,
+        # a spring of the power 1.5
+        "force_error": (alone["approach_mm"] / hertz["approach_mm"]) ** 1.5
+        * hertz["normal_force_N"]
+        / alone["normal_force_N"]
+        - 1.0,
+    }
+    assert {name: found[name] for name in off} == pytest.approx(off, abs=1e-3)
+    assert (found["holds"], found["problem"]) == (holds, None)
+    _, line, *_ = irregular_lines(record)
+    assert line.startswith(f"Hertz's force and peak {'hold' if holds else 'FAIL'} on these profiles without it: ")
+    assert f"{100 * off['peak_error']:+z.1f} %" in line
+
+
+def test_a_half_space_without_an_answer_leaves_open_whether_hertz_holds(monkeypatch):
+    def failing(*_):
+        raise ConvergenceError("it grows without bound")
+
+    monkeypatch.setattr("fecontact.features.irregular.judging.theory_alone", failing)
+    record = fecontact.irregular(ELLIPTIC, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
+    assert record["without_irregularity"]["holds"] is None
+    _, line, *_ = irregular_lines(record)
+    assert line.endswith("without it is not known: it grows without bound")
+
+
+def test_a_measured_line_has_its_worst_places_named(capsys, tmp_path):
+    s = np.arange(0.0, 121.0)
+    e = 0.02 * np.cos(2.0 * np.pi * s / 30.0)
+    path = tmp_path / "rail.csv"
+    path.write_text("s_mm,e_um\n" + "".join(f"{a:g},{1e3 * b:.6f}\n" for a, b in zip(s, e, strict=True)))
+    words = ("irregular", *WORDS, "--workers", "1", "--positions-mm", "45,52.5,60")
+    assert call([*words, "--table", str(path), "--json"]) == 0
+    measured = json.loads(capsys.readouterr().out)
+    assert call([*words, "--irregularity", "sine:wavelength_mm=30,amplitude_um=20", "--json"]) == 0
+    exact = json.loads(capsys.readouterr().out)
+    for one, other in zip(measured["places"], exact["places"], strict=True):
+        assert one["approach_mm"] == pytest.approx(other["approach_mm"], rel=1e-4)
+    worst = measured["worst"]["eq6"]
+    assert worst["force_error_at_mm"] in (45.0, 60.0)
+    assert abs(worst["force_error"]) > 0.1 > abs(measured["worst"]["fitted"]["force_error"])
+
+
+def test_a_model_is_within_the_limit_at_the_places_where_it_holds():
+    # `filtered` says nothing of the peak of a wave that all others follow; nothing has a peak at the edge of a chord
+    for text, positions in (
+        ("sine:wavelength_mm=60,amplitude_um=2", [0.0, 30.0]),
+        ("chord:length_mm=40", [10.0, 20.0]),
+    ):
+        found = fecontact.irregular(ELLIPTIC, irregularity=text, positions_mm=positions)
+        for name in MODELS:
+            held = [place["models"][name]["holds"] for place in found["places"]]
+            assert found["worst"][name]["share_within_limit"] == sum(held) / len(held), name
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("sine:wavelength_mm=30", "amplitude_mm is missing"),
+        ("sine:wavelength_mm=30,amplitude_um=-3", "allowed: finite and > 0"),
+        ("sine:wavelength_mm=30,amplitude_um=25,length_mm=3", "it has no length_mm"),
+        ("sine:wavelength=30,amplitude_um=25", "did you mean wavelength_mm"),
+        ("sine:wavelength_mm=10,amplitude_um=200", "its largest slope is 0.126"),
+        ("square:wavelength_mm=10", "allowed: sine, chord, haversine, table"),
+        ("table:", "no file is given"),
+        ("table:nowhere.csv", "there is no such file"),
+    ],
+)
+def test_a_text_that_is_no_irregularity_says_what_is(text, said):
+    with pytest.raises(InputError, match=said):
+        parse_irregularity(text)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("0,0\n1,0\n2,0\n3,0\n4,0\n", "the unit of its distance is not given"),
+        ("s_mm,e\n0,0\n1,0\n2,0\n3,0\n4,0\n", "the unit of its opening is not given"),
+        ("s_mm,e_um\n0,0\n1,0\n2,0\n9,0\n10,0\n11,0\n", "a gap of 7 mm from 2 to 9 mm"),
+        ("s_mm,e_mm\n0,0\n1,0\n2,0\n3,0.2\n4,0.2\n5,0.2\n", "a step of .0.2 mm from 2 to 3 mm, a slope of 0.2"),
+        ("s_mm,e_mm\n0,0\n1,0\n1,0\n3,0\n4,0\n", "distances do not grow at 1 mm"),
+        ("s_mm,e_mm\n0,0\n1,0\n", "2 points; allowed: 5 and more"),
+        ("s_mm,e_mm\n0,0\n1,high\n", "row 2 is no pair of numbers"),
+    ],
+)
+def test_tables_with_gaps_steps_or_no_units_are_named(tmp_path, rows, said):
+    path = tmp_path / "line.csv"
+    path.write_text(rows)
+    with pytest.raises(InputError, match=said):
+        parse_irregularity(f"table:{path}")
+
+
+def test_units_of_a_table_are_converted(tmp_path):
+    path = tmp_path / "line.csv"
+    path.write_text("# a weld\n0 0\n0.001 10\n0.002 20\n0.003 10\n0.004 0\n")
+    line = parse_irregularity(f"table:{path},distance=m,opening=um")
+    assert line.points_mm[1:3] == ((1.0, 0.01), (2.0, 0.02))
+
+
+def test_what_nodes_cannot_follow_or_a_table_does_not_reach_is_refused():
+    with pytest.raises(InputError, match=r"its shortest wave is 1 mm, .* allowed: 1\.8 mm and more"):
+        fecontact.irregular(ELLIPTIC, wavelengths_mm=[1.0], amplitudes_mm=[1e-4])
+    line = table(lambda s: 1e-4 * s)
+    with pytest.raises(InputError, match="the contact at 58 mm reaches past its ends, -60 and 60 mm"):
+        fecontact.irregular(ELLIPTIC, irregularity=line, positions_mm=[58.0])
+    with pytest.raises(InputError, match="give either wavelengths and amplitudes for a map, or an irregularity"):
+        fecontact.irregular(ELLIPTIC)
+    with pytest.raises(InputError, match="yaw is 3 mrad; allowed: 0"):
+        fecontact.irregular(replace(ELLIPTIC, yaw_rad=3e-3), wavelengths_mm=[50.0], amplitudes_mm=[0.01])
+
+
+def test_amplitudes_that_lift_the_wheel_off_and_lost_contacts_and_edges_are_named():
+    high = fecontact.irregular(ELLIPTIC, wavelengths_mm=[160.0], amplitudes_mm=[0.2])
+    assert any("leaves the rail over the hollows" in note for note in high["notes"])
+    flat = fecontact.irregular(ELLIPTIC, irregularity="chord:length_mm=40", positions_mm=[10.0])
+    assert any("eq6 sees wheel and rail apart at 1 of 1 places" in note for note in flat["notes"])
+    assert any("no bound" in note and "haversine" in note for note in flat["notes"])
+    assert flat["places"][0]["p_max_MPa"] is None
+    # a cell that is too steep is one that says why, among others that are solved
+    steep = fecontact.irregular(ELLIPTIC, wavelengths_mm=[12.0], amplitudes_mm=[0.01, 0.2])
+    assert [cell["problem"] is None for cell in steep["cells"]] == [True, False]
+
+
+# --- irregular bodies of a case ---------------------------------------------------------------------------------------
+
+
+WAVE = sine(50.0, 0.010)
+
+
+def irregular_case(line, distance=0.0, **more):
+    return Case(
+        rail="circle:300",
+        wheel="cylinder:460",
+        inclination_rad=0.0,
+        rail_irregularity=line,
+        distance_mm=distance,
+        **more,
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "distance", "approach", "peak"),
+    [
+        (WAVE, 0.0, 0.112779, 1210.0),
+        (WAVE, 25.0, 0.095375, 1264.3),
+        (sine(20.0, 0.010), 10.0, 0.100049, 1378.2),
+        # the rigid wheel stands on two crests, the loaded patch is one
+        (sine(30.0, 0.100), 0.0, 0.134966, 1154.8),
+        (Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.434783), 10.0, 0.277650, 1542.7),
+    ],
+)
+def test_the_half_space_of_a_case_has_the_irregularity_in_its_gap(line, distance, approach, peak):
+    _, expected = expect_on_half_space(irregular_case(line, distance))
+    placement, rung = expected.true_gap.placement, expected.half_space
+    # from where smooth bodies touch; nodes of 32 a semi-axis, and circles for parabolas
+    assert rung.approach_mm + placement.along.lowered_mm == pytest.approx(approach, rel=3e-4)
+    assert measure_patch(rung.pressure).p_max_MPa == pytest.approx(peak, rel=1e-3)
+
+
+def test_touch_points_and_hertz_follow_gap_and_irregularity():
+    two = place_case(irregular_case(sine(30.0, 0.100)))
+    touches = place_on(PAIR, FORCE, sine(30.0, 0.100), 0.0).touches
+    assert sorted(touch.x_mm for touch in two.touch_points) == pytest.approx(
+        sorted(touch.x_mm for touch in touches[:2]), rel=1e-5
+    )
+    assert two.along.lowered_mm == pytest.approx(touches[0].gap_mm, abs=1e-6)
+    hertz = fecontact.hertz(irregular_case(WAVE))["ellipses"][0]
+    local = MODELS["local"].under(place_on(PAIR, FORCE, WAVE, 0.0))
+    assert hertz["p_max_MPa"] == pytest.approx(local.p_max_MPa, rel=1e-4)
+
+
+def test_rail_and_wheel_enter_alike_and_add_up():
+    base = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    half = sine(50.0, 0.005)
+    alone, wheel, both = (
+        fecontact.theory(Case(**base, distance_mm=7.0, **lines), "half_space")
+        for lines in (
+            {"rail_irregularity": WAVE},
+            {"wheel_irregularity": WAVE},
+            {"rail_irregularity": half, "wheel_irregularity": half},
+        )
+    )
+    assert alone["p_max_MPa"] == wheel["p_max_MPa"]
+    assert both["p_max_MPa"] == pytest.approx(alone["p_max_MPa"], rel=1e-9)
+
+
+def test_what_is_irregular_is_solved_whole_and_told_in_the_case():
+    case = irregular_case(WAVE, 3.0)
+    assert (ELLIPTIC.half, case.half) == (True, False)
+    record = case_record(case)
+    assert case_from_record(json.loads(json.dumps(record))) == case
+    # smooth bodies are told as before there were others
+    assert not {"rail_irregularity", "wheel_irregularity", "distance_mm"} & case_record(ELLIPTIC).keys()
+    # a table goes to workers with its points
+    measured = irregular_case(table(lambda s: 1e-4 * s**2))
+    measured.rail_irregularity.opening_mm(0.5)
+    assert pickle.loads(pickle.dumps(measured)) == measured
+    assert case_from_record(json.loads(json.dumps(case_record(measured)))) == measured
+
+
+def test_a_study_has_irregularities_as_texts_or_tables_and_lists_of_distances(tmp_path):
+    path = tmp_path / "waves.toml"
+    path.write_text(
+        'rail = "circle:300"\nwheel = "cylinder:460"\ninclination = "none"\ndistance_mm = "0:25:12.5"\n'
+        'rail_irregularity = "sine:wavelength_mm=50,amplitude_um=10"\n'
+        'wheel_irregularity = {kind = "haversine", length_mm = 80, depth_um = 100}\n'
+    )
+    cases = toml_cases(path)
+    assert [case.distance_mm for case in cases] == [0.0, 12.5, 25.0]
+    assert cases[0].rail_irregularity == WAVE
+    assert cases[0].wheel_irregularity == Irregularity(kind="haversine", length_mm=80.0, depth_mm=0.1)
+    assert len({case_id(case) for case in cases}) == 3
+    assert input_columns(cases[1])["distance_mm"] == 12.5
+    assert input_columns(cases[1])["rail_irregularity"] == "sine:wavelength_mm=50,amplitude_mm=0.01"
+    assert position_text(input_columns(cases[1])) == "+0.00 mm, 100 kN, at 12.5 mm"
+    told = case_words(cases[1], place_case(cases[1]))
+    assert "at 12.5 mm of rail sine:wavelength_mm=50,amplitude_mm=0.01, wheel haversine:length_mm=80" in told
+
+
+def test_the_command_line_takes_the_same_text(capsys):
+    words = ("hertz", *WORDS, "--rail-irregularity", "sine:wavelength_mm=50,amplitude_um=10", "--json")
+    assert call(list(words)) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(fecontact.hertz(irregular_case(WAVE))))
+
+
+def test_edges_and_ends_of_tables_are_refused():
+    chord = Irregularity(kind="chord", length_mm=40.0)
+    with pytest.raises(InputError, match="the wheel stands on an edge of its irregularity"):
+        place_case(irregular_case(chord))
+    with pytest.raises(InputError, match="an edge of the irregularity lies in the patch at 25 mm"):
+        expect_on_half_space(irregular_case(chord, 25.0))
+    with pytest.raises(InputError, match="reaches past the end of the irregularity's table"):
+        expect_on_half_space(irregular_case(table(lambda s: 1e-4 * s), 58.0))
+    with pytest.raises(InputError, match="rail irregularity is 'sine'; allowed: Irregularity"):
+        Case(rail_irregularity="sine")
+
+
+@pytest.mark.slow
+def test_finite_bodies_add_nothing_of_an_irregularity():
+    """What they add to the peak of the smooth pair, within the slope, which its uncertainty has in it."""
+    quick = {"resolution": "quick", "refine": "never"}
+    smooth = fecontact.solve(replace(ELLIPTIC, **quick)).load
+    waves = (
+        (WAVE, 25.0),
+        (sine(20.0, 0.010), 10.0),
+        (Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.434783), 10.0),
+    )
+    for line, distance in waves:
+        load = fecontact.solve(irregular_case(line, distance, **quick)).load
+        added, own = (one.ladder.steps["half_space_to_bodies"]["p_max_MPa"] for one in (smooth, load))
+        assert abs(own - added) < line.largest_slope, line.kind
+        assert load.uncertainty["p_max_MPa"] > line.largest_slope
+        assert load.status == "converged"
+
+
+def test_a_stored_wheel_stands_as_low_as_the_placed_one():
+    case = Case(rail_irregularity=parse_irregularity("sine:wavelength_mm=50,amplitude_mm=0.03"), distance_mm=12.0)
+    placed = place_case(case)
+    stored = stored_placement(case, json.loads(json.dumps(placement_record(placed), default=float)))
+    assert placed.along.lowered_mm != 0.0
+    x, s = np.linspace(-8.0, 8.0, 9)[:, None], np.linspace(-3.0, 3.0, 5)[None, :]
+    np.testing.assert_array_equal(stored.gap(x, s), placed.gap(x, s))
+    assert input_columns(case, stored) == input_columns(case, placed)
+
+
+def test_a_sine_is_said_to_be_a_cosine_where_it_is_asked_for():
+    assert sine(30.0, 0.025).opening_mm(0.0) == 0.025
+    said = "a cosine"
+    for text in (FORMS, page("irregular"), IrregularOptions.__doc__):
+        assert said in text
+
+
+def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
+    """Eq. 4, the semi-axes; eq. 12, the saturation; eq. 16, steady motion."""
+    steady = pytest.importorskip("fecontact.features.curves.steady")
+    for where, equation in (
+        ((hertz_ellipse.__doc__, page("irregular")), "eq. 4"),
+        ((saturation.__doc__, page("creep")), "eq. 12"),
+        ((steady.__doc__, page("curves")), "16"),
+    ):
+        for text in where:
+            assert equation in text
+            assert re.search(r"misprint|lacks|factor π", text)
+    # what they would make: cube root of pi in the semi-axes, no force where it saturates
+    assert math.pi ** (1.0 / 3.0) == pytest.approx(1.4646, abs=1e-4)
+    assert 3.0 - 3.0**2 / 3.0 == 0.0
+
+
+def test_a_table_is_told_by_the_number_of_its_points_and_its_ends():
+    table = Irregularity(kind="table", points_mm=((-30.0, 0.0), (-10.0, 0.01), (0.0, 0.02), (5.0, 0.03), (20.5, 0.0)))
+    assert irregularity_text(table) == "table of 5 points from -30 to 20.5 mm"
