@@ -96,7 +96,7 @@ if TYPE_CHECKING:
     from fecontact.runs.load import load
     from fecontact.runs.study import run
     from fecontact.solving.placing import geometry
-    from fecontact.solving.position import preview as place
+    from fecontact.solving.preview import preview as place
     from fecontact.solving.solve import CaseResult, solve
 
 __all__ = [
@@ -146,7 +146,7 @@ _HOMES = {
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
     "mesh": "outputs.meshes.mesh",
-    "place": "solving.position.preview",
+    "place": "solving.preview.preview",
     "profile": "profiles.library.profile",
     "rows": "outputs.records.results.rows",
     "run": "runs.study.run",

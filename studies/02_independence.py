@@ -25,7 +25,8 @@ from fecontact.judging.measures import CUT_PLANES, measures_of
 from fecontact.regression.checks import Check, discretisation_check
 from fecontact.runs.identity import case_id
 from fecontact.solving.expected_patch import expected_patch
-from fecontact.solving.position import place_case, true_gap_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import true_gap_of_case
 
 RESOLUTION_PERCENT = {"standard": 0.2, "quick": 0.3}
 MEASURES = {"p_max": "MPa", "area": "mm2", "a": "mm", "b": "mm"}

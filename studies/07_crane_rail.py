@@ -24,7 +24,8 @@ from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.case import BodySize, Case, Track
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check, discretisation_check, hertz_check
-from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
 
 WHEEL_RADIUS_MM = 400.0
 LOADED = (("A100", 100e3), ("A100", 250e3), ("A120", 250e3))

@@ -24,7 +24,8 @@ from fecontact.bodies import STEEL
 from fecontact.case import Case
 from fecontact.outputs.style import Colour, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check
-from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
 
 LOAD_N = 100e3
 YIELD_MPA = 480.0

@@ -65,7 +65,8 @@ from fecontact.placement.placement import Placement
 from fecontact.regression.checks import Check
 from fecontact.solving.expected_patch import followed_mm, lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.meshes import CoupledProblem, couple, coupled_problem, grid_over
-from fecontact.solving.position import Clock, place_case, true_gap_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import Clock, true_gap_of_case
 
 JUDGED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "valley", "separate_load", "misplaced_load")
 SETS = ("ellipses, tuning", "ellipses, testing", "others, tuning", "others, testing", "real, tuning", "real, testing")

@@ -37,7 +37,9 @@ from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check
-from fecontact.solving.position import hertz_of_case, hertz_uncertainty, place_case
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.profile_variants import hertz_uncertainty
 
 SHIFTS_MM = (-4.0, 0.0, 3.0, 4.0)
 NOISES_MM = (0.005, 0.01, 0.02)

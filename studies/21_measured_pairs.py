@@ -51,7 +51,8 @@ from fecontact.judging.verdict import Answer, judge_on_lines
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
 from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check
-from fecontact.solving.position import lines_of_case, place_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.profile_variants import lines_of_case
 
 VERDICTS = Path(__file__).parent / "profiles" / "contact_verdicts.csv"
 MEASURED = Path(__file__).parents[1] / "tests" / "profiles"

@@ -65,8 +65,10 @@ def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
     from fecontact.contact.grid import Rung
     from fecontact.judging.ladder import compare
+    from fecontact.solving.fine_zone import fine_zone
+    from fecontact.solving.hertz import hertz_of_case
     from fecontact.solving.meshes import couple, coupled_problem
-    from fecontact.solving.position import fine_zone, hertz_of_case, position_of
+    from fecontact.solving.position import position_of
     from fecontact.solving.solve import peak_memory_MB
 
     begin = time.process_time()
@@ -128,7 +130,7 @@ def assembly(case: Case) -> dict[str, float]:
 
     from fecontact.bodies import STEEL
     from fecontact.fe.body import _skfem_mesh, stiffness
-    from fecontact.solving.position import mesh_case
+    from fecontact.solving.case_meshes import mesh_case
 
     # all layers have unknowns: the vector form knows no others
     mesh = replace(mesh_case(case, "rail"), spacing=None)

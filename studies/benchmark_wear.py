@@ -21,13 +21,14 @@ import fecontact
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
-from fecontact.judging.judging import judge_line
 from fecontact.judging.lines import Lines, OnLine
+from fecontact.judging.lobes import judge_line
 from fecontact.judging.verdict import judge, judge_on_lines
 from fecontact.profiles.library import GivenProfile, load
 from fecontact.profiles.reading import Reading
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, lines_of_case
+from fecontact.solving.position import expect_on_half_space
+from fecontact.solving.profile_variants import lines_of_case
 
 NOISE_MM, STEP_MM, EXACT_STEP_MM = 0.01, 0.2, 0.05
 CRITERIA = Criteria(judged_by=("p_max", "area", "a", "b", "separate"))

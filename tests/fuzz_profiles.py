@@ -25,7 +25,9 @@ from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import csv_text, points_along
-from fecontact.solving.position import hertz_of_case, hertz_uncertainty, place_case
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.profile_variants import hertz_uncertainty
 
 FORMATS = (".csv", ".txt", ".prr", ".prw", ".ban", ".whl", ".toml")
 SLOWEST_S = 2.0

@@ -13,7 +13,7 @@ from fecontact.bodies import Material
 from fecontact.cli import call
 from fecontact.contact.grid import Rung
 from fecontact.judging import verdict
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES, measures_of
 from fecontact.judging.solved_load import PathPoint, Yielded, YieldedBody
 from fecontact.outputs.cases import ReportedCase

@@ -14,19 +14,13 @@ from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
 from fecontact.fe.section import Stretch, lines_of
-from fecontact.judging.judging import parts_of
+from fecontact.judging.lobes import parts_of
 from fecontact.judging.solved_load import MESH_RATIO
+from fecontact.solving.element_sizes import element_size_mm, element_width_mm
+from fecontact.solving.fine_zone import MARGIN_ELEMENTS, Room, fine_zone, more_room
 from fecontact.solving.meshes import CoupledMesh, Meshes
-from fecontact.solving.position import (
-    MARGIN_ELEMENTS,
-    Room,
-    element_size_mm,
-    element_width_mm,
-    fine_zone,
-    more_room,
-    position_of,
-    preview,
-)
+from fecontact.solving.position import position_of
+from fecontact.solving.preview import preview
 from fecontact.solving.solve import _made_for, _serves
 
 MODULUS = 115e3
@@ -356,7 +350,7 @@ def test_a_preview_counts_the_elements_of_bands(two):
 
 def test_other_meshes_begin_with_the_room_that_the_first_one_needed(monkeypatch):
     # no free elements between the patch and the edge of its zone
-    monkeypatch.setattr("fecontact.solving.position.MARGIN_ELEMENTS", 0)
+    monkeypatch.setattr("fecontact.solving.fine_zone.MARGIN_ELEMENTS", 0)
     size = BodySize(rail_depth_mm=25.0, rim_thickness_mm=25.0, half_length_mm=32.0)
     case = Case(
         rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=50e3, resolution=(1.4, 1.3), size=size

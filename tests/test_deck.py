@@ -13,7 +13,7 @@ from fecontact.case import BodySize, Case
 from fecontact.cli import call
 from fecontact.fe.body import BodyMesh
 from fecontact.outputs.meshes import write_mesh
-from fecontact.solving.position import MeshedPair, mesh_pair
+from fecontact.solving.case_meshes import MeshedPair, mesh_pair
 from fecontact.solving.solve import solve
 
 SIZE = BodySize(rail_depth_mm=30.0, rim_thickness_mm=30.0, half_length_mm=30.0)

@@ -26,7 +26,7 @@ from fecontact.fe.body import (
     rigid_body_modes,
     stiffness,
 )
-from fecontact.solving.position import mesh_case
+from fecontact.solving.case_meshes import mesh_case
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

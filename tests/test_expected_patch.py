@@ -18,7 +18,8 @@ from fecontact.judging.measures import FLOORS, MEASURES, deviations, measures_of
 from fecontact.judging.solved_load import Solved, uncertainty
 from fecontact.solving import expected_patch
 from fecontact.solving.expected_patch import TrueGap, _fitted_grid, carried, lobe_sizes
-from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space, position_of, true_gap_of_case
 
 FLAT = """kind = "wheel"
 units = "mm"

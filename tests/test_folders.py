@@ -14,7 +14,7 @@ import fecontact
 from fecontact.cli import _system_error, call
 from fecontact.errors import InputError
 from fecontact.runs import store
-from fecontact.runs.study import prepare_for_case, prepare_for_study
+from fecontact.runs.folder import prepare_for_case, prepare_for_study
 
 PAIR = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]
 
@@ -38,7 +38,7 @@ def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device", "case.vtm")
 
-    monkeypatch.setattr("fecontact.runs.study.keep_with_report", full)
+    monkeypatch.setattr("fecontact.runs.report.keep_with_report", full)
     assert call(["solve", *PAIR, "--json", "--out", str(tmp_path / "out")]) == 2
     out, err = capsys.readouterr()
     assert json.loads(out)["status"] == "converged"
@@ -61,7 +61,7 @@ def test_what_is_told_of_a_case_is_made_once(solve, tmp_path, monkeypatch):
 def test_files_that_take_a_tenth_of_a_solve_are_told(solved_s, told, elliptic_quick, tmp_path, capsys, monkeypatch):
     result = replace(elliptic_quick, effort=replace(elliptic_quick.effort, seconds={"mesh": solved_s}))
     monkeypatch.setattr("fecontact.solving.solve.solve", lambda case, progress: result)
-    monkeypatch.setattr("fecontact.runs.study.keep_with_report", lambda *_: time.sleep(0.2))
+    monkeypatch.setattr("fecontact.runs.report.keep_with_report", lambda *_: time.sleep(0.2))
     assert call(["solve", *PAIR, "--json", "--out", str(tmp_path / "out")]) == 0
     said = re.search(r"^files, pictures and report took (\S+) s, the solution (\S+) s$", capsys.readouterr().err, re.M)
     assert (said is not None) is told

@@ -13,7 +13,8 @@ from fecontact.contact.grid import ContactGrid, Rung, hat_functions, misfit
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
-from fecontact.judging.judging import JudgedLoad, judge_load
+from fecontact.judging.judge import judge_load
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import RUNGS, STEPS, Ladder, PatchGeometry, cause_of, patch_geometry
 from fecontact.judging.measures import (
     CUT_PLANES,
@@ -35,7 +36,8 @@ from fecontact.placement.poses import RelativeCurvature, TouchPoint
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
 from fecontact.solving.expected_patch import quadratic_rung
-from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult, solve
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)

@@ -13,10 +13,11 @@ from fecontact.case import Case
 from fecontact.contact.grid import Rung
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
-from fecontact.judging.judging import fails_for_certain, judge_load, judge_theory
+from fecontact.judging.judge import judge_load
 from fecontact.judging.lines import EXACT, Moves
 from fecontact.judging.measures import deviations
 from fecontact.judging.solved_load import ELEMENTS_OFF
+from fecontact.judging.theory import fails_for_certain, judge_theory
 from fecontact.judging.verdict import ELEMENTS, PROFILE, Judgement, judge, judge_on_lines
 from fecontact.outputs.cases import verdict_of
 from fecontact.outputs.records.results import load_record, load_row
@@ -26,7 +27,8 @@ from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.solving.meshes import is_open
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import OWN_LINE, expect_on_half_space, lines_of_case
+from fecontact.solving.position import expect_on_half_space
+from fecontact.solving.profile_variants import OWN_LINE, lines_of_case
 
 PEAK = Criteria(judged_by=("p_max",))
 

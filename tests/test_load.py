@@ -21,7 +21,7 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row, read_row
 from fecontact.regression.compare import compare_tables

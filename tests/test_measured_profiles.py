@@ -39,7 +39,10 @@ from fecontact.profiles.smoothing import (
     register,
     scaled,
 )
-from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case, preview
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+from fecontact.solving.preview import preview
 
 
 def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, moved=None):

@@ -16,7 +16,7 @@ from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh, ElasticBody, choose_solver, elastic_body, stiffness
 from fecontact.fe.coupling import CoupledBodies, _clip, _triangle_rule, mortar_matrix
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
-from fecontact.solving.position import place_case
+from fecontact.solving.placing import place_case
 
 GRID = ContactGrid(x_mm=np.linspace(-3.0, 5.0, 9), s_mm=np.linspace(-2.0, 1.0, 6), half=False)
 

@@ -16,14 +16,17 @@ from fecontact.contact.patch import area_between
 from fecontact.contact_theories.approximation import Approximation, ellipse
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.contact_theories.registry import MULTI_HERTZ, THEORIES, Loaded
-from fecontact.judging.judging import judge_load, judge_lobes, judge_theory, parts_of
+from fecontact.judging.judge import judge_load
+from fecontact.judging.lobes import judge_lobes, parts_of
 from fecontact.judging.measures import MEASURES, measures_of, measures_of_theory, patch_of
+from fecontact.judging.theory import judge_theory
 from fecontact.placement.placement import place
 from fecontact.profiles.curve import Profile, cylinder_wheel
 from fecontact.profiles.segments import Arc
 from fecontact.solving.expected_patch import expected_patch
+from fecontact.solving.hertz import hertz_points_of_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, hertz_points_of_case, true_gap_of_case
+from fecontact.solving.position import expect_on_half_space, true_gap_of_case
 
 RADIUS, APART = 80.0, 40.0
 

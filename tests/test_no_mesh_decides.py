@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from fecontact.criteria import Criteria
-from fecontact.judging.judging import judge_load, no_mesh_decides
+from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON
 from fecontact.judging.solved_load import unmeshed
+from fecontact.judging.theory import no_mesh_decides
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.words import what_would_decide
 from fecontact.solving.meshes import is_open

@@ -30,7 +30,7 @@ from fecontact.errors import CONVERGED, UNUSABLE, InputError
 from fecontact.fe.body import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.judging.solved_load import Status
 from fecontact.outputs import tables
 from fecontact.outputs.cases import ReportedCase, hertz_lines, lobes_table, solver_table
@@ -64,8 +64,8 @@ from fecontact.placement.irregularity import Irregularity
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.solving.hertz_alone import hertz_alone
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import hertz_alone
 from fecontact.solving.solve import CaseResult
 
 MEASURES = ["p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm", "approach_mm"]

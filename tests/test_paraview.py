@@ -16,7 +16,7 @@ from kept import keep_as
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import write_json
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.outputs.documents import write_tables
 from fecontact.outputs.paraview.vtk import write_pvd, write_view
 from fecontact.solving.solve import CaseResult

@@ -33,7 +33,8 @@ from fecontact.judging.measures import (
 )
 from fecontact.profiles.library import toml_text
 from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, narrowest_semi_axes_mm
-from fecontact.solving.position import place_case, true_gap_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import true_gap_of_case
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 A, B, P0 = 7.0, 4.0, 1000.0

@@ -13,7 +13,8 @@ from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below, love_influence
 from fecontact.contact.solver import ContactProblem, solve_contact
-from fecontact.judging.judging import judge_load, parts_of
+from fecontact.judging.judge import judge_load
+from fecontact.judging.lobes import parts_of
 from fecontact.judging.measures import measures_of
 from fecontact.solving.expected_patch import angle_of_normals, angle_of_patches
 from fecontact.solving.meshes import _turned

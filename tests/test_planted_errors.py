@@ -22,7 +22,8 @@ from fecontact.contact_theories.hertz import hertz_from_hessian
 from fecontact.criteria import Criteria
 from fecontact.fe.body import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
-from fecontact.judging.judging import JudgedLoad, judge_load
+from fecontact.judging.judge import judge_load
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import REFERENCE_LIMIT, curvature_of_gap, reference_error
 from fecontact.judging.measures import measures_of
 from fecontact.judging.solved_load import (
@@ -38,9 +39,10 @@ from fecontact.judging.solved_load import (
 from fecontact.placement.placement import Placement
 from fecontact.solving import meshes
 from fecontact.solving.expected_patch import quadratic_rung
+from fecontact.solving.fine_zone import fine_zone
 from fecontact.solving.meshes import Meshes, couple, coupled_problem, is_open
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import Position, fine_zone, position_of
+from fecontact.solving.position import Position, position_of
 from fecontact.solving.solve import solve
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine="never")

@@ -22,8 +22,10 @@ from fecontact.placement.placement import Placement
 from fecontact.profiles.library import load
 from fecontact.profiles.writers import points_along
 from fecontact.solving.expected_patch import expected_patch
+from fecontact.solving.fine_zone import fine_zone
 from fecontact.solving.meshes import couple, coupled_problem
-from fecontact.solving.position import expect_on_half_space, fine_zone, place_case, position_of, true_gap_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space, position_of, true_gap_of_case
 from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")

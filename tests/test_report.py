@@ -16,7 +16,7 @@ from kept import keep_as
 from fecontact.case import Criteria
 from fecontact.cli import call
 from fecontact.files import write_sealed
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.outputs import style
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import ShownPair, reported_case, write_study_report, write_tables

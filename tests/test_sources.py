@@ -106,9 +106,10 @@ def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkey
 def test_only_those_who_ask_for_a_verdict_import_the_judges():
     # the digest of solving does not look into them: what else they decided about a solution would be missed
     asking = {module for module in SOLVING if any(within(other, JUDGES) for other in imported(module)[0])}
-    assert asking == {"case", "solving.solve", "solving.meshes", "solving.position"}
-    # what `solving.position` stores of the judges is of measured files alone, whose results both digests guard
-    assert {other for other in imported("solving.position")[0] if within(other, JUDGES)} == {"judging.judging"}
+    assert asking == {"case", "solving.solve", "solving.meshes", "solving.profile_variants"}
+    # what `solving.profile_variants` stores of the judges is of measured files alone, whose results both digests guard
+    used = imported("solving.profile_variants")[0]
+    assert {other for other in used if within(other, JUDGES)} == {"judging.lobes"}
     assert {other for other in imported("case")[0] if within(other, JUDGES)} == {"criteria"}
     for name in (*JUDGES, *INPUTS, *SHOWN):
         assert any(within(module, (name,)) for module in MODULES), name
@@ -123,7 +124,7 @@ def test_what_reads_inputs_knows_no_physics():
 def test_all_that_judges_and_tells_a_stored_result_is_in_a_digest():
     told = {"judging", "contact_theories", "solving", "features.creep"}
     judged = {module for module in SOLVING | EVALUATING if room(module) in told}
-    assert {"judging.judging", "contact_theories.strips"} <= judged
+    assert {"judging.judge", "judging.theory", "contact_theories.strips"} <= judged
     assert {"outputs.records.results", "outputs.records.stored", "runs.store"} <= EVALUATING
     pytest.importorskip("fecontact.features.creep")
     assert {"contact_theories.rolling.laws", "features.creep.steady"} <= judged

@@ -11,8 +11,9 @@ from fecontact.profiles.points import spikes, unclear
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.segments import crossings, noise_of
 from fecontact.profiles.writers import points_along
+from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import hertz_of_case, hertz_uncertainty
+from fecontact.solving.profile_variants import hertz_uncertainty
 
 
 def along(name, step_mm, start_mm=0.0):

@@ -12,7 +12,7 @@ from rungs import on_half_space
 
 from fecontact.case import Case
 from fecontact.contact_theories.registry import MULTI_HERTZ
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.outputs.documents import rows_parts
 from fecontact.outputs.records.results import load_row, other_theories, theory_text
 from fecontact.outputs.tables import write_csv

@@ -21,19 +21,15 @@ from fecontact.cli import _system_error, call
 from fecontact.commands.console import log_only, logged, many, print_reasons, say, solving
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
-from fecontact.runs.study import (
-    CASE_FILES_S,
-    MAP_FILES_S,
-    SPHERE,
-    STUDY_FILES_S,
-    StudyOutcome,
-    check_study,
-    cost_of,
-    demo_study,
-    demo_words,
-    exact_peak_MPa,
-)
-from fecontact.solving.position import START_SECONDS, hertz_of_case, memory_GB, mesh_pair, place_case, preview
+from fecontact.runs.check import check_study
+from fecontact.runs.cost import CASE_FILES_S, MAP_FILES_S, STUDY_FILES_S, cost_of
+from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
+from fecontact.runs.study import StudyOutcome
+from fecontact.solving.case_meshes import mesh_pair
+from fecontact.solving.cost import START_SECONDS, memory_GB
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.preview import preview
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
@@ -141,7 +137,7 @@ def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, m
     assert call(["check", str(path)]) == 2
     assert "1 of 3 positions were tried, up to the first that is none" in capsys.readouterr().err
     placed = []
-    monkeypatch.setattr("fecontact.runs.study.place_case", lambda case: placed.append(case.lateral_shift_mm))
+    monkeypatch.setattr("fecontact.runs.check.place_case", lambda case: placed.append(case.lateral_shift_mm))
     path.write_text('lateral_shift_mm = "-4:4:0.1"\n')
     assert call(["check", str(path)]) == 0
     assert "40 of 81 positions were tried, spread over the study" in capsys.readouterr().err
@@ -279,7 +275,7 @@ def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypa
     seen = preview(cells[0])
     for lines_seconds in (0.0, 4.5):
         one = replace(seen, lines_seconds=lines_seconds)
-        monkeypatch.setattr("fecontact.runs.study.preview_to_solve", lambda _, one=one: one)
+        monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _, one=one: one)
         plain, searched = cost_of(cells, 2), cost_of(cells, 2, further=(5.0, 14.0))
         assert searched.seconds - plain.seconds == pytest.approx(5.0 * lines_seconds / 2)
         assert searched.most_seconds - plain.most_seconds == pytest.approx(14.0 * lines_seconds / 2)
@@ -289,7 +285,7 @@ def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
     pytest.importorskip("fecontact.maps")
     cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 80e3, 100e3)]
     seen = preview(cells[0])
-    monkeypatch.setattr("fecontact.runs.study.preview_to_solve", lambda _: seen)
+    monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _: seen)
     plain, kept = cost_of(cells, 2), cost_of(cells, 2, files=(1.5, 4.0))
     # those of each case by two workers, those of all by one process
     for name in ("seconds", "most_seconds"):
@@ -300,7 +296,7 @@ def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
         asked.append(files)
         raise InputError("enough")
 
-    monkeypatch.setattr("fecontact.runs.study.cost_of", told)
+    monkeypatch.setattr("fecontact.runs.cost.cost_of", told)
     study = tmp_path / "one.toml"
     study.write_text("load_kN = 100.0\n")
     map_words = ("map", "--shifts", "3", "--loads-kn", "100")

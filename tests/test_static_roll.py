@@ -45,9 +45,9 @@ COMMANDS = {
     "fecontact.runs.alone.table": ["table", "--shifts", "0", "--out"],
     "fecontact.runs.alone.theory": ["theory", "strip"],
     "fecontact.runs.alone.hertz": ["hertz"],
-    "fecontact.solving.position.preview": ["place"],
+    "fecontact.solving.preview.preview": ["place"],
     "fecontact.solving.solve.solve": ["solve"],
-    "fecontact.solving.position.mesh_case": ["mesh", "rail", "--out"],
+    "fecontact.solving.case_meshes.mesh_case": ["mesh", "rail", "--out"],
 }
 
 

@@ -14,7 +14,8 @@ from fecontact.placement.placement import place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
 from fecontact.solving.expected_patch import TrueGap
-from fecontact.solving.position import direction_of_case, position_of
+from fecontact.solving.hertz import direction_of_case
+from fecontact.solving.position import position_of
 
 HEAD, GROOVE = 13.0, 15.0
 ANGLES = [0.0, 30.0, 50.0, 70.0]

@@ -21,9 +21,10 @@ from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs.casefile import load_study
+from fecontact.solving.fine_zone import fine_zone
 from fecontact.solving.meshes import CoupledMesh, couple
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, fine_zone, position_of, true_gap_of_case
+from fecontact.solving.position import expect_on_half_space, position_of, true_gap_of_case
 
 STUDIES = Path(__file__).parents[1] / "studies"
 BASELINES = STUDIES / "baselines"

@@ -34,10 +34,12 @@ from fecontact.jobs.engine import RunSettings, parse_part
 from fecontact.jobs.workers import Crew, Job, default_workers, groups_of, run_job, thread_environment
 from fecontact.runs import identity
 from fecontact.runs.casefile import Study
+from fecontact.runs.cost import longest_first
 from fecontact.runs.identity import case_id
 from fecontact.runs.sources import digests
 from fecontact.runs.store import Solving, case_folder, job_of
-from fecontact.runs.study import StudyOutcome, _shared, longest_first, run_study, varied_words
+from fecontact.runs.study import StudyOutcome, _shared, run_study
+from fecontact.runs.varied import varied_words
 from fecontact.solving.solve import SharedLoads
 
 LOADS_KN = (50, 60, 70, 80, 90)
@@ -308,7 +310,7 @@ def test_the_longest_position_is_solved_first_where_workers_would_wait_for_it(mo
             raise InputError("no contact")
         return type("Preview", (), {"cpu_seconds": seconds[given.load_N]})
 
-    monkeypatch.setattr("fecontact.runs.study.preview", seen)
+    monkeypatch.setattr("fecontact.runs.cost.preview", seen)
     cases = dict(zip("abcd", map(case, (50, 60, 70, 80)), strict=True))
     assert longest_first(cases, workers) == list(order)
 

@@ -21,16 +21,18 @@ from fecontact.contact_theories.approximation import Approximation, TheoryPatch,
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory, _in_strips
 from fecontact.features import offered
-from fecontact.judging.judging import judge_load, judge_theory
+from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES, MISFITS, deviations_of
+from fecontact.judging.theory import judge_theory
 from fecontact.judging.verdict import cheapest, standings
 from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_study_report
 from fecontact.outputs.records.results import load_record, load_row, result_record
 from fecontact.outputs.terminal import show
 from fecontact.outputs.words import WORDS as WORDS_OF_MEASURES
 from fecontact.regression.tables import KINDS, LATER, TEXT, kind_of
+from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, hertz_of_case
+from fecontact.solving.position import expect_on_half_space
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
 TWO_POINTS = Case(lateral_shift_mm=5.0, roll="touching", load_N=50e3)
@@ -127,8 +129,8 @@ def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
     for name in THEORIES:
         if name not in (HERTZ, HERTZ_GAUGE):
             monkeypatch.setitem(THEORIES, name, replace(THEORIES[name], approximate=refuse))
-    monkeypatch.setattr("fecontact.judging.judging.judge_lobes", refuse)
-    monkeypatch.setattr("fecontact.judging.judging.offered", refuse)
+    monkeypatch.setattr("fecontact.judging.judge.judge_lobes", refuse)
+    monkeypatch.setattr("fecontact.judging.judge.offered", refuse)
     alone = judge_load(*two, theories=(HERTZ,))
     assert list(alone.judgements) == [HERTZ]
     assert (alone.without, alone.lobes, alone.features) == ({}, (), {})

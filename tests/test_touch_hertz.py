@@ -12,7 +12,8 @@ from fecontact.case import Case
 from fecontact.contact_theories.hertz import hertz_ellipse, hertz_spring_force_N, multi_hertz_approach_mm
 from fecontact.errors import InputError
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.solving.position import hertz_points_of_case, place_case
+from fecontact.solving.hertz import hertz_points_of_case
+from fecontact.solving.placing import place_case
 from fecontact.solving.solve import solve
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)

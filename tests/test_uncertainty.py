@@ -28,7 +28,10 @@ from fecontact.judging.verdict import judge_on_lines
 from fecontact.placement.placement import Placement
 from fecontact.profiles.reading import Reading
 from fecontact.solving.expected_patch import on_more_nodes
-from fecontact.solving.position import hertz_of_case, hertz_uncertainty, lines_of_case, place_case, position_of
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import position_of
+from fecontact.solving.profile_variants import hertz_uncertainty, lines_of_case
 from fecontact.solving.solve import solve
 
 # Of reading one field, and of a cut plane that is moved out by half and what meshes have in common, written down a

@@ -21,6 +21,8 @@ from fecontact.placement.wheelset import Wheelset, _lowest
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.store import copy_profiles, stored_case
+from fecontact.solving.hertz import hertz_points_of_case
+from fecontact.solving.hertz_alone import hertz_alone
 from fecontact.solving.placing import (
     place_at_shifts,
     place_case,
@@ -29,7 +31,6 @@ from fecontact.solving.placing import (
     roll_of_case,
     wheelset_of_case,
 )
-from fecontact.solving.position import hertz_alone, hertz_points_of_case
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 # Manchester Contact Benchmark: shift to the right (mm) and roll (mrad) of the wheelset in CONTACT's examples, which

@@ -13,8 +13,9 @@ from points import profile_from_points
 from fecontact.case import Case
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import PLAIN
+from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import hertz_of_case, hertz_uncertainty
+from fecontact.solving.profile_variants import hertz_uncertainty
 
 # Centre (mm across, gauge side negative) and width of 1 mm of wear.
 SHAPES = {"top": (-5.0, 18.0), "field side": (8.0, 14.0), "gauge corner": (-22.0, 12.0), "wide": (-8.0, 22.0)}

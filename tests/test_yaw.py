@@ -7,8 +7,9 @@ import pytest
 
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import hertz_ellipse
+from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, hertz_of_case
+from fecontact.solving.position import expect_on_half_space
 
 
 def turned_cylinders(wheel_mm: float, rail_mm: float, angle_rad: float) -> tuple[float, float]:

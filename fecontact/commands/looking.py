@@ -51,7 +51,7 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
     """
     from fecontact.outputs.alone import preview_lines, preview_record
     from fecontact.outputs.figures.position import preview_figure
-    from fecontact.solving.position import preview
+    from fecontact.solving.preview import preview
 
     case = options.case()
     tell_notes(unusual([case]))
@@ -295,7 +295,7 @@ def mesh(
         Type of the elements in .inp: C3D8 as `solve` has them, or C3D8I with incompatible modes.
     """
     from fecontact.outputs.meshes import write_mesh
-    from fecontact.solving.position import MeshedPair, mesh_case, mesh_pair
+    from fecontact.solving.case_meshes import MeshedPair, mesh_case, mesh_pair
 
     case = options.case()
     tell_notes(unusual([case]))

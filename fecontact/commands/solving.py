@@ -112,8 +112,10 @@ def solve(
     from fecontact.files import json_text
     from fecontact.outputs.documents import case_parts
     from fecontact.outputs.words import case_words
+    from fecontact.runs.cost import CASE_FILES_S, cost_of
+    from fecontact.runs.folder import prepare_for_case
+    from fecontact.runs.report import keep_with_report
     from fecontact.runs.store import Told
-    from fecontact.runs.study import CASE_FILES_S, cost_of, keep_with_report, prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
@@ -168,7 +170,9 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     from fecontact.files import json_text
     from fecontact.outputs.documents import rows_parts
     from fecontact.runs.casefile import load_study
-    from fecontact.runs.study import STUDY_FILES_S, prepare_for_study, run_study
+    from fecontact.runs.cost import STUDY_FILES_S
+    from fecontact.runs.folder import prepare_for_study
+    from fecontact.runs.study import run_study
 
     settings, loaded = how.settings(), load_study(study, quick=quick)
     prepare_for_study(out, loaded.name, force=how.force)
@@ -232,7 +236,7 @@ def tell_cost(
         Whether laws of creep forces are judged where there is friction.
     """
     from fecontact.jobs.workers import default_workers
-    from fecontact.runs.study import cost_of
+    from fecontact.runs.cost import cost_of
 
     if how.part is not None or how.scheduler is not None:
         # how many others work, and on what machines, is not known
@@ -297,8 +301,8 @@ def validate(
     workers
         Cases at a time, as for `run`.
     """
-    from fecontact.runs.study import checked_studies
-    from fecontact.runs.study import validate as run_and_check
+    from fecontact.runs.validation import checked_studies
+    from fecontact.runs.validation import validate as run_and_check
 
     @contextmanager
     def watched(name: str) -> Iterator[Callable[[int, int, str], None]]:

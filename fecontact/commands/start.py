@@ -18,7 +18,8 @@ def demo(*, out: Path = Path("out/demo")) -> int:
         Folder for the results.
     """
     from fecontact.outputs.documents import rows_parts
-    from fecontact.runs.study import demo_study, demo_words, run_study
+    from fecontact.runs.demo import demo_study, demo_words
+    from fecontact.runs.study import run_study
 
     print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact; half a minute:", flush=True)
     with many("cases") as progress:
@@ -61,7 +62,7 @@ def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
     from dataclasses import asdict
 
     from fecontact.files import json_text
-    from fecontact.runs.study import check_study
+    from fecontact.runs.check import check_study
 
     found = check_study(file, quick=quick)
     if json:

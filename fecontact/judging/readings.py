@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.verdict import Judgement
 from fecontact.placement.placement import Placement
 

@@ -50,7 +50,7 @@ def map_(
     from fecontact.maps.running import prepare_for_map, run_map
     from fecontact.maps.telling import map_record
     from fecontact.maps.views import refuse_measure
-    from fecontact.runs.study import MAP_FILES_S
+    from fecontact.runs.cost import MAP_FILES_S
 
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)

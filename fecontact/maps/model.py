@@ -15,7 +15,8 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.errors import CONVERGED, FecontactError, NotEnoughMemory, failed
 from fecontact.features import offered
-from fecontact.judging.judging import JudgedLoad, with_readings
+from fecontact.judging.judge import with_readings
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.readings import MappedVerdicts
 from fecontact.judging.verdict import Answer
 from fecontact.outputs.records.results import Row, load_row

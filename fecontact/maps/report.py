@@ -11,7 +11,7 @@ from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.features import offered
 from fecontact.files import write_text
-from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
 from fecontact.maps.model import ApplicabilityMap, MapCell, cell_row
 from fecontact.maps.telling import cell_record, share_records

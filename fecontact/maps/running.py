@@ -27,9 +27,10 @@ from fecontact.maps.report import pictures_that_fit, write_map_report
 from fecontact.maps.storing import SolvingPosition, found_position, has_open_loads, position_folder
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs
+from fecontact.runs.cost import longest_first
+from fecontact.runs.folder import prepare
 from fecontact.runs.identity import case_id, provenance, with_absolute_paths
 from fecontact.runs.store import job_of
-from fecontact.runs.study import longest_first, prepare
 
 # Pictures are drawn while a map is made, but in its first minute; tables take so small a part of the time: what they
 # cost grows with the positions, and it is taken from those who solve.

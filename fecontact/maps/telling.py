@@ -8,7 +8,7 @@ from dataclasses import asdict
 from fecontact.contact_theories.approximation import TheoryPatch
 from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ, OF_ELLIPSES, THEORIES
 from fecontact.features import offered
-from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.measures import measures_of_theory
 from fecontact.judging.readings import MappedLaws
 from fecontact.judging.verdict import Judgement, Standing, cheapest, standings

@@ -28,7 +28,7 @@ from fecontact.outputs.terminal import Lines, notes
 from fecontact.placement.placement import Placement
 from fecontact.solving.alone import TableLine, TheoryAlone
 from fecontact.solving.placing import roll_of_case
-from fecontact.solving.position import Preview
+from fecontact.solving.preview import Preview
 
 _EXPECTED = "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm parts"
 _THEORY = "words cost source range differs"

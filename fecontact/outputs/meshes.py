@@ -16,7 +16,7 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh
 from fecontact.files import write_atomically
-from fecontact.solving.position import MeshedPair, mesh_case
+from fecontact.solving.case_meshes import MeshedPair, mesh_case
 from fecontact.solving.solve import CaseResult
 
 # --- Meshes as input files of CalculiX and Abaqus: a single body, or both with supports, contact and load.

@@ -15,7 +15,7 @@ from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE,
 from fecontact.criteria import Criteria
 from fecontact.errors import usable, with_remedy
 from fecontact.features import offered
-from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import PLASTIC, RUNGS
 from fecontact.judging.lines import FILTER
 from fecontact.judging.measures import MEASURES, Measures

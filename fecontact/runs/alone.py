@@ -24,7 +24,7 @@ from fecontact.outputs.alone import (
 )
 from fecontact.outputs.records.results import hertz_record
 from fecontact.solving.alone import stiffness_at, table_lines, theory_alone
-from fecontact.solving.position import hertz_alone
+from fecontact.solving.hertz_alone import hertz_alone
 
 Record = dict[str, Any]
 

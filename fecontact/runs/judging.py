@@ -21,8 +21,8 @@ from fecontact.outputs.tables import VARIED, Part
 from fecontact.outputs.terminal import count
 from fecontact.runs.casefile import kinds
 from fecontact.runs.load import stored_study, unusable
+from fecontact.runs.report import report_judged
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
-from fecontact.runs.study import report_judged
 
 # A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
 _WORTH_PROCESSES = 100

@@ -31,7 +31,11 @@ EVALUATE = (
     *(one.removeprefix("fecontact.") for one in _OFFERED if one.startswith("fecontact.")),
 )
 """Modules whose imports read a solution back, judge it and tell it."""
-JUDGES = ("criteria", "contact_theories.registry", *(f"judging.{name}" for name in ("judging", "ladder", "verdict")))
+JUDGES = (
+    "criteria",
+    "contact_theories.registry",
+    *(f"judging.{name}" for name in ("judge", "judged_load", "ladder", "lobes", "notes", "theory", "verdict")),
+)
 """What solving asks for a verdict alone: whether it would refine further is asked of what is stored, too."""
 INPUTS = ("files", "inputs")
 """What reads, checks and tells inputs; their values are in the id of a case."""

@@ -25,7 +25,8 @@ from fecontact.fe.stress import StressPeak
 from fecontact.files import read_json, write_json
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Job, Made, Work
-from fecontact.judging.judging import JudgedLoad, judge_load
+from fecontact.judging.judge import judge_load
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.outputs.records.results import FOUND_INPUTS, Row, case_inputs, case_row, result_record, write_row
 from fecontact.outputs.records.stored import (
     Arrays,

@@ -15,8 +15,9 @@ from fecontact.errors import InputError
 from fecontact.judging.measures import MEASURES, Measures, measures_of_theory
 from fecontact.judging.verdict import Answer, Standing, cheapest
 from fecontact.placement.placement import Placement
+from fecontact.solving.hertz import direction_of_case, hertz_of_case, hertz_points_of_case
 from fecontact.solving.placing import place_case, placed_or_why
-from fecontact.solving.position import direction_of_case, expect_on_half_space, hertz_of_case, hertz_points_of_case
+from fecontact.solving.position import expect_on_half_space
 
 HALF_SPACE = "half_space"
 """Name of the half-space among `THEORIES`, the only theory that is a solution."""

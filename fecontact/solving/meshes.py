@@ -29,25 +29,19 @@ from fecontact.fe.body import assembled_part, check_memory, choose_solver, elast
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.fe.stress import nodal_stress
-from fecontact.judging.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, no_mesh_decides
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lines import Lines
 from fecontact.judging.measures import patch_of
 from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
+from fecontact.judging.theory import Evidence, fails_for_certain, judge_hertz, no_mesh_decides
 from fecontact.judging.verdict import worst_of
 from fecontact.placement.placement import Placement
+from fecontact.solving.cost import cpu_seconds
 from fecontact.solving.expected_patch import TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
+from fecontact.solving.fine_zone import EDGE_ELEMENTS, MARGIN_ELEMENTS, Room, fine_zone, more_room
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
-from fecontact.solving.position import (
-    EDGE_ELEMENTS,
-    MARGIN_ELEMENTS,
-    Clock,
-    Position,
-    Room,
-    cpu_seconds,
-    fine_zone,
-    lines_of_case,
-    more_room,
-)
+from fecontact.solving.position import Clock, Position
+from fecontact.solving.profile_variants import lines_of_case
 
 # --- One pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
 

@@ -20,8 +20,10 @@ from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.fe.body import SolverName
 from fecontact.fe.stress import StressPeak, stress_peak
-from fecontact.judging.judging import JudgedLoad, judge_load, position_notes
+from fecontact.judging.judge import judge_load
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Comparison
+from fecontact.judging.notes import position_notes
 from fecontact.judging.solved_load import Status
 from fecontact.judging.verdict import Verdict
 from fecontact.placement.placement import Placement

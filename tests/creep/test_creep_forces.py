@@ -44,13 +44,16 @@ from fecontact.features.creep.judging import (
     judged_force,
 )
 from fecontact.features.creep.laws import CREEP_LAWS, REAL, creep_laws_of
-from fecontact.judging.judging import JudgedLoad, judge_load, judge_theory
+from fecontact.judging.judge import judge_load
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.solved_load import Level, SolvedLoad
+from fecontact.judging.theory import judge_theory
 from fecontact.judging.verdict import Judgement, cheapest, standings
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.placement.placement import Placement
 from fecontact.runs.identity import case_id, origin_of
-from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
 from fecontact.solving.solve import solve
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=100e3)

@@ -15,7 +15,7 @@ from fecontact.cli import call
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
 from fecontact.features.creep.laws import CREEP_LAWS
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.outputs.documents import case_parts
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.terminal import show

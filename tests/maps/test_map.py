@@ -44,7 +44,8 @@ from fecontact.inputs import parse_numbers
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Crew, Made
-from fecontact.judging.judging import JudgedLoad, judge_load
+from fecontact.judging.judge import judge_load
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lines import Lines, LobeOnLine, OnLine
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad
@@ -85,7 +86,9 @@ from fecontact.runs import store
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.load import load as load_results
 from fecontact.runs.store import SOLVED
-from fecontact.solving.position import Clock, expect_on_half_space, hertz_of_case, place_case
+from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import Clock, expect_on_half_space
 from fecontact.solving.solve import LoadSweep, fit_stiffness
 
 LOADS = (10e3, 50e3, 100e3, 150e3)
@@ -860,8 +863,8 @@ def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
         pytest.fail("evaluated by the process that only writes")
 
     monkeypatch.setattr(storing, "read_stored", evaluated)
-    for name in ("judge_theory", "offered", "judge_lobes"):
-        monkeypatch.setattr(f"fecontact.judging.judging.{name}", evaluated)
+    for name in ("theory.judge_theory", "judge.offered", "judge.judge_lobes"):
+        monkeypatch.setattr(f"fecontact.judging.{name}", evaluated)
     settings = RunSettings(workers=1)
     made = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork).made
     again = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork)

@@ -21,7 +21,7 @@ from fecontact.case import Case, Criteria
 from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.files import json_text
-from fecontact.judging.judging import judge_load
+from fecontact.judging.judge import judge_load
 from fecontact.judging.verdict import Verdict
 from fecontact.maps import report
 from fecontact.maps.files import map_figure, write_map

@@ -68,8 +68,8 @@ from fecontact.outputs.tables import write_csv
 from fecontact.outputs.words import other_wheel_label, roll_words, shift_label
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import kind_of, load_table
+from fecontact.runs.folder import prepare_for_study
 from fecontact.runs.identity import case_id
-from fecontact.runs.study import prepare_for_study
 
 # springs
 

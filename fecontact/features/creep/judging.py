@@ -37,7 +37,7 @@ from fecontact.features.creep.forces import (
     wheelset_creepages,
 )
 from fecontact.features.creep.steady import pressure_cells
-from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.measures import patch_of
 from fecontact.judging.solved_load import finest_otherwise
 from fecontact.judging.verdict import FROM_BEST, Judgement, Verdict, answer_of

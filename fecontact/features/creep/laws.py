@@ -28,7 +28,7 @@ from fecontact.features.creep.judging import (
     rolling_load,
 )
 from fecontact.features.creep.steady import pressure_cells
-from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.placement.placement import Placement
 
 CREEP_LAWS: Mapping[str, Mapping[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))

@@ -29,7 +29,7 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
     from fecontact.features.fleet.running import open_fleet
     from fecontact.features.fleet.sampling import cases_of, draw, solve_sample
     from fecontact.jobs.workers import default_workers
-    from fecontact.runs.study import STUDY_FILES_S, cost_of
+    from fecontact.runs.cost import STUDY_FILES_S, cost_of
 
     settings = how.settings()
     if settings.part is not None:

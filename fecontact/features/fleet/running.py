@@ -28,8 +28,8 @@ from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done, Job, Work
 from fecontact.profiles.library import is_known
 from fecontact.profiles.reading import Reading
+from fecontact.runs.folder import prepare
 from fecontact.runs.identity import json_digest
-from fecontact.runs.study import prepare
 
 FLEET, TABLE = "fleet.json", "fleet.toml"
 VERDICTS = ("HOLDS", "FAILS", "OPEN", "REFUSED")

@@ -16,8 +16,9 @@ from fecontact.contact.patch import signed_square
 from fecontact.contact_theories.approximation import mean_pressure
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import usable
-from fecontact.judging.judging import JudgedLoad, LobeJudgement
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import STEPS
+from fecontact.judging.lobes import LobeJudgement
 from fecontact.outputs.style import (
     ANSWERS,
     SERIES,

@@ -14,7 +14,7 @@ from fecontact.outputs.style import SIDES, Colour, blank_figure, finish, legend_
 from fecontact.outputs.tables import body_words
 from fecontact.outputs.words import case_words
 from fecontact.placement.placement import Placement
-from fecontact.solving.position import Preview
+from fecontact.solving.preview import Preview
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.judging.judging import JudgedLoad
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.outputs.figures.case import PressureFields, ellipse_outline
 from fecontact.outputs.style import blank_figure, image_of
 from fecontact.outputs.tables import Picture

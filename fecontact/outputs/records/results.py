@@ -26,8 +26,9 @@ from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.features import offered
 from fecontact.files import read_json, write_json
-from fecontact.judging.judging import JudgedLoad, LobeJudgement
+from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import BODIES, PLASTIC
+from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.measures import MEASURES, Measures, hertz_measures
 from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Standing, Verdict, cheapest, standings
 from fecontact.outputs.geometry import touch_records
@@ -37,8 +38,8 @@ from fecontact.placement.irregularity import irregularity_text
 from fecontact.placement.placement import Placement
 from fecontact.profiles.library import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
+from fecontact.solving.hertz_alone import HertzAlone
 from fecontact.solving.placing import roll_of_case
-from fecontact.solving.position import HertzAlone
 from fecontact.solving.solve import CaseResult
 
 # --- The judged theories of a load: which is the cheapest that holds, and in words.

@@ -1,0 +1,147 @@
+"""A solved load and everything that is read from it: theories against the finite elements, each with its verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fecontact.case import Case
+from fecontact.contact.grid import Rung
+from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
+from fecontact.contact_theories.touch_hertz import Side
+from fecontact.errors import CONVERGED
+from fecontact.judging.ladder import Comparison, Ladder, PatchGeometry
+from fecontact.judging.lobes import LobeJudgement
+from fecontact.judging.solved_load import Level, SolvedLoad, Status
+from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedLoad:
+    """A solved load and everything that is read from it.
+
+    Attributes
+    ----------
+    judgements
+        Each theory by its name (`theories.THEORIES`), as far as it was asked for and has a contact. Hertz is always
+        there, with two entries where the touch point lies at a curvature junction, so that its ellipse is not defined.
+    without
+        Why a theory that was asked for has none.
+    comparison, ladder, geometry
+        The finest mesh against Hertz on the field side, the rungs between both, and the profiles below the patch.
+    bodies_step_uncertainty
+        Uncertainty of the relative step of each measure from the half-space to the bodies.
+    elements_uncertainty
+        Relative uncertainty of the measures on the elements' own nodes, where meshes tell it.
+    by_elements
+        Hertz against the contact on the elements' own nodes alone, on the worse of both sides.
+    verdict
+        Of Hertz, the worst of both sides: who takes either curvature must be able to rely on it.
+    warnings
+        What does not change the verdict.
+    lobes
+        Every lobe and separate patch by itself, in the order of their forces; none where Hertz alone was asked for.
+    plastic
+        The first loading of bodies that may yield, and Hertz against it; None without a yield stress.
+    features
+        What features read of it, by their names, where more than Hertz was asked for.
+    """
+
+    solved: SolvedLoad
+    judgements: Mapping[str, Judgement]
+    without: Mapping[str, str]
+    comparison: Comparison
+    ladder: Ladder
+    geometry: PatchGeometry
+    bodies_step_uncertainty: Mapping[str, float]
+    elements_uncertainty: Mapping[str, float]
+    by_elements: Judgement
+    status: Status
+    verdict: Verdict
+    warnings: tuple[str, ...]
+    lobes: tuple[LobeJudgement, ...] = ()
+    plastic: PlasticVerdict | None = None
+    features: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        case, verdict = self.case, self.answer
+        return (
+            f"<JudgedLoad {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {self.load_N / 1e3:g} kN:"
+            f" {self.status}, Hertz {verdict.answer} by {verdict.measure}>"
+        )
+
+    @property
+    def case(self) -> Case:
+        """The position under this load."""
+        return self.solved.case
+
+    @property
+    def load_N(self) -> float:
+        """The load of the case."""
+        return self.solved.case.load_N
+
+    @property
+    def level(self) -> Level:
+        """The finest pair of meshes."""
+        return self.solved.levels[0]
+
+    @property
+    def fe(self) -> Rung:
+        """Contact between the finite bodies, from the finest meshes."""
+        return self.level.fe
+
+    @property
+    def usable(self) -> bool:
+        """Whether its numbers may be used."""
+        return self.status == CONVERGED
+
+    @property
+    def normal_force_N(self) -> float:
+        """Force along the contact normal at first touch that the finite elements carry."""
+        return self.fe.normal_force_N
+
+    @property
+    def sides(self) -> Mapping[Side, Judgement]:
+        """Hertz with the curvature of the gauge side and of the field side, or of both if the curvatures are equal."""
+        gauge, field = (self.judgements.get(name) for name in (HERTZ_GAUGE, HERTZ))
+        assert field is not None
+        return {"both": field} if gauge is None else {"gauge": gauge, "field": field}
+
+    @property
+    def deciding_side(self) -> tuple[Side, Judgement]:
+        """The side that decides the load's verdict; the field side if both agree."""
+        decided = (self.verdict.each, self.verdict.measure)
+        return next(
+            (side, one)
+            for side, one in reversed([*self.sides.items()])
+            if (one.verdict.each, one.verdict.measure) == decided
+        )
+
+    @property
+    def answer(self) -> Verdict:
+        """The verdict that was asked for: against bodies that yield if there is a yield stress, else `verdict`."""
+        return self.verdict if self.plastic is None else self.plastic.verdict
+
+    @property
+    def hertz(self) -> HertzContact:
+        """Hertz's ellipse under that force, with the field side's curvature at a junction."""
+        return self.judgements[HERTZ].hertz
+
+    @property
+    def deviation(self) -> Mapping[str, float]:
+        """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`."""
+        return self.judgements[HERTZ].deviation
+
+    @property
+    def uncertainty(self) -> Mapping[str, float]:
+        """Numerical uncertainty of the deviations, of those where it is known."""
+        return self.judgements[HERTZ].uncertainty
+
+    @property
+    def limit_used(self) -> float:
+        """Largest part of a limit that Hertz uses, on the worst side; above 1 Hertz fails."""
+        return float(np.max([side.limit_used for side in self.sides.values()]))

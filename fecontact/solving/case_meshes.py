@@ -1,0 +1,80 @@
+"""Meshes of a case that is not solved here: one body, or both with all that another program needs to press them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.case import Case
+from fecontact.fe.body import BodyMesh, check_memory
+from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.placement.placement import Placement
+from fecontact.solving.element_sizes import element_size_mm
+from fecontact.solving.fine_zone import fine_zone
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshedPair:
+    """Both bodies of a case on the first meshes that `solve` makes.
+
+    Attributes
+    ----------
+    direction (3,)
+        Unit vector against which the wheel is pushed: upwards, or the contact normal at first touch.
+    approach_mm
+        What the wheel moves along it under the case's load if both bodies were half-spaces.
+    """
+
+    case: Case
+    rail: BodyMesh
+    wheel: BodyMesh
+    direction: NDArray[np.float64]
+    approach_mm: float
+
+
+def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
+    """Mesh one body of a case, without solving it.
+
+    Raises
+    ------
+    InputError
+        As `solve` does.
+    """
+    placement = place_case(case)
+    zone, _ = _expected(case, placement)
+    make = rail_mesh if body == "rail" else wheel_mesh
+    return make(placement, zone, half=case.half, size=case.size)
+
+
+def mesh_pair(case: Case) -> MeshedPair:
+    """Mesh both bodies of a case, without solving it.
+
+    Raises
+    ------
+    InputError
+        As `solve` does.
+    """
+    placement = place_case(case)
+    zone, approach = _expected(case, placement)
+    direction = placement.load_direction(normal=case.load_kind == "normal")
+    return MeshedPair(
+        case=case,
+        rail=rail_mesh(placement, zone, half=case.half, size=case.size),
+        wheel=wheel_mesh(placement, zone, half=case.half, size=case.size),
+        direction=direction,
+        # the half-space's approach is the part along the normal
+        approach_mm=approach / float(direction @ placement.first.normal),
+    )
+
+
+def _expected(case: Case, placement: Placement) -> tuple[FineZone, float]:
+    """The fine zone of a case's first meshes, and the half-space's approach (mm) along the normal."""
+    _, expected = expect_on_half_space(case, placement)
+    zone = fine_zone(expected, element_size_mm(case, expected))
+    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
+    return zone, expected.half_space.approach_mm
