@@ -9,7 +9,7 @@ The story, step by step:
 
 2. Placement: the wheel on the rail, where the rigid bodies touch.
 
-    >>> from fecontact.placement.placement import place
+    >>> from fecontact.placement.wheel_on_rail import place
     >>> position = place(rail, wheel, inclination_rad=1 / 40, lateral_shift_mm=4.0)
     >>> round(position.first.rail_y_mm, 1)
     -13.6
@@ -71,7 +71,7 @@ print it.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from fecontact.features import at, public_names
+from fecontact.feature_registry import at, public_names
 
 __version__ = "0.1.0"
 
@@ -84,7 +84,6 @@ if TYPE_CHECKING:
     from fecontact.features.curves.curve import Conditions as Conditions
     from fecontact.features.curves.running import curve as curve
     from fecontact.features.irregular.running import irregular as irregular
-    from fecontact.maps.running import map_ as map  # noqa: F401
     from fecontact.outputs.frames import to_dataframe, to_xarray
     from fecontact.outputs.meshes import mesh
     from fecontact.outputs.records.results import rows
@@ -92,8 +91,9 @@ if TYPE_CHECKING:
     from fecontact.profiles.library import profile
     from fecontact.profiles.reading import Reading
     from fecontact.runs.alone import hertz, table, theories, theory
-    from fecontact.runs.judging import judge
+    from fecontact.runs.judging_again import judge
     from fecontact.runs.load import load
+    from fecontact.runs.map_run import map_ as map
     from fecontact.runs.study import run
     from fecontact.solving.placing import geometry
     from fecontact.solving.preview import preview as place
@@ -115,6 +115,7 @@ __all__ = [
     "hertz",
     "judge",
     "load",
+    "map",
     "mesh",
     "place",
     "plot",
@@ -143,8 +144,9 @@ _HOMES = {
     "Track": "bodies.Track",
     "geometry": "solving.placing.geometry",
     "hertz": "runs.alone.hertz",
-    "judge": "runs.judging.judge",
+    "judge": "runs.judging_again.judge",
     "load": "runs.load.load",
+    "map": "runs.map_run.map_",
     "mesh": "outputs.meshes.mesh",
     "place": "solving.preview.preview",
     "profile": "profiles.library.profile",

@@ -22,9 +22,9 @@ from cyclopts import (
     UnusedCliTokensError,
 )
 
-from fecontact import __version__, features
-from fecontact.commands import looking, results, solving, start
-from fecontact.commands.options import page_of
+from fecontact import __version__, feature_registry
+from fecontact.commands import looking, mapping, results, solving, start
+from fecontact.console.help_pages import page_of
 from fecontact.errors import FecontactError, InputError, shortened
 from fecontact.inputs import renamed
 from fecontact.process import collect_rarely
@@ -50,11 +50,11 @@ for group, commands in {
         *(looking.profiles, looking.place, looking.hertz, looking.geometry),
         *(looking.theories, looking.theory, looking.table),
     ),
-    _SOLVE: (solving.solve, solving.run),
+    _SOLVE: (solving.solve, solving.run, mapping.map_),
     _AFTER: (results.judge, results.compare, results.view, looking.mesh),
     _DEVELOPMENT: (solving.validate,),
 }.items():
-    for place, command in enumerate((*commands, *features.commands(group.name))):
+    for place, command in enumerate((*commands, *feature_registry.commands(group.name))):
         if isinstance(command, App):
             # it has commands of its own
             command.group, command.sort_key = (group,), place

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.features import places
+from fecontact.feature_registry import places
 from fecontact.inputs import Number, choice, flag, given, inputs, number
 
 

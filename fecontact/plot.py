@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.features import the
 from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case, draw_pressure
 from fecontact.solving.solve import CaseResult
 
@@ -67,8 +66,9 @@ def map(made: Any, *, measure: str = "pressure", theory: str = "hertz") -> Figur
     InputError
         For a measure or a theory that there is not.
     """
-    drawn: Figure = the("MAP_FIGURE", "plot.map")(made, measure, theory, _shown)
-    return drawn
+    from fecontact.maps.files import figure_of
+
+    return figure_of(made, measure, theory, _shown)
 
 
 def _shown(width: float, height: float) -> Figure:

@@ -33,7 +33,7 @@ from scipy.optimize import brentq
 from fecontact.bodies import Material, TrackSide
 from fecontact.case import Case
 from fecontact.judging.measures import measures_of, patch_of
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.regression.checks import Check
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space

@@ -61,7 +61,7 @@ from fecontact.judging.solved_load import MESH_RATIO, elements_uncertainty, just
 from fecontact.judging.solved_load import Solved as Stated
 from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.outputs.words import WORDS, deviation_column
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.regression.checks import Check
 from fecontact.solving.expected_patch import followed_mm, lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.meshes import CoupledProblem, couple, coupled_problem, grid_over

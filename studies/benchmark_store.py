@@ -25,7 +25,7 @@ from fecontact.jobs import engine
 from fecontact.jobs.workers import Crew
 from fecontact.outputs.records.results import read_row, write_row
 from fecontact.runs.casefile import Study
-from fecontact.runs.store import FIELDS, RESULT, ROW, SOLVED, keep_case
+from fecontact.runs.store import FIELDS, RESULT, ROW, SOLVED, Told, keep_solved, keep_told, seal_case
 from fecontact.solving.solve import solve
 
 TEMPLATE = Case(roll="given", resolution="quick", refine="never")
@@ -60,7 +60,11 @@ def fill(out: Path, count: int) -> None:
     """Store all cases that are not there."""
     template = out / "template"
     if not (template / ROW).is_file():
-        keep_case(solve(TEMPLATE), template)
+        result = solve(TEMPLATE)
+        told = Told.of(result)
+        keep_solved(result, result.case, template)
+        keep_told(result, told, template)
+        seal_case(result.case, template)
 
     study_runs.Solving = partial(Copy, template=template)
     engine.process_crew = lambda workers, threads: Crew(open=ThreadPoolExecutor, workers=1, together=1)
@@ -92,7 +96,7 @@ _JUDGE = """
 import time
 from pathlib import Path
 from fecontact.case import Criteria
-from fecontact.runs.judging import judge_study
+from fecontact.runs.judged_study import judge_study
 from fecontact.solving.solve import peak_memory_MB
 if __name__ == "__main__":
     begin = time.perf_counter()

@@ -8,7 +8,7 @@ from fecontact.contact_theories.hertz import hertz_from_hessian
 from fecontact.judging.lines import Lines, OnLine
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import Level, SolvedLoad
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.expected_patch import quadratic_rung
 
 

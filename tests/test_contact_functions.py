@@ -12,10 +12,10 @@ from rich.console import Console
 
 from fecontact.case import Case, Opposite, Track
 from fecontact.cli import call
-from fecontact.features import FEATURES
+from fecontact.feature_registry import FEATURES
 from fecontact.outputs.geometry import functions_lines, functions_record
 from fecontact.outputs.terminal import show
-from fecontact.placement.placement import pair_of
+from fecontact.placement.wheel_on_rail import pair_of
 from fecontact.placement.wheelset import Wheelset, contact_functions, harmonic_conicity, rolling_radius_difference_mm
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.segments import Line
@@ -186,7 +186,7 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
 
 def test_what_a_feature_offers_is_missed_where_it_is_not_installed(monkeypatch, capsys):
     others = tuple(one for one in FEATURES if one != "curves")
-    monkeypatch.setattr("fecontact.features.FEATURES", others)
+    monkeypatch.setattr("fecontact.feature_registry.FEATURES", others)
     assert call(["geometry", "--shifts", "0", "--loaded-kn", "60"]) == 2
     said = f"--loaded-kn needs a feature that is not installed; installed: {', '.join(others)}"
     assert said in capsys.readouterr().err

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from marks import slow_but
 
-from fecontact.features import FEATURES
+from fecontact.feature_registry import FEATURES
 
 ROOT = Path(__file__).parents[1]
 # Features that can be taken away alone.
@@ -31,7 +31,7 @@ from inline import inline_crew, study_by
 
 import fecontact
 from fecontact.cli import call
-from fecontact.features import FEATURES
+from fecontact.feature_registry import FEATURES
 from fecontact.runs.casefile import Study
 
 assert [getattr(fecontact, name) for name in fecontact.__all__]

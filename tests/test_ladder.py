@@ -31,8 +31,8 @@ from fecontact.judging.measures import (
 )
 from fecontact.judging.solved_load import Solved, just_parts, step_uncertainty, uncertainty
 from fecontact.outputs.words import GLOSSARY
-from fecontact.placement.placement import Placement, place
 from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.placement.wheel_on_rail import Placement, place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
 from fecontact.solving.expected_patch import quadratic_rung

@@ -26,13 +26,14 @@ from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row, read_row
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
-from fecontact.runs import identity, judging
+from fecontact.runs import identity, judging_again
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, origin_of
-from fecontact.runs.judging import judge_study
-from fecontact.runs.load import load, stored_study
+from fecontact.runs.judged_study import judge_study
+from fecontact.runs.load import load
 from fecontact.runs.sources import digests
 from fecontact.runs.store import FIELDS, PROFILES, ROW, SOLVED
+from fecontact.runs.stored_folder import stored_study
 
 # an arc of R 300 as a file of segments
 HEAD = """kind = "rail"
@@ -119,10 +120,10 @@ def test_other_criteria_give_the_verdict_of_a_solution_with_them(elliptic_quick,
 def test_a_verdict_does_not_hang_on_the_threads_of_who_asks(solved_folder, tmp_path, monkeypatch):
     """Sums over nodes differ in their last digits with the threads of BLAS: all is judged on one, as it was solved."""
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    monkeypatch.setattr("fecontact.runs.judging.began_on_one_thread", lambda: False)
+    monkeypatch.setattr("fecontact.runs.judged_study.began_on_one_thread", lambda: False)
     with workers.evaluators(1, here=False) as map_over:
         assert list(map_over(os.getenv, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])) == ["1", "1"]
-    monkeypatch.setattr("fecontact.runs.judging.read_case", lambda *a, **more: pytest.fail("read by the caller"))
+    monkeypatch.setattr("fecontact.runs.judged_study.read_case", lambda *a, **more: pytest.fail("read by the caller"))
     (row,) = judge_study(solved_folder, Criteria()).rows
     assert row["verdict_answer"] == "HOLDS"
 

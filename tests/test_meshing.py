@@ -34,7 +34,7 @@ from fecontact.fe.section import (
     mesh_section,
     polygon_area,
 )
-from fecontact.placement.placement import Placement, place
+from fecontact.placement.wheel_on_rail import Placement, place
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel

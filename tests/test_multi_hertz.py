@@ -20,7 +20,7 @@ from fecontact.judging.judge import judge_load
 from fecontact.judging.lobes import judge_lobes, parts_of
 from fecontact.judging.measures import MEASURES, measures_of, measures_of_theory, patch_of
 from fecontact.judging.theory import judge_theory
-from fecontact.placement.placement import place
+from fecontact.placement.wheel_on_rail import place
 from fecontact.profiles.curve import Profile, cylinder_wheel
 from fecontact.profiles.segments import Arc
 from fecontact.solving.expected_patch import expected_patch

@@ -36,7 +36,7 @@ from fecontact.judging.solved_load import (
     step_uncertainty,
     with_centre,
 )
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving import meshes
 from fecontact.solving.expected_patch import quadratic_rung
 from fecontact.solving.fine_zone import fine_zone

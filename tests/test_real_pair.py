@@ -18,7 +18,7 @@ from fecontact.contact.solver import solve_contact
 from fecontact.fe.body import pardiso_available
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.judging.measures import Measures, measures_of
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import load
 from fecontact.profiles.writers import points_along
 from fecontact.solving.expected_patch import expected_patch

@@ -18,7 +18,9 @@ from fecontact import __version__
 from fecontact.bodies import STEEL, Material
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
-from fecontact.commands.console import log_only, logged, many, print_reasons, say, solving
+from fecontact.console.log import logged
+from fecontact.console.messages import log_only, print_reasons, say
+from fecontact.console.progress import many, solving
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
 from fecontact.runs.check import check_study
@@ -350,7 +352,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
             "fecontact.features.curves.loaded.loaded_conicities",
             "takes about 15 s",
         ),
-        ("judge folder --friction 0.3", "fecontact.runs.judging.judge", "40 cases: about "),
+        ("judge folder --friction 0.3", "fecontact.runs.judging_again.judge", "40 cases: about "),
         (
             "irregular --wavelengths-mm 30 --amplitudes-um 5 --workers 2",
             "fecontact.features.irregular.running.irregular",
@@ -397,7 +399,7 @@ def test_a_study_says_what_it_takes_before_it_begins(capsys, monkeypatch, tmp_pa
 def test_progress_of_many_quick_cases_is_a_line_in_five_seconds_where_nobody_watches(capsys, monkeypatch, tmp_path):
     """The first one and the last one always, and all in the log."""
     now = [100.0]
-    monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("fecontact.console.progress.time.monotonic", lambda: now[0])
 
     with logged(tmp_path / "run.log"), many("pairs") as show:
         for number in range(300):
@@ -424,7 +426,7 @@ def test_the_last_line_of_what_is_interrupted_is_printed(capsys):
 
 def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("fecontact.console.progress.time.monotonic", lambda: now[0])
     with many("cases") as show:
         show(2, 6, "solving one")
         show(2, 6, "solving one, two")
@@ -449,7 +451,7 @@ def log_lines(path):
 
 
 def test_a_log_has_what_was_said_and_how_it_ended(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("fecontact.commands.console.sys.argv", ["fecontact", "run", "my study.toml"])
+    monkeypatch.setattr("fecontact.console.progress.sys.argv", ["fecontact", "run", "my study.toml"])
     path = tmp_path / "new" / "run.log"
     with logged(path):
         with many("cases", quiet=True) as show:

@@ -17,7 +17,7 @@ from fecontact.contact.grid import Rung
 from fecontact.files import json_text
 from fecontact.judging.solved_load import SolvedLoad
 from fecontact.outputs.records import stored
-from fecontact.placement.placement import AlongTrack, Placement
+from fecontact.placement.wheel_on_rail import AlongTrack, Placement
 from fecontact.profiles.curve import Profile
 
 

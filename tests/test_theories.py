@@ -20,7 +20,7 @@ from fecontact.contact.grid import ContactGrid
 from fecontact.contact_theories.approximation import Approximation, TheoryPatch, ellipse
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory, _in_strips
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES, MISFITS, deviations_of
 from fecontact.judging.theory import judge_theory

@@ -11,9 +11,9 @@ from scipy.signal import find_peaks
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.placement import placement as placement_module
-from fecontact.placement.placement import REACH_MM, Pair, Placement, pair_of
+from fecontact.placement import wheel_on_rail as placement_module
 from fecontact.placement.poses import search_points
+from fecontact.placement.wheel_on_rail import REACH_MM, Pair, Placement, pair_of
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Arc, CurvePoints, Line, Spline

@@ -25,7 +25,7 @@ from fecontact.judging.solved_load import (
     unmeshed_uncertainties,
 )
 from fecontact.judging.verdict import judge_on_lines
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.reading import Reading
 from fecontact.solving.expected_patch import on_more_nodes
 from fecontact.solving.hertz import hertz_of_case

@@ -16,7 +16,7 @@ from fecontact.contact_theories.hertz import hertz_ellipse, hertz_from_hessian
 from fecontact.errors import InputError
 from fecontact.outputs.records.results import case_inputs, hertz_record, input_columns
 from fecontact.outputs.records.stored import placement_from_record, placement_record
-from fecontact.placement.placement import SIGN, pair_of
+from fecontact.placement.wheel_on_rail import SIGN, pair_of
 from fecontact.placement.wheelset import Wheelset, _lowest
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files

@@ -10,10 +10,11 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from fecontact import features
+from fecontact import feature_registry
 from fecontact.case import unusual
-from fecontact.commands.console import announce, many, tell_notes, telling_replaced
-from fecontact.commands.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
+from fecontact.console.messages import announce, tell_notes, telling_replaced
+from fecontact.console.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
+from fecontact.console.progress import many
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
 from fecontact.jobs.remaining import duration
@@ -105,7 +106,7 @@ def geometry(
 
             functions_figure(case, found, out)
     if loaded_kn is not None:
-        conicities = features.the("LOADED_CONICITIES", "--loaded-kn")
+        conicities = feature_registry.the("LOADED_CONICITIES", "--loaded-kn")
         announce("the loaded wheelset takes about 15 s")
         with many("shifts") as progress:
             record["loaded_conicity"] = conicities(case, 1e3 * loaded_kn, progress=progress)

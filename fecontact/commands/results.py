@@ -6,15 +6,16 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.commands.console import many, telling_replaced, width
-from fecontact.commands.options import CaseOptions, takes
 from fecontact.commands.solving import FORCES_S, LAWS_S
+from fecontact.console.messages import telling_replaced, width
+from fecontact.console.options import CaseOptions, takes
+from fecontact.console.progress import many
 from fecontact.errors import InputError
 from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import answer, count, show
 
 if TYPE_CHECKING:
-    from fecontact.runs.judging import Judged
+    from fecontact.runs.judging_again import Judged
 
 
 # CPU seconds of a case or a cell without friction: 0.03 of a sphere, 0.1 of S1002 on 60E1, 0.5 where it has two lobes.
@@ -52,8 +53,8 @@ def judge(
     from fecontact.files import json_text
     from fecontact.outputs.words import criteria_text
     from fecontact.regression.tables import load_table
-    from fecontact.runs.judging import judge as judge_stored
-    from fecontact.runs.judging import workers_of
+    from fecontact.runs.judged_study import workers_of
+    from fecontact.runs.judging_again import judge as judge_stored
 
     case = options.case()
 

@@ -4,82 +4,25 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any, get_args
 
 from fecontact.case import Case, Group, unusual
-from fecontact.commands.console import (
-    announce,
-    log_only,
-    logged,
-    many,
-    print_reasons,
-    say,
-    solving,
-    tell_notes,
-)
-from fecontact.commands.options import PANELS, CaseOptions, takes
-from fecontact.errors import usable, with_remedy
+from fecontact.console.log import logged
+from fecontact.console.messages import announce, log_only, say, tell_notes
+from fecontact.console.options import CaseOptions, takes
+from fecontact.console.progress import many, solving
 from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import count, show
 
 if TYPE_CHECKING:
-    from fecontact.jobs.engine import RunSettings
+    pass
+from fecontact.console.run_messages import tell_files, tell_lost, tell_reused
+from fecontact.console.run_options import AS_USUAL, RunOptions
 
-
-@Parameter(name="*", group=PANELS["run"])
-@dataclass(frozen=True, kw_only=True)
-class RunOptions:
-    """How the cases of a study, or the shifts of a map, are worked through.
-
-    Attributes
-    ----------
-    workers
-        Cases, or shifts of a map, at a time; as many as there are cores and 2 GB of memory for each, if not given.
-    threads
-        Threads that each of them computes on.
-    force
-        Solve what is finished again instead of using it, and write into a folder that holds other results.
-    part
-        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
-    scheduler
-        Address of a Dask scheduler whose workers share the folder of the results.
-    quiet
-        Say only what went wrong; run.log in the folder of the results has all of it in any case.
-    """
-
-    workers: int | None = None
-    threads: int = 1
-    force: bool = False
-    part: str | None = None
-    scheduler: str | None = None
-    quiet: Annotated[bool, Parameter(alias="-q")] = False
-
-    def settings(self) -> RunSettings:
-        """What of it the run itself needs.
-
-        Raises
-        ------
-        InputError
-            If a number or the part cannot be.
-        """
-        from fecontact.jobs.engine import RunSettings, parse_part
-
-        return RunSettings(
-            workers=self.workers,
-            threads=self.threads,
-            force=self.force,
-            part=parse_part(self.part) if self.part else None,
-            scheduler=self.scheduler,
-        )
-
-
-AS_USUAL = RunOptions()
 # CPU seconds of creep forces of a case or a cell, with those of the loads of its limits, and of the laws of them: 0.9,
 # 1.3, 2.0 and 2.3 s, and 1.5, 2.3, 2.9 and 2.7 s, of a cell of S1002 on 60E1 at -4, 0, 3 and 5.5 mm.
 FORCES_S, LAWS_S = 2.0, 2.5
@@ -251,31 +194,6 @@ def tell_cost(
     taken = f"; finished {finished.name} are taken as they are" * finished.is_dir()
     expected, *short = cost.words
     announce(f"{count(len(cases), what)}: {expected}{forces}{taken}", *short, quiet=how.quiet)
-
-
-def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: str, how: RunOptions) -> None:
-    """Say what was finished before, and why some of it was done again."""
-    print_reasons("done again", recomputed)
-    if reused:
-        told = f"{count(len(reused), f'finished {what}')} {'was' if len(reused) == 1 else 'were'}"
-        say(f"{told} reused; --force solves again", quiet=how.quiet)
-
-
-def tell_lost(rows: Sequence[Mapping[str, Any]], what: str, how_lost: str) -> int:
-    """Say which rows of cases have no result that can be used, and why; how many these are."""
-    lost = {str(row["id"]): with_remedy(row) for row in rows if not usable(row)}
-    print_reasons(f"{len(lost)} of {count(len(rows), what)} {how_lost}", lost)
-    return len(lost)
-
-
-def tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> None:
-    """Say which files there are, and what to do where it is a part alone."""
-    if how.part is None:
-        there = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
-        say(f"Results in {out}: {there}{more}", quiet=how.quiet)
-    else:
-        words = f"Part {how.part} is in {out}; when all parts are, the same command without --part puts them together"
-        say(words, quiet=how.quiet)
 
 
 def validate(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from fecontact.commands.console import many, tell_notes
+from fecontact.console.messages import tell_notes
+from fecontact.console.progress import many
 from fecontact.outputs.terminal import count, show
 
 

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from fecontact.arrays import Floats
 from fecontact.contact_theories.hertz import EllipseShape, ellipse_shape
 from fecontact.errors import InputError, check_positive
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 # Chord for the line's curvature: long enough against rounding, short against any patch.
 _CHORD_MM = 0.1

@@ -31,8 +31,8 @@ from fecontact.contact_theories.strips import (
 )
 from fecontact.contact_theories.touch_hertz import hertz_points
 from fecontact.errors import InputError
-from fecontact.placement.placement import Placement
 from fecontact.placement.poses import RelativeCurvature
+from fecontact.placement.wheel_on_rail import Placement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

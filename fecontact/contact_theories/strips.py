@@ -22,7 +22,7 @@ from fecontact.contact_theories.gap_line import (
 from fecontact.contact_theories.hertz import ellipse_shape
 from fecontact.contact_theories.strip_method import Line, Load, Search, solve_strips
 from fecontact.errors import InputError, check_positive
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 VIRTUAL_PENETRATION = 0.55
 """Part of the approach by which the undeformed bodies interpenetrate in the region of contact."""

@@ -11,8 +11,8 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian, multi_hertz_approach_mm
 from fecontact.errors import InputError
-from fecontact.placement.placement import Placement
 from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.placement.wheel_on_rail import Placement
 
 Side = Literal["both", "gauge", "field"]
 

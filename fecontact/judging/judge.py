@@ -9,7 +9,7 @@ from fecontact.case import Case
 from fecontact.contact_theories.approximation import Approximation
 from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
 from fecontact.errors import CONVERGED
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import REFERENCE_LIMIT, Ladder, cause_of, compare, patch_geometry, reference_error
 from fecontact.judging.lobes import judge_lobes
@@ -38,7 +38,7 @@ from fecontact.judging.verdict import (
     worst_judgement,
     worst_of,
 )
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 
 def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES) -> JudgedLoad:

@@ -26,7 +26,7 @@ from fecontact.judging.measures import (
     misfit_of,
     patch_of,
 )
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,8 +35,8 @@ from fecontact.judging.solved_load import (
     uncertainties,
 )
 from fecontact.judging.verdict import Verdict, judge_on_lines
-from fecontact.placement.placement import Placement
 from fecontact.placement.poses import TouchPoint
+from fecontact.placement.wheel_on_rail import Placement
 
 # What is read off a lobe; its approach is the approach of the bodies, and its extents end where the next one begins.
 _READ = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")

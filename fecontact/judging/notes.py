@@ -9,7 +9,7 @@ from fecontact.contact.elements import UNSEEN_COMPLIANCE
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Comparison
 from fecontact.judging.verdict import plastic_warnings
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 # Displacements are taken for small beside the patch.
 _SMALL_SLIDE = 0.1

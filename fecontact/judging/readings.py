@@ -9,7 +9,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.verdict import Judgement
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 
 @dataclass(frozen=True, kw_only=True)

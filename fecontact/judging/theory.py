@@ -22,7 +22,7 @@ from fecontact.judging.solved_load import (
     unmeshed_uncertainty,
 )
 from fecontact.judging.verdict import Judgement, judge_on_lines, worst_of
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 Evidence = Literal["fe", "elements", "profiles"]
 """What a theory is held against."""

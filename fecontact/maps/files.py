@@ -12,7 +12,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.telling import judged_row, law_row, map_record, stiffness_rows

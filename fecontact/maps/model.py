@@ -14,14 +14,14 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.errors import CONVERGED, FecontactError, NotEnoughMemory, failed
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.judge import with_readings
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.readings import MappedVerdicts
 from fecontact.judging.verdict import Answer
 from fecontact.outputs.records.results import Row, load_row
 from fecontact.outputs.tables import picked
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import LoadSweep, Stiffness, fit_stiffness
 
 # --- An applicability map as values: the verdict at each position and load, and each position's load limit.

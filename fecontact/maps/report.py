@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.files import write_text
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
@@ -54,7 +54,7 @@ from fecontact.outputs.words import (
     roll_words,
     verdict_reason,
 )
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 # Where no terminal says how wide it is.
 _WIDE = 120

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 from fecontact.contact_theories.approximation import TheoryPatch
 from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ, OF_ELLIPSES, THEORIES
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.measures import measures_of_theory
 from fecontact.judging.readings import MappedLaws
@@ -25,7 +25,7 @@ from fecontact.outputs.records.results import (
 )
 from fecontact.outputs.tables import Record, flat, picked
 from fecontact.outputs.words import roll_words, theory_words
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.placing import roll_of_case
 
 MAP_SCHEMA = "fecontact/map/5"

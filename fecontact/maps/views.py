@@ -12,7 +12,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import InputError
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.readings import MappedLaws, MappedVerdicts

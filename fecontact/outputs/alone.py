@@ -13,7 +13,7 @@ from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.touch_hertz import HertzPoints
 from fecontact.errors import InputError
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.measures import hertz_measures, measures_of_theory
 from fecontact.outputs.cases import cheapest_column
 from fecontact.outputs.geometry import touch_columns, touch_record
@@ -25,7 +25,7 @@ from fecontact.outputs.records.results import (
 )
 from fecontact.outputs.tables import Item, Record, flat, number, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.alone import TableLine, TheoryAlone
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.preview import Preview

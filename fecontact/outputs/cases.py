@@ -9,7 +9,7 @@ from pathlib import Path
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import short_status, usable
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.records.results import cheapest_words

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.files import read_json, write_sealed, write_text
 from fecontact.outputs.cases import (
     ReportedCase,
@@ -73,7 +73,7 @@ from fecontact.outputs.words import (
     unknown_text,
     what_would_decide,
 )
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 
 # --- One case in parts: the answer, how far Hertz is off, the theories, and all that is behind it.

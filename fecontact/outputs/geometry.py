@@ -26,8 +26,8 @@ from fecontact.outputs.tables import (
     told,
 )
 from fecontact.outputs.terminal import Lines, notes
-from fecontact.placement.placement import Placement
 from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.placement.wheelset import ContactFunctions, PlacedWheelset, rolling_radius_difference_mm
 from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.library import profile_identity

@@ -14,7 +14,7 @@ from fecontact.case import RESOLUTIONS, Case, Opposite
 from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import usable, with_remedy
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import PLASTIC, RUNGS
 from fecontact.judging.lines import FILTER
@@ -23,7 +23,7 @@ from fecontact.judging.solved_load import unmeshed
 from fecontact.judging.verdict import PROFILE
 from fecontact.outputs.tables import VARIED, Row, pair_words, relative_name, short_name
 from fecontact.placement.irregularity import irregularity_text
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.reading import is_crane_rail, makes_a_wheelset
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult

@@ -19,7 +19,6 @@ import pandas
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
-from fecontact.features import places
 from fecontact.files import FORMULA, SEAL, broken_seal, read_json, sha256
 
 TEXT = "text"
@@ -127,8 +126,8 @@ def _with(tolerance: Tolerance, parts: _Parts) -> Tolerance:
 
 # --- Tables of results, read as text from the files of a run, a map, a solved case or a baseline.
 
-_TABLE_NAMES = ("study.json", "study.csv", *(f"{kind}.csv" for kind in places("RESULTS")), "row.json")
-_SEALED = tuple(f"fecontact/{kind}/" for kind in ("study", *places("RESULTS")))
+_TABLE_NAMES = ("study.json", "study.csv", "map.csv", "row.json")
+_SEALED = ("fecontact/study/", "fecontact/map/")
 # Of the time before documents were sealed.
 _UNSEALED = ("fecontact/study/1", *(f"fecontact/map/{version}" for version in (1, 2, 3)))
 _GUARDED = tuple(f"'{sign}" for sign in FORMULA)

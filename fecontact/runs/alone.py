@@ -10,7 +10,6 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.features import the
 from fecontact.inputs import listed
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.outputs.alone import (
@@ -23,6 +22,7 @@ from fecontact.outputs.alone import (
     theories_listed,
 )
 from fecontact.outputs.records.results import hertz_record
+from fecontact.runs.map_lookup import map_rows
 from fecontact.solving.alone import stiffness_at, table_lines, theory_alone
 from fecontact.solving.hertz_alone import hertz_alone
 
@@ -123,11 +123,7 @@ def table(
     shifts, loads = listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N")
     if not shifts or not loads:
         raise InputError("table: give at least one lateral shift and one load")
-    cells = (
-        None
-        if map_folder is None
-        else {_key(row): row for row in the("MAP_ROWS", f"map {map_folder}")(Path(map_folder), case)}
-    )
+    cells = None if map_folder is None else {_key(row): row for row in map_rows(Path(map_folder), case)}
     rows = []
     lines = table_lines(case, shifts, loads)
     for line in watched(lines, len(shifts) * len(loads), progress, "strips and cheaper theories"):

@@ -15,7 +15,6 @@ from typing import Any
 
 from fecontact.case import INPUTS, PARTS, Case, case_with
 from fecontact.errors import InputError
-from fecontact.features import places
 from fecontact.files import toml_content, write_text
 from fecontact.inputs import Number, Slot, nearest, parse_numbers, renamed
 from fecontact.regression.checks import Check
@@ -198,7 +197,7 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
 
 def kinds() -> dict[str, str]:
     """Files by which a folder is known to hold results, and what they are of."""
-    return {"study.json": "study", "row.json": "case", **{f"{kind}.json": kind for kind in places("RESULTS")}}
+    return {"study.json": "study", "row.json": "case", "map.json": "map"}
 
 
 def _folder_words(folder: Path) -> str:

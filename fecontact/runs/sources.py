@@ -17,17 +17,16 @@ from importlib.util import cache_from_source, find_spec
 from pathlib import Path
 
 from fecontact.errors import InputError
-from fecontact.features import places
+from fecontact.feature_registry import places
 from fecontact.files import read_json, write_json
 
 _PACKAGE = Path(__file__).parents[1]
 SOLVE = ("solving.solve",)
 """Modules whose imports make a solution."""
-_OFFERED = sorted(
-    {place.rpartition(".")[0] for kind in ("READINGS", "TELLINGS", "STORED") for place in places(kind).values()}
-)
+_OFFERED = sorted({place.rpartition(".")[0] for kind in ("READINGS", "TELLINGS") for place in places(kind).values()})
 EVALUATE = (
     "runs.store",
+    "runs.map_positions",
     *(one.removeprefix("fecontact.") for one in _OFFERED if one.startswith("fecontact.")),
 )
 """Modules whose imports read a solution back, judge it and tell it."""

@@ -37,7 +37,7 @@ from fecontact.outputs.records.stored import (
     stored_placement,
     write_arrays,
 )
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import content_of, file_of_identity, is_known
 from fecontact.profiles.reading import is_short_form
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance

@@ -14,7 +14,7 @@ from fecontact.contact_theories.touch_hertz import HertzPoints
 from fecontact.errors import InputError
 from fecontact.judging.measures import MEASURES, Measures, measures_of_theory
 from fecontact.judging.verdict import Answer, Standing, cheapest
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.hertz import direction_of_case, hertz_of_case, hertz_points_of_case
 from fecontact.solving.placing import place_case, placed_or_why
 from fecontact.solving.position import expect_on_half_space

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fecontact.case import Case
 from fecontact.fe.body import BodyMesh, check_memory
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.element_sizes import element_size_mm
 from fecontact.solving.fine_zone import fine_zone
 from fecontact.solving.placing import place_case

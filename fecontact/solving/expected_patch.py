@@ -19,8 +19,8 @@ from fecontact.contact.patch import standing_peaks
 from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.placement.placement import OPEN_GAP_MM, Placement
 from fecontact.placement.poses import TouchPoint
+from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement
 
 # --- How large the lobes of a contact are: elements are made for them, and nodes.
 

@@ -7,7 +7,7 @@ from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
 from fecontact.contact_theories.touch_hertz import HertzPoints, hertz_points
 from fecontact.errors import InputError
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:

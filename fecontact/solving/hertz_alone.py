@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.touch_hertz import HertzPoints
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.hertz import hertz_of_case, hertz_points_of_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.profile_variants import hertz_uncertainty

@@ -35,7 +35,7 @@ from fecontact.judging.measures import patch_of
 from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
 from fecontact.judging.theory import Evidence, fails_for_certain, judge_hertz, no_mesh_decides
 from fecontact.judging.verdict import worst_of
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.cost import cpu_seconds
 from fecontact.solving.expected_patch import TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
 from fecontact.solving.fine_zone import EDGE_ELEMENTS, MARGIN_ELEMENTS, Room, fine_zone, more_room

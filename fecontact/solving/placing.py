@@ -12,7 +12,7 @@ from fecontact.bodies import Track, TrackSide
 from fecontact.case import Case, Opposite
 from fecontact.contact_theories.touch_hertz import hertz_points
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.placement.placement import SIGN, Pair, Placement, pair_of, place, with_irregularities
+from fecontact.placement.wheel_on_rail import SIGN, Pair, Placement, pair_of, place, with_irregularities
 from fecontact.placement.wheelset import (
     SIDES,
     ContactFunctions,

@@ -18,7 +18,7 @@ from fecontact.fe.body import choose_solver
 from fecontact.fe.meshing import too_short
 from fecontact.judging.measures import MEASURES, patch_of
 from fecontact.judging.solved_load import changes_on_more_nodes
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.element_sizes import element_size_mm, element_width_mm
 from fecontact.solving.expected_patch import (
     TOLERANCE,

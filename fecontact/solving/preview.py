@@ -8,7 +8,7 @@ from html import escape
 
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.cost import START_SECONDS, cpu_seconds, memory_GB, times_by_yielding, unknowns_of
 from fecontact.solving.element_sizes import element_size_mm
 from fecontact.solving.expected_patch import ExpectedPatch

@@ -12,7 +12,7 @@ from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.judging.lines import FILTER, NOISE, Lines, OnLine, is_drawn
 from fecontact.judging.lobes import judge_line
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.smoothing import other_lines
 from fecontact.solving.hertz import hertz_of_case

@@ -26,7 +26,7 @@ from fecontact.judging.ladder import Comparison
 from fecontact.judging.notes import position_notes
 from fecontact.judging.solved_load import Status
 from fecontact.judging.verdict import Verdict
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.meshes import Meshes, SolvedBodies
 from fecontact.solving.position import Position, Progress, position_of
 

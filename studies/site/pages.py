@@ -21,7 +21,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 import fecontact
-from fecontact.features import public_names
+from fecontact.feature_registry import public_names
 from fecontact.guide.pages import titles
 from fecontact.inputs import described
 

@@ -20,17 +20,7 @@ from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.contact_theories.rolling.laws import Creepages, RollingEllipse
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
-from fecontact.features.creep.forces import (
-    THEORIES,
-    creep_force,
-    curved_creepages,
-    ellipse_patch,
-    force_difference,
-    hertz_patch,
-    slip_beside_plane,
-    wheelset_creepages,
-)
-from fecontact.features.creep.judging import (
+from fecontact.features.creep.force_verdict import (
     FORCE,
     PLACE,
     SHAPE,
@@ -43,6 +33,16 @@ from fecontact.features.creep.judging import (
     force_verdict,
     judged_force,
 )
+from fecontact.features.creep.forces import (
+    THEORIES,
+    creep_force,
+    curved_creepages,
+    ellipse_patch,
+    force_difference,
+    hertz_patch,
+    slip_beside_plane,
+    wheelset_creepages,
+)
 from fecontact.features.creep.laws import CREEP_LAWS, REAL, creep_laws_of
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
@@ -50,7 +50,7 @@ from fecontact.judging.solved_load import Level, SolvedLoad
 from fecontact.judging.theory import judge_theory
 from fecontact.judging.verdict import Judgement, cheapest, standings
 from fecontact.outputs.records.results import load_record, load_row
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
@@ -442,7 +442,7 @@ def test_a_force_is_judged_by_the_worst_of_its_creepages():
 @pytest.fixture
 def few_creepages(monkeypatch):
     """A range of three sizes in place of eight."""
-    monkeypatch.setattr("fecontact.features.creep.judging._SIZES", 3)
+    monkeypatch.setattr("fecontact.features.creep.force_verdict._SIZES", 3)
 
 
 def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages):

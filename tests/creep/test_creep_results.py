@@ -10,7 +10,7 @@ from inline import inline_crew, study_by
 from kept import keep_case
 
 import fecontact
-from fecontact import features
+from fecontact import feature_registry
 from fecontact.cli import call
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
@@ -29,7 +29,7 @@ STUDIES = Path(__file__).parents[2] / "studies"
 
 def test_without_its_folder_friction_is_refused(monkeypatch):
     case = fecontact.Case(creep=Creep(friction=0.3))
-    monkeypatch.setattr(features, "FEATURES", tuple(one for one in features.FEATURES if one != "creep"))
+    monkeypatch.setattr(feature_registry, "FEATURES", tuple(one for one in feature_registry.FEATURES if one != "creep"))
     with pytest.raises(InputError, match=r"friction coefficient is 0\.3, but this fecontact has no feature creep"):
         fecontact.solve(case)
     fecontact.Case().creep.refuse_unheard()
@@ -38,7 +38,7 @@ def test_without_its_folder_friction_is_refused(monkeypatch):
 def test_what_judges_forces_is_in_the_digest_of_evaluation():
     package = Path(fecontact.__file__).parent
     judging = {
-        "features.creep.judging",
+        "features.creep.force_verdict",
         "features.creep.telling",
         "contact_theories.rolling.laws",
         "features.creep.steady",

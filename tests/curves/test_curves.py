@@ -61,7 +61,7 @@ from fecontact.features.curves.telling import (
     visits_figure,
 )
 from fecontact.features.curves.visits import Curves, MapCell, MapColumn, Visit, differences
-from fecontact.placement.placement import pair_of
+from fecontact.placement.wheel_on_rail import pair_of
 from fecontact.placement.wheelset import Wheelset
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel

@@ -17,7 +17,7 @@ from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.contact_theories.rolling.laws import saturation
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.irregular.command import IrregularOptions
-from fecontact.features.irregular.judging import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
+from fecontact.features.irregular.model_errors import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
 from fecontact.features.irregular.models import MODELS, Pair, eq6_limits, filter_of, peak_exponent
 from fecontact.features.irregular.telling import irregular_lines
 from fecontact.guide.pages import page
@@ -292,7 +292,7 @@ def test_a_half_space_without_an_answer_leaves_open_whether_hertz_holds(monkeypa
     def failing(*_):
         raise ConvergenceError("it grows without bound")
 
-    monkeypatch.setattr("fecontact.features.irregular.judging.theory_alone", failing)
+    monkeypatch.setattr("fecontact.features.irregular.model_errors.theory_alone", failing)
     record = fecontact.irregular(ELLIPTIC, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
     assert record["without_irregularity"]["holds"] is None
     _, line, *_ = irregular_lines(record)

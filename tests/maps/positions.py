@@ -12,8 +12,8 @@ from inline import stand_ins
 from fecontact.case import Case
 from fecontact.jobs.workers import Crew, Made
 from fecontact.maps.model import failed_position
-from fecontact.maps.running import MapOutcome, run_map
-from fecontact.maps.storing import keep_position
+from fecontact.runs.map_positions import keep_position
+from fecontact.runs.map_run import MapOutcome, run_map
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,5 +40,5 @@ def map_by(
     *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
 ) -> MapOutcome:
     """`run_map` with another crew or work."""
-    with stand_ins(crew, work, "fecontact.maps.running.SolvingPosition"):
+    with stand_ins(crew, work, "fecontact.runs.map_run.SolvingPosition"):
         return run_map(*arguments, **more)

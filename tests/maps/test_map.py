@@ -50,7 +50,6 @@ from fecontact.judging.lines import Lines, LobeOnLine, OnLine
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad
 from fecontact.judging.verdict import judge
-from fecontact.maps import storing
 from fecontact.maps.files import map_figure, write_map
 from fecontact.maps.model import (
     ApplicabilityMap,
@@ -65,10 +64,7 @@ from fecontact.maps.model import (
     next_load,
     solve_position,
 )
-from fecontact.maps.reading import judge as judge_map
-from fecontact.maps.reading import map_document
 from fecontact.maps.report import write_map_report
-from fecontact.maps.storing import SolvingPosition, found_position, keep_position, position_folder, read_position
 from fecontact.maps.telling import cell_record, limit_record, map_record
 from fecontact.maps.views import CAUSE_LETTERS, CAUSES, limit_text, map_table, verdict_view
 from fecontact.outputs.records.results import load_row
@@ -82,10 +78,13 @@ from fecontact.outputs.records.stored import (
 )
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.regression.tables import load_table
-from fecontact.runs import store
+from fecontact.runs import map_positions, store
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.load import load as load_results
+from fecontact.runs.map_positions import SolvingPosition, found_position, keep_position, position_folder, read_position
 from fecontact.runs.store import SOLVED
+from fecontact.runs.stored_map import judge_map
+from fecontact.runs.stored_map import map_document
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import Clock, expect_on_half_space
@@ -624,8 +623,8 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
         monkeypatch.setattr("fecontact.maps.files.map_figure", no_figure)
-    monkeypatch.setattr("fecontact.maps.running.write_map_report", no_figure)
-    monkeypatch.setattr("fecontact.maps.reading.write_map_report", no_figure)
+    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
+    monkeypatch.setattr("fecontact.runs.stored_map.write_map_report", no_figure)
     monkeypatch.setattr(store, "judge_load", judged_once)
 
 
@@ -661,16 +660,16 @@ def fake_run(out, shifts=SHIFTS, case=ROUND, loads=LOADS, *, crew=None, progress
 @pytest.fixture
 def run(monkeypatch):
     """Make a map as it is made, but for the finite elements."""
-    monkeypatch.setattr(storing, "solve_position", fake_position)
+    monkeypatch.setattr(map_positions, "solve_position", fake_position)
     return fake_run
 
 
 def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
     """Folder of a map, and the map."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(storing, "solve_position", fake_position)
+        patch.setattr(map_positions, "solve_position", fake_position)
         patch.setattr("fecontact.maps.files.map_figure", no_figure)
-        patch.setattr("fecontact.maps.running.write_map_report", no_figure)
+        patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
         patch.setattr(store, "judge_load", judged_once)
         return out, fake_run(out, shifts, loads=loads, progress=progress).made
 
@@ -862,7 +861,7 @@ def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
     def evaluated(*arguments, **more):
         pytest.fail("evaluated by the process that only writes")
 
-    monkeypatch.setattr(storing, "read_stored", evaluated)
+    monkeypatch.setattr(map_positions, "read_stored", evaluated)
     for name in ("theory.judge_theory", "judge.offered", "judge.judge_lobes"):
         monkeypatch.setattr(f"fecontact.judging.{name}", evaluated)
     settings = RunSettings(workers=1)
@@ -933,7 +932,7 @@ def test_map_needs_positions_and_loads(run, tmp_path):
 
 @pytest.mark.parametrize(("part", "known"), [(1e9, (1, 2)), (1e-9, (1, 1))])
 def test_files_are_written_after_each_position_that_took_much_longer(part, known, run, tmp_path, monkeypatch):
-    monkeypatch.setattr("fecontact.maps.running._PART_FOR_TABLES", part)
+    monkeypatch.setattr("fecontact.runs.map_run._PART_FOR_TABLES", part)
     seen, pictures = [], []
 
     def look(done, count, what):
@@ -944,7 +943,7 @@ def test_files_are_written_after_each_position_that_took_much_longer(part, known
         pictures.append(drawn)
         write_map(*given, drawn=False, **more)
 
-    monkeypatch.setattr("fecontact.maps.running.write_map", write)
+    monkeypatch.setattr("fecontact.runs.map_run.write_map", write)
     shifts = [-1.0, 0.0, 1.0]
     run(tmp_path, shifts, loads=FEW_LOADS, progress=look)
     # from the gauge corner on, where a position takes longest
@@ -1279,7 +1278,7 @@ def test_causes_have_letters_of_their_own():
 
 
 def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(storing, "solve_position", faulty_position)
+    monkeypatch.setattr(map_positions, "solve_position", faulty_position)
     heard, seen = [], []
 
     def look(done, count, what):
@@ -1426,7 +1425,7 @@ def test_a_position_short_of_memory_beside_others_is_solved_again_alone(run, tmp
         FakeSweep.short_of_memory = {what} if order.count(0.0) == 1 else set()
         return fake_position(case, loads_N)
 
-    monkeypatch.setattr(storing, "solve_position", hungry)
+    monkeypatch.setattr(map_positions, "solve_position", hungry)
     made = run(tmp_path, [-1.0, 0.0, 1.0], loads=TWO_SIDES, crew=in_process(2)).made
     assert sorted(order) == [-1.0, 0.0, 0.0, 1.0]
     assert order[-1] == 0.0
@@ -1620,7 +1619,7 @@ def test_a_number_that_was_none_is_read_as_none(run, tmp_path, monkeypatch):
         judged = judge_load(replace(solved, lines=unknown), position.placement)
         return replace(position, cells=(replace(cell, judged=judged), *position.cells[1:]))
 
-    monkeypatch.setattr(storing, "solve_position", with_few_points)
+    monkeypatch.setattr(map_positions, "solve_position", with_few_points)
     made = run(tmp_path, [0.0], loads=LOADS[:1]).made
     assert math.isnan(made.cells[0].judged.uncertainty["a_mm"])
     assert made.cells[0].verdict == "UNRESOLVED"
@@ -1727,7 +1726,7 @@ def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypat
     placement = place_case(case)
     record = json.loads(json_text(placement_record(placement)))
     rail, wheel = resolve_rail(case.rail), resolve_wheel(case.wheel).profile
-    monkeypatch.setattr("fecontact.placement.placement.place", None)
+    monkeypatch.setattr("fecontact.placement.wheel_on_rail.place", None)
     read = placement_from_record(record, rail, wheel)
     assert placement_record(read) == placement_record(placement)
     assert read.climbs is placement.climbs is case.flange_climb

@@ -60,7 +60,6 @@ from fecontact.maps.model import (
     solved_cell,
 )
 from fecontact.maps.report import write_map_report
-from fecontact.maps.running import prepare_for_map, run_map
 from fecontact.maps.telling import MAP_SCHEMA, map_record
 from fecontact.maps.views import map_table, map_text, verdict_view
 from fecontact.outputs.records.results import case_inputs, load_record, load_row
@@ -70,6 +69,7 @@ from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import kind_of, load_table
 from fecontact.runs.folder import prepare_for_study
 from fecontact.runs.identity import case_id
+from fecontact.runs.map_run import prepare_for_map, run_map
 
 # springs
 
@@ -188,7 +188,7 @@ def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
     def opened(*_):
         raise InputError("the run begins")
 
-    monkeypatch.setattr("fecontact.maps.running.open_run", opened)
+    monkeypatch.setattr("fecontact.runs.map_run.open_run", opened)
     case = Case(roll_load_N=8e4, opposite=Opposite(wheel_load_N=6e4))
     with pytest.raises(InputError, match="the run begins"):
         run_map(case, [0.0], [2e4, 1e5], tmp_path)
@@ -206,7 +206,7 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
         seen.append(capsys.readouterr().err)
         raise InputError("that was before it")
 
-    monkeypatch.setattr("fecontact.maps.running.run_map", stopped)
+    monkeypatch.setattr("fecontact.runs.map_run.run_map", stopped)
     asked = ["map", "--shifts=-4,3", "--loads-kn", "50,100", "--out", str(tmp_path / "map"), "--workers", "1"]
     for more in ((), ("--friction", "0.3"), ("--quiet",)):
         assert call([*asked, *more]) == 2
@@ -474,7 +474,7 @@ def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quic
 
 def test_a_map_that_ends_at_any_file_operation_goes_on(disk, monkeypatch):
     monkeypatch.setattr("fecontact.maps.files.map_figure", lambda *arguments: None)
-    monkeypatch.setattr("fecontact.maps.running.write_map_report", lambda *arguments, **more: None)
+    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", lambda *arguments, **more: None)
     goes_on(disk, run_fake_map)
 
 
@@ -487,7 +487,7 @@ def test_importing_what_writes_a_map_loads_no_plotting():
 
 
 def test_what_judges_a_map_is_in_a_digest():
-    assert {"maps.model", "maps.storing"} <= EVALUATING
+    assert {"maps.model", "runs.map_positions"} <= EVALUATING
 
 
 def test_maps_have_a_function_a_module_and_results(tmp_path):
@@ -516,7 +516,7 @@ def test_what_is_not_usual_and_what_it_takes_are_said_before_it_begins(tmp_path,
     def begun(*_, **__):
         raise InputError("begun")
 
-    monkeypatch.setattr("fecontact.maps.running.run_map", begun)
+    monkeypatch.setattr("fecontact.runs.map_run.run_map", begun)
     assert call(["map", "--shifts", "0", "--loads-kn", "50,1e5", "--out", str(tmp_path / "out")]) == 2
     note, cost, error = capsys.readouterr().err.splitlines()
     assert note.startswith("note: load is 100000 kN; usual are 1 to 1000")
@@ -526,7 +526,7 @@ def test_what_is_not_usual_and_what_it_takes_are_said_before_it_begins(tmp_path,
 
 @pytest.mark.parametrize(("options", "case"), slow_but(WAYS, 0, 8, 9))
 def test_the_command_rolls_its_wheelset(options, case, monkeypatch, tmp_path):
-    rolls("fecontact.maps.running.run_map", ["map", "--shifts", "0", "--out"], options, case, monkeypatch, tmp_path)
+    rolls("fecontact.runs.map_run.run_map", ["map", "--shifts", "0", "--out"], options, case, monkeypatch, tmp_path)
 
 
 def test_a_map_does_not_take_the_folder_of_other_results(tmp_path):

@@ -29,7 +29,7 @@ from fecontact.contact_theories.rolling.laws import (
 )
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.creep.steady import PressureCells, ellipse_cells, steady_rolling
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 _LAWS: dict[str, Callable[[RollingEllipse, Creepages], CreepForce]] = {
     "kalker": kalker_linear,

@@ -19,17 +19,17 @@ from fecontact.contact_theories.approximation import TheoryPatch
 from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.contact_theories.rolling.laws import Creepages, CreepForce
 from fecontact.errors import FecontactError
-from fecontact.features.creep.forces import CreepPatch, creep_force, hertz_patch
-from fecontact.features.creep.judging import (
+from fecontact.features.creep.force_verdict import (
     DECIDES,
     JudgedForce,
     RollingLoad,
     judged_force,
     rolling_load,
 )
+from fecontact.features.creep.forces import CreepPatch, creep_force, hertz_patch
 from fecontact.features.creep.steady import pressure_cells
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 CREEP_LAWS: Mapping[str, Mapping[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 """Laws of creep forces, from the cheapest to that by which all are judged."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 
 from fecontact.contact_theories.rolling.laws import CreepForce
-from fecontact.features.creep.judging import FORCE, CreepComparison
+from fecontact.features.creep.force_verdict import FORCE, CreepComparison
 from fecontact.outputs.tables import (
     Column,
     Item,

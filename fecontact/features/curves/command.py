@@ -8,8 +8,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.commands.console import many, telling_replaced
-from fecontact.commands.options import CaseOptions, takes
+from fecontact.console.messages import telling_replaced
+from fecontact.console.options import CaseOptions, takes
+from fecontact.console.progress import many
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
 from fecontact.jobs.remaining import duration

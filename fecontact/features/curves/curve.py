@@ -25,8 +25,8 @@ from fecontact.features.curves.steady import (
     wheelset_states,
 )
 from fecontact.inputs import given, inputs, number
-from fecontact.placement.placement import Pair
 from fecontact.placement.poses import search_points
+from fecontact.placement.wheel_on_rail import Pair
 from fecontact.placement.wheelset import SIDES, Wheelset
 
 # --- Track and running conditions of a curve: cant, speed, friction, and the pair of wheel and rail.

@@ -24,7 +24,7 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.strip_method import Line, Load, Search, Strips, factor_of_ellipse, solve_strips
 from fecontact.contact_theories.strips import overlap_strips
 from fecontact.errors import InputError
-from fecontact.placement.placement import Pair, Placement
+from fecontact.placement.wheel_on_rail import Pair, Placement
 from fecontact.placement.wheelset import Wheelset
 from fecontact.profiles.segments import CurvePoints
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.features import the
 from fecontact.features.curves.curve import Conditions, CurveRun, Ride, curves, straight_line
 from fecontact.features.curves.model import BOGIES, Vehicle, load_vehicle, with_bogie
 from fecontact.features.curves.normal import DEFAULT_THEORY, normal_theory
@@ -18,6 +17,7 @@ from fecontact.features.curves.stability import StraightTrack, straight_track
 from fecontact.features.curves.visits import Curves, MapCell, MapColumn, differences, visits_on
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.jobs.workers import evaluators
+from fecontact.runs.map_lookup import map_bands, map_rows
 from fecontact.solving.placing import wheelset_of_case
 
 # Inputs in which a map may differ from the vehicle: its wheels stand without yaw, and their radius is seldom equal.
@@ -132,7 +132,7 @@ def _straight(vehicle: Vehicle, ride: Ride) -> StraightTrack:
 
 def _columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
     """A map of the same contact, shift by shift."""
-    rows = the("MAP_ROWS", f"map {folder}")(folder, case, but_for=_OTHER)
+    rows = map_rows(folder, case, but_for=_OTHER)
     if not rows:
         raise InputError(f"map {folder}: it has no cells; give another one")
     cells = [
@@ -152,5 +152,5 @@ def _columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
             bands=tuple(bands),
             cells=tuple(cell for cell in cells if cell.lateral_shift_mm == shift),
         )
-        for shift, reach, bands in the("MAP_COLUMNS", f"map {folder}")(folder)
+        for shift, reach, bands in map_bands(folder)
     )

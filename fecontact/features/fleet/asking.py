@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fecontact.commands.console import announce, logged, many, say
-from fecontact.commands.solving import AS_USUAL, RunOptions, tell_lost, tell_reused
+from fecontact.console.log import logged
+from fecontact.console.messages import announce, say
+from fecontact.console.progress import many
+from fecontact.console.run_messages import tell_lost, tell_reused
+from fecontact.console.run_options import AS_USUAL, RunOptions
 from fecontact.errors import InputError
 from fecontact.outputs.terminal import answer as tell
 from fecontact.outputs.terminal import count

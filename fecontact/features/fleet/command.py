@@ -7,8 +7,11 @@ from pathlib import Path
 
 from cyclopts import App
 
-from fecontact.commands.console import announce, logged, print_reasons, say, several
-from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files
+from fecontact.console.log import logged
+from fecontact.console.messages import announce, print_reasons, say
+from fecontact.console.progress import several
+from fecontact.console.run_messages import tell_files
+from fecontact.console.run_options import AS_USUAL, RunOptions
 from fecontact.features.fleet.asking import report, sample
 
 fleet = App(

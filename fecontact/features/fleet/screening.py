@@ -28,7 +28,7 @@ from fecontact.jobs.workers import Made
 from fecontact.judging.ladder import PatchGeometry, cause_in_gap
 from fecontact.judging.measures import FLOORS, MEASURES, deviations_of, measures_of_theory, part_elsewhere, unknown_load
 from fecontact.judging.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.placement.wheelset import Wheelset, harmonic_conicity
 from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
 from fecontact.solving.placing import place_at_shifts, wheelset_of_case

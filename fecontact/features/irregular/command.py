@@ -9,8 +9,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from fecontact.case import unusual
-from fecontact.commands.console import many, tell_notes, telling_replaced
-from fecontact.commands.options import POSITION, CaseOptions, takes
+from fecontact.console.messages import tell_notes, telling_replaced
+from fecontact.console.options import POSITION, CaseOptions, takes
+from fecontact.console.progress import many
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
 from fecontact.jobs.remaining import duration

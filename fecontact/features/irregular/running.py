@@ -10,7 +10,7 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.features.irregular.judging import (
+from fecontact.features.irregular.model_errors import (
     LIMIT,
     JudgedPlace,
     SmoothPair,

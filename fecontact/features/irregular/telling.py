@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.features.irregular.judging import (
+from fecontact.features.irregular.model_errors import (
     PHASES,
     Cell,
     JudgedPlace,

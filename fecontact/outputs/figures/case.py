@@ -32,7 +32,7 @@ from fecontact.outputs.style import (
 )
 from fecontact.outputs.tables import Row
 from fecontact.outputs.words import SHIFT, WORDS, case_words, series, shown_measures, verdict_reason
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
 from fecontact.solving.solve import CaseResult
 

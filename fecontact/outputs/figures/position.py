@@ -13,7 +13,7 @@ from fecontact.outputs.profiles import draw_problems
 from fecontact.outputs.style import SIDES, Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.outputs.tables import body_words
 from fecontact.outputs.words import case_words
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.preview import Preview
 
 if TYPE_CHECKING:

@@ -34,7 +34,7 @@ from fecontact.outputs.figures.case import ellipse_outline
 from fecontact.outputs.records.results import read_row
 from fecontact.outputs.tables import Row
 from fecontact.outputs.words import case_annotation
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import CaseResult
 
 # --- The contact for ParaView: pressures on the rail's surface, and Hertz's ellipses as lines on them.

@@ -24,7 +24,7 @@ from fecontact.contact_theories.approximation import Approximation, TheoryPatch
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
 from fecontact.errors import InputError
-from fecontact.features import offered
+from fecontact.feature_registry import offered
 from fecontact.files import read_json, write_json
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import BODIES, PLASTIC
@@ -35,7 +35,7 @@ from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.tables import Item, Record, flat, picked, told
 from fecontact.outputs.words import theory_words
 from fecontact.placement.irregularity import irregularity_text
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.hertz_alone import HertzAlone

@@ -7,9 +7,13 @@ from pathlib import Path
 from typing import get_args
 
 from fecontact.case import Group, unusual
-from fecontact.commands.console import logged, many, print_reasons, say, tell_notes, width
-from fecontact.commands.options import CaseOptions, GridOptions, takes
-from fecontact.commands.solving import AS_USUAL, RunOptions, tell_cost, tell_files, tell_reused
+from fecontact.commands.solving import tell_cost
+from fecontact.console.log import logged
+from fecontact.console.messages import print_reasons, say, tell_notes, width
+from fecontact.console.options import CaseOptions, GridOptions, takes
+from fecontact.console.progress import many
+from fecontact.console.run_messages import tell_files, tell_reused
+from fecontact.console.run_options import AS_USUAL, RunOptions
 from fecontact.outputs.terminal import count, show
 
 
@@ -47,10 +51,10 @@ def map_(
     from fecontact.files import json_text
     from fecontact.maps.model import LOADS_FOR_LIMITS, MOST_TRIED
     from fecontact.maps.report import map_lines
-    from fecontact.maps.running import prepare_for_map, run_map
     from fecontact.maps.telling import map_record
     from fecontact.maps.views import refuse_measure
     from fecontact.runs.cost import MAP_FILES_S
+    from fecontact.runs.map_run import prepare_for_map, run_map
 
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)

@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.maps.files import write_map
-from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapPosition, failed_position
+from fecontact.maps.model import ApplicabilityMap, MapPosition, failed_position
 from fecontact.maps.report import map_lines, write_map_report
-from fecontact.maps.storing import position_folder, read_position
 from fecontact.maps.telling import MAP_SCHEMA, map_record
-from fecontact.maps.views import Band, bands_of, column_width, refuse_measure
-from fecontact.outputs.records.results import case_inputs
-from fecontact.outputs.tables import Part, Record
+from fecontact.maps.views import refuse_measure
+from fecontact.outputs.tables import Part
 from fecontact.outputs.terminal import count
-from fecontact.regression.tables import load_table
-from fecontact.runs.judging import judges
-from fecontact.runs.load import is_name, sealed, unusable
+from fecontact.runs.judged_study import judges
+from fecontact.runs.map_positions import position_folder, read_position
 from fecontact.runs.store import refused_if_changed, solved_in, stored_case
+from fecontact.runs.stored_folder import is_name, sealed, unusable
 
 Judges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
 
@@ -60,7 +57,7 @@ class JudgedMap:
         return map_lines(self.map, self.measure, self.theory, width=width)
 
 
-def load(folder: Path) -> ApplicabilityMap:
+def load_map(folder: Path) -> ApplicabilityMap:
     """A finished map.
 
     Raises
@@ -74,7 +71,7 @@ def load(folder: Path) -> ApplicabilityMap:
     return made
 
 
-def judge(
+def judge_map(
     folder: Path,
     criteria: Criteria,
     out: Path | None = None,
@@ -164,59 +161,3 @@ def _position(folder: Path, **by: Any) -> MapPosition | str:
         return read_position(folder, **by)
     except InputError as error:
         return str(error)
-
-
-# --- Rows of a stored map that must be of a given contact.
-
-# Inputs of a case that say which contact it is; the others say how it is solved and judged.
-_CONTACT = (
-    *("rail", "wheel", "inclination_rad", "roll", "roll_rad", "yaw_rad", "roll_load_N", "flange_climb", "side"),
-    *("opposite", "load_kind", "rail_material", "wheel_material", "rolling_radius_mm", "track"),
-)
-
-
-def rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[Mapping[str, str]]:
-    """Rows of a stored map, as it was judged when it was written.
-
-    Parameters
-    ----------
-    case
-        The contact that it must be of.
-    but_for
-        Inputs that may be others.
-
-    Raises
-    ------
-    InputError
-        For a map of another contact, and for files that were changed.
-    """
-    document = map_document(folder)
-    theirs, own = (_contact(one) for one in (document["case"], case_inputs(case)))
-    different = [name for name in _CONTACT if name not in but_for and theirs.get(name) != own.get(name)]
-    if different:
-        told = "; ".join(f"{name} {theirs.get(name)!r} there, {own.get(name)!r} here" for name in different)
-        raise InputError(f"{folder}: it is the map of another contact ({told}); give the same inputs, or another map")
-    return list(load_table(folder / "map.csv").rows.to_dict("records"))
-
-
-def _contact(record: Mapping[str, Any]) -> Record:
-    """The inputs that say which contact it is, without what is said of yielding."""
-    found = {name: record.get(name) for name in _CONTACT}
-    for name in ("rail_material", "wheel_material"):
-        found[name] = {key: value for key, value in (record.get(name) or {}).items() if key in ("young_MPa", "poisson")}
-    return found
-
-
-def columns(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
-    """Each shift of a stored map (mm), how far on both sides it counts (mm), and its verdicts over the load."""
-    document = map_document(folder)
-    reach = 0.5 * column_width(document["lateral_shifts_mm"])
-    return [(one["lateral_shift_mm"], reach, _bands(one, document["cells"])) for one in document["limits"]]
-
-
-def _bands(limit: Mapping[str, Any], cells: Sequence[Mapping[str, Any]]) -> Sequence[Band]:
-    own = [cell for cell in cells if cell["lateral_shift_mm"] == limit["lateral_shift_mm"] and "verdict" in cell]
-    answers = [(cell["load_N"], cell["verdict"]["answer"]) for cell in own]
-    answers += [(one["load_N"], one["verdict"]) for one in limit["tried"]]
-    open_kN = {1e-3 * load_N for load_N, answer in answers if answer == "UNRESOLVED"}
-    return bands_of(LoadLimit(intervals=tuple(LoadInterval(**one) for one in limit["intervals"])), open_kN)

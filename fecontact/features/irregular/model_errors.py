@@ -16,7 +16,7 @@ from fecontact.contact_theories.hertz import HertzContact, hertz_spring_force_N
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.irregular.models import MODELS, Model, Pair, Place
 from fecontact.placement.irregularity import Irregularity
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.alone import HALF_SPACE, normal_force_of, theory_alone
 from fecontact.solving.placing import place_case
 

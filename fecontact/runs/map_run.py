@@ -24,12 +24,12 @@ from fecontact.jobs.workers import Done, Job
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition, failed_position
 from fecontact.maps.report import pictures_that_fit, write_map_report
-from fecontact.maps.storing import SolvingPosition, found_position, has_open_loads, position_folder
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs
 from fecontact.runs.cost import longest_first
 from fecontact.runs.folder import prepare
 from fecontact.runs.identity import case_id, provenance, with_absolute_paths
+from fecontact.runs.map_positions import SolvingPosition, found_position, has_open_loads, position_folder
 from fecontact.runs.store import job_of
 
 # Pictures are drawn while a map is made, but in its first minute; tables take so small a part of the time: what they

@@ -1,4 +1,4 @@
-"""Stored results judged again, by other criteria or by a newer evaluation: no finite elements, no meshes."""
+"""A stored study or case judged again, by other criteria or with friction: no finite elements, no meshes."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, failed, has_numbers, usable
-from fecontact.features import at, places
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.jobs.workers import began_on_one_thread, default_workers, evaluators
 from fecontact.outputs.documents import judged_rows_parts, write_tables
@@ -20,37 +18,14 @@ from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.tables import VARIED, Part
 from fecontact.outputs.terminal import count
 from fecontact.runs.casefile import kinds
-from fecontact.runs.load import stored_study, unusable
 from fecontact.runs.report import report_judged
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
+from fecontact.runs.stored_folder import stored_study, unusable
 
 # A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
 _WORTH_PROCESSES = 100
 # What is in a folder of results that were solved, and not of such that were judged again.
 _SOLVED = ("cases", "positions", RESULT)
-
-
-class Judged(Protocol):
-    """Results by other criteria, and what they say of themselves."""
-
-    @property
-    def all_judged(self) -> bool:
-        """Whether all was judged and may be used."""
-
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """What cannot be judged, where the rows do not say it."""
-
-    @property
-    def words(self) -> str:
-        """What was judged; where the criteria stand is {criteria}."""
-
-    @property
-    def record(self) -> Mapping[str, Any]:
-        """All of it, for other programs."""
-
-    def parts(self, width: int | None) -> Iterable[Part]:
-        """All of it, for a terminal of so many columns."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,61 +75,6 @@ class JudgedStudy:
         """The rows, and the verdicts that have changed."""
         changed = (f"{name}: {before} -> {now}" for name, (before, now) in self.changed.items())
         return (*judged_rows_parts(self.rows), *changed)
-
-
-def judge(
-    folder: str | Path,
-    criteria: Criteria | None = None,
-    *,
-    creep: Creep | None = None,
-    measure: str = "pressure",
-    theory: str = HERTZ,
-    out: str | Path | None = None,
-    progress: Progress | None = None,
-) -> Any:
-    """Judge a stored study, map or case again, by other criteria or with friction; nothing is solved.
-
-    Parameters
-    ----------
-    folder
-        That fecontact wrote; it stays as it is.
-    criteria
-        The usual ones if not given.
-    creep
-        Friction and creepages; without friction each case's own are used.
-    measure
-        Of a map, what it is about; by `theory` with friction the laws of creep forces are judged too.
-    theory
-        Of a map: a theory of the pressure, whose map is drawn beside the map of Hertz.
-    out
-        Folder for tables, pictures and report of the new verdicts.
-    progress
-        As for `run`; of a map with positions in place of cases.
-
-    Returns
-    -------
-    JudgedStudy, or what a feature has, such as JudgedMap
-
-    Raises
-    ------
-    InputError
-        If the folder holds no results or is `out`, for creepages without friction, and for a measure without it.
-    """
-    folder, out = Path(folder), None if out is None else Path(out)
-    criteria, creep = criteria or Criteria(), creep or Creep()
-    creep.refuse_unheard()
-    asked = creep if creep.asked else None
-    check_out(folder, out)
-    for kind, place in places("JUDGED").items():
-        if (folder / f"{kind}.json").is_file():
-            return at(place)(folder, criteria, out, creep=asked, measure=measure, theory=theory, progress=progress)
-    if measure != "pressure" or theory != HERTZ:
-        what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
-        raise InputError(
-            f"{what}, but {folder} has no map.json; a study and a case have every theory in their tables, and forces by"
-            " --friction alone"
-        )
-    return judge_study(folder, criteria, out, creep=asked, progress=progress)
 
 
 def judge_study(

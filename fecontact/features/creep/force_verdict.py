@@ -41,7 +41,7 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.measures import patch_of
 from fecontact.judging.solved_load import finest_otherwise
 from fecontact.judging.verdict import FROM_BEST, Judgement, Verdict, answer_of
-from fecontact.placement.placement import Placement
+from fecontact.placement.wheel_on_rail import Placement
 
 # --- A creep force judged as a measure: off by so much of mu N, over a range of creepages.
 

@@ -1,0 +1,1 @@
+"""Progress, messages and options that commands and features share."""

@@ -1,0 +1,82 @@
+"""Folders of finished results: which of them can be read and judged by this version, and the rows of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path, PureWindowsPath
+from typing import Any
+
+from fecontact.errors import InputError
+from fecontact.files import broken_seal, read_json
+from fecontact.jobs.store import whole_manifest
+from fecontact.outputs.documents import STUDY_SCHEMA
+from fecontact.outputs.records.results import Row
+from fecontact.runs.identity import SOLVING_SOURCE, origin_of
+from fecontact.runs.store import SOLVED, refused_if_changed, solved_in, stored_case
+
+REMEDY = "give the folder of a case, a map or a study of fecontact"
+
+
+def refuse_unusable(folder: Path) -> None:
+    """Raise `InputError` where a finished case or position cannot be judged any more, with why and what to do."""
+    if problem := unusable(folder):
+        raise InputError(problem)
+
+
+def unusable(folder: Path) -> str | None:
+    """Why a finished case or position cannot be judged any more, and what to do."""
+    file = folder / SOLVED
+    if not file.is_file():
+        return f"{folder}: there is no finished result of this version ({SOLVED}); solve it"
+    manifest = whole_manifest(folder)
+    if isinstance(manifest, str):
+        return f"{folder}: {manifest}; solve it again"
+    try:
+        with refused_if_changed(file, "solve it again"):
+            case = stored_case(folder, solved_in(folder)["case"])
+    except InputError as error:
+        return str(error)
+    # the packages, and the solver, of the machine that solved it need not be there for judging it
+    made, here = (of.get(SOLVING_SOURCE, "none") for of in (manifest["solved_by"], origin_of(case).solved_by))
+    if made == here:
+        return None
+    return f"{folder}: made by another version: {SOLVING_SOURCE} {made} -> {here}; solve it again"
+
+
+def stored_study(folder: Path) -> tuple[str, list[Row], int]:
+    """Name and rows of a study as `study.json` has them, and how many cases it has or will have.
+
+    Raises
+    ------
+    InputError
+        If it has another layout.
+    """
+    if not (folder / "study.json").exists():
+        raise InputError(f"{folder}: there are no results in it; {REMEDY}")
+    document = sealed(folder / "study.json", STUDY_SCHEMA, "run the study again")
+    name, rows = document.get("study"), document.get("rows")
+    if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
+        raise InputError(f"{folder / 'study.json'}: it is no list of rows; run the study again")
+    cases = document.get("cases")
+    return name, rows, max(cases if isinstance(cases, int) else 0, len(rows))
+
+
+def _is_row(row: Any) -> bool:
+    """Whether a row names a case, in a folder of its own, and what came of it."""
+    texts = isinstance(row, Mapping) and isinstance(row.get("id"), str) and isinstance(row.get("status"), str)
+    return texts and is_name(row["id"])
+
+
+def is_name(text: Any) -> bool:
+    """Whether a text is the name of a file or folder, without a path."""
+    return isinstance(text, str) and PureWindowsPath(text).name == text not in ("", "..")
+
+
+def sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
+    """A document of a layout as it was written."""
+    document = read_json(path)
+    if not isinstance(document, Mapping) or document.get("schema") != schema:
+        raise InputError(f"{path}: its layout is not {schema}; {remedy}")
+    if problem := broken_seal(path, document):
+        raise InputError(f"{problem}; {remedy}")
+    return document
