@@ -19,7 +19,7 @@ Of a judged load a feature may read something of its own. What it offers there h
 `DEAR_READINGS`
     The same for what takes seconds a load; a map by the measure `theory` asks for them.
 `TELLINGS`
-    How a reading is told (`outputs.tables.Telling`): record, columns of a row, parts of a document.
+    How a reading is told (`outputs.parts.Telling`): record, columns of a row, parts of a document.
 `MAPS`
     Verdicts that a map draws and finds load limits of (`judging.readings.MappedVerdicts`), by the map's measure.
 `LAWS`

@@ -63,7 +63,8 @@ from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside,
 from fecontact.outputs.words import WORDS, deviation_column
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.regression.checks import Check
-from fecontact.solving.expected_patch import followed_mm, lobe_sizes, semi_axes_of_elements_mm
+from fecontact.solving.expected_patch import followed_mm
+from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.meshes import CoupledProblem, couple, coupled_problem, grid_over
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import Clock, true_gap_of_case

@@ -42,9 +42,9 @@ from fecontact.features.fleet.tables import KEYS, STRATA, asked, opened
 from fecontact.files import write_text
 from fecontact.inputs import parse_inclination
 from fecontact.jobs.engine import RunSettings
+from fecontact.outputs.case_words import SHIFT
 from fecontact.outputs.style import blank_figure, save_figure
 from fecontact.outputs.tables import write_csv
-from fecontact.outputs.words import SHIFT
 from fecontact.regression.checks import Check
 
 ATLAS = Path(__file__).parent / "atlas"

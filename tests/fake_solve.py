@@ -19,8 +19,8 @@ from fecontact.files import read_json, write_json, write_text
 from fecontact.jobs.workers import Made
 from fecontact.judging.measures import FLOORS, MEASURES
 from fecontact.judging.verdict import judge
+from fecontact.outputs.flat_records import flat
 from fecontact.outputs.records.results import input_columns, write_row
-from fecontact.outputs.tables import flat
 from fecontact.runs.identity import provenance
 from fecontact.runs.store import RESULT, ROW
 

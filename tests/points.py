@@ -8,7 +8,7 @@ from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.points import Points
 from fecontact.profiles.readers.columns import read_columns
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.smoothing import line_through
+from fecontact.profiles.recognition import line_through
 
 # Columns of a row that differ from run to run; all others are the same to the last bit.
 MEASURED_COLUMNS = ("seconds", "peak_memory_MB")

@@ -9,7 +9,7 @@ from fecontact.judging.lines import Lines, OnLine
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import Level, SolvedLoad
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.expected_patch import quadratic_rung
+from fecontact.solving.quadratic_gap import quadratic_rung
 
 
 def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) -> Rung:

@@ -24,7 +24,7 @@ from fecontact.outputs.paraview.vtk import contact_surface
 from fecontact.outputs.records.results import asked_record, asked_row, case_row, result_record
 from fecontact.outputs.style import blank_figure
 from fecontact.outputs.terminal import show
-from fecontact.outputs.words import case_annotation
+from fecontact.outputs.verdict_words import case_annotation
 
 STEEL = Material(young_MPa=210e3, poisson=0.3, yield_MPa=450.0, tangent_MPa=4200.0)
 # peak of bodies that yield over that of elastic ones
@@ -144,7 +144,8 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
 
 def test_a_map_takes_it(result):
     pytest.importorskip("fecontact.maps")
-    from fecontact.maps.model import ApplicabilityMap, KnownLoad, MapCell, MapPosition, load_limit
+    from fecontact.maps.load_limits import KnownLoad, load_limit
+    from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
     from fecontact.maps.telling import judged_by
     from fecontact.maps.views import map_answer, verdict_view
 

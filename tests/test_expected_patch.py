@@ -17,9 +17,11 @@ from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.judging.measures import FLOORS, MEASURES, deviations, measures_of, misfit_of
 from fecontact.judging.solved_load import Solved, uncertainty
 from fecontact.solving import expected_patch
-from fecontact.solving.expected_patch import TrueGap, _fitted_grid, carried, lobe_sizes
+from fecontact.solving.expected_patch import _fitted_grid
+from fecontact.solving.lobe_sizes import lobe_sizes
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, position_of, true_gap_of_case
+from fecontact.solving.true_gap import TrueGap, carried
 
 FLAT = """kind = "wheel"
 units = "mm"

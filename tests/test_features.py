@@ -154,7 +154,8 @@ def twice_of(load, placement):
 """,
     "telling": """
 from fecontact.outputs.style import blank_figure, save_figure
-from fecontact.outputs.tables import Telling, number
+from fecontact.outputs.parts import Telling
+from fecontact.outputs.tables import number
 
 TWICE = Telling(
     columns=(number("twice", "twice_peak_MPa"),),
@@ -225,26 +226,59 @@ assert "twice the peak is" in Path("one/report.html").read_text()
     assert (tree / "twice.png").stat().st_size > 500
 
 
+@pytest.fixture(scope="module")
+def third_party(tmp_path_factory) -> Path:
+    """The folder into which the example of a third-party feature is built and installed."""
+    folder = tmp_path_factory.mktemp("third_party")
+    source = shutil.copytree(ROOT / "tests" / "third_party_feature", folder / "source")
+    assert {path.name for path in source.rglob("*.py")} == {"__init__.py", "feature.py"}
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+    offline = ("--quiet", "--no-index", "--no-deps", "--no-build-isolation")
+    subprocess.run([*pip, "wheel", *offline, "--wheel-dir", str(folder), str(source)], check=True)
+    (wheel,) = folder.glob("*.whl")
+    subprocess.run([*pip, "install", *offline, "--target", str(folder / "installed"), str(wheel)], check=True)
+    return folder / "installed"
+
+
+def with_third_party(third_party: Path, code: str, cwd: Path) -> str:
+    paths = os.pathsep.join(map(str, (third_party, ROOT)))
+    command = [sys.executable, "-c", f"import fecontact\nfrom fecontact.cli import call\n{code}"]
+    done = subprocess.run(
+        command, capture_output=True, text=True, cwd=cwd, env={**os.environ, "PYTHONPATH": paths}, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_third_party_feature_is_found_where_its_package_is_installed(third_party, tmp_path):
+    code = """
+from fecontact.feature_registry import FEATURES
+assert "mean_pressure" in FEATURES and "mean_pressure_MPa" in fecontact.__all__
+assert call(["--help"]) == 0
+assert call(["mean_pressure", "--help"]) == 0
+assert call(["mean_pressure", "nothing"]) == 2
+"""
+    said = with_third_party(third_party, code, tmp_path)
+    assert re.search(r"mean_pressure +Print the mean pressure over the contact patch", said)
+    assert "mean_pressure" not in FEATURES
+
+
 @pytest.mark.slow
-def test_a_feature_is_put_in_by_a_package_that_is_installed(tmp_path):
-    tree = copied(tmp_path, "tests")
-    for name, text in DUMMY.items():
-        path = tree / "fecontact_dummy" / f"{name}.py"
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(text.replace("fecontact.features.dummy", "fecontact_dummy"), "utf-8")
-    told = tree / "fecontact_dummy-1.0.dist-info"
-    told.mkdir()
-    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: fecontact_dummy\nVersion: 1.0\n")
-    (told / "entry_points.txt").write_text("[fecontact.features]\ndummy = fecontact_dummy\n")
-    assert different(ROOT / "fecontact", tree / "fecontact") == set()
-    used = """
-assert "dummy" in FEATURES
-assert call(["twice", "one", "--out", "twice.png"]) == 0
-assert fecontact.peaks("one")[0] == 2.0 * fecontact.load("one").comparison.fe.p_max_MPa
+def test_a_third_party_feature_has_its_reading_in_every_output(third_party, tmp_path):
+    """The mean pressure of an ellipse is two thirds of its peak."""
+    code = f"""
+import csv, json
+from pathlib import Path
+assert call(["solve", *{PAIR!r}, "--out", "one"]) == 0
+assert call(["mean_pressure", "one"]) == 0
+result, record = fecontact.load("one"), json.loads(Path("one/result.json").read_text())
+read = record["mean_pressure"]
+assert abs(read["hertz_MPa"] / (2.0 / 3.0 * result.comparison.hertz.p_max_MPa) - 1.0) < 1e-9
+assert abs(read["fe_MPa"] / read["hertz_MPa"] - 1.0) < 0.005
+assert fecontact.rows(result)[0]["mean_pressure_fe_MPa"] == read["fe_MPa"] == fecontact.mean_pressure_MPa("one")
+assert f"mean pressure {{read['fe_MPa']:.0f}} MPa" in Path("one/report.html").read_text()
 from fecontact.runs import sources
-assert [path.name for path in sources._foreign()] == ["fecontact_dummy"]
+assert [path.name for path in sources._foreign()] == ["fecontact_mean_pressure"]
 assert sources.digests().evaluating != sources.digests_of(sources._PACKAGE).evaluating
 """
-    done = python(tree, "-c", USED + used)
-    assert done.returncode == 0, done.stderr
-    assert "twice: " in done.stdout
+    assert re.search(r"mean pressure \d+\.\d MPa", with_third_party(third_party, code, tmp_path))

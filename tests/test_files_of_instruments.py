@@ -13,7 +13,8 @@ from fecontact.profiles.points import is_exact, spikes
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import noise_of
-from fecontact.profiles.smoothing import PRACTICE_MM, other_lines
+from fecontact.profiles.smoothing import PRACTICE_MM
+from fecontact.profiles.variants import other_lines
 from fecontact.profiles.writers import points_along
 
 FILES = Path(__file__).parent / "profiles"

@@ -24,8 +24,8 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST, write_manifest
+from fecontact.outputs.pair_names import body_words, pair_words, short_name
 from fecontact.outputs.records.stored import read_arrays
-from fecontact.outputs.tables import body_words, pair_words, short_name
 from fecontact.profiles.library import profile_identity
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.store import FIELDS, SOLVED

@@ -30,14 +30,14 @@ from fecontact.judging.measures import (
     patch_of,
 )
 from fecontact.judging.solved_load import Solved, just_parts, step_uncertainty, uncertainty
-from fecontact.outputs.words import GLOSSARY
+from fecontact.outputs.report_words import GLOSSARY
 from fecontact.placement.poses import RelativeCurvature, TouchPoint
 from fecontact.placement.wheel_on_rail import Placement, place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
-from fecontact.solving.expected_patch import quadratic_rung
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
+from fecontact.solving.quadratic_gap import quadratic_rung
 from fecontact.solving.solve import CaseResult, solve
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)

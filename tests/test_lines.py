@@ -21,7 +21,7 @@ from fecontact.judging.theory import fails_for_certain, judge_theory
 from fecontact.judging.verdict import ELEMENTS, PROFILE, Judgement, judge, judge_on_lines
 from fecontact.outputs.cases import verdict_of
 from fecontact.outputs.records.results import load_record, load_row
-from fecontact.outputs.words import band_text, share_text, verdict_reason
+from fecontact.outputs.verdict_words import band_text, share_text, verdict_reason
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading

@@ -26,7 +26,7 @@ from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row, read_row
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
-from fecontact.runs import identity, judging_again
+from fecontact.runs import identity, judged_study
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.judged_study import judge_study
@@ -292,7 +292,7 @@ def test_judging_a_study_that_still_runs_says_how_many_cases_are_missing(twice, 
 @pytest.mark.slow
 def test_many_cases_are_judged_by_processes_with_the_same_rows(twice, monkeypatch):
     here = judge_study(twice[0] / "out", Criteria(p_max=0.01))
-    monkeypatch.setattr(judging, "_WORTH_PROCESSES", 2)
+    monkeypatch.setattr(judged_study, "_WORTH_PROCESSES", 2)
     there = judge_study(twice[0] / "out", Criteria(p_max=0.01))
     assert len(here.rows) == 2
     same(here, there)

@@ -15,30 +15,32 @@ from scipy.interpolate import make_smoothing_spline
 from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.outputs.alone import preview_lines, preview_record
 from fecontact.outputs.figures.position import preview_figure
+from fecontact.outputs.preview import preview_lines, preview_record
 from fecontact.outputs.profiles import nearest_text, profile_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load, names
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.segments import Polynomial, least_bending, missed_by_neighbours, noise_of, smoothed_by
-from fecontact.profiles.smoothing import (
+from fecontact.profiles.recognition import _choices, _lost_on_field_side_mm, nearest
+from fecontact.profiles.registration import (
     FootPoints,
     Lines,
-    Registration,
-    _ByContent,
-    _choices,
     _foot_points,
-    _length,
-    _lost_on_field_side_mm,
-    _registered,
     _to_references,
     first_shift,
     foot_points,
-    nearest,
     register,
-    scaled,
+    register_all,
 )
+from fecontact.profiles.segments import (
+    Polynomial,
+    Registration,
+    least_bending,
+    missed_by_neighbours,
+    noise_of,
+    smoothed_by,
+)
+from fecontact.profiles.variants import _ByContent, _length, scaled
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
@@ -102,9 +104,9 @@ def test_lines_together_are_found_where_each_is_by_itself(kind, name, wear):
     lines = [load(one) for one in names(kind)]
     begin = [Registration(shift=first_shift(one, points)) for one in lines]
     for steps in (1, 6):
-        together, usuals, _ = _registered(Lines.of(*lines), points, begin, steps=steps)
+        together, usuals, _ = register_all(Lines.of(*lines), points, begin, steps=steps)
         for one, begun, found, usual in zip(lines, begin, together, usuals, strict=True):
-            (alone,), (usual_alone,), _ = _registered(Lines.of(one), points, [begun], steps=steps)
+            (alone,), (usual_alone,), _ = register_all(Lines.of(one), points, [begun], steps=steps)
             assert found.turn_rad == pytest.approx(alone.turn_rad, abs=1e-9)
             assert found.shift == pytest.approx(alone.shift, abs=1e-9)
             assert usual == pytest.approx(usual_alone, abs=1e-9)
@@ -179,7 +181,7 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
 )
 def test_a_profile_that_points_are_too_far_off_is_not_theirs(planted, nominal, monkeypatch):
     monkeypatch.setattr(
-        "fecontact.profiles.smoothing.nearest", lambda *given: [replace(one, **planted) for one in nearest(*given)]
+        "fecontact.profiles.recognition.nearest", lambda *given: [replace(one, **planted) for one in nearest(*given)]
     )
     assert read(sampled("60E1", 0.01, wear=corner_wear)).measured.nominal == nominal
 

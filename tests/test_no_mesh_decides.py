@@ -10,7 +10,7 @@ from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON
 from fecontact.judging.solved_load import unmeshed
 from fecontact.judging.theory import no_mesh_decides
 from fecontact.outputs.records.results import result_record
-from fecontact.outputs.words import what_would_decide
+from fecontact.outputs.verdict_words import what_would_decide
 from fecontact.solving.meshes import is_open
 
 

@@ -8,7 +8,8 @@ from points import profile_from_points
 
 from fecontact.profiles.library import load, names
 from fecontact.profiles.reading import PLAIN
-from fecontact.profiles.smoothing import Registration, nearest
+from fecontact.profiles.recognition import nearest
+from fecontact.profiles.segments import Registration
 
 CANTS = (0.0, 1.0 / 40.0, 1.0 / 20.0)
 # Where an instrument ends beside the head (mm below the top).

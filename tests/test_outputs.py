@@ -57,9 +57,10 @@ from fecontact.outputs.records.stored import (
     solved_record,
     write_arrays,
 )
+from fecontact.outputs.series import series
 from fecontact.outputs.style import blank_figure
 from fecontact.outputs.terminal import show
-from fecontact.outputs.words import WORDS, criteria_text, series
+from fecontact.outputs.words import WORDS, criteria_text
 from fecontact.placement.irregularity import Irregularity
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading

@@ -32,7 +32,8 @@ from fecontact.judging.measures import (
     patch_of,
 )
 from fecontact.profiles.library import toml_text
-from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, narrowest_semi_axes_mm
+from fecontact.solving.expected_patch import ExpectedPatch, expected_patch
+from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import true_gap_of_case
 

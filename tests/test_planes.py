@@ -16,8 +16,8 @@ from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.judging.judge import judge_load
 from fecontact.judging.lobes import parts_of
 from fecontact.judging.measures import measures_of
-from fecontact.solving.expected_patch import angle_of_normals, angle_of_patches
 from fecontact.solving.meshes import _turned
+from fecontact.solving.plane_angles import angle_of_normals, angle_of_patches
 from fecontact.solving.position import position_of
 
 STEEL = Material(young_MPa=210e3, poisson=0.28)

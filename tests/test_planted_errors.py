@@ -38,11 +38,11 @@ from fecontact.judging.solved_load import (
 )
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving import meshes
-from fecontact.solving.expected_patch import quadratic_rung
 from fecontact.solving.fine_zone import fine_zone
 from fecontact.solving.meshes import Meshes, couple, coupled_problem, is_open
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import Position, position_of
+from fecontact.solving.quadratic_gap import quadratic_rung
 from fecontact.solving.solve import solve
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine="never")

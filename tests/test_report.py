@@ -23,8 +23,9 @@ from fecontact.outputs.documents import ShownPair, reported_case, write_study_re
 from fecontact.outputs.figures.case import ladder_figure, patches_figure
 from fecontact.outputs.figures.relief import relief_picture
 from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.report_words import answer_words
 from fecontact.outputs.tables import write_csv
-from fecontact.outputs.words import WORDS, answer_words
+from fecontact.outputs.words import WORDS
 from fecontact.solving.solve import CaseResult
 
 LOST = {

@@ -9,8 +9,9 @@ import pytest
 from fecontact.case import Case, Opposite, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
+from fecontact.outputs.case_words import roll_words, roll_words_of_rows
 from fecontact.outputs.records.results import input_columns
-from fecontact.outputs.words import roll_words, roll_words_of_rows, series
+from fecontact.outputs.series import series
 from fecontact.profiles.library import names, toml_text
 from fecontact.runs.casefile import load_study
 from fecontact.solving.placing import place_case

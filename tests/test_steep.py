@@ -13,9 +13,9 @@ from fecontact.judging.measures import measures_of, patch_of
 from fecontact.placement.wheel_on_rail import place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
-from fecontact.solving.expected_patch import TrueGap
 from fecontact.solving.hertz import direction_of_case
 from fecontact.solving.position import position_of
+from fecontact.solving.true_gap import TrueGap
 
 HEAD, GROOVE = 13.0, 15.0
 ANGLES = [0.0, 30.0, 50.0, 70.0]

@@ -13,8 +13,8 @@ from points import MEASURED_COLUMNS
 
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
+from fecontact.outputs.flat_records import flat, told
 from fecontact.outputs.records.results import case_row, input_columns, result_record
-from fecontact.outputs.tables import flat, told
 from fecontact.solving.solve import CaseResult
 
 COARSE = Case(resolution=(1.2, 0.9), refine="never")

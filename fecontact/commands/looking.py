@@ -50,8 +50,8 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.alone import preview_lines, preview_record
     from fecontact.outputs.figures.position import preview_figure
+    from fecontact.outputs.preview import preview_lines, preview_record
     from fecontact.solving.preview import preview
 
     case = options.case()
@@ -128,7 +128,7 @@ def theories(*, json: bool = False) -> int:
     json
         Print the list as JSON and nothing else.
     """
-    from fecontact.outputs.alone import theories_lines
+    from fecontact.outputs.theory_alone import theories_lines
     from fecontact.runs.alone import theories as listed
 
     answer(listed(), theories_lines, json=json)
@@ -146,7 +146,7 @@ def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.alone import alone_lines
+    from fecontact.outputs.theory_alone import alone_lines
     from fecontact.runs.alone import theory as alone
 
     case = options.case()
@@ -232,8 +232,8 @@ def profiles(
     from fecontact.files import write_text
     from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines, profile_record
     from fecontact.profiles.library import in_folder
+    from fecontact.profiles.recognition import nearest
     from fecontact.profiles.resolve import WrongKindError, resolve_rail, resolve_wheel
-    from fecontact.profiles.smoothing import nearest
     from fecontact.profiles.writers import csv_text, refuse_other_endings
 
     if write is not None:

@@ -49,7 +49,7 @@ def map_(
         Print what map.json has, and nothing else.
     """
     from fecontact.files import json_text
-    from fecontact.maps.model import LOADS_FOR_LIMITS, MOST_TRIED
+    from fecontact.maps.load_limits import LOADS_FOR_LIMITS, MOST_TRIED
     from fecontact.maps.report import map_lines
     from fecontact.maps.telling import map_record
     from fecontact.maps.views import refuse_measure

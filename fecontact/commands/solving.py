@@ -8,20 +8,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from fecontact.case import Case, Group, unusual
 from fecontact.console.log import logged
 from fecontact.console.messages import announce, log_only, say, tell_notes
 from fecontact.console.options import CaseOptions, takes
 from fecontact.console.progress import many, solving
-from fecontact.jobs.remaining import duration
-from fecontact.outputs.terminal import count, show
-
-if TYPE_CHECKING:
-    pass
 from fecontact.console.run_messages import tell_files, tell_lost, tell_reused
 from fecontact.console.run_options import AS_USUAL, RunOptions
+from fecontact.jobs.remaining import duration
+from fecontact.outputs.terminal import count, show
 
 # CPU seconds of creep forces of a case or a cell, with those of the loads of its limits, and of the laws of them: 0.9,
 # 1.3, 2.0 and 2.3 s, and 1.5, 2.3, 2.9 and 2.7 s, of a cell of S1002 on 60E1 at -4, 0, 3 and 5.5 mm.
@@ -53,8 +50,8 @@ def solve(
         Write into a folder that holds other results.
     """
     from fecontact.files import json_text
+    from fecontact.outputs.case_words import case_words
     from fecontact.outputs.documents import case_parts
-    from fecontact.outputs.words import case_words
     from fecontact.runs.cost import CASE_FILES_S, cost_of
     from fecontact.runs.folder import prepare_for_case
     from fecontact.runs.report import keep_with_report

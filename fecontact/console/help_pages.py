@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import App
 
+from fecontact.console.options import MOST, PANELS, TOPICS, brief
 from fecontact.errors import InputError
 from fecontact.inputs import nearest
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpPanel
-from fecontact.console.options import MOST, PANELS, TOPICS, brief
 
 _FLAGS = ("--help", "-h", "--help-all")
 _ALL = "all"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, get_args
+from typing import Annotated, Any, Protocol, TypeVar, get_args
 
 from cyclopts import Group as Panel
 from cyclopts import Parameter
@@ -14,10 +14,6 @@ from cyclopts import Parameter
 from fecontact.case import INPUTS, Case, Group, case_with
 from fecontact.errors import InputError
 from fecontact.inputs import Slot, nearest, parse_numbers
-
-if TYPE_CHECKING:
-    pass
-
 
 Command = TypeVar("Command", bound=Callable[..., int])
 MOST = "Inputs that most runs need"

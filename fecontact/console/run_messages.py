@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.console.messages import print_reasons, say
+from fecontact.console.run_options import RunOptions
 from fecontact.errors import usable, with_remedy
 from fecontact.outputs.terminal import count
-
-if TYPE_CHECKING:
-    pass
-from fecontact.console.run_options import RunOptions
 
 
 def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: str, how: RunOptions) -> None:

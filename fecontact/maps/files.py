@@ -27,9 +27,11 @@ from fecontact.maps.views import (
     views_of,
 )
 from fecontact.outputs.alone import ordered
+from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
+from fecontact.outputs.flat_records import Record
+from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.style import ANSWERS, BETWEEN, blank_figure, save_figure
-from fecontact.outputs.tables import Record, pair_words, write_csv
-from fecontact.outputs.words import other_wheel_label, roll_words, shift_label
+from fecontact.outputs.tables import write_csv
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -25,35 +25,17 @@ from fecontact.maps.views import (
     verdict_view,
     views_of,
 )
+from fecontact.outputs.case_words import other_wheel_label, roll_words
 from fecontact.outputs.documents import REPORT, case_parts, closing
 from fecontact.outputs.figures.case import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.figures.position import pair_figure
+from fecontact.outputs.pair_names import pair_words
+from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture, Spot
 from fecontact.outputs.records.results import case_inputs, cheapest_columns, cheapest_of, cheapest_words
+from fecontact.outputs.report_words import answer_words, lead_style, question
 from fecontact.outputs.style import image_of, page, svg_of, webp_of
-from fecontact.outputs.tables import (
-    Details,
-    Heading,
-    Item,
-    Lead,
-    Part,
-    Picture,
-    Spot,
-    Table,
-    TableRow,
-    columns_of,
-    number,
-    pair_words,
-    table_of,
-    text,
-)
-from fecontact.outputs.words import (
-    answer_words,
-    lead_style,
-    other_wheel_label,
-    question,
-    roll_words,
-    verdict_reason,
-)
+from fecontact.outputs.tables import Item, Table, TableRow, columns_of, number, table_of, text
+from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
 
 # Where no terminal says how wide it is.

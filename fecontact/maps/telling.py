@@ -14,6 +14,8 @@ from fecontact.judging.readings import MappedLaws
 from fecontact.judging.verdict import Judgement, Standing, cheapest, standings
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.alone import SIZES, ellipse_columns, touches
+from fecontact.outputs.case_words import roll_words
+from fecontact.outputs.flat_records import Record, flat, picked
 from fecontact.outputs.records.results import (
     case_inputs,
     cheapest_columns,
@@ -23,8 +25,7 @@ from fecontact.outputs.records.results import (
     theories_of,
     versions,
 )
-from fecontact.outputs.tables import Record, flat, picked
-from fecontact.outputs.words import roll_words, theory_words
+from fecontact.outputs.verdict_words import theory_words
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.placing import roll_of_case
 

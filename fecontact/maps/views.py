@@ -26,21 +26,15 @@ from fecontact.judging.verdict import (
     cheapest,
     standings,
 )
-from fecontact.maps.model import (
-    FIRST_YIELD,
-    PLASTIC_LIMIT,
-    ApplicabilityMap,
-    LoadLimit,
-    MapCell,
-    MapPosition,
-    intervals_of,
-    stretches,
-)
+from fecontact.maps.load_limits import intervals_of, stretches
+from fecontact.maps.model import FIRST_YIELD, PLASTIC_LIMIT, ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.maps.telling import all_ellipses_instead, ellipses_instead, judged_by, laws_of
-from fecontact.outputs.alone import check_theory
+from fecontact.outputs.case_words import other_wheel_label, roll_words
 from fecontact.outputs.records.results import theories_of
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, BETWEEN
-from fecontact.outputs.words import WORDS, YIELDING, limits_text, other_wheel_label, roll_words
+from fecontact.outputs.theory_alone import check_theory
+from fecontact.outputs.verdict_words import YIELDING
+from fecontact.outputs.words import WORDS, limits_text
 
 Band = tuple[float, float, str]
 """Smallest and largest load (kN) of a stretch, and its answer."""

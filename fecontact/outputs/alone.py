@@ -4,102 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
-
-import numpy as np
 
 from fecontact.contact_theories.approximation import Approximation
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.touch_hertz import HertzPoints
-from fecontact.errors import InputError
-from fecontact.feature_registry import offered
 from fecontact.judging.measures import hertz_measures, measures_of_theory
 from fecontact.outputs.cases import cheapest_column
-from fecontact.outputs.geometry import touch_columns, touch_record
-from fecontact.outputs.records.results import (
-    case_inputs,
-    cheapest_columns,
-    contact_record,
-    versions,
-)
-from fecontact.outputs.tables import Item, Record, flat, number, picked, table_of, text, told
-from fecontact.outputs.terminal import Lines, notes
+from fecontact.outputs.flat_records import Record, flat, picked
+from fecontact.outputs.geometry import touch_columns
+from fecontact.outputs.records.results import cheapest_columns
+from fecontact.outputs.tables import Item, number, table_of, text
+from fecontact.outputs.terminal import Lines
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.alone import TableLine, TheoryAlone
+from fecontact.solving.alone import TableLine
 from fecontact.solving.placing import roll_of_case
-from fecontact.solving.preview import Preview
-
-_EXPECTED = "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm parts"
-_THEORY = "words cost source range differs"
-
-
-def check_theory(name: str) -> None:
-    """Refuse a theory of the pressure that there is not.
-
-    Raises
-    ------
-    InputError
-        With those that there are.
-    """
-    if name not in THEORIES:
-        raise InputError(f"theory is {name!r}; allowed: {', '.join(THEORIES)}; `fecontact theories` says what they are")
-
-
-def theories_listed() -> Record:
-    """The theories of the `pressure`, and the laws that features judge, each from the cheapest."""
-    return {
-        "pressure": {name: picked(theory, _THEORY) for name, theory in THEORIES.items()},
-        **{laws.kind: told(laws.laws) for laws in offered("LAWS").values()},
-    }
-
-
-def alone_record(found: TheoryAlone) -> Record:
-    """What a theory says at a position; without a contact its `problem` is why there is none."""
-    placement, measures = found.placement, found.measures
-    said: Record = {"status": found.status, "notes": [], "solutions": 0, "patches": []}
-    if found.contact is not None and measures is not None:
-        said = contact_record(found.contact, measures) | {"normal_force_N": found.contact.normal_force_N}
-    return {
-        "schema": "fecontact/theory/1",
-        "theory": found.name,
-        **picked(THEORIES[found.name], _THEORY),
-        "case": case_inputs(found.case, placement),
-        "contact_angle_rad": placement.first.contact_angle_rad,
-        "given_normal_force_N": found.normal_force_N,
-        "problem": found.problem,
-        **said,
-        "warnings": list(placement.notes),
-        "versions": versions(),
-    }
-
-
-# --- A case before it is solved, as a record.
-
-
-def preview_record(seen: Preview) -> dict[str, Any]:
-    """Everything that a preview says, with units in the keys."""
-    return {
-        "schema": "fecontact/place/1",
-        "case": case_inputs(seen.case, seen.placement),
-        "touch_points": [touch_record(touch) for touch in seen.placement.touch_points],
-        "hertz": {"p_max_MPa": seen.hertz.p0_MPa, **picked(seen.hertz, "a_mm b_mm")},
-        "uncertainty_of_profile": seen.hertz_uncertainty,
-        "expected_patch": picked(seen.expected, _EXPECTED),
-        **picked(seen, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
-        "junctions": junctions_of(seen),
-        "notes": list(seen.placement.notes),
-    }
-
-
-def junctions_of(seen: Preview) -> list[dict[str, Any]]:
-    """Curvature junctions of both profiles by their distance from the first touch point along the line."""
-    found = [
-        {"profile": place.profile.kind, "y_mm": place.junction.y_mm, "distance_mm": place.s_mm}
-        for place in seen.placement.junctions
-    ]
-    return sorted(found, key=lambda one: abs(one["distance_mm"]))
-
 
 # --- Lines of a contact table as flat rows with units in their keys.
 
@@ -202,79 +121,6 @@ def map_columns(row: Mapping[str, str] | None) -> Record:
         **{f"map_cheapest_theory{of}": row.get(f"cheapest_theory{of}") or "" for of in ("", "_status")},
         **{f"map_{name}_verdict": verdict for name, verdict in verdicts.items() if verdict},
     }
-
-
-# --- Theories on the terminal: the list of those that are judged, and one of them at a position.
-
-_PATCH = (
-    text("patch", "patch"),
-    number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
-    number("p_max\nMPa", "p_max_MPa", "{:.1f}"),
-    number("area\nmm²", "area_mm2", "{:.2f}"),
-    number("a\nmm", "a_mm", "{:.3f}"),
-    number("b\nmm", "b_mm", "{:.3f}"),
-    number("approach\nmm", "approach_mm", "{:.5f}", none=""),
-    number("centre s\nmm", lambda patch: patch["centre_mm"][1], "{:+z.3f}"),
-)
-
-
-def theories_lines(listed: Item) -> Lines:
-    """What each theory is, where it is from, what it takes for granted, and what differs from its source."""
-    headings = {laws.kind: laws.heading for laws in offered("LAWS").values()}
-    for kind, theories in listed.items():
-        yield f"{headings.get(kind, 'Theories of the pressure')}, from the cheapest:"
-        for name, theory in theories.items():
-            yield f"  {name}: {theory['words']}; {theory['cost']}"
-            yield from (f"      {key}: {theory[key]}" for key in ("source", "range", "differs") if theory.get(key))
-
-
-def alone_lines(record: Item) -> Lines:
-    """What a theory says at a position, and each of its patches where there are several."""
-    if record["problem"] is None:
-        patches = record["patches"] if len(record["patches"]) > 1 else []
-        numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
-        yield table_of(record["words"], _PATCH, [{**record, "patch": "all"}, *numbered])
-    yield f"status: {record['status']}"
-    yield from filter(None, (record["problem"], *record["notes"]))
-    if record["solutions"] > 1:
-        yield f"approaches that carry the force: {record['solutions']}"
-    yield from notes(record["warnings"])
-
-
-# --- A case before it is solved, in words.
-
-
-def preview_lines(seen: Preview) -> Lines:
-    """A preview in lines."""
-    patch, (dx, ds) = seen.expected, seen.element_size_mm
-    for place, touch in enumerate(seen.placement.touch_points, start=1):
-        yield (
-            f"touch point {place}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact angle"
-            f" {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
-        )
-    unsure = "" if seen.hertz_uncertainty is None else f"; {uncertainty_text(seen.hertz_uncertainty)}"
-    yield f"Hertz: p0 {seen.hertz.p0_MPa:.1f} MPa, a {seen.hertz.a_mm:.3f} mm, b {seen.hertz.b_mm:.3f} mm{unsure}"
-    yield (
-        f"expected patch: {patch.x_high_mm - patch.x_low_mm:.2f} mm along x, {patch.s_high_mm - patch.s_low_mm:.2f} mm"
-        f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm of the touch point"
-    )
-    reached = [one for one in junctions_of(seen) if patch.s_low_mm <= one["distance_mm"] <= patch.s_high_mm]
-    told = ", ".join(f"{one['profile']} at {one['distance_mm']:+.2f} mm" for one in reached)
-    yield f"curvature junctions below it: {told or 'none'}"
-    yield (
-        f"elements {dx:.3g} by {ds:.3g} mm, {seen.elements[0]} by {seen.elements[1]} in the fine zone: about"
-        f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
-        f" more where the verdict is open, up to {seen.case.most_unknowns} unknowns"
-    )
-    yield from notes(seen.placement.notes)
-
-
-def uncertainty_text(part: dict[str, float]) -> str:
-    """What measured profiles leave open of Hertz, in words."""
-    if any(np.isnan(value) for value in part.values()):
-        return "another line that the measured points allow does not come into contact here: Hertz is not known"
-    p, a, b = (100.0 * part[name] for name in ("p_max_MPa", "a_mm", "b_mm"))
-    return f"the measured profiles leave ±{p:.2g} % of p0, ±{a:.2g} % of a and ±{b:.2g} % of b open"
 
 
 # --- A contact table on the terminal: its most important columns.

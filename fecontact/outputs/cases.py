@@ -12,26 +12,26 @@ from fecontact.errors import short_status, usable
 from fecontact.feature_registry import offered
 from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.measures import MEASURES
+from fecontact.outputs.flat_records import flat
+from fecontact.outputs.pair_names import VARIED, pair_of_row
+from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.results import cheapest_words
 from fecontact.outputs.tables import (
-    VARIED,
     Column,
     Item,
-    Picture,
     Table,
     TableRow,
     Tone,
     columns_of,
-    flat,
     number,
     number_text,
-    pair_of_row,
     radius,
     table_of,
     text,
 )
 from fecontact.outputs.terminal import Lines, notes
-from fecontact.outputs.words import WORDS, decided, deviation_column, theory_words
+from fecontact.outputs.verdict_words import decided, theory_words
+from fecontact.outputs.words import WORDS, deviation_column
 
 # --- Tables about theories of the pressure, for the terminal and reports.
 

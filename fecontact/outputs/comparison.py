@@ -9,23 +9,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fecontact.files import write_json, write_text
+from fecontact.outputs.flat_records import Record, picked
+from fecontact.outputs.pair_names import short_name
+from fecontact.outputs.parts import Details, Heading, Items, Lead, Part
 from fecontact.outputs.style import page
-from fecontact.outputs.tables import (
-    Column,
-    Details,
-    Heading,
-    Item,
-    Items,
-    Lead,
-    Part,
-    Record,
-    Table,
-    number,
-    picked,
-    short_name,
-    table_of,
-    text,
-)
+from fecontact.outputs.tables import Column, Item, Table, number, table_of, text
 from fecontact.outputs.terminal import count
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
 from fecontact.feature_registry import offered
 from fecontact.files import read_json, write_sealed, write_text
+from fecontact.outputs.case_words import roll_words_of_rows
 from fecontact.outputs.cases import (
     ReportedCase,
     deviation_table,
@@ -31,48 +32,29 @@ from fecontact.outputs.cases import (
 )
 from fecontact.outputs.figures.case import ladder_figure
 from fecontact.outputs.figures.position import pair_figure
+from fecontact.outputs.pair_names import Row, pair_of_row, position_text
+from fecontact.outputs.parts import Details, Heading, Items, Lead, Part, Picture, Terms
 from fecontact.outputs.records.results import (
     asked_record,
     asked_row,
     theory_text,
     versions,
 )
+from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question, theory_terms
+from fecontact.outputs.series import series
 from fecontact.outputs.style import page, svg_of
-from fecontact.outputs.tables import (
-    Details,
-    Heading,
-    Item,
-    Items,
-    Lead,
-    Part,
-    Picture,
-    Row,
-    Table,
-    Terms,
-    pair_of_row,
-    position_text,
-    write_csv,
-)
-from fecontact.outputs.words import (
-    GLOSSARY,
+from fecontact.outputs.tables import Item, Table, write_csv
+from fecontact.outputs.verdict_words import (
     YIELDING,
-    answer_words,
     band_text,
     cheapest_text,
     decided,
     deciding,
     elastic_words,
-    lead_style,
-    measure_terms,
-    names_text,
-    question,
     reason_of_record,
-    roll_words_of_rows,
-    series,
-    theory_terms,
-    unknown_text,
     what_would_decide,
 )
+from fecontact.outputs.words import names_text, unknown_text
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 

@@ -10,21 +10,10 @@ import numpy as np
 
 from fecontact.case import Case, case_record
 from fecontact.contact_theories.touch_hertz import sides
+from fecontact.outputs.flat_records import Record, flat, picked, told
+from fecontact.outputs.pair_names import inclination_words, short_name
 from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
-from fecontact.outputs.tables import (
-    Item,
-    Record,
-    Table,
-    flat,
-    inclination_words,
-    number,
-    picked,
-    radius,
-    short_name,
-    table_of,
-    text,
-    told,
-)
+from fecontact.outputs.tables import Item, Table, number, radius, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.placement.poses import RelativeCurvature, TouchPoint
 from fecontact.placement.wheel_on_rail import Placement

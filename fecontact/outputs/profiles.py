@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
+from fecontact.outputs.flat_records import Record, picked
+from fecontact.outputs.pair_names import body_words
 from fecontact.outputs.style import MARKS, SIDES, Colour, blank_figure, finish, save_figure
-from fecontact.outputs.tables import Record, body_words, number, picked, radius, table_of, text
+from fecontact.outputs.tables import number, radius, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
@@ -18,7 +20,7 @@ from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from fecontact.profiles.smoothing import Nearest
+    from fecontact.profiles.recognition import Nearest
 
 
 # Ends of a line, from the gauge side to the field side.

@@ -17,7 +17,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.files import write_atomically
-from fecontact.outputs.tables import Parts, Picture
+from fecontact.outputs.parts import Parts, Picture
 
 if TYPE_CHECKING:
     from jinja2 import Template

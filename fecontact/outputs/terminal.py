@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from rich.console import Console, JustifyMethod
     from rich.table import Table as RichTable
 
-    from fecontact.outputs.tables import Part, Table
+    from fecontact.outputs.parts import Part
+    from fecontact.outputs.tables import Table
 
 
 Lines: TypeAlias = "Iterator[Table | str]"
@@ -39,7 +40,7 @@ def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = 
 
     Pictures and other parts without words are left out.
     """
-    from fecontact.outputs.tables import Details, Heading, Items, Lead, Picture, Terms
+    from fecontact.outputs.parts import Details, Heading, Items, Lead, Picture, Terms
 
     console = console or _standard_console()
     for part in parts:

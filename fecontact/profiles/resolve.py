@@ -17,7 +17,7 @@ from fecontact.profiles.points import Points
 from fecontact.profiles.readers.columns import Source, file_bytes, points_of_columns
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
 from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face
-from fecontact.profiles.smoothing import line_through
+from fecontact.profiles.recognition import line_through
 
 
 class WrongKindError(InputError):

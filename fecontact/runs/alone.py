@@ -12,16 +12,9 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.inputs import listed
 from fecontact.jobs.remaining import Progress, watched
-from fecontact.outputs.alone import (
-    BETWEEN_LINES,
-    alone_record,
-    check_theory,
-    map_columns,
-    ordered,
-    table_row,
-    theories_listed,
-)
+from fecontact.outputs.alone import BETWEEN_LINES, map_columns, ordered, table_row
 from fecontact.outputs.records.results import hertz_record
+from fecontact.outputs.theory_alone import alone_record, check_theory, theories_listed
 from fecontact.runs.map_lookup import map_rows
 from fecontact.solving.alone import stiffness_at, table_lines, theory_alone
 from fecontact.solving.hertz_alone import hertz_alone

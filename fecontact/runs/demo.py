@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from fecontact.case import Case
-from fecontact.outputs.words import verdict_reason
+from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.runs.store import case_folder, read_case

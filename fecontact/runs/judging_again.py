@@ -10,7 +10,7 @@ from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.remaining import Progress
-from fecontact.outputs.tables import Part
+from fecontact.outputs.parts import Part
 from fecontact.runs.judged_study import check_out, judge_study
 from fecontact.runs.stored_map import judge_map
 

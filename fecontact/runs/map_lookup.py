@@ -10,8 +10,8 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.maps.model import LoadInterval, LoadLimit
 from fecontact.maps.views import Band, bands_of, column_width
+from fecontact.outputs.flat_records import Record
 from fecontact.outputs.records.results import case_inputs
-from fecontact.outputs.tables import Record
 from fecontact.regression.tables import load_table
 from fecontact.runs.stored_map import map_document
 

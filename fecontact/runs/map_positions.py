@@ -13,16 +13,9 @@ from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, usable
 from fecontact.jobs.store import tell_part
 from fecontact.jobs.workers import Made
-from fecontact.maps.model import (
-    LoadLimit,
-    MapCell,
-    MapPosition,
-    mapped_position,
-    solve_position,
-    solved_cell,
-    with_dear_readings,
-)
-from fecontact.outputs.tables import picked
+from fecontact.maps.model import LoadLimit, MapCell, MapPosition
+from fecontact.maps.positions import mapped_position, solve_position, solved_cell, with_dear_readings
+from fecontact.outputs.flat_records import picked
 from fecontact.runs.store import (
     Stored,
     copy_solved,

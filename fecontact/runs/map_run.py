@@ -22,7 +22,8 @@ from fecontact.jobs.remaining import Progress
 from fecontact.jobs.store import kept_folder
 from fecontact.jobs.workers import Done, Job
 from fecontact.maps.files import write_map
-from fecontact.maps.model import ApplicabilityMap, MapPosition, failed_position
+from fecontact.maps.model import ApplicabilityMap, MapPosition
+from fecontact.maps.positions import failed_position
 from fecontact.maps.report import pictures_that_fit, write_map_report
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs

@@ -80,7 +80,7 @@ def _files(folder: Path) -> list[Path]:
 
 def _foreign() -> list[Path]:
     """Folders of other packages whose features judge or tell."""
-    homes = {one.rpartition(".")[0] for one in _OFFERED if not one.startswith("fecontact.")}
+    homes = {one.partition(".")[0] for one in _OFFERED if not one.startswith("fecontact.")}
     specs = (find_spec(home) for home in sorted(homes))
     return [Path(folder) for spec in specs if spec for folder in spec.submodule_search_locations or ()]
 

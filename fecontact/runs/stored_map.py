@@ -14,11 +14,12 @@ from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.maps.files import write_map
-from fecontact.maps.model import ApplicabilityMap, MapPosition, failed_position
+from fecontact.maps.model import ApplicabilityMap, MapPosition
+from fecontact.maps.positions import failed_position
 from fecontact.maps.report import map_lines, write_map_report
 from fecontact.maps.telling import MAP_SCHEMA, map_record
 from fecontact.maps.views import refuse_measure
-from fecontact.outputs.tables import Part
+from fecontact.outputs.parts import Part
 from fecontact.outputs.terminal import count
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import position_folder, read_position

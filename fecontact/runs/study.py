@@ -15,8 +15,8 @@ from fecontact.jobs.engine import RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done
 from fecontact.outputs.documents import study_figures, write_tables
+from fecontact.outputs.pair_names import VARIED, short_name
 from fecontact.outputs.records.results import Row, input_columns, read_row
-from fecontact.outputs.tables import VARIED, short_name
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import profile_identity
 from fecontact.profiles.resolve import resolve_rail

@@ -37,11 +37,15 @@ from fecontact.judging.theory import Evidence, fails_for_certain, judge_hertz, n
 from fecontact.judging.verdict import worst_of
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.cost import cpu_seconds
-from fecontact.solving.expected_patch import TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
+from fecontact.solving.expected_patch import followed_mm
 from fecontact.solving.fine_zone import EDGE_ELEMENTS, MARGIN_ELEMENTS, Room, fine_zone, more_room
+from fecontact.solving.lobe_sizes import lobe_sizes
+from fecontact.solving.plane_angles import angle_of_normals
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
 from fecontact.solving.position import Clock, Position
 from fecontact.solving.profile_variants import lines_of_case
+from fecontact.solving.quadratic_gap import quadratic_rung
+from fecontact.solving.true_gap import TrueGap
 
 # --- One pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
 

@@ -20,16 +20,10 @@ from fecontact.judging.measures import MEASURES, patch_of
 from fecontact.judging.solved_load import changes_on_more_nodes
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.element_sizes import element_size_mm, element_width_mm
-from fecontact.solving.expected_patch import (
-    TOLERANCE,
-    ExpectedPatch,
-    TrueGap,
-    expected_patch,
-    on_fewer_nodes,
-    on_more_nodes,
-)
+from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, on_fewer_nodes, on_more_nodes
 from fecontact.solving.hertz import direction_of_case, hertz_of_case
 from fecontact.solving.placing import place_case
+from fecontact.solving.true_gap import TOLERANCE, TrueGap
 
 Progress = Callable[[str], None]
 MOST_YIELD = 5.0

@@ -14,7 +14,7 @@ from fecontact.judging.lines import FILTER, NOISE, Lines, OnLine, is_drawn
 from fecontact.judging.lobes import judge_line
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.smoothing import other_lines
+from fecontact.profiles.variants import other_lines
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space

@@ -17,16 +17,8 @@ from fecontact.features.creep.force_verdict import PLACE, SHAPE, ForceAt, judged
 from fecontact.features.creep.laws import REAL
 from fecontact.features.creep.maps import FORCE_MAP, LAW_MAP
 from fecontact.maps.files import map_figure, write_map
-from fecontact.maps.model import (
-    FIRST_YIELD,
-    ApplicabilityMap,
-    LoadInterval,
-    LoadLimit,
-    MapCell,
-    MapPosition,
-    limits_of,
-    with_dear_readings,
-)
+from fecontact.maps.model import FIRST_YIELD, ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
+from fecontact.maps.positions import limits_of, with_dear_readings
 from fecontact.maps.telling import law_row, map_record
 from fecontact.maps.views import YIELD_WORDS, law_view, map_table, offered_view, refuse_measure
 from fecontact.outputs.style import ANSWERS, BETWEEN

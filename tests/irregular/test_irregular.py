@@ -21,10 +21,10 @@ from fecontact.features.irregular.model_errors import judge_cell, judge_place, l
 from fecontact.features.irregular.models import MODELS, Pair, eq6_limits, filter_of, peak_exponent
 from fecontact.features.irregular.telling import irregular_lines
 from fecontact.guide.pages import page
+from fecontact.outputs.case_words import case_words
+from fecontact.outputs.pair_names import position_text
 from fecontact.outputs.records.results import input_columns
 from fecontact.outputs.records.stored import placement_record, stored_placement
-from fecontact.outputs.tables import position_text
-from fecontact.outputs.words import case_words
 from fecontact.placement.irregularity import FORMS, Irregularity, irregularity_text, parse_irregularity
 from fecontact.runs.casefile import toml_cases
 from fecontact.runs.identity import case_id

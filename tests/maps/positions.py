@@ -11,7 +11,7 @@ from inline import stand_ins
 
 from fecontact.case import Case
 from fecontact.jobs.workers import Crew, Made
-from fecontact.maps.model import failed_position
+from fecontact.maps.positions import failed_position
 from fecontact.runs.map_positions import keep_position
 from fecontact.runs.map_run import MapOutcome, run_map
 

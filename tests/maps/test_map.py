@@ -51,19 +51,9 @@ from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad
 from fecontact.judging.verdict import judge
 from fecontact.maps.files import map_figure, write_map
-from fecontact.maps.model import (
-    ApplicabilityMap,
-    KnownLoad,
-    LoadInterval,
-    LoadLimit,
-    MapCell,
-    MapPosition,
-    cell_row,
-    known_loads,
-    load_limit,
-    next_load,
-    solve_position,
-)
+from fecontact.maps.load_limits import KnownLoad, known_loads, load_limit, next_load
+from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition, cell_row
+from fecontact.maps.positions import solve_position
 from fecontact.maps.report import write_map_report
 from fecontact.maps.telling import cell_record, limit_record, map_record
 from fecontact.maps.views import CAUSE_LETTERS, CAUSES, limit_text, map_table, verdict_view
@@ -83,8 +73,7 @@ from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.load import load as load_results
 from fecontact.runs.map_positions import SolvingPosition, found_position, keep_position, position_folder, read_position
 from fecontact.runs.store import SOLVED
-from fecontact.runs.stored_map import judge_map
-from fecontact.runs.stored_map import map_document
+from fecontact.runs.stored_map import judge_map, map_document
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import Clock, expect_on_half_space
@@ -631,7 +620,7 @@ def _as_new(request, monkeypatch):
 def fake_position(case, loads_N, tell=None, sweep=FakeSweep):
     """A position solved by another sweep; by one thread at a time, for the sweep is one of the whole module."""
     with SWEEPING, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fecontact.maps.model.LoadSweep", sweep)
+        patch.setattr("fecontact.maps.positions.LoadSweep", sweep)
         return solve_position(case, loads_N)
 
 
@@ -775,7 +764,7 @@ def test_a_position_has_all_loads_and_its_limit():
 
 def test_a_position_tells_how_many_of_its_loads_are_done(monkeypatch):
     """Those of the map and those for its limits, before each of them, so that one position is not silent."""
-    monkeypatch.setattr("fecontact.maps.model.LoadSweep", FakeSweep)
+    monkeypatch.setattr("fecontact.maps.positions.LoadSweep", FakeSweep)
     told = []
     with SWEEPING:
         position = solve_position(

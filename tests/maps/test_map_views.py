@@ -25,7 +25,9 @@ from fecontact.judging.judge import judge_load
 from fecontact.judging.verdict import Verdict
 from fecontact.maps import report
 from fecontact.maps.files import map_figure, write_map
-from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition, load_limit, solved_cell
+from fecontact.maps.load_limits import load_limit
+from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
+from fecontact.maps.positions import solved_cell
 from fecontact.maps.report import map_lines, shares_table, write_map_report
 from fecontact.maps.telling import share_records
 from fecontact.maps.views import (
@@ -39,9 +41,9 @@ from fecontact.maps.views import (
 )
 from fecontact.outputs.cases import theories_table
 from fecontact.outputs.documents import rows_parts
+from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.results import load_record
 from fecontact.outputs.style import ANSWERS
-from fecontact.outputs.tables import Picture
 from fecontact.outputs.terminal import show
 from fecontact.outputs.words import WORDS
 from fecontact.solving.placing import place_case

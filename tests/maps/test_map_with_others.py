@@ -49,22 +49,15 @@ from fecontact.errors import InputError
 from fecontact.files import SEAL, write_json, write_sealed
 from fecontact.jobs.engine import RunSettings
 from fecontact.maps.files import map_figure
-from fecontact.maps.model import (
-    ApplicabilityMap,
-    LoadLimit,
-    MapCell,
-    MapPosition,
-    cell_row,
-    failed_position,
-    load_limit,
-    solved_cell,
-)
+from fecontact.maps.load_limits import load_limit
+from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition, cell_row
+from fecontact.maps.positions import failed_position, solved_cell
 from fecontact.maps.report import write_map_report
 from fecontact.maps.telling import MAP_SCHEMA, map_record
 from fecontact.maps.views import map_table, map_text, verdict_view
+from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.records.results import case_inputs, load_record, load_row
 from fecontact.outputs.tables import write_csv
-from fecontact.outputs.words import other_wheel_label, roll_words, shift_label
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import kind_of, load_table
 from fecontact.runs.folder import prepare_for_study

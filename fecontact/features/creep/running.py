@@ -9,7 +9,7 @@ from fecontact.contact_theories.rolling.laws import Creepages, CreepForce, Rolli
 from fecontact.criteria import Creep
 from fecontact.features.creep.forces import creep_force, creep_forces, ellipse_patch
 from fecontact.features.creep.telling import force_record
-from fecontact.outputs.tables import Record, told
+from fecontact.outputs.flat_records import Record, told
 
 
 def creep(

@@ -8,19 +8,9 @@ from dataclasses import asdict, replace
 
 from fecontact.contact_theories.rolling.laws import CreepForce
 from fecontact.features.creep.force_verdict import FORCE, CreepComparison
-from fecontact.outputs.tables import (
-    Column,
-    Item,
-    Of,
-    Record,
-    Table,
-    Telling,
-    number,
-    picked,
-    table_of,
-    text,
-    told,
-)
+from fecontact.outputs.flat_records import Record, picked, told
+from fecontact.outputs.parts import Telling
+from fecontact.outputs.tables import Column, Item, Of, Table, number, table_of, text
 from fecontact.outputs.terminal import Lines
 
 

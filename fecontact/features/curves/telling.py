@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from fecontact.features.curves.curve import CurveRun
 from fecontact.features.curves.stability import StraightTrack
 from fecontact.features.curves.visits import NO_CELL, NO_EQUILIBRIUM, Curves, Difference, MapColumn, Visit
+from fecontact.outputs.flat_records import Record, flat, picked, told
+from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.style import (
     ANSWER_WORDS,
     ANSWERS,
@@ -22,7 +24,7 @@ from fecontact.outputs.style import (
     save_figure,
     series_style,
 )
-from fecontact.outputs.tables import Record, Table, flat, number, number_text, pair_words, picked, table_of, text, told
+from fecontact.outputs.tables import Table, number, number_text, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 
 if TYPE_CHECKING:

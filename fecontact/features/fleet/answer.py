@@ -16,7 +16,7 @@ from fecontact.features.fleet.estimate import Share, Stratum, bounds, limits, re
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
 from fecontact.features.fleet.tables import STRATA, asked, opened, quoted
 from fecontact.files import read_json
-from fecontact.outputs.tables import Record
+from fecontact.outputs.flat_records import Record
 
 if TYPE_CHECKING:
     from duckdb import DuckDBPyConnection

@@ -20,9 +20,10 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import is_known, load
 from fecontact.profiles.points import checked, is_exact
 from fecontact.profiles.reading import Reading
+from fecontact.profiles.recognition import line_through
 from fecontact.profiles.resolve import content_of_file, resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Held, Registration
-from fecontact.profiles.smoothing import line_through, pieces_of
+from fecontact.profiles.variants import pieces_of
 from fecontact.runs.identity import json_digest
 from fecontact.runs.sources import digests
 

@@ -15,8 +15,12 @@ from fecontact.features.fleet.answer import Answer
 from fecontact.features.fleet.estimate import Share
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.files import write_text
+from fecontact.outputs.case_words import SHIFT
 from fecontact.outputs.documents import REPORT, closing
 from fecontact.outputs.figures.position import pair_figure
+from fecontact.outputs.flat_records import Record
+from fecontact.outputs.pair_names import Row, short_name
+from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture
 from fecontact.outputs.style import (
     ANSWERS,
     blank_figure,
@@ -27,26 +31,8 @@ from fecontact.outputs.style import (
     save_figure,
     series_style,
 )
-from fecontact.outputs.tables import (
-    Column,
-    Details,
-    Heading,
-    Item,
-    Lead,
-    Part,
-    Picture,
-    Record,
-    Row,
-    Table,
-    missing,
-    number,
-    short_name,
-    table_of,
-    text,
-    write_csv,
-)
+from fecontact.outputs.tables import Column, Item, Table, missing, number, table_of, text, write_csv
 from fecontact.outputs.terminal import count
-from fecontact.outputs.words import SHIFT
 from fecontact.solving.placing import place_case
 
 if TYPE_CHECKING:

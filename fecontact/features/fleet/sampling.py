@@ -19,7 +19,8 @@ from fecontact.features.fleet.estimate import allocation, draw_scale
 from fecontact.features.fleet.tables import KEYS, SAMPLE, STRATA, asked, opened, write_table
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
-from fecontact.outputs.tables import Record, Row
+from fecontact.outputs.flat_records import Record
+from fecontact.outputs.pair_names import Row
 from fecontact.runs.casefile import Study
 from fecontact.runs.study import StudyOutcome, run_study
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fecontact.errors import InputError
 from fecontact.files import write_atomically
-from fecontact.outputs.tables import Record
+from fecontact.outputs.flat_records import Record
 
 if TYPE_CHECKING:
     from duckdb import DuckDBPyConnection

@@ -23,7 +23,7 @@ from fecontact.features.irregular.models import Pair
 from fecontact.features.irregular.telling import along_record, map_record
 from fecontact.jobs.remaining import watched
 from fecontact.jobs.workers import evaluators
-from fecontact.outputs.tables import Record
+from fecontact.outputs.flat_records import Record
 from fecontact.placement.irregularity import Irregularity, parse_irregularity
 
 Progress = Callable[[int, int, str], None]

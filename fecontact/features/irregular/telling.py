@@ -21,9 +21,11 @@ from fecontact.features.irregular.model_errors import (
     largest_amplitude_mm,
 )
 from fecontact.features.irregular.models import MODELS, eq6_limits
+from fecontact.outputs.flat_records import Record, picked, told
+from fecontact.outputs.pair_names import pair_of_row
 from fecontact.outputs.records.results import case_inputs, versions
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.outputs.tables import Item, Record, Table, number, pair_of_row, picked, table_of, text, told
+from fecontact.outputs.tables import Item, Table, number, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.placement.irregularity import Irregularity
 

@@ -19,6 +19,9 @@ from fecontact.errors import usable
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import STEPS
 from fecontact.judging.lobes import LobeJudgement
+from fecontact.outputs.case_words import SHIFT, case_words
+from fecontact.outputs.pair_names import Row
+from fecontact.outputs.series import series
 from fecontact.outputs.style import (
     ANSWERS,
     SERIES,
@@ -30,8 +33,8 @@ from fecontact.outputs.style import (
     save_figure,
     save_image,
 )
-from fecontact.outputs.tables import Row
-from fecontact.outputs.words import SHIFT, WORDS, case_words, series, shown_measures, verdict_reason
+from fecontact.outputs.verdict_words import shown_measures, verdict_reason
+from fecontact.outputs.words import WORDS
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
 from fecontact.solving.solve import CaseResult

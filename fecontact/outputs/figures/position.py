@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.arrays import Floats
+from fecontact.outputs.case_words import case_words
+from fecontact.outputs.pair_names import body_words
 from fecontact.outputs.profiles import draw_problems
 from fecontact.outputs.style import SIDES, Colour, blank_figure, finish, legend_beside, save_figure
-from fecontact.outputs.tables import body_words
-from fecontact.outputs.words import case_words
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.preview import Preview
 

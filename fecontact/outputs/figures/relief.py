@@ -9,8 +9,8 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.outputs.figures.case import PressureFields, ellipse_outline
+from fecontact.outputs.parts import Picture
 from fecontact.outputs.style import blank_figure, image_of
-from fecontact.outputs.tables import Picture
 from fecontact.placement.wheel_on_rail import Placement
 
 # So many lines of nodes along and across at most: a page draws them all in each frame.

@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
+from fecontact.outputs.case_words import SHIFT, roll_words_of_rows
+from fecontact.outputs.pair_names import Row, pair_of_row
 from fecontact.outputs.records.results import asked_row
+from fecontact.outputs.series import Series, series
 from fecontact.outputs.style import (
     ANSWERS,
     SERIES,
@@ -23,8 +26,8 @@ from fecontact.outputs.style import (
     save_figure,
     series_style,
 )
-from fecontact.outputs.tables import Row, pair_of_row
-from fecontact.outputs.words import SHIFT, WORDS, YIELDING, Series, deviation_column, roll_words_of_rows, series
+from fecontact.outputs.verdict_words import YIELDING
+from fecontact.outputs.words import WORDS, deviation_column
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fecontact.outputs.case_words import SHIFT
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, finish, legend_beside, save_figure
-from fecontact.outputs.words import SHIFT
 
 if TYPE_CHECKING:
     from fecontact.regression.compare import TableComparison

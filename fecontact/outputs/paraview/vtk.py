@@ -31,9 +31,9 @@ from fecontact.fe.body import BodyMesh
 from fecontact.fe.stress import von_mises
 from fecontact.files import read_json, write_text
 from fecontact.outputs.figures.case import ellipse_outline
+from fecontact.outputs.pair_names import Row
 from fecontact.outputs.records.results import read_row
-from fecontact.outputs.tables import Row
-from fecontact.outputs.words import case_annotation
+from fecontact.outputs.verdict_words import case_annotation
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import CaseResult
 

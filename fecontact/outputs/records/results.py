@@ -31,14 +31,15 @@ from fecontact.judging.ladder import BODIES, PLASTIC
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.measures import MEASURES, Measures, hertz_measures
 from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Standing, Verdict, cheapest, standings
+from fecontact.outputs.flat_records import Record, flat, picked, told
 from fecontact.outputs.geometry import touch_records
-from fecontact.outputs.tables import Item, Record, flat, picked, told
-from fecontact.outputs.words import theory_words
+from fecontact.outputs.tables import Item
+from fecontact.outputs.verdict_words import theory_words
 from fecontact.placement.irregularity import irregularity_text
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
-from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.hertz_alone import HertzAlone
+from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
 
