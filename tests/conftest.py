@@ -1,10 +1,16 @@
 """What several test files share: solved cases, and how hypothesis runs."""
 
+# ruff: noqa: E402 - threads are set before NumPy is imported
+
 import hashlib
 import os
 import pickle
 from collections.abc import Callable
 from functools import cache
+
+# Numbers are compared to the last bit, which hangs on the threads of a sum; set before NumPy is imported.
+for _name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
 
 import pytest
 from hypothesis import settings
