@@ -1,4 +1,4 @@
-"""The command `fecontact map`."""
+"""The commands `fecontact map` and `fecontact demo`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import get_args
 
 from fecontact.case import Group, unusual
-from fecontact.commands.console import logged, many, print_reasons, say, tell_notes, width
+from fecontact.commands.console import announce, logged, many, print_reasons, say, several, tell_notes, width
 from fecontact.commands.options import CaseOptions, GridOptions, takes
 from fecontact.commands.solving import AS_USUAL, RunOptions, tell_cost, tell_files, tell_reused
 from fecontact.outputs.terminal import count, show
@@ -86,3 +86,40 @@ def map_(
         if how.part is None and not (out / "stiffness.csv").is_file():
             say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3
+
+
+def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
+    """Map where Hertz holds for S1002 on 60E1, and solve a sphere, for which Hertz is exact; half a minute.
+
+    Parameters
+    ----------
+    out
+        Folder for the results: those of a map, and in cases/ the files of two cases. A folder of another map is
+        refused; the same command resumes an interrupted demo.
+    force
+        Solve what is finished again, and write into a folder that holds other results.
+    """
+    from fecontact.maps.demo import BASE, LOADS_N, SHIFTS_MM, run_demo
+    from fecontact.maps.demo_answer import answer_sentences, file_lines, remedy_sentences, sphere_sentence
+    from fecontact.maps.running import prepare_for_map
+    from fecontact.maps.views import map_text
+
+    how = RunOptions(force=force)
+    prepare_for_map(out, BASE, SHIFTS_MM, LOADS_N, force=force)
+    with logged(out / "run.log"):
+        announce(
+            f"{BASE.wheel} on {BASE.rail}, {len(SHIFTS_MM)} shifts and {len(LOADS_N)} loads, and a sphere:"
+            " half a minute on two idle cores"
+        )
+        with several("positions", "cases") as progress:
+            outcome = run_demo(
+                out, settings=how.settings(), map_progress=progress["positions"], case_progress=progress["cases"]
+            )
+        show([map_text(outcome.map, "pressure", width=width()), " "])
+        tell_reused(outcome.reused, outcome.recomputed, "job", how)
+        print_reasons(f"{len(outcome.lost)} without a usable result", outcome.lost)
+        for line in (*answer_sentences(outcome.map), *remedy_sentences(outcome.map), sphere_sentence(outcome.sphere)):
+            say(line)
+        for line in file_lines(out, outcome):
+            say(line)
+    return 0 if outcome.all_converged else 3

@@ -1,6 +1,6 @@
 """What this feature offers."""
 
-COMMANDS = {"Solve": ("command.map_",)}
+COMMANDS = {"Start": ("command.demo",), "Solve": ("command.map_",)}
 NAMES = ("running.map_",)
 RESULTS = {"map": "reading.load"}
 JUDGED = {"map": "reading.judge"}
