@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 from typing import get_args
 
 from fecontact.case import Group, unusual
@@ -101,6 +102,7 @@ def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
     """
     from fecontact.maps.demo import BASE, LOADS_N, SHIFTS_MM, run_demo
     from fecontact.maps.demo_answer import answer_sentences, file_lines, remedy_sentences, sphere_sentence
+    from fecontact.maps.report import WIDE
     from fecontact.maps.running import prepare_for_map
     from fecontact.maps.views import map_text
 
@@ -118,8 +120,7 @@ def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
         show([map_text(outcome.map, "pressure", width=width()), " "])
         tell_reused(outcome.reused, outcome.recomputed, "job", how)
         print_reasons(f"{len(outcome.lost)} without a usable result", outcome.lost)
-        for line in (*answer_sentences(outcome.map), *remedy_sentences(outcome.map), sphere_sentence(outcome.sphere)):
-            say(line)
-        for line in file_lines(out, outcome):
+        answer = (*answer_sentences(outcome.map), *remedy_sentences(outcome.map), sphere_sentence(outcome.sphere))
+        for line in (*(fill(sentence, width() or WIDE) for sentence in answer), "", *file_lines(out, outcome)):
             say(line)
     return 0 if outcome.all_converged else 3
