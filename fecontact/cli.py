@@ -54,7 +54,9 @@ for group, commands in {
     _AFTER: (results.judge, results.compare, results.view, looking.mesh),
     _DEVELOPMENT: (solving.validate,),
 }.items():
-    for place, command in enumerate((*commands, *features.commands(group.name))):
+    others = features.commands(group.name)
+    # a newcomer begins with the demo
+    for place, command in enumerate((*others, *commands) if group is _START else (*commands, *others)):
         if isinstance(command, App):
             # it has commands of its own
             command.group, command.sort_key = (group,), place

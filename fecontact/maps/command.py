@@ -90,7 +90,7 @@ def map_(
 
 
 def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
-    """Map where Hertz holds for S1002 on 60E1, and solve a sphere, for which Hertz is exact; half a minute.
+    """Map where Hertz holds for S1002 on 60E1, and solve a sphere, for which Hertz is exact; less than a minute.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
     with logged(out / "run.log"):
         announce(
             f"{BASE.wheel} on {BASE.rail}, {len(SHIFTS_MM)} shifts and {len(LOADS_N)} loads, and a sphere:"
-            " half a minute on two idle cores"
+            " less than a minute on two idle cores"
         )
         with several("positions", "cases") as progress:
             outcome = run_demo(

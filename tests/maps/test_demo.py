@@ -149,7 +149,7 @@ def test_every_cause_has_words(made, cause):
 def test_the_remedy_is_a_theory_inside_its_range(made):
     assert remedy_sentences(made) == [
         "The cheapest theory that holds there, inside its range, is"
-        f" {THEORIES[MULTI_HERTZ].in_sentence} at 5 mm (50 kN)."
+        f" {THEORIES[MULTI_HERTZ].in_sentence}, at 5 mm (50 kN)."
     ]
     # ANALYN holds by its numbers, outside its range: the next one that holds is named
     partly_flat = flat_patch()
@@ -211,7 +211,7 @@ def test_the_exit_code_says_whether_all_converged(rows, sphere, code, lost, made
     monkeypatch.setattr(demo, "run_demo", lambda out, **_: outcome)
     assert call(["demo", "--out", str(tmp_path)]) == code
     out, err = capsys.readouterr()
-    assert "half a minute" in err
+    assert "less than a minute" in err
     assert [line for line in lost if line not in err] == []
     assert [line[:9] for line in out.splitlines()[-4:]] == list(FILES)
     # the answer comes after the map, and before the files
