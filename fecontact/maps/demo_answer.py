@@ -92,7 +92,9 @@ def remedy_sentences(made: ApplicabilityMap) -> list[str]:
             remedy = cheapest(standings(theories_of(cell.usable)), in_range=True)
             by_theory.setdefault(remedy.label, []).append(cell)
     parts = [
-        f"{theory.in_sentence} at {_cells(by_theory[name])}" for name, theory in THEORIES.items() if name in by_theory
+        f"{_named(theory.in_sentence)} at {_cells(by_theory[name])}"
+        for name, theory in THEORIES.items()
+        if name in by_theory
     ]
     sentences = []
     if parts:
@@ -104,6 +106,11 @@ def remedy_sentences(made: ApplicabilityMap) -> list[str]:
         where = _cells(by_theory["none"])
         sentences.append(f"Every theory fails, or is outside its range, at {where}: use finite elements there.")
     return sentences
+
+
+def _named(theory: str) -> str:
+    """A name that has a comma ends with a comma too."""
+    return f"{theory}," if "," in theory else theory
 
 
 def sphere_sentence(row: Row) -> str:
