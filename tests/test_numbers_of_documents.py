@@ -100,7 +100,7 @@ def test_the_readme_has_the_range_of_the_load_limits(shown):
 def test_the_guide_has_each_load_limit(shown):
     limits, text = shown.limits_kN(), said(f"{GUIDE}/maps.md")
     for shifts in ([-1.5, -1.0, -0.5], [1.5, 2.0, 2.5, 3.0, 3.5, 4.5], [5.5, 6.0]):
-        ends = listed(round(limits.pop(shift)) for shift in shifts)
+        ends = listed(float(f"{limits.pop(shift):.3g}") for shift in shifts)
         assert f"t {listed(shifts)} mm it holds up to {ends} kN" in text, ends
     assert limits == {}
     unresolved = [row for row in shown.cells if row["verdict"] == "UNRESOLVED"]
