@@ -49,7 +49,7 @@ $(INSTALLED): requirements.lock pyproject.toml $(CREATED)
 setup: $(INSTALLED) ## make .venv from requirements.lock and check the system libraries
 	@$(BIN)/python -m fecontact.doctor
 
-demo: setup ## solve one position and an exact sphere; results in out/demo
+demo: setup ## map where Hertz holds at six shifts, and solve an exact sphere; results in out/demo
 	$(BIN)/fecontact demo --out out/demo
 
 study: setup ## run the first study; results in out/first_light

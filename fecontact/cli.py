@@ -45,7 +45,7 @@ _START, _LOOK, _SOLVE, _AFTER, _DEVELOPMENT = (
     Group(name, sort_key=place) for place, name in enumerate(("Start", "Look", "Solve", "After", "Development"))
 )
 for group, commands in {
-    _START: (start.demo, start.guide, start.doctor, start.init, start.check),
+    _START: (mapping.demo, start.guide, start.doctor, start.init, start.check),
     _LOOK: (
         *(looking.profiles, looking.place, looking.hertz, looking.geometry),
         *(looking.theories, looking.theory, looking.table),

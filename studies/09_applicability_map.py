@@ -7,8 +7,9 @@ grows across it, fails at all loads where two parts of the head carry the wheel 
 gauge corner. Near -0.5 mm peak and area alone would let it hold again above a load at which it fails.
 
 `python studies/09_applicability_map.py` makes the map: positions are solved in parallel, the factors of a position
-serve all its loads, and the load limit of each position is found by bisection. `fecontact run` of this file solves
-the same positions under one load.
+serve all its loads, and the load limit of each position is found by bisection. `loads.csv` beside the map has every
+solved load: `studies/figures/map.csv` is that of the README's map. `fecontact run` of this file solves the same
+positions under one load.
 """
 
 import sys
@@ -56,13 +57,55 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     return discretisation_check(rows, DISCRETISATION_PERCENT)
 
 
+def solved_loads(folder: Path) -> list[dict[str, Any]]:
+    """Every load of a finished map, by shift and load: its verdict, and how far Hertz is off.
+
+    A load that the search for a limit solved has the verdict alone.
+    """
+    from fecontact.files import read_json
+
+    document = read_json(folder / "map.json")
+    rows = [
+        {
+            "lateral_shift_mm": cell["lateral_shift_mm"],
+            "load_kN": cell["load_N"] / 1e3,
+            "status": cell["status"],
+            "verdict": cell["verdict"]["answer"],
+            "cause": cell["verdict"]["cause"],
+            "p_max_percent": 1e2 * cell["theories"]["hertz"]["deviation"]["p_max_MPa"],
+            "separate_load_percent": 1e2 * cell["theories"]["hertz"]["deviation"]["separate_load"],
+        }
+        for cell in document["cells"]
+        if "verdict" in cell
+    ]
+    rows += [
+        {
+            "lateral_shift_mm": limit["lateral_shift_mm"],
+            "load_kN": tried["load_N"] / 1e3,
+            "status": "tried for the limit",
+            "verdict": tried["verdict"],
+        }
+        for limit in document["limits"]
+        for tried in limit["tried"]
+    ]
+    return sorted(rows, key=lambda row: (row["lateral_shift_mm"], row["load_kN"]))
+
+
 def main() -> None:
     from fecontact.cli import main as fecontact
+    from fecontact.outputs.tables import write_csv
 
     given = [argument for argument in sys.argv[1:] if argument != "--quick"]
     if "--out" not in given and "--help" not in given:
         given += ["--out", "out/09_applicability_map"]
-    fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *given])
+    try:
+        fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *given])
+    except SystemExit as end:
+        # 3: some cells are without a usable result
+        if end.code in (0, 3) and "--out" in given:
+            folder = Path(given[given.index("--out") + 1])
+            write_csv(solved_loads(folder), folder / "loads.csv")
+        raise
 
 
 if __name__ == "__main__":

@@ -58,6 +58,9 @@ def test_all_that_the_readme_shows_can_be_pasted_into_a_fresh_clone(tmp_path):
     demo = done.stdout.split("== block\n")[1]
     (shown,) = fenced(README, "text")
     assert not_printed(shown, demo) == []
-    for line in demo.splitlines():
-        if line.startswith(("Report:  ", "Picture: ", "ParaView:", "Table:   ")):
-            assert (folder / line.partition(": ")[2].strip()).is_file()
+    files = [
+        line for line in demo.splitlines() if line.startswith(("Map:     ", "Report:  ", "ParaView:", "Table:   "))
+    ]
+    assert len(files) == 4
+    for line in files:
+        assert (folder / line.partition(": ")[2].strip()).is_file()

@@ -1,4 +1,4 @@
-"""The first minutes: an example, a study to begin with and its check, the machine's, and what is said meanwhile."""
+"""The first minutes: a study to begin with and its check, the machine's, and what is said meanwhile."""
 
 import json
 import os
@@ -25,12 +25,8 @@ from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
 from fecontact.runs.check import check_study
 from fecontact.runs.cost import CASE_FILES_S, MAP_FILES_S, STUDY_FILES_S, cost_of
-from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
-from fecontact.runs.study import StudyOutcome
 from fecontact.solving.case_meshes import mesh_pair
 from fecontact.solving.cost import START_SECONDS, memory_GB
-from fecontact.solving.hertz import hertz_of_case
-from fecontact.solving.placing import place_case
 from fecontact.solving.preview import preview
 
 ROOT = Path(__file__).parents[1]
@@ -309,25 +305,6 @@ def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
     # of a case alone some 3 s were measured, of a study of nine 15 s, of a map of nine 8 s
     of_nine = [9 * each + at_end for each, at_end in (STUDY_FILES_S, MAP_FILES_S)]
     assert [CASE_FILES_S[1], *of_nine] == pytest.approx([3.0, 15.0, 8.0], rel=0.1)
-
-
-def test_the_demo_has_the_exact_sphere():
-    hertz = hertz_of_case(SPHERE, place_case(SPHERE))
-    assert hertz.a_mm == pytest.approx(hertz.b_mm, rel=1e-9)
-    assert hertz.p0_MPa == pytest.approx(exact_peak_MPa(), rel=1e-9)
-    lost = StudyOutcome(rows=({"id": "one", "status": "failed: disk full"},), conclusion=None)
-    assert "study.csv says why" in demo_words(Path("out"), lost)
-    assert all(case.refine == "never" for case in demo_study().cases)
-
-
-@pytest.mark.slow
-def test_the_demo_ends_with_the_verdict_and_the_files(tmp_path, capsys):
-    assert call(["demo", "--out", str(tmp_path)]) == 0
-    out = capsys.readouterr().out
-    assert "Hertz FAILS" in out
-    for line in ("Report:  ", "Picture: ", "ParaView:", "Table:   "):
-        (path,) = [text.partition(": ")[2].strip() for text in out.splitlines() if text.startswith(line)]
-        assert Path(path).is_file()
 
 
 def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watches(capsys):
@@ -663,9 +640,3 @@ def test_files_that_held_something_else_are_named(tmp_path, capsys):
         assert call(["profiles", profile, "--out", str(tmp_path / "head.png")]) == 0
         named = ", ".join(str(tmp_path / name) for name in names)
         assert capsys.readouterr().err == (f"replaced, with another content before: {named}\n" if names else "")
-
-
-def test_pinned_case_is_the_one_that_the_words_tell_of():
-    position, sphere = demo_study().cases
-    assert position == replace(Case(), lateral_shift_mm=3.0, refine="never")
-    assert sphere.rail.partition(":")[2] == sphere.wheel.partition(":")[2] == "460"

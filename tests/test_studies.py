@@ -1,6 +1,7 @@
 """Each study in its quick size: it runs from the command line's door, and says what it found."""
 
 import importlib.util
+import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -282,6 +283,30 @@ def test_08_sections_are_those_that_the_study_writes():
         assert rail.y_range_mm == (-thickness / 2, thickness / 2)
         assert rail.curvature(0.0) == pytest.approx(1 / 300, rel=1e-9)
         assert not any(junction.is_corner for junction in rail.junctions)
+
+
+def test_09_has_every_solved_load(tmp_path):
+    """Also those of the search for limits; a cell that failed has no numbers."""
+    hertz = {"deviation": {"p_max_MPa": 0.04, "separate_load": 0.25}}
+    verdict = {"answer": "FAILS", "cause": "second patch"}
+    solved = {"load_N": 50e3, "status": "converged", "verdict": verdict, "theories": {"hertz": hertz}}
+    cells = [solved, {"load_N": 20e3, "status": "failed: no memory"}]
+    document = {
+        "cells": [{"lateral_shift_mm": 5.0, **cell} for cell in cells],
+        "limits": [{"lateral_shift_mm": 5.0, "tried": [{"load_N": 30e3, "verdict": "HOLDS"}]}],
+    }
+    (tmp_path / "map.json").write_text(json.dumps(document))
+    tried, own = module("09_applicability_map").solved_loads(tmp_path)
+    assert (tried["load_kN"], tried["verdict"], tried["status"]) == (30.0, "HOLDS", "tried for the limit")
+    assert own == {
+        "lateral_shift_mm": 5.0,
+        "load_kN": 50.0,
+        "status": "converged",
+        "verdict": "FAILS",
+        "cause": "second patch",
+        "p_max_percent": 4.0,
+        "separate_load_percent": 25.0,
+    }
 
 
 def test_10_subsurface(quick, tmp_path):

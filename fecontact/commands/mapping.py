@@ -1,17 +1,18 @@
-"""The command `fecontact map`."""
+"""The commands `fecontact map` and `fecontact demo`."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 from typing import get_args
 
 from fecontact.case import Group, unusual
 from fecontact.commands.solving import tell_cost
 from fecontact.console.log import logged
-from fecontact.console.messages import print_reasons, say, tell_notes, width
+from fecontact.console.messages import announce, print_reasons, say, tell_notes, width
 from fecontact.console.options import CaseOptions, GridOptions, takes
-from fecontact.console.progress import many
+from fecontact.console.progress import many, several
 from fecontact.console.run_messages import tell_files, tell_reused
 from fecontact.console.run_options import AS_USUAL, RunOptions
 from fecontact.outputs.terminal import count, show
@@ -90,3 +91,40 @@ def map_(
         if how.part is None and not (out / "stiffness.csv").is_file():
             say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3
+
+
+def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
+    """Map where Hertz holds for S1002 on 60E1, and solve a sphere, for which Hertz is exact; less than a minute.
+
+    Parameters
+    ----------
+    out
+        Folder for the results: those of a map, and in cases/ the files of two cases. A folder of another map is
+        refused; the same command resumes an interrupted demo.
+    force
+        Solve what is finished again, and write into a folder that holds other results.
+    """
+    from fecontact.maps.report import WIDE
+    from fecontact.maps.views import map_text
+    from fecontact.runs.demo import BASE, LOADS_N, SHIFTS_MM, run_demo
+    from fecontact.runs.demo_answer import answer_sentences, file_lines, remedy_sentences, sphere_sentence
+    from fecontact.runs.map_run import prepare_for_map
+
+    how = RunOptions(force=force)
+    prepare_for_map(out, BASE, SHIFTS_MM, LOADS_N, force=force)
+    with logged(out / "run.log"):
+        announce(
+            f"{BASE.wheel} on {BASE.rail}, {len(SHIFTS_MM)} shifts and {len(LOADS_N)} loads, and a sphere:"
+            " less than a minute on two idle cores"
+        )
+        with several("positions", "cases") as progress:
+            outcome = run_demo(
+                out, settings=how.settings(), map_progress=progress["positions"], case_progress=progress["cases"]
+            )
+        show([map_text(outcome.map, "pressure", width=width()), " "])
+        tell_reused(outcome.reused, outcome.recomputed, "job", how)
+        print_reasons(f"{len(outcome.lost)} without a usable result", outcome.lost)
+        answer = (*answer_sentences(outcome.map), *remedy_sentences(outcome.map), sphere_sentence(outcome.sphere))
+        for line in (*(fill(sentence, width() or WIDE) for sentence in answer), "", *file_lines(out, outcome)):
+            say(line)
+    return 0 if outcome.all_converged else 3

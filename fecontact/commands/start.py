@@ -1,4 +1,4 @@
-"""Commands of the first minutes: an example, the guide, a study to begin with, its check, and the machine's."""
+"""Commands of the first minutes: the guide, a study to begin with, its check, and the machine's."""
 
 from __future__ import annotations
 
@@ -6,28 +6,7 @@ import sys
 from pathlib import Path
 
 from fecontact.console.messages import tell_notes
-from fecontact.console.progress import many
-from fecontact.outputs.terminal import count, show
-
-
-def demo(*, out: Path = Path("out/demo")) -> int:
-    """Solve one position and a sphere, where Hertz is exact, and say what came out; half a minute.
-
-    Parameters
-    ----------
-    out
-        Folder for the results.
-    """
-    from fecontact.outputs.documents import rows_parts
-    from fecontact.runs.demo import demo_study, demo_words
-    from fecontact.runs.study import run_study
-
-    print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact; half a minute:", flush=True)
-    with many("cases") as progress:
-        outcome = run_study(demo_study(), out, progress=progress)
-    show(rows_parts(outcome.rows))
-    print(demo_words(out, outcome))
-    return 0 if outcome.all_converged else 3
+from fecontact.outputs.terminal import count
 
 
 def guide(topic: str = "", /) -> int:

@@ -198,7 +198,7 @@ def _height(loads: Floats) -> float:
 
 def _load_range(loads: Floats) -> tuple[float, float]:
     """Range of the load axis: some room beyond the smallest and the largest load for what is written at them."""
-    room = 0.04 * float(np.ptp(loads)) or 0.5
+    room = 0.05 * float(np.ptp(loads)) or 0.5
     return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
 
 

@@ -38,8 +38,8 @@ from fecontact.outputs.tables import Item, Table, TableRow, columns_of, number, 
 from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
 
-# Where no terminal says how wide it is.
-_WIDE = 120
+WIDE = 120
+"""Columns of text where no terminal says how wide it is."""
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
 # Cells get pictures while the page has room: with those of maps, and what is told of each cell, for 5 MB.
@@ -153,7 +153,7 @@ def map_lines(made: ApplicabilityMap, measure: str, theory: str, *, width: int |
 
     The answer in sentences comes first.
     """
-    yield from (fill(one, width or _WIDE) for one in map_answer(made, measure, theory))
+    yield from (fill(one, width or WIDE) for one in map_answer(made, measure, theory))
     yield " "
     yield map_text(made, measure, theory=theory, width=width)
     if measure == "theory":

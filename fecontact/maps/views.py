@@ -505,10 +505,10 @@ def verdict_sentences(made: ApplicabilityMap, view: MapView, name: str, *, why: 
         groups.setdefault(_phrase(column, view, _because(position) if why else ""), []).append(at)
     said: list[str] = []
     for (rank, phrase), chosen in sorted(groups.items(), key=lambda one: one[0][0]):
-        where = f"at {_joined([f'{shifts[at]:g}' for at in chosen])} mm" if rank == _UP_TO else _runs(shifts, chosen)
-        ends = _joined([f"{view.columns[at].bands[0][1]:.3g}" for at in chosen]) if rank == _UP_TO else ""
+        where = f"at {join_words([f'{shifts[at]:g}' for at in chosen])} mm" if rank == _UP_TO else _runs(shifts, chosen)
+        ends = join_words([f"{view.columns[at].bands[0][1]:.3g}" for at in chosen]) if rank == _UP_TO else ""
         told = phrase.replace("{ends}", ends).replace("{it}", "it" if said else name)
-        said.append(f"{_capital(f'{where} {told}')}.")
+        said.append(f"{capitalise(f'{where} {told}')}.")
     return said + _counted(view)
 
 
@@ -537,7 +537,7 @@ def theory_sentences(view: MapView) -> list[str]:
     for name, theory in THEORIES.items():
         if where := _where(view, name):
             out = _where(view, name, out_of_range=True)
-            begin = "It" if found else _capital(view.title)
+            begin = "It" if found else capitalise(view.title)
             found.append(f"{begin} is {theory.in_sentence} {where}{out and f', out of its range {out}'}.")
     if where := _where(view, "FAILS"):
         found.append(f"None holds {where}.")
@@ -600,8 +600,8 @@ def _runs(shifts_mm: Sequence[float], chosen: Sequence[int]) -> str:
         else:
             single += [f"{number:g}" for number in numbers]
     if single:
-        parts.append(f"at {_joined(single)}")
-    return f"{_joined(parts)} mm"
+        parts.append(f"at {join_words(single)}")
+    return f"{join_words(parts)} mm"
 
 
 def _load_range(loads_N: Sequence[float]) -> str:
@@ -613,14 +613,16 @@ def _load_list(every_N: Sequence[float], some_N: Sequence[float]) -> str:
     first = every_N.index(some_N[0])
     if len(some_N) > 2 and tuple(every_N[first : first + len(some_N)]) == tuple(some_N):
         return f"from {_load_range(some_N)}"
-    return f"at {_joined([f'{load_N / 1e3:g}' for load_N in some_N])} kN"
+    return f"at {join_words([f'{load_N / 1e3:g}' for load_N in some_N])} kN"
 
 
-def _joined(texts: Sequence[str]) -> str:
+def join_words(texts: Sequence[str]) -> str:
+    """An enumeration of at least one text."""
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
-def _capital(text: str) -> str:
+def capitalise(text: str) -> str:
+    """The text with a capital letter at its beginning; the rest stays."""
     return text[:1].upper() + text[1:]
 
 

@@ -1,60 +1,142 @@
-"""A first example: a position at which Hertz's peak is right and its patch is not, and a sphere, where all is."""
+"""The demo: a small map, a case of it with files for ParaView, and a contact for which Hertz is exact."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fecontact.case import Case
-from fecontact.outputs.verdict_words import verdict_reason
-from fecontact.runs.casefile import Study
+from fecontact.criteria import Criteria
+from fecontact.errors import failed, has_numbers, usable
+from fecontact.jobs.engine import RunSettings, finish, open_run
+from fecontact.jobs.remaining import Progress
+from fecontact.jobs.workers import Done
+from fecontact.maps.model import ApplicabilityMap
+from fecontact.outputs.paraview.vtk import write_view
+from fecontact.outputs.records.results import Row, input_columns, read_row
 from fecontact.runs.identity import case_id
-from fecontact.runs.store import case_folder, read_case
-from fecontact.runs.study import StudyOutcome
+from fecontact.runs.map_run import run_map
+from fecontact.runs.store import ROW, Solving, case_folder, job_of
 
-_RADIUS_MM = 460.0
-POSITION = Case(lateral_shift_mm=3.0, refine="never")
+RADIUS_MM = 460.0
+"""Radius of the sphere."""
 # two cylinders of one radius that cross at right angles touch as a sphere of that radius touches a plane
 SPHERE = Case(
-    rail=f"circle:{_RADIUS_MM:g}",
-    wheel=f"cylinder:{_RADIUS_MM:g}",
+    rail=f"circle:{RADIUS_MM:g}",
+    wheel=f"cylinder:{RADIUS_MM:g}",
     inclination_rad=0.0,
     refine="never",
 )
-
-
-def demo_study() -> Study:
-    """Both cases, on first meshes alone."""
-    return Study(name="demo", cases=(POSITION, SPHERE))
+# a theory that is outside its range is not a remedy
+BASE = Case(roll="touching", criteria=Criteria(theories_in_range=True))
+SHIFTS_MM = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+"""Shifts at which Hertz holds at all loads (4 mm), has a load limit (2 and 3 mm), and fails (0, 1 and 5 mm)."""
+LOADS_N = (20e3, 100e3)
 
 
 def exact_peak_MPa() -> float:
     """Peak pressure of the sphere in closed form (Johnson 1985, eq. 3.25): (6 F E*^2 / (pi^3 R^2))^(1/3)."""
-    return float((6.0 * SPHERE.load_N * SPHERE.contact_modulus_MPa**2 / (math.pi**3 * _RADIUS_MM**2)) ** (1.0 / 3.0))
+    return float((6.0 * SPHERE.load_N * SPHERE.contact_modulus_MPa**2 / (math.pi**3 * RADIUS_MM**2)) ** (1.0 / 3.0))
 
 
-def demo_words(out: Path, outcome: StudyOutcome) -> str:
-    """What came out, and where the files are."""
-    if not outcome.all_converged:
-        return f"Not all could be solved; {out / 'study.csv'} says why"
-    folders = {case: case_folder(out, case_id(case)) for case in (POSITION, SPHERE)}
-    result, sphere = (read_case(folder) for folder in folders.values())
-    exact, found = exact_peak_MPa(), sphere.comparison.fe.p_max_MPa
-    where, verdict = folders[POSITION], result.load.answer.answer
-    return "\n".join(
-        (
-            f"Sphere of {_RADIUS_MM:g} mm on a plane, {SPHERE.load_N / 1e3:g} kN: the finite elements' peak pressure is"
-            f" {found:.1f} MPa, the exact one {exact:.1f} MPa: {1e2 * (found / exact - 1.0):+.2f} %.",
-            f"S1002 on 60E1 1:40, shifted by {POSITION.lateral_shift_mm:g} mm, {POSITION.load_N / 1e3:g} kN: Hertz"
-            f" {verdict}.",
-            f"  {verdict_reason(result.load)}",
-            f"  Peak pressure: Hertz {result.comparison.hertz.p_max_MPa:.0f} MPa, finite elements"
-            f" {result.comparison.fe.p_max_MPa:.0f} MPa.",
-            "",
-            f"Report:   {out / 'report.html'}",
-            f"Picture:  {where / 'case.png'}",
-            f"ParaView: {where / 'case.vtm'}",
-            f"Table:    {out / 'study.csv'}",
-            "Next: fecontact init FOLDER for a study of your own, fecontact solve --help-all for all inputs",
-        )
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DemoOutcome:
+    """Results of the demo.
+
+    Attributes
+    ----------
+    map
+        The map of verdicts.
+    sphere, shown
+        Rows of the sphere, and of the case with files for ParaView; the latter is None if every cell of the map is
+        without a usable result.
+    reused
+        Ids of the positions and cases that were finished before.
+    recomputed
+        Why finished positions and cases were solved, or judged, again, by id.
+    """
+
+    map: ApplicabilityMap
+    sphere: Row
+    shown: Row | None
+    reused: tuple[str, ...] = ()
+    recomputed: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def lost(self) -> dict[str, str]:
+        """Why cells and cases are without a usable result, by their names."""
+        cells = {
+            f"{cell.lateral_shift_mm:+g} mm, {cell.load_kN:g} kN": cell.status
+            for cell in self.map.cells
+            if not cell.usable
+        }
+        rows = [row for row in (self.sphere, self.shown) if row is not None and not usable(row)]
+        return cells | {f"case {row['id']}": str(row["status"]) for row in rows}
+
+    @property
+    def all_converged(self) -> bool:
+        """Whether every cell and case has a usable result."""
+        return not self.lost
+
+
+def run_demo(
+    out: Path,
+    *,
+    settings: RunSettings | None = None,
+    map_progress: Progress | None = None,
+    case_progress: Progress | None = None,
+) -> DemoOutcome:
+    """Solve the unfinished part of the demo, and write its files below `out`.
+
+    Both kinds of progress hear the number of finished jobs, the number of jobs, and the jobs under way.
+    """
+    settings = settings or RunSettings()
+    outcome = run_map(BASE, SHIFTS_MM, LOADS_N, out, settings=settings, progress=map_progress)
+    shown = shown_case(outcome.made)
+    cases = {case_id(case): case for case in (SPHERE, shown) if case is not None}
+    rows: dict[str, Row] = {}
+
+    def keep_row(done: Done) -> None:
+        rows[done.name] = _row(cases[done.name], done, out)
+
+    with open_run(out, out / "cases", settings, case_progress) as by:
+        jobs = [
+            job_of(case, case_folder(out, name), Solving(case=case, name=name), label=_label(case))
+            for name, case in cases.items()
+        ]
+        finish(jobs, by, on_done=keep_row)
+    shown_row = None if shown is None else rows[case_id(shown)]
+    if shown_row is not None and has_numbers(shown_row):
+        write_view(case_folder(out, str(shown_row["id"])))
+    return DemoOutcome(
+        map=outcome.made,
+        sphere=rows[case_id(SPHERE)],
+        shown=shown_row,
+        reused=(*outcome.reused, *by.reused),
+        recomputed=outcome.recomputed | by.recomputed,
     )
+
+
+def shown_case(made: ApplicabilityMap) -> Case | None:
+    """The case with the largest deviation of the peak pressure, if possible where Hertz fails.
+
+    None without a usable cell.
+    """
+    loads = [cell.usable for cell in made.cells if cell.usable is not None]
+    if not loads:
+        return None
+    worst = max(loads, key=lambda load: (load.answer.answer == "FAILS", abs(load.deviation["p_max_MPa"])))
+    return replace(BASE, lateral_shift_mm=worst.case.lateral_shift_mm, load_N=worst.load_N)
+
+
+def _label(case: Case) -> str:
+    return "sphere" if case is SPHERE else f"{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN"
+
+
+def _row(case: Case, done: Done, out: Path) -> Row:
+    """The row of a case that is done, also if it failed."""
+    if done.failure is None:
+        return read_row(case_folder(out, done.name) / ROW)
+    return {"id": done.name, "status": failed(done.failure), **input_columns(case)}
