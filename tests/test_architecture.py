@@ -20,7 +20,9 @@ ROOMS: dict[str, set[str]] = {
     "process": set(),
     # names of what there is, imported once it is used
     "features": {"errors"},
-    "doctor": set(),
+    # what not every machine has
+    "packages": {"errors"},
+    "doctor": {"packages"},
     "contact": {"arrays", "errors"},
     "files": {"errors"},
     "inputs": {"errors"},
@@ -43,6 +45,7 @@ ROOMS: dict[str, set[str]] = {
         "arrays",
         "errors",
         "features",
+        "packages",
         "contact",
         "bodies",
         "irregularity",
@@ -74,6 +77,7 @@ ROOMS: dict[str, set[str]] = {
     "runs": {
         "errors",
         "features",
+        "packages",
         "files",
         "inputs",
         "jobs",
@@ -94,6 +98,7 @@ ROOMS: dict[str, set[str]] = {
     "commands": {
         "errors",
         "features",
+        "packages",
         "doctor",
         "files",
         "inputs",

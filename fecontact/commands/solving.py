@@ -27,6 +27,7 @@ from fecontact.commands.options import PANELS, CaseOptions, takes
 from fecontact.errors import usable, with_remedy
 from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import count, show
+from fecontact.packages import require_finite_elements
 
 if TYPE_CHECKING:
     from fecontact.jobs.engine import RunSettings
@@ -116,6 +117,7 @@ def solve(
     from fecontact.runs.study import CASE_FILES_S, cost_of, keep_with_report, prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
+    require_finite_elements()
     case = options.case()
     tell_notes(unusual([case]))
     if out is not None:
@@ -170,6 +172,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     from fecontact.runs.casefile import load_study
     from fecontact.runs.study import STUDY_FILES_S, prepare_for_study, run_study
 
+    require_finite_elements()
     settings, loaded = how.settings(), load_study(study, quick=quick)
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
@@ -306,6 +309,7 @@ def validate(
         with many("cases") as progress:
             yield progress
 
+    require_finite_elements()
     chosen = checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
     found = run_and_check(chosen, out, table=report, workers=workers, watched=watched)
     for check in found.failed:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fecontact.commands.console import many, tell_notes
 from fecontact.outputs.terminal import count, show
+from fecontact.packages import require_finite_elements
 
 
 def demo(*, out: Path = Path("out/demo")) -> int:
@@ -20,6 +21,7 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     from fecontact.outputs.documents import rows_parts
     from fecontact.runs.study import demo_study, demo_words, run_study
 
+    require_finite_elements()
     print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact; half a minute:", flush=True)
     with many("cases") as progress:
         outcome = run_study(demo_study(), out, progress=progress)

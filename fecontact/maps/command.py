@@ -11,6 +11,7 @@ from fecontact.commands.console import logged, many, print_reasons, say, tell_no
 from fecontact.commands.options import CaseOptions, GridOptions, takes
 from fecontact.commands.solving import AS_USUAL, RunOptions, tell_cost, tell_files, tell_reused
 from fecontact.outputs.terminal import count, show
+from fecontact.packages import require_finite_elements
 
 
 # a map has lists of shifts and loads
@@ -52,6 +53,7 @@ def map_(
     from fecontact.maps.views import refuse_measure
     from fecontact.runs.study import MAP_FILES_S
 
+    require_finite_elements()
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)
     loads_N = grid.loads_N

@@ -27,6 +27,7 @@ from fecontact.maps.report import pictures_that_fit, write_map_report
 from fecontact.maps.storing import SolvingPosition, found_position, has_open_loads, position_folder
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs
+from fecontact.packages import require_finite_elements
 from fecontact.runs.identity import case_id, provenance, with_absolute_paths
 from fecontact.runs.store import job_of
 from fecontact.runs.study import longest_first, prepare
@@ -233,6 +234,7 @@ def map_(
     InputError
         As `run_map` does, and for a folder that holds other results.
     """
+    require_finite_elements()
     asked = case, listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N"), Path(out)
     prepare_for_map(asked[-1], *asked[:-1], force=force)
     settings = RunSettings(workers=workers, force=force)

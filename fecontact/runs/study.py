@@ -36,6 +36,7 @@ from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.records.results import Row, input_columns, read_row, result_record, versions
 from fecontact.outputs.tables import VARIED, short_name
 from fecontact.outputs.words import case_words, verdict_reason
+from fecontact.packages import require_finite_elements
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import profile_identity
 from fecontact.profiles.resolve import resolve_rail
@@ -658,6 +659,7 @@ def run(
         If the study cannot be read, or another run has the folder. A case that cannot be solved is not an error but a
         row whose status says why.
     """
+    require_finite_elements()
     settings = RunSettings(workers=workers, threads=threads, force=force)
     found = _study(study, Path(out), quick)
     prepare_for_study(Path(out), found.name, force=force)

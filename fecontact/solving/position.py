@@ -29,6 +29,7 @@ from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, too_sh
 from fecontact.fe.section import Stretch
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.touch_hertz import HertzPoints, hertz_points
+from fecontact.packages import require_finite_elements
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.smoothing import other_lines
 from fecontact.solving.expected_patch import (
@@ -219,7 +220,8 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
         As `solve` does.
     """
     clock = Clock(progress)
-    # a solver that is not there is said before any work
+    # what is not there is said before any work
+    require_finite_elements()
     choose_solver(case.solver)
     with clock.step("place"):
         placement = place_case(case)
@@ -597,6 +599,7 @@ def mesh_pair(case: Case) -> MeshedPair:
 
 def _expected(case: Case, placement: Placement) -> tuple[FineZone, float]:
     """The fine zone of a case's first meshes, and the half-space's approach (mm) along the normal."""
+    require_finite_elements()
     _, expected = expect_on_half_space(case, placement)
     zone = fine_zone(expected, element_size_mm(case, expected))
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
