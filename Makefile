@@ -62,7 +62,7 @@ test: setup ## run the tests that are not slow
 test-slow: setup ## run the slow tests only
 	@$(BIN)/python -m pytest -q -m slow
 
-fresh-check: ## prove demo, study and installation on a minimal Debian 12 (root, debootstrap, network); skips elsewhere
+fresh-check: ## prove demo and installation on a minimal Debian 12 and 13 (root, debootstrap, network); skips elsewhere
 	@.ci/fresh-check $(FRESH_CHECK)
 
 # A study has a baseline if its CSV is there. All are compared before the target ends; old results are never taken for new.

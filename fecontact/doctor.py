@@ -20,11 +20,11 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 
-from fecontact import __version__
+from fecontact import __version__, packages
 
 #: Debian and Ubuntu packages; the names are the same in both.
 PACKAGES = ("libglu1-mesa", "libgl1", "libegl1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1")
@@ -101,7 +101,7 @@ def _remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
     if probe.remedy:
         return probe.remedy
     if reason.startswith("ModuleNotFoundError"):
-        return "a Python package is missing from this environment: make setup, or pip install fecontact"
+        return f"a Python package is missing from this environment: {packages.remedy()}"
     if not missing:
         return "all Debian packages that are known to be needed are installed: the cause is something else"
     return f"{install_command(missing)} (Debian, Ubuntu; elsewhere the packages with the same libraries)"
@@ -111,9 +111,12 @@ def doctor() -> int:
     """Print what works on this machine; returns 1 if no case can be solved here, else 0."""
     print(f"fecontact {__version__}, Python {platform.python_version()} ({sys.executable})")
     print(f"{platform.platform()}, {platform.machine()}")
-    packages, incomplete = _packages()
-    for line in (*packages, *_machine()):
+    installed, incomplete = _packages()
+    for line in (*installed, *_machine()):
         print(line)
+    if not packages.has_wheels() and packages.find_missing():
+        print(packages.remedy())
+        return 1
     lines, cannot = examine()
     print("\n".join(lines))
     lacks = incomplete or cannot
@@ -123,7 +126,7 @@ def doctor() -> int:
 
 def before(*, install: bool) -> int:
     """Look for the libraries of gmsh, and install them as root if asked to; returns 1 if some are missing, else 0."""
-    if not sys.platform.startswith("linux"):
+    if not sys.platform.startswith("linux") or not packages.has_wheels():
         return 0
     lines, lacks = examine((BEFORE,))
     if lacks and install and _can_install() and (missing := missing_packages()):
@@ -143,12 +146,8 @@ def _packages() -> tuple[list[str], bool]:
     except metadata.PackageNotFoundError:
         # fecontact itself is not installed yet
         return [], False
-    # without packages of an extra, or for some machines only
-    everywhere = (name for name in required if not re.search(r";.*(extra|platform_machine)", name))
-    needed = [name.partition(";")[0].strip() for name in everywhere]
     found, missing = [], []
-    for requirement in needed:
-        package = re.split(r"[^\w.-]", requirement)[0]
+    for requirement, package in _needed(required):
         try:
             found.append(f"{package} {metadata.version(package)}")
         except metadata.PackageNotFoundError:
@@ -157,6 +156,16 @@ def _packages() -> tuple[list[str], bool]:
     if missing:
         lines.append(f"missing packages: {', '.join(missing)}; {sys.executable} -m pip install {shlex.join(missing)}")
     return lines, bool(missing)
+
+
+def _needed(required: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Requirements of this machine without their markers, and their packages; none of an extra, and no MKL."""
+    for line in required:
+        requirement, _, marker = (text.strip() for text in line.partition(";"))
+        package = re.split(r"[^\w.-]", requirement)[0]
+        of_finite_elements = package in packages.FINITE_ELEMENTS and packages.has_wheels()
+        if of_finite_elements or not re.search("extra|platform_machine", marker):
+            yield requirement, package
 
 
 def _machine() -> list[str]:

@@ -88,7 +88,7 @@ def nearest(name: str, known: Mapping[str, str]) -> str:
 
 def renamed(name: str) -> str:
     """What stands for an input that was another one once, in words; nothing for any other name."""
-    return f"{name}: there is no such input any more; {_RENAMED[name]}" if name in _RENAMED else ""
+    return f"{name}: there is no such input any more; {RENAMED[name]}" if name in RENAMED else ""
 
 
 _OF_PROFILES = {
@@ -101,7 +101,7 @@ _FINER = "finer elements are asked for by refine = 'verdict' (the default), 'nev
 _OPPOSITE = "--opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=... has it, in files the table [opposite]"
 _HALF_LENGTH = "rail and rim have one half_length_mm"
 _NO_NAME = "a material has no name any more; leave it out"
-_RENAMED = {
+RENAMED = {
     **dict.fromkeys(("html", "png"), "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
     "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
     "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
@@ -113,6 +113,7 @@ _RENAMED = {
     **dict.fromkeys(("name", "material_name", "rail_material_name", "wheel_material_name"), _NO_NAME),
     **{f"{body}{name}": text for name, text in _OF_PROFILES.items() for body in ("", "rail_", "wheel_")},
 }
+"""Names of inputs from before the first release, with what to write instead; CHANGELOG.md lists them."""
 
 
 # --- What an input may be: a number within a range, or a value that one function reads and another one knows.

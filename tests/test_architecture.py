@@ -15,13 +15,15 @@ PACKAGE = Path(__file__).parents[1] / "fecontact"
 
 # Each folder, or file beside the folders, and what it may use, from the ground up: all of it stands before it here.
 # Features are found by the registry, so that what lies below them asks the registry and imports none of them.
-BASE = ("arrays", "errors", "process", "feature_registry", "files", "inputs", "bodies")
+BASE = ("arrays", "errors", "process", "packages", "feature_registry", "files", "inputs", "bodies")
 PHYSICS = ("profiles", "placement", "criteria", "case", "contact", "fe", "contact_theories", "judging", "solving")
 WORK = ("jobs", "regression", "outputs", "console", "maps", "runs")
 ROOMS: dict[str, set[str]] = {
     "arrays": set(),
     "errors": set(),
     "process": set(),
+    # packages that not every machine has
+    "packages": {"errors"},
     # names of what features offer, imported once it is used
     "feature_registry": {"errors"},
     "files": {"errors"},
@@ -40,8 +42,8 @@ ROOMS: dict[str, set[str]] = {
         "contact_theories",
     },
     "solving": {
-        *("arrays", "errors", "feature_registry", "bodies", "profiles", "placement", "case", "contact", "fe"),
-        *("contact_theories", "judging"),
+        *("arrays", "errors", "packages", "feature_registry", "bodies", "profiles", "placement", "case", "contact"),
+        *("fe", "contact_theories", "judging"),
     },
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "process", "files"},
@@ -56,8 +58,8 @@ ROOMS: dict[str, set[str]] = {
         *("solving", "outputs"),
     },
     "runs": {
-        *("errors", "feature_registry", "files", "inputs", "profiles", "placement", "criteria", "case", "fe"),
-        *("contact_theories", "judging", "solving", "jobs", "regression", "outputs", "maps"),
+        *("errors", "packages", "feature_registry", "files", "inputs", "profiles", "placement", "criteria", "case"),
+        *("fe", "contact_theories", "judging", "solving", "jobs", "regression", "outputs", "maps"),
     },
     # the folder itself; each feature is a room of its own
     "features": set(),
@@ -66,13 +68,13 @@ ROOMS: dict[str, set[str]] = {
 OWN = [f"features.{name}" for name in sorted(FEATURES)]
 ROOMS |= {feature: {*BASE, *PHYSICS, *WORK} for feature in OWN}
 ROOMS |= {
-    "doctor": set(),
+    "doctor": {"packages"},
     # pages of text
     "guide": {"errors", "inputs"},
     "plot": {"errors", "solving", "outputs", "maps"},
     "commands": {
-        *("errors", "feature_registry", "files", "inputs", "profiles", "case", "solving", "jobs", "regression"),
-        *("outputs", "console", "maps", "runs", "doctor", "guide"),
+        *("errors", "packages", "feature_registry", "files", "inputs", "profiles", "case", "solving", "jobs"),
+        *("regression", "outputs", "console", "maps", "runs", "doctor", "guide"),
     },
     "cli": {"errors", "process", "feature_registry", "inputs", "console", "commands"},
     # features for the types of their public names alone

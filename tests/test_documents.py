@@ -21,7 +21,8 @@ from fecontact.runs.casefile import toml_cases
 
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / "fecontact" / "guide"
-PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "studies" / "README.md", *sorted(GUIDE.glob("*.md")))
+OTHERS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "studies/README.md")
+PAGES = (*(ROOT / name for name in OTHERS), *sorted(GUIDE.glob("*.md")))
 TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES if page.exists()}
 TOPICS = [path.stem for path in sorted(GUIDE.glob("*.md"))]
 # what stands for the reader's own choice

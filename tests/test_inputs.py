@@ -20,7 +20,7 @@ from fecontact.case import INPUTS, PARTS, Case, Criteria, Group, Opposite, Track
 from fecontact.cli import app, call
 from fecontact.errors import InputError
 from fecontact.guide.pages import page
-from fecontact.inputs import Slot, inclination_text, parse_inclination
+from fecontact.inputs import RENAMED, Slot, inclination_text, parse_inclination
 from fecontact.placement.irregularity import Irregularity
 from fecontact.runs.casefile import load_study
 
@@ -660,6 +660,15 @@ def test_every_old_name_of_the_changelog_is_refused_by_all_doors(table, python, 
     made = getattr(Case(), table) if table else Case()
     with pytest.raises(InputError, match=re.escape(says)):
         replace(made, **old)
+
+
+def test_the_changelog_has_the_old_names_that_are_refused_and_no_other():
+    text = (Path(__file__).parents[1] / "CHANGELOG.md").read_text("utf-8")
+    rows = re.findall(r"^\| (`.*?) \| .* \|$", text, re.MULTILINE)
+    told = {name for row in rows for name in re.findall(r"`(\w+)`", row)} - {"compare"}
+    # the command line has names of its own for one body, and in small letters
+    by_option = ("rail_", "wheel_", "opposite_load_kn")
+    assert told == {name for name in RENAMED if name == "rail_half_length_mm" or not name.startswith(by_option)}
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():

@@ -16,6 +16,7 @@ from fecontact.console.progress import many, several
 from fecontact.console.run_messages import tell_files, tell_reused
 from fecontact.console.run_options import AS_USUAL, RunOptions
 from fecontact.outputs.terminal import count, show
+from fecontact.packages import require_finite_elements
 
 
 # a map has lists of shifts and loads
@@ -57,6 +58,7 @@ def map_(
     from fecontact.runs.cost import MAP_FILES_S
     from fecontact.runs.map_run import prepare_for_map, run_map
 
+    require_finite_elements()
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)
     loads_N = grid.loads_N
@@ -110,6 +112,7 @@ def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
     from fecontact.runs.demo_answer import answer_sentences, file_lines, remedy_sentences, sphere_sentence
     from fecontact.runs.map_run import prepare_for_map
 
+    require_finite_elements()
     how = RunOptions(force=force)
     prepare_for_map(out, BASE, SHIFTS_MM, LOADS_N, force=force)
     with logged(out / "run.log"):

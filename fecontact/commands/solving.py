@@ -19,6 +19,7 @@ from fecontact.console.run_messages import tell_files, tell_lost, tell_reused
 from fecontact.console.run_options import AS_USUAL, RunOptions
 from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import count, show
+from fecontact.packages import require_finite_elements
 
 # CPU seconds of creep forces of a case or a cell, with those of the loads of its limits, and of the laws of them: 0.9,
 # 1.3, 2.0 and 2.3 s, and 1.5, 2.3, 2.9 and 2.7 s, of a cell of S1002 on 60E1 at -4, 0, 3 and 5.5 mm.
@@ -58,6 +59,7 @@ def solve(
     from fecontact.runs.store import Told
     from fecontact.solving.solve import solve as solve_case
 
+    require_finite_elements()
     case = options.case()
     tell_notes(unusual([case]))
     if out is not None:
@@ -114,6 +116,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     from fecontact.runs.folder import prepare_for_study
     from fecontact.runs.study import run_study
 
+    require_finite_elements()
     settings, loaded = how.settings(), load_study(study, quick=quick)
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
@@ -225,6 +228,7 @@ def validate(
         with many("cases") as progress:
             yield progress
 
+    require_finite_elements()
     chosen = checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
     found = run_and_check(chosen, out, table=report, workers=workers, watched=watched)
     for check in found.failed:

@@ -27,6 +27,7 @@ from fecontact.maps.positions import failed_position
 from fecontact.maps.report import pictures_that_fit, write_map_report
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs
+from fecontact.packages import require_finite_elements
 from fecontact.runs.cost import longest_first
 from fecontact.runs.folder import prepare
 from fecontact.runs.identity import case_id, provenance, with_absolute_paths
@@ -235,6 +236,7 @@ def map_(
     InputError
         As `run_map` does, and for a folder that holds other results.
     """
+    require_finite_elements()
     asked = case, listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N"), Path(out)
     prepare_for_map(asked[-1], *asked[:-1], force=force)
     settings = RunSettings(workers=workers, force=force)

@@ -17,6 +17,7 @@ from fecontact.jobs.workers import Done
 from fecontact.outputs.documents import study_figures, write_tables
 from fecontact.outputs.pair_names import VARIED, short_name
 from fecontact.outputs.records.results import Row, input_columns, read_row
+from fecontact.packages import require_finite_elements
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import profile_identity
 from fecontact.profiles.resolve import resolve_rail
@@ -291,6 +292,7 @@ def run(
         If the study cannot be read, or another run has the folder. A case that cannot be solved is not an error but a
         row whose status says why.
     """
+    require_finite_elements()
     settings = RunSettings(workers=workers, threads=threads, force=force)
     found = _study(study, Path(out), quick)
     prepare_for_study(Path(out), found.name, force=force)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fecontact.case import Case
 from fecontact.fe.body import BodyMesh, check_memory
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.packages import require_finite_elements
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.element_sizes import element_size_mm
 from fecontact.solving.fine_zone import fine_zone
@@ -74,6 +75,7 @@ def mesh_pair(case: Case) -> MeshedPair:
 
 def _expected(case: Case, placement: Placement) -> tuple[FineZone, float]:
     """The fine zone of a case's first meshes, and the half-space's approach (mm) along the normal."""
+    require_finite_elements()
     _, expected = expect_on_half_space(case, placement)
     zone = fine_zone(expected, element_size_mm(case, expected))
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")

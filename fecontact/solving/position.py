@@ -18,6 +18,7 @@ from fecontact.fe.body import choose_solver
 from fecontact.fe.meshing import too_short
 from fecontact.judging.measures import MEASURES, patch_of
 from fecontact.judging.solved_load import changes_on_more_nodes
+from fecontact.packages import require_finite_elements
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.element_sizes import element_size_mm, element_width_mm
 from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, on_fewer_nodes, on_more_nodes
@@ -125,7 +126,8 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
         As `solve` does.
     """
     clock = Clock(progress)
-    # a solver that is not there is said before any work
+    # what is not there is said before any work
+    require_finite_elements()
     choose_solver(case.solver)
     with clock.step("place"):
         placement = place_case(case)

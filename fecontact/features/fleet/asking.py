@@ -12,6 +12,7 @@ from fecontact.console.run_options import AS_USUAL, RunOptions
 from fecontact.errors import InputError
 from fecontact.outputs.terminal import answer as tell
 from fecontact.outputs.terminal import count
+from fecontact.packages import require_finite_elements
 
 
 def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = None, how: RunOptions = AS_USUAL) -> int:
@@ -34,6 +35,7 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
     from fecontact.jobs.workers import default_workers
     from fecontact.runs.cost import STUDY_FILES_S, cost_of
 
+    require_finite_elements()
     settings = how.settings()
     if settings.part is not None:
         raise InputError(f"--part is {how.part}; a sample is solved as a whole; leave it out, or give --scheduler")

@@ -1,0 +1,44 @@
+"""The packages of the finite elements, which have no wheels for Linux on ARM."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from importlib.util import find_spec
+
+from fecontact.errors import InputError
+
+FINITE_ELEMENTS = ("gmsh", "pyamg")
+
+
+def has_wheels() -> bool:
+    """Whether the packages have wheels for this machine; the markers in pyproject.toml say the same."""
+    return sys.platform != "linux" or platform.machine() == "x86_64"
+
+
+def find_missing() -> tuple[str, ...]:
+    """Packages of the finite elements that are not installed; nothing is imported."""
+    return tuple(name for name in FINITE_ELEMENTS if find_spec(name) is None)
+
+
+def remedy() -> str:
+    """What to do on this machine if a package of the finite elements is missing."""
+    if has_wheels():
+        return f"make setup, or pip install {' '.join(FINITE_ELEMENTS)}"
+    return (
+        f"{' and '.join(FINITE_ELEMENTS)} have no wheels for Linux on {platform.machine()}: solve on an x86-64 machine;"
+        " everything without finite elements works here, such as hertz, theory, place, table and judge"
+    )
+
+
+def require_finite_elements() -> None:
+    """Check that finite elements can be used, before any work.
+
+    Raises
+    ------
+    InputError
+        If a package is missing; the message says which, and what to do.
+    """
+    if missing := find_missing():
+        verb = "is" if len(missing) == 1 else "are"
+        raise InputError(f"finite elements need {' and '.join(missing)}, which {verb} not installed; {remedy()}")
