@@ -22,7 +22,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz mutants paraview-check docs lint lock clean
+.PHONY: help setup demo study test test-slow test-all dist fresh-check regress validate fuzz mutants paraview-check docs lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -62,6 +62,14 @@ test: setup ## run the tests that are not slow
 test-slow: setup ## run the slow tests only
 	@$(BIN)/python -m pytest -q -m slow
 
+test-all: setup ## run the tests on the oldest and the newest supported Python of this machine, a few on the others
+	@TEST_WORKERS=$(TEST_WORKERS) $(BIN)/python noxfile.py
+
+dist: setup ## build wheel and sdist into dist/, and run each in a clean environment of each supported Python of this machine
+	@rm -rf dist
+	$(BIN)/uv build --quiet --no-build-isolation --python $(BIN)/python --out-dir dist
+	$(BIN)/python -m nox --session dist
+
 fresh-check: ## prove demo and installation on a minimal Debian 12 and 13 (root, debootstrap, network); skips elsewhere
 	@.ci/fresh-check $(FRESH_CHECK)
 
@@ -80,7 +88,7 @@ validate: setup ## run the studies at full size and write studies/VALIDATION.md 
 	$(BIN)/fecontact validate --out out/validate --report studies/VALIDATION.md
 
 docs: setup ## build the site of the documentation; results in out/site
-	@PYTHONPATH=$(CURDIR) OMP_NUM_THREADS=1 $(BIN)/python -m mkdocs build --strict -f studies/mkdocs.yml
+	@PYTHONPATH="$(CURDIR)" OMP_NUM_THREADS=1 $(BIN)/python -m mkdocs build --strict -f studies/mkdocs.yml
 
 # Debian's ParaView draws on a screen only: xvfb-run stands in for one. It must not begin anew when its last client
 # leaves: ParaView tries a window first, and its next one would be refused meanwhile.
@@ -99,12 +107,12 @@ FUZZ_SEED ?= 1
 # A folder of results that is damaged too, such as that of `make study`.
 FUZZ_RESULTS ?= $(wildcard out/first_light)
 fuzz: setup ## mutate profile files of every format, study files, results and command lines; what is not clearly refused or read stays in fuzz_failures/; an hour
-	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
-	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
-	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
 
 mutants: setup ## change one operator, constant or sign of the physics at a time and see whether a test notices; two hours
-	PYTHONPATH=$(CURDIR) $(BIN)/python tests/mutants.py
+	PYTHONPATH="$(CURDIR)" $(BIN)/python tests/mutants.py
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy; how large the program is
 	$(BIN)/python -m ruff check .
@@ -118,5 +126,5 @@ lock: $(CREATED) ## write requirements.lock again from pyproject.toml
 	  --no-header --no-emit-index-url --no-emit-find-links --no-annotate -o requirements.lock
 
 clean: ## remove .venv, caches and out/
-	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) out build dist .nox .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find fecontact tests studies -type d -name __pycache__ -prune -exec rm -rf {} +

@@ -18,6 +18,7 @@ from flit_core import buildapi
 
 import fecontact
 from fecontact.case import Case
+from fecontact.cli import call
 from fecontact.fe.body import pardiso_available
 from fecontact.guide.pages import titles
 from fecontact.profiles.library import names
@@ -35,13 +36,20 @@ def test_the_package_says_that_it_is_typed():
     assert resources.files("fecontact").joinpath("py.typed").read_bytes() == b""
 
 
+def tracked_files() -> list[str]:
+    """Files that git tracks; none outside a clone."""
+    try:
+        listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    except OSError:
+        return []
+    return listed.stdout.splitlines()
+
+
 def test_a_clone_has_few_folders():
     """What belongs to the studies, such as their validation and the site, is below them."""
-    try:
-        listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, check=True, text=True).stdout
-    except (OSError, subprocess.CalledProcessError):
-        pytest.skip("no clone of the repository, or no git")
-    folders = {name.partition("/")[0] for name in listed.splitlines() if "/" in name}
+    folders = {name.partition("/")[0] for name in tracked_files() if "/" in name}
+    if not folders:
+        pytest.skip("no clone of the repository")
     assert {name for name in folders if not name.startswith(".")} == {"fecontact", "meshes", "studies", "tests"}
 
 
@@ -53,16 +61,19 @@ def test_archives_hold_the_files_that_are_no_modules(tmp_path, monkeypatch, kind
         with ZipFile(tmp_path / buildapi.build_wheel(os.fspath(tmp_path))) as archive:
             held = set(archive.namelist())
     else:
-        with tarfile.open(tmp_path / buildapi.build_sdist(os.fspath(tmp_path))) as archive:
+        name = buildapi.build_sdist(os.fspath(tmp_path))
+        assert name == f"fecontact-{fecontact.__version__}.tar.gz"
+        with tarfile.open(tmp_path / name) as archive:
             held = {name.partition("/")[2] for name in archive.getnames()}
         # it can be tested
         assert held >= {
             "tests/test_package.py",
             "studies/first_light.py",
             "Makefile",
+            "noxfile.py",
             "requirements.lock",
-            "CITATION.cff",
         }
+        assert held >= {name for name in tracked_files() if not name.startswith(".") or name.startswith(".ci/")}
     assert held >= WANTED
 
 
@@ -117,6 +128,25 @@ def test_every_package_that_is_imported_is_declared_and_locked():
     assert "://" not in locked
 
 
+def test_the_version_is_defined_once(capsys):
+    """In the package, from where archives have it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert "version" not in project
+    assert "version" in project["dynamic"]
+    assert call(["--version"]) == 0
+    assert capsys.readouterr().out == f"{fecontact.__version__}\n"
+
+
+def test_supported_versions_begin_where_an_installation_is_allowed():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    versions = re.findall(r"Python :: (3\.\d+)", " ".join(project["classifiers"]))
+    assert project["requires-python"] == f">={versions[0]}"
+    first, last = (int(version.partition(".")[2]) for version in (versions[0], versions[-1]))
+    assert versions == [f"3.{minor}" for minor in range(first, last + 1)]
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    assert f"--universal --python-version {versions[0]} " in makefile
+
+
 def test_what_cites_and_tells_of_changes_is_of_this_version():
     """CITATION.cff has all that the schema of CFF 1.2.0 requires, and says what the project and its changes say."""
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
@@ -126,7 +156,7 @@ def test_what_cites_and_tells_of_changes_is_of_this_version():
     assert cited["title"].startswith(f"{project['name']}: ")
     assert len(cited["abstract"]) > 100
     assert cited["type"] == "software"
-    assert (cited["version"], project["version"]) == (fecontact.__version__,) * 2
+    assert cited["version"] == fecontact.__version__
     assert cited["license"] == project["license"]
     assert cited["authors"] == project["authors"]
     # the schema wants each once
