@@ -454,8 +454,9 @@ _HALVINGS = 4
 _STALLS, _STALLED = 5, 0.7
 # Slopes from elsewhere are good as long as a step leaves less than this part over.
 _WELL_DOWN = 0.3
-# Largest change of a position in an iteration, in mm and mrad.
-_LONGEST_STEP = 0.6
+# Largest change of a position in an iteration, in mm and mrad, and of a slip, in thousandths: beyond about 3 all of a
+# patch slips, the force hardly changes any more, and a step by its slope has no bound.
+_LONGEST_STEP, _LARGEST_SLIP_STEP = 0.6, 3.0
 
 
 class LeftOver(Protocol):
@@ -503,7 +504,7 @@ def newton(
     most
         Iterations.
     rates
-        Which components are no positions; steps of positions are bounded.
+        Which components are slips of rotation, and no positions.
     slopes
         A Jacobian (n, n) from nearby. It follows by Broyden's rank-one updates (1965) as long as steps bring what is
         left over well down, and is taken anew where they do not.
@@ -532,7 +533,8 @@ def newton(
             if fresh:
                 break
             continue
-        step = step * min(1.0, _LONGEST_STEP / largest(step[places]))
+        too_long = max(1.0, largest(step[places]) / _LONGEST_STEP, *np.abs(step[list(rates)]) / _LARGEST_SLIP_STEP)
+        step = step / too_long
         damped = _damped(value_at, state, step, size, _HALVINGS if fresh else 1)
         if damped is None:
             slopes = None
@@ -674,17 +676,25 @@ def solve_at(
 
 
 def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0.0, 0.0)) -> Floats:
-    """A state to begin with: wheelsets without roll and yaw at some shifts, pressed into the rails."""
+    """A state to begin with: wheelsets without roll and yaw at some shifts, pressed into the rails.
+
+    They roll without slip on the mean radius at the rigid wheels' first touch points.
+    """
     both = ((line.left, 1.0), (line.right, -1.0))
     size = WHEELSET_SIZE * vehicle.wheelsets + (FRAME_SIZE if vehicle.bogie is not None else 0)
     state = np.zeros(size)
     for k in range(vehicle.wheelsets):
-        stands = [float(standing(surfaces.pair, sign * shifts_mm[k]).wheel.centre_mm[2]) for surfaces, sign in both]
-        state[WHEELSET_SIZE * k : WHEELSET_SIZE * k + 3] = (
+        stands = [standing(surfaces.pair, sign * shifts_mm[k]) for surfaces, sign in both]
+        left, right = (float(stand.wheel.centre_mm[2]) for stand in stands)
+        rolling = sum(float(stand.wheel.radius(stand.first.wheel_u)) for stand in stands)
+        tape_circles = sum(stand.wheel.rolling_radius_mm for stand in stands)
+        state[WHEELSET_SIZE * k : WHEELSET_SIZE * (k + 1)] = (
             shifts_mm[k],
-            0.5 * sum(stands) - PRESSED_MM,
+            0.5 * (left + right) - PRESSED_MM,
             # the higher wheel lifts its side
-            1e3 * (stands[0] - stands[1]) / BASE_MM,
+            1e3 * (left - right) / BASE_MM,
+            0.0,
+            (tape_circles / rolling - 1.0) / _MILLI,
         )
     return state
 
