@@ -162,7 +162,7 @@ class Case:
     wheel: str = text("S1002", "Wheel", _WHEEL, group="pair")
     inclination_rad: float = number(
         INCLINATION_1_40,
-        "Inclination of the rail towards the track centre, none if the profile is canted already",
+        "Inclination of the rail towards the track centre, none if the profile is canted already; circle:R has none",
         group="pair",
         key="inclination",
         shown_unit="mrad",

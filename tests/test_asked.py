@@ -142,6 +142,43 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     assert "HOLDS" not in drawn
 
 
+def wider(rung: Rung, nodes: int) -> Rung:
+    """The same contact on a grid with so many more nodes across on the field side."""
+    step, low = rung.grid.steps_mm[1], rung.grid.s_mm[-1]
+    s = np.append(rung.grid.s_mm, low + step * np.arange(1, nodes + 1))
+    pressure, gap = (np.pad(values, ((0, 0), (0, nodes))) for values in (rung.pressure_MPa, rung.gap_mm))
+    return replace(rung, grid=replace(rung.grid, s_mm=s), pressure_MPa=pressure, gap_mm=gap)
+
+
+def test_bodies_that_yield_may_have_a_wider_grid_than_elastic_ones(result):
+    level = result.load.level
+    # further than Hertz's ellipse
+    yielded = replace(level.yielded, fe=wider(level.yielded.fe, 40))
+    for first, second in ((level.fe, yielded.fe), (yielded.fe, level.yielded.fe)):
+        shown = contact_surface(result, first, second)
+        usual = contact_surface(result, level.fe, level.yielded.fe)
+        assert shown.n_points > usual.n_points
+        # both have all nodes of the smaller grid at the same places
+        where = [shown.find_closest_point(point) for point in usual.points]
+        np.testing.assert_allclose(shown.points[where], usual.points, atol=1e-6)
+        assert float(usual.point_data["plastic_pressure_MPa"].max()) > 1.0
+        np.testing.assert_allclose(
+            shown.point_data["plastic_pressure_MPa"][where], usual.point_data["plastic_pressure_MPa"], atol=1e-6
+        )
+        pressure = "plastic_pressure_MPa" if first is yielded.fe else "contact_pressure_MPa"
+        np.testing.assert_allclose(
+            shown.point_data["contact_pressure_MPa"][where], usual.point_data[pressure], atol=1e-6
+        )
+        assert np.count_nonzero(shown.point_data["plastic_pressure_MPa"]) == np.count_nonzero(
+            usual.point_data["plastic_pressure_MPa"]
+        )
+    solved = replace(result.load.solved, levels=(replace(level, yielded=yielded),))
+    fields, usual = PressureFields.of(replace(result.load, solved=solved)), PressureFields.of(result.load)
+    assert fields.elastic.shape == fields.fe.shape == fields.grid.shape
+    assert fields.grid.shape != usual.grid.shape
+    assert fields.elastic[fields.peak] == pytest.approx(usual.elastic[usual.peak], rel=1e-9)
+
+
 def test_a_map_takes_it(result):
     pytest.importorskip("fecontact.maps")
     from fecontact.maps.load_limits import KnownLoad, load_limit

@@ -114,6 +114,33 @@ def test_a_load_along_the_normal_moves_the_rim_along_it(tmp_path):
     assert found["*CLOAD"] == [f"{load_point}, 3, -1.000000000e+05"]
 
 
+@pytest.mark.parametrize("element", ["C3D8", "C3D8I"])
+def test_meshio_reads_a_deck_with_all_nodes_elements_and_sets(pair, tmp_path, element):
+    import meshio
+
+    read = meshio.read(write_mesh(pair, tmp_path / "deck.inp", element=element))
+    rail, wheel = pair.rail, pair.wheel
+    after = len(rail.points)
+    # all of both bodies, and the node that carries the load
+    np.testing.assert_allclose(read.points[:-1], np.vstack([rail.points, wheel.points]), atol=1e-9)
+    assert read.point_sets["load_point"].tolist() == [after + len(wheel.points)]
+    np.testing.assert_array_equal(read.cells[0].data, rail.hexes)
+    np.testing.assert_array_equal(read.cells[1].data, wheel.hexes + after)
+    for mesh, first in ((rail, 0), (wheel, after)):
+        np.testing.assert_array_equal(read.point_sets[mesh.name], first + np.arange(len(mesh.points)))
+        for name, quads in mesh.surfaces.items():
+            np.testing.assert_array_equal(read.point_sets[f"{mesh.name}_{name}"], np.unique(quads) + first)
+
+
+def test_meshio_reads_one_body(pair, tmp_path):
+    import meshio
+
+    read = meshio.read(write_mesh(pair.wheel, tmp_path / "wheel.inp"))
+    np.testing.assert_allclose(read.points, pair.wheel.points, atol=1e-9)
+    np.testing.assert_array_equal(read.cells[0].data, pair.wheel.hexes)
+    np.testing.assert_array_equal(read.point_sets["driven"], np.unique(pair.wheel.surfaces["driven"]))
+
+
 @pytest.mark.parametrize("ending", ["msh", "vtu"])
 def test_both_bodies_in_one_file_keep_their_cells_and_surfaces(pair, tmp_path, ending):
     import meshio

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fecontact.case import BodySize, Track
+from fecontact.case import BodySize, Case, Track
 from fecontact.errors import InputError
 from fecontact.fe.body import (
     CORNER_SIGNS,
@@ -38,6 +38,7 @@ from fecontact.placement.wheel_on_rail import Placement, place
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.solving.solve import solve
 
 INCLINATION = math.atan(1.0 / 40.0)
 ZONE = FineZone(half_length_mm=7.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.4, step_s_mm=1.0, semi_axis_mm=5.0)
@@ -590,3 +591,54 @@ def test_elements_of_the_sweep_grow_to_three_tenths_of_its_length_at_most(end_mm
     # all are shortened alike until the last one ends at the cut plane, so the second and third tell the ratio
     assert growth[1] == pytest.approx(2.2)
     assert steps.max() <= 0.3 * end_mm
+
+
+@pytest.mark.parametrize("radius_mm", [12.0, 30.0, 65.0, 460.0])
+def test_default_cuts_follow_a_small_wheel(radius_mm):
+    wheel = place(
+        circular_rail_head(radius_mm),
+        cylinder_wheel(),
+        inclination_rad=0.0,
+        rolling_radius_mm=radius_mm,
+        track=Track(rail_crown_y_mm=750.0),
+    )
+    size = 0.03 * radius_mm
+    zone = FineZone(
+        half_length_mm=size,
+        s_low_mm=-size,
+        s_high_mm=size,
+        step_x_mm=0.2 * size,
+        step_s_mm=0.2 * size,
+        semi_axis_mm=0.5 * size,
+    )
+    mesh = wheel_mesh(wheel, zone, half=True, size=BodySize())
+    y, z = mesh.points[:, 0], mesh.points[:, 2]
+    # the axle is a radius above the rail
+    from_axle = np.hypot(y, z - radius_mm)
+    assert from_axle.max() == pytest.approx(radius_mm, rel=1e-9)
+    assert radius_mm - from_axle.min() == pytest.approx(min(65.0, 0.6 * radius_mm), rel=1e-6)
+    assert np.arctan2(y, radius_mm - z).max() * radius_mm == pytest.approx(min(60.0, 1.2 * radius_mm), rel=1e-6)
+
+
+def test_other_cuts_than_the_defaults_are_taken_or_refused():
+    assert BodySize(rim_thickness_mm=30.0, half_length_mm=40.0).at_radius(50.0) == BodySize(
+        rim_thickness_mm=30.0, half_length_mm=40.0
+    )
+    assert BodySize().at_radius(108.4) == BodySize()
+    with pytest.raises(
+        InputError, match=r"rim thickness .* is 50 mm; allowed: up to 47\.5 mm for a wheel of radius 50"
+    ):
+        BodySize(rim_thickness_mm=50.0).at_radius(50.0)
+    with pytest.raises(InputError, match=r"half_length_mm\) is 70 mm; allowed: up to 60 mm for a wheel of radius 20"):
+        BodySize(half_length_mm=70.0).at_radius(20.0)
+
+
+def test_a_small_rig_has_the_peak_of_hertz():
+    # crossed cylinders of one radius touch as a sphere of that radius touches a plane
+    radius, force, modulus = 30.0, 500.0, 210e3 / (2.0 * (1.0 - 0.3**2))
+    case = Case(
+        rail=f"circle:{radius:g}", wheel=f"cylinder:{radius:g}", load_N=force, resolution="quick", refine="never"
+    )
+    peak = (6.0 * force * modulus**2 / (math.pi**3 * radius**2)) ** (1.0 / 3.0)
+    # 0.06 % at this resolution, as with R 460
+    assert solve(case).pressure_MPa.max() == pytest.approx(peak, rel=2e-3)

@@ -707,7 +707,8 @@ def test_inp_keeps_node_sets_the_element_set_and_element_faces(body_mesh, tmp_pa
     assert volume_of(read, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
     np.testing.assert_array_equal(read.cell_sets[body_mesh.name][0], np.arange(len(body_mesh.hexes)))
     assert {k: set(v) for k, v in read.point_sets.items()} == {
-        k: set(np.unique(q)) for k, q in body_mesh.surfaces.items()
+        body_mesh.name: set(range(len(body_mesh.points))),
+        **{k: set(np.unique(q)) for k, q in body_mesh.surfaces.items()},
     }
     # CalculiX manual, *ELEMENT: nodes of the faces of an eight-node brick
     faces = {"S1": (1, 2, 3, 4), "S2": (5, 8, 7, 6), "S3": (1, 5, 6, 2), "S4": (2, 6, 7, 3), "S5": (3, 7, 8, 4), "S6": (4, 8, 5, 1)}  # fmt: skip  # noqa: E501

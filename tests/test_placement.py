@@ -10,13 +10,14 @@ import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from fecontact.case import Track
+from fecontact.case import Case, Track
 from fecontact.errors import InputError
 from fecontact.placement.poses import RailPose, WheelPose, place_rail
 from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, climbs_at, place
 from fecontact.profiles.curve import Profile, circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Line, Polynomial
+from fecontact.solving.placing import place_case
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 INCLINATION_20 = math.atan(1.0 / 20.0)
@@ -566,3 +567,15 @@ def test_a_line_that_is_nowhere_steeper_than_45_degrees_has_no_flange(degrees, h
     # the top of the flange is beyond its straight flank; the tread is not
     assert climbs_at(wheel, -55.0) is has_flange
     assert not climbs_at(wheel, -20.0)
+
+
+# beyond R 1440 the head of a circle, 72 mm wide, is not level anywhere at 1:40
+@pytest.mark.parametrize("radius_mm", [300.0, 1500.0, 5000.0])
+def test_a_circle_has_no_inclination(radius_mm):
+    case = Case(rail=f"circle:{radius_mm:g}", wheel="cylinder:460")
+    assert case.inclination_rad == pytest.approx(1.0 / 40.0, rel=1e-3)
+    for of_case in (case, replace(case, roll="given"), replace(case, inclination_rad=0.0)):
+        placed = place_case(of_case)
+        assert placed.rail.inclination_rad == 0.0
+        assert placed.first.rail_y_mm == pytest.approx(0.0, abs=1e-6)
+        assert placed.first.contact_angle_rad == pytest.approx(0.0, abs=1e-9)

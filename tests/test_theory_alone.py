@@ -1,6 +1,7 @@
 """Theories by themselves: the list, and one of them at a position, without gmsh or finite elements."""
 
 import json
+import math
 import subprocess
 import sys
 from dataclasses import replace
@@ -8,11 +9,15 @@ from dataclasses import replace
 import pytest
 
 import fecontact
-from fecontact.case import Case
+from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.contact_theories.registry import THEORIES, Loaded
 from fecontact.errors import InputError
-from fecontact.solving.alone import theory_alone, theory_of
+from fecontact.outputs.alone import table_row
+from fecontact.solving.alone import table_lines, theory_alone, theory_of
+from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
 
 # crossed cylinders: the gap is a parabola to 1e-4 over the patch
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -142,3 +147,41 @@ def test_no_finite_element_is_imported():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip().splitlines()[-1] == "[]"
     assert json.loads(done.stdout)["status"] == "solved"
+
+
+# the ellipse of R 300 on R 460 reaches 6.2 mm across under 150 kN, and 8.6 mm under 400 kN
+@pytest.mark.parametrize(("half_width_mm", "loads"), [(8.0, {150e3: True, 400e3: False})])
+@pytest.mark.parametrize("narrow", ["rail", "wheel"])
+def test_an_ellipse_beyond_the_end_of_a_profile_is_said_by_all_that_show_it(half_width_mm, loads, narrow, tmp_path):
+    if narrow == "rail":
+        z = math.sqrt(300.0**2 - half_width_mm**2) - 300.0
+        ends = f"from = [-{half_width_mm}, {z}]\nto = [{half_width_mm}, {z}]\ncentre = [0.0, -300.0]\nradius = 300.0"
+        arc = f'[[surface]]\ntype = "arc"\n{ends}\n'
+    else:
+        arc = f'[[surface]]\ntype = "line"\nfrom = [-{half_width_mm}, 0.0]\nto = [{half_width_mm}, 0.0]\n'
+    path = tmp_path / "narrow.toml"
+    path.write_text(f'kind = "{narrow}"\nunits = "mm"\ncertainty = "exact"\nsource = "test"\n{arc}')
+    pair = {"rail": "circle:300", "wheel": "cylinder:460"} | {narrow: str(path)}
+    for load_N, fits in loads.items():
+        case = Case(**pair, inclination_rad=0.0, load_N=load_N, track=Track(rail_crown_y_mm=750.0))
+        record = fecontact.hertz(case)
+        assert bool(record["notes"]) is not fits
+        alone = fecontact.theory(case, "hertz")
+        assert alone["status"] == ("solved" if fits else "out of range")
+        assert fecontact.theory(case, "strip")["status"] == alone["status"]
+        (row,) = map(table_row, table_lines(case, [0.0], [load_N]))
+        assert bool(row["hertz_notes"]) is not fits
+        said = [*record["notes"], *alone["notes"], *filter(None, [row["hertz_notes"]])]
+        assert all("reaches 8.6 mm across" in note and "ends 8.0 mm beside" in note for note in said)
+        if not fits:
+            with pytest.raises(InputError, match="reaches the end of the running surface"):
+                expect_on_half_space(case, place_case(case))
+
+
+def test_springs_beyond_the_end_of_a_profile_are_out_of_their_range():
+    case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+    (point,) = hertz_alone(case).points.points
+    assert (point.whole_note, point.shared_note) == ("", "")
+    (point,) = (points := hertz_alone(replace(case, load_N=1e9)).points).points
+    assert point.shared_note == point.whole_note == points.notes[0] == points.shared_notes[0]
+    assert "rail circle:300 ends 36.1 mm beside" in point.shared_note

@@ -174,6 +174,15 @@ class Field:
         grid = ContactGrid(x_mm=x, s_mm=s, half=False, widths_mm=widths)
         return Field(grid=grid, values=np.pad(field.values, (more_x, more_s, *rest)))
 
+    def at(self, grid: ContactGrid) -> Field:
+        """The field (nx, ns) at the nodes of another grid: linear between its own nodes, zero outside."""
+        own = self.grid
+        if np.array_equal(own.x_mm, grid.x_mm) and np.array_equal(own.s_mm, grid.s_mm):
+            return Field(grid=grid, values=self.values)
+        along, across = hat_functions(own.x_mm, grid.x_mm), hat_functions(own.s_mm, grid.s_mm)
+        inside = np.outer(_is_within(own.x_mm, grid.x_mm), _is_within(own.s_mm, grid.s_mm))
+        return Field(grid=grid, values=np.where(inside, along.T @ self.values @ across, 0.0))
+
     def _filled(self) -> Field:
         """The field with zeros on cells between its bands."""
         bands = self.grid.bands
@@ -189,6 +198,12 @@ class Field:
             columns += [between, self.values[:, first : first + band.s_mm.size]]
         grid = replace(self.grid, s_mm=np.concatenate(s), widths_mm=np.concatenate(widths))
         return Field(grid=grid, values=np.concatenate(columns, axis=1))
+
+
+def _is_within(line: Floats, places: Floats) -> NDArray[np.bool_]:
+    """Whether places lie on a line of nodes, up to rounding."""
+    slack = _ROUNDING * (line[-1] - line[0])
+    return np.asarray((places >= line[0] - slack) & (places <= line[-1] + slack))
 
 
 def _growing(low: float, high: float, first: float, last: float) -> Floats:

@@ -29,7 +29,7 @@ from fecontact.contact_theories.strips import (
     strip,
     stripes_at,
 )
-from fecontact.contact_theories.touch_hertz import hertz_points
+from fecontact.contact_theories.touch_hertz import ends_beneath, hertz_points
 from fecontact.errors import InputError
 from fecontact.placement.poses import RelativeCurvature
 from fecontact.placement.wheel_on_rail import Placement
@@ -97,8 +97,9 @@ def _hertz(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:
 
 
 def _outside_hertz(placement: Placement, hertz: HertzContact) -> tuple[str, ...]:
-    """Why a single ellipse is out of its range: a junction, or further touch points whose gap is closed."""
-    first, notes = placement.first, []
+    """Why a single ellipse is out of its range: the end of a profile, a junction, or other touch points that close."""
+    first = placement.first
+    notes = [end] if (end := ends_beneath(placement, first, hertz)) else []
     if first.at_junction:
         notes.append("the touch point lies at a curvature junction: the ellipse has the curvature of one side")
     closed = sum(
@@ -127,6 +128,7 @@ def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
     if points.shared_approach_mm is None:
         return next(point.problem for point in points.points if point.problem)
     patches = []
+    notes = (*["ellipses overlap: they are one patch"] * points.overlapping, *points.shared_notes)
     for point in points.points:
         if point.shared is None:
             continue
@@ -140,8 +142,8 @@ def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
         patches=tuple(sorted(patches, key=lambda one: -one.normal_force_N)),
         approach_mm=points.shared_approach_mm * float(placement.first.normal @ direction),
         overlapping=points.overlapping,
-        status="out of range" if points.overlapping else "solved",
-        notes=("ellipses overlap: they are one patch",) if points.overlapping else (),
+        status="out of range" if notes else "solved",
+        notes=notes,
     )
 
 

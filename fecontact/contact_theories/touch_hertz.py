@@ -29,6 +29,8 @@ class TouchHertz:
         Ellipse if this point carried the whole load; None if the surfaces conform, see `problem`.
     shared
         Ellipse under the point's share of the load; None if the share is zero, and on a junction's gauge side.
+    whole_note, shared_note
+        Why the ellipse does not fit on the profiles; empty if it fits, and without an ellipse.
     """
 
     touch_point: int
@@ -36,6 +38,8 @@ class TouchHertz:
     whole: HertzContact | None
     shared: HertzContact | None
     problem: str | None = None
+    whole_note: str = ""
+    shared_note: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +59,17 @@ class HertzPoints:
     overlapping: bool
 
     @property
+    def shared_notes(self) -> tuple[str, ...]:
+        """Why ellipses that share the load do not fit on the profiles."""
+        return tuple(filter(None, (point.shared_note for point in self.points)))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Why ellipses do not fit on the profiles, each reason once."""
+        whole = filter(None, (point.whole_note for point in self.points))
+        return tuple(dict.fromkeys([*whole, *self.shared_notes]))
+
+    @property
     def shared_p_max_MPa(self) -> float | None:
         """Largest peak pressure of the ellipses that share the load."""
         return max((point.shared.p0_MPa for point in self.points if point.shared is not None), default=None)
@@ -63,6 +78,25 @@ class HertzPoints:
 def sides(touch: TouchPoint) -> tuple[Side, ...]:
     """Sides of a touch point, in the order of its curvatures."""
     return ("gauge", "field") if touch.at_junction else ("both",)
+
+
+def ends_beneath(placement: Placement, touch: TouchPoint, ellipse: HertzContact) -> str:
+    """Why an ellipse at a touch point does not fit on the profiles; empty if it fits.
+
+    The ellipse must end before the running surface of the rail, and before the running surface of the wheel. Otherwise
+    a part of its pressure acts on nothing.
+    """
+    reach = 0.5 * ellipse.extent_y_mm
+    for profile, u in ((placement.rail.profile, touch.rail_u), (placement.wheel.profile, touch.wheel_u)):
+        place = float(profile.arc_length(u))
+        room = min(place, profile.length_mm - place)
+        if reach > room:
+            return (
+                f"Hertz's ellipse reaches {reach:.1f} mm across, but {profile.kind} {profile.name} ends {room:.1f} mm"
+                " beside the touch point: the ellipse does not exist there; reduce the load, change the lateral shift,"
+                " or give a longer profile line"
+            )
+    return ""
 
 
 def hertz_points(placement: Placement, load_N: float, *, direction: Floats, contact_modulus_MPa: float) -> HertzPoints:
@@ -100,10 +134,12 @@ def hertz_points(placement: Placement, load_N: float, *, direction: Floats, cont
                 touch_point=number,
                 side=side,
                 whole=ellipse if isinstance(ellipse, HertzContact) else None,
-                shared=shared[number] if side != "gauge" else None,
+                shared=own if side != "gauge" else None,
                 problem=None if isinstance(ellipse, HertzContact) else ellipse,
+                whole_note=ends_beneath(placement, touch, ellipse) if isinstance(ellipse, HertzContact) else "",
+                shared_note=ends_beneath(placement, touch, own) if side != "gauge" and own is not None else "",
             )
-            for number, (touch, ellipses) in enumerate(zip(touches, whole, strict=True))
+            for number, (touch, ellipses, own) in enumerate(zip(touches, whole, shared, strict=True))
             for side, ellipse in zip(sides(touch), ellipses, strict=True)
         ),
         shared_approach_mm=approach,

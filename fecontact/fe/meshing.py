@@ -160,6 +160,7 @@ def rail_mesh(
     InputError
         If the cut plane does not leave room for the uniform zone.
     """
+    size = size.at_radius(placement.wheel.rolling_radius_mm)
     # a patch that is too long is refused before the section is meshed
     x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, 0, "the rail's half length")
     pose = placement.rail
@@ -195,8 +196,9 @@ def wheel_mesh(
     InputError
         If the cut planes do not leave room for the uniform zone.
     """
-    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, _COVER_STEPS, "the rim's half length")
     pose, touch = placement.wheel, placement.first
+    size = size.at_radius(pose.rolling_radius_mm)
+    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, _COVER_STEPS, "the rim's half length")
     y_low, y_high = pose.profile.y_range_mm
     z_inner = size.rim_thickness_mm
     section = mesh_section(

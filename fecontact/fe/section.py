@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import signal
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -250,20 +251,25 @@ def _on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.all((np.abs(across) < 1e-6) & (along > -1e-6) & (along < length + 1e-6), axis=1))
 
 
+# Two sessions at a time end the process.
+_ONE_SESSION = threading.Lock()
+
+
 @contextmanager
 def _gmsh_session() -> Iterator[ModuleType]:
-    """Start and end gmsh, whose state is global; must not be entered from a thread."""
+    """Start and end gmsh; threads wait for each other, since its state is global."""
     import gmsh
 
-    gmsh.initialize(interruptible=False)
-    _ignore_broken_pipes()
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)
-        gmsh.option.setNumber("Mesh.RandomSeed", 1)
-        yield gmsh
-    finally:
-        gmsh.finalize()
+    with _ONE_SESSION:
+        gmsh.initialize(interruptible=False)
+        _ignore_broken_pipes()
+        try:
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.option.setNumber("General.NumThreads", 1)
+            gmsh.option.setNumber("Mesh.RandomSeed", 1)
+            yield gmsh
+        finally:
+            gmsh.finalize()
 
 
 def _ignore_broken_pipes() -> None:

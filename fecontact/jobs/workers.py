@@ -26,7 +26,7 @@ from concurrent.futures import (
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, current_process, get_context, parent_process
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
@@ -290,13 +290,31 @@ def process_crew(workers: int, threads: int) -> Crew:
     """Worker processes of this machine, each computing on so many threads.
 
     They are spawned, not forked: a fork would copy the threads and the state of MKL, OpenMP and gmsh only in part. Even
-    a single worker is a process of its own, so that its crash does not end the study.
+    a single worker is a process of its own, so that its crash does not end the study. A daemonic process, such as a
+    worker of `multiprocessing.Pool`, must not have children: it does the jobs itself, on the threads that it has.
     """
+    if current_process().daemon:
+        workers = 1
     return Crew(open=lambda count: _process_pool(count, threads), workers=workers, together=workers)
+
+
+class _ThisProcess(Executor):
+    """An executor that does each job in this process when it is submitted."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
 
 
 @contextmanager
 def _process_pool(workers: int, threads: int) -> Iterator[Executor]:
+    if current_process().daemon:
+        yield _ThisProcess()
+        return
     # a process is started when the first job is handed to it, so the environment must last as long as the pool
     with thread_environment(threads):
         executor = _QuietPool(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
@@ -390,7 +408,7 @@ def other_threads(threads: int) -> str | None:
 def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
     """A function like `map` for `count` items: in this process if `here`, else in worker processes on one thread each.
 
-    Without `workers` there are `default_workers`.
+    A daemonic process, which must not have children, does all of them. Without `workers` there are `default_workers`.
 
     Raises
     ------
@@ -401,7 +419,7 @@ def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterato
     """
     if workers is not None and workers < 1:
         raise InputError(f"workers is {workers}; allowed: 1 and more")
-    if here:
+    if here or current_process().daemon:
         yield map
         return
     workers = max(1, min(workers or default_workers(), count))

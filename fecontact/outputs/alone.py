@@ -53,6 +53,9 @@ def table_row(line: TableLine) -> Record:
     if hertz is not None:
         row |= picked(hertz, "normal_force_N", "hertz_") | picked(hertz_measures(hertz), SIZES, "hertz_")
         row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
+    if springs is not None:
+        first = next(point.whole_note for point in reversed(springs.points) if point.touch_point == 0)
+        row["hertz_notes"] = "; ".join(dict.fromkeys(filter(None, [first, *springs.shared_notes])))
     row["strip_status"] = "no contact" if strips is None else strips.status
     if strips is not None:
         row |= {
@@ -158,5 +161,5 @@ def contact_table_lines(rows: Sequence[Item]) -> Lines:
             f" to {worst[0]}, their stiffness by up to {worst[1]}; finer steps there bring less"
         )
     for row in rows:
-        if row["problem"]:
-            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['problem']}"
+        for said in filter(None, (row["problem"], row.get("hertz_notes"))):
+            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {said}"

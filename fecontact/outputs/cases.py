@@ -404,7 +404,7 @@ def hertz_lines(record: Item) -> Lines:
     for ellipse in record["ellipses"]:
         if "problem" in ellipse:
             yield f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
-    yield from notes(record["warnings"])
+    yield from notes([*record["notes"], *record["warnings"]])
 
 
 def _shared_text(shared: Item) -> str:

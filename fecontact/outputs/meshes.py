@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -32,8 +32,12 @@ _A_LINE = 8
 
 def write_body(mesh: BodyMesh, path: Path, element: ElementType = "C3D8") -> None:
     """Write a body: nodes, elements, and for each surface a node set and a surface of element faces."""
-    lines = _mesh_lines(mesh, element, first_node=1, first_element=1, prefix="")
-    _write(path, ["*HEADING", f"fecontact {__version__}: {mesh.name}, {_of(element)}", *_notes(mesh.half), *lines])
+    lines = [
+        *("*HEADING", f"fecontact {__version__}: {mesh.name}, {_of(element)}", *_notes(mesh.half)),
+        *_node_lines({mesh.name: mesh.points}),
+        *_mesh_lines(mesh, element, first_node=1, first_element=1, prefix=""),
+    ]
+    _write(path, lines)
 
 
 def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8") -> None:
@@ -55,14 +59,15 @@ def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8") -> N
     title = f"{Path(case.rail).name}, {Path(case.wheel).name}, shift {case.lateral_shift_mm:g} mm, {case.load_N:g} N"
     after = len(rail.points)
     load_point = after + len(wheel.points) + 1
+    middle = wheel.points[wheel.surfaces["driven"]].mean(axis=(0, 1))
     held = np.union1d(rail.surfaces["fixed"], rail.surfaces["end"])
     lines = [
         *("*HEADING", f"fecontact {__version__}: {title}, {_of(element)}", *_notes(rail.half)),
+        *_node_lines({"rail": rail.points, "wheel": wheel.points, "load_point": middle[None]}),
         *_mesh_lines(rail, element, first_node=1, first_element=1, prefix="rail_"),
         *_mesh_lines(wheel, element, first_node=after + 1, first_element=len(rail.hexes) + 1, prefix="wheel_"),
         # each node once, or CalculiX counts the reactions of nodes in both sets twice
         *("*NSET, NSET=rail_held", *_number_lines(held + 1)),
-        *("*NODE, NSET=load_point", _node_line(load_point, wheel.points[wheel.surfaces["driven"]].mean(axis=(0, 1)))),
         *_material_lines("rail", pair.case.rail_material),
         *_material_lines("wheel", pair.case.wheel_material),
         *_guide_lines(wheel, pair.direction, after, load_point),
@@ -90,8 +95,6 @@ def _notes(half: bool) -> list[str]:
 def _mesh_lines(
     mesh: BodyMesh, element: ElementType, *, first_node: int, first_element: int, prefix: str
 ) -> Iterator[str]:
-    yield f"*NODE, NSET={mesh.name}"
-    yield from (_node_line(number, point) for number, point in enumerate(mesh.points, start=first_node))
     yield f"*ELEMENT, TYPE={element}, ELSET={mesh.name}"
     for number, nodes in enumerate((mesh.hexes + first_node).tolist(), start=first_element):
         yield f"{number}, {', '.join(map(str, nodes))}"
@@ -105,9 +108,17 @@ def _mesh_lines(
             yield f"{number}, S{face + 1}"
 
 
-def _node_line(number: int, point: Floats) -> str:
-    # CalculiX reads 20 characters of a number
-    return f"{number}, {', '.join(f'{value:.12e}' for value in point.tolist())}"
+def _node_lines(points: Mapping[str, Floats]) -> Iterator[str]:
+    """All nodes in one block, numbered from 1, and a set of each name: readers may keep only the last block."""
+    yield "*NODE"
+    for number, point in enumerate(np.vstack(list(points.values())).tolist(), start=1):
+        # CalculiX reads 20 characters of a number
+        yield f"{number}, {', '.join(f'{value:.12e}' for value in point)}"
+    last = 0
+    for name, own in points.items():
+        yield f"*NSET, NSET={name}, GENERATE"
+        yield f"{last + 1}, {last + len(own)}, 1"
+        last += len(own)
 
 
 def _number_lines(numbers: Integers) -> Iterator[str]:

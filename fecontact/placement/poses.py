@@ -175,8 +175,12 @@ class WheelPose:
             rho = np.hypot(d[0], d[2])
             # beyond its ends the surface is continued by its end point; such points are removed below by their y
             p = self.profile.evaluate(self.profile.locate(np.clip(y, y_low, y_high)))
-            rate = (d[0] * n[0] + d[2] * n[2]) / rho + p.dz / p.dy * n[1]
-            step = -(rho - self.rolling_radius_mm + p.z) / rate
+            height = self.rolling_radius_mm - p.z - rho
+            # all over the slope's denominator: where the line is vertical, or the direction runs along the surface, a
+            # step has no length, and the direction is not taken for one that meets the surface
+            rate = (d[0] * n[0] + d[2] * n[2]) / rho * p.dy + p.dz * n[1]
+            step = np.copysign(np.inf, height)
+            np.divide(height * p.dy, rate, out=step, where=(rate != 0.0) & (p.dy != 0.0))
             t[active] += np.clip(step, -5.0, 5.0)
             # rounded coefficients let a line step at a junction (S1002: 2e-4 mm), and Newton steps alternate there
             met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)

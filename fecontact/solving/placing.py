@@ -24,7 +24,7 @@ from fecontact.placement.wheelset import (
     possible_wheelset_shifts,
 )
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.reading import has_no_gauge_face, makes_a_wheelset
+from fecontact.profiles.reading import CIRCLE, has_no_gauge_face, makes_a_wheelset
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 # --- The roll of a wheelset whose wheels are pressed into their rails, each by a vertical load.
@@ -161,7 +161,7 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
     return place(
         rail or resolve_rail(case.rail, case.rail_file),
         wheel or case_wheel.profile,
-        inclination_rad=case.inclination_rad,
+        inclination_rad=_inclination_rad(case, case.rail),
         lateral_shift_mm=case.lateral_shift_mm,
         roll_rad=case.roll_rad,
         yaw_rad=case.yaw_rad,
@@ -213,11 +213,16 @@ def _pair(case: Case, side: Opposite, rail_line: Profile | None, wheel_line: Pro
     return pair_of(
         rail_line or resolve_rail(rail, case.rail_file),
         wheel_line or resolved.profile,
-        inclination_rad=case.inclination_rad,
+        inclination_rad=_inclination_rad(case, rail),
         rolling_radius_mm=side.rolling_radius_mm or resolved.rolling_radius_mm or case.rolling_radius_mm,
         track=_track(case, rail),
         flange_climb=case.flange_climb,
     )
+
+
+def _inclination_rad(case: Case, rail: str) -> float:
+    """Inclination of a rail: a circle has none, since its crown is wherever it is highest."""
+    return 0.0 if rail.lower().startswith(CIRCLE) else case.inclination_rad
 
 
 def _track(case: Case, rail: str) -> Track:

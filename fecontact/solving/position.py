@@ -147,7 +147,8 @@ def refuse_too_long(case: Case, placement: Placement) -> None:
     InputError
         As meshes of the bodies would, if the patch is a tenth longer than they are.
     """
-    half_length, hertz = case.size.half_length_mm, hertz_of_case(case, placement)
+    half_length = case.size.at_radius(placement.wheel.rolling_radius_mm).half_length_mm
+    hertz = hertz_of_case(case, placement)
     if hertz.extent_x_mm / 2.0 < _LONG * half_length:
         return
     true_gap, guess = true_gap_of_case(case, placement), 1.1 * hertz.approach_mm

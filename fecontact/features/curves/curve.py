@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from fecontact.arrays import Floats
 from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
 from fecontact.contact_theories.rolling.laws import rolling_pair
 from fecontact.criteria import FRICTION
@@ -17,6 +18,7 @@ from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle
 from fecontact.features.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, standing
 from fecontact.features.curves.steady import (
     BASE_MM,
+    Balance,
     ContactLaw,
     Equilibrium,
     Line,
@@ -269,9 +271,9 @@ class CurveRun:
     status, notes
         Whether it is an equilibrium, and what is to be said of it; without one the numbers are of the best attempt.
     wheelsets
-        The leading one first.
+        The leading one first; none if the forces could not be computed at any start.
     pull_N, power_per_speed_N
-        Force that keeps the speed, and the power of slip over the speed.
+        Force that keeps the speed, and the power of slip over the speed; NaN without wheelsets.
     resistance_N_per_kN
         The pull over the weight.
     left_over_N
@@ -331,11 +333,32 @@ def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> Iterator[C
 
 def _run(radius: float, vehicle: Vehicle, ride: Ride, one: Equilibrium) -> CurveRun:
     across, down = one.line.acceleration_m_s2
-    runs = tuple(
+    runs = () if one.balance is None else _wheelset_runs(one.state, vehicle, one.balance)
+    weight = sum(wheel.vertical_force_N for run in runs for wheel in run.wheels) * GRAVITY_M_S2 / abs(down)
+    pull, power = (math.nan, math.nan) if one.balance is None else (one.balance.pull_N, one.balance.power_per_speed_N)
+    derails = _derailing(runs, ride.wheelset, one.line.law.pair.friction) if one.status == "equilibrium" else ()
+    return CurveRun(
+        radius_m=radius,
+        theory=ride.theory,
+        speed_km_h=3.6 * one.line.speed_m_s,
+        unbalanced_m_s2=-math.copysign(1.0, one.line.curvature_per_mm) * across,
+        status="derails" if derails else one.status,
+        notes=(*one.notes, *derails),
+        wheelsets=runs,
+        pull_N=pull,
+        power_per_speed_N=power,
+        resistance_N_per_kN=1e3 * pull / weight if weight > 0.0 else math.nan,
+        left_over_N=one.left_over_N,
+        path_ends_m=tuple(-1e-3 / end if end else math.inf for end in one.path_ends_per_mm),
+    )
+
+
+def _wheelset_runs(state: Floats, vehicle: Vehicle, balance: Balance) -> tuple[WheelsetRun, ...]:
+    return tuple(
         WheelsetRun(
-            lateral_shift_mm=float(state[0]),
-            yaw_mrad=float(state[3]),
-            roll_mrad=float(state[2]),
+            lateral_shift_mm=float(own[0]),
+            yaw_mrad=float(own[3]),
+            roll_mrad=float(own[2]),
             wheels=tuple(
                 WheelRun(
                     side=side,
@@ -346,23 +369,7 @@ def _run(radius: float, vehicle: Vehicle, ride: Ride, one: Equilibrium) -> Curve
                 for side, sign, wheel in zip(SIDES, (1.0, -1.0), wheels, strict=True)
             ),
         )
-        for state, wheels in zip(wheelset_states(one.state, vehicle), one.balance.wheels, strict=True)
-    )
-    weight = sum(wheel.vertical_force_N for run in runs for wheel in run.wheels) * GRAVITY_M_S2 / abs(down)
-    derails = _derailing(runs, ride.wheelset, one.line.law.pair.friction) if one.status == "equilibrium" else ()
-    return CurveRun(
-        radius_m=radius,
-        theory=ride.theory,
-        speed_km_h=3.6 * one.line.speed_m_s,
-        unbalanced_m_s2=-math.copysign(1.0, one.line.curvature_per_mm) * across,
-        status="derails" if derails else one.status,
-        notes=(*one.notes, *derails),
-        wheelsets=runs,
-        pull_N=one.balance.pull_N,
-        power_per_speed_N=one.balance.power_per_speed_N,
-        resistance_N_per_kN=1e3 * one.balance.pull_N / weight if weight > 0.0 else math.nan,
-        left_over_N=one.left_over_N,
-        path_ends_m=tuple(-1e-3 / end if end else math.inf for end in one.path_ends_per_mm),
+        for own, wheels in zip(wheelset_states(state, vehicle), balance.wheels, strict=True)
     )
 
 

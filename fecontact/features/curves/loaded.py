@@ -12,7 +12,7 @@ from fecontact.arrays import Floats
 from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError, check_positive
-from fecontact.features.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory
+from fecontact.features.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory, press
 from fecontact.features.curves.steady import PRESSED_MM, differences, largest, newton
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.placement.wheelset import Wheelset, harmonic_conicity
@@ -58,7 +58,7 @@ def radius_differences_mm(
     sides, normal, modulus = Surfaces.of(wheelset), normal_theory(theory), contact_modulus_MPa(*materials)
 
     def wheel(overlap: Overlap | None) -> tuple[float, float]:
-        pressed = () if overlap is None else normal(overlap, modulus)
+        pressed = press(overlap, normal, modulus)
         if overlap is None or not pressed:
             return 0.0, np.nan
         if problem := pressed[0].problem:

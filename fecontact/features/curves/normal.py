@@ -7,7 +7,8 @@ and stability are the same for all. What is here says only how each of them sees
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import TypeAlias
@@ -23,7 +24,7 @@ from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.strip_method import Line, Load, Search, Strips, factor_of_ellipse, solve_strips
 from fecontact.contact_theories.strips import overlap_strips
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, InputError
 from fecontact.placement.wheel_on_rail import Pair, Placement
 from fecontact.placement.wheelset import Wheelset
 from fecontact.profiles.segments import CurvePoints
@@ -233,6 +234,39 @@ class Pressed:
 
 
 NormalTheory: TypeAlias = Callable[[Overlap, float], tuple[Pressed, ...]]
+
+
+class OutOfReach(ConvergenceError):
+    """A state of a wheel at which no force of its contact can be computed; for a search it is a failed step."""
+
+
+@contextmanager
+def within_reach() -> Iterator[None]:
+    """Raise `OutOfReach` where the forces of a contact, computed inside, have no finite value."""
+    try:
+        # underflow is zero, as it should be
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            yield
+    except (InputError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError) as error:
+        raise OutOfReach(f"the force of a contact cannot be computed: {error}") from error
+
+
+def press(overlap: Overlap | None, normal: NormalTheory, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
+    """Patches of an overlap by a theory; none without an overlap.
+
+    Raises
+    ------
+    OutOfReach
+        If the wheel overlaps a side of the rail that is vertical or falls back, on which it cannot roll, or if the
+        theory has no finite force.
+    """
+    if overlap is None:
+        return ()
+    steepest = float(np.max(overlap.angle_rad, where=overlap.depth_mm > 0.0, initial=0.0))
+    if steepest >= 0.5 * np.pi:
+        raise OutOfReach(f"the wheel lies in the side of the rail, whose angle is {np.degrees(steepest):.0f} degrees")
+    with within_reach():
+        return normal(overlap, contact_modulus_MPa)
 
 
 def hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol, TypeVar
 
@@ -22,8 +23,18 @@ from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.contact_theories.rolling.fastsim import Strips, strip_forces
 from fecontact.contact_theories.rolling.laws import Creepages, CurvedCreepages
+from fecontact.errors import InputError
 from fecontact.features.curves.model import GRAVITY_M_S2, Bogie, Vehicle
-from fecontact.features.curves.normal import NormalTheory, Overlap, Pressed, Surfaces, standing
+from fecontact.features.curves.normal import (
+    NormalTheory,
+    OutOfReach,
+    Overlap,
+    Pressed,
+    Surfaces,
+    press,
+    standing,
+    within_reach,
+)
 
 # --- Force and moment of a rail on its wheel at any position of the wheelset on a curved track.
 
@@ -135,10 +146,19 @@ class WheelForce:
 
 
 def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelForce:
-    """Force on a left wheel; zero where it does not touch."""
+    """Force on a left wheel; zero where it does not touch.
+
+    Raises
+    ------
+    OutOfReach
+        If the wheel lies in the rail where no theory has a force.
+    """
     overlap = surfaces.overlap(*map(float, motion.place))
-    pressed = () if overlap is None else law.normal(overlap, law.contact_modulus_MPa)
-    parts = [_patch_force(one, overlap, motion, law, surfaces.pair.rolling_radius_mm) for one in pressed if overlap]
+    pressed = press(overlap, law.normal, law.contact_modulus_MPa)
+    with within_reach():
+        parts = [
+            _patch_force(patch, overlap, motion, law, surfaces.pair.rolling_radius_mm) for patch in pressed if overlap
+        ]
     return WheelForce(
         force_N=sum((part.force_N for part in parts), start=np.zeros(3)),
         moment_Nmm=sum((part.moment_Nmm for part in parts), start=np.zeros(3)),
@@ -434,8 +454,9 @@ _HALVINGS = 4
 _STALLS, _STALLED = 5, 0.7
 # Slopes from elsewhere are good as long as a step leaves less than this part over.
 _WELL_DOWN = 0.3
-# Largest change of a position in an iteration, in mm and mrad.
-_LONGEST_STEP = 0.6
+# Largest change of a position in an iteration, in mm and mrad, and of a slip, in thousandths: beyond about 3 all of a
+# patch slips, the force hardly changes any more, and a step by its slope has no bound.
+_LONGEST_STEP, _LARGEST_SLIP_STEP = 0.6, 3.0
 
 
 class LeftOver(Protocol):
@@ -474,7 +495,7 @@ def newton(
 ) -> tuple[Floats, _Value, Floats | None]:
     """Newton's method from a start (n,): the last state, what is there, and slopes (n, n) near it if there are any.
 
-    Steps are bounded, and halved where they make things worse.
+    Steps are bounded, and halved if they make things worse. A step to a state that is out of reach has failed too.
 
     Parameters
     ----------
@@ -483,7 +504,7 @@ def newton(
     most
         Iterations.
     rates
-        Which components are no positions; steps of positions are bounded.
+        Which components are slips of rotation, and no positions.
     slopes
         A Jacobian (n, n) from nearby. It follows by Broyden's rank-one updates (1965) as long as steps bring what is
         left over well down, and is taken anew where they do not.
@@ -491,6 +512,11 @@ def newton(
         The search is given up where a position is so far from its start.
     stalls
         And after so many iterations that do not bring what is left over well below the least before.
+
+    Raises
+    ------
+    OutOfReach
+        If the start is out of reach.
     """
     places = np.delete(np.arange(start.size), list(rates))
     state, here, stalled, least, iterations = start, value_at(start), 0, np.inf, 0
@@ -499,16 +525,23 @@ def newton(
             break
         iterations += 1
         size, fresh = float(np.linalg.norm(here.residual_N)), slopes is None
-        slopes = slopes_at(state) if slopes is None else slopes
         try:
+            slopes = slopes_at(state) if slopes is None else slopes
             step = np.asarray(np.linalg.solve(slopes, -here.residual_N))
-        except np.linalg.LinAlgError:
+        except (OutOfReach, np.linalg.LinAlgError):
+            slopes = None
             if fresh:
                 break
-            slopes = None
             continue
-        step = step * min(1.0, _LONGEST_STEP / largest(step[places]))
-        part, trial = _damped(value_at, state, step, size, _HALVINGS if fresh else 1)
+        too_long = max(1.0, largest(step[places]) / _LONGEST_STEP, *np.abs(step[list(rates)]) / _LARGEST_SLIP_STEP)
+        step = step / too_long
+        damped = _damped(value_at, state, step, size, _HALVINGS if fresh else 1)
+        if damped is None:
+            slopes = None
+            if fresh:
+                break
+            continue
+        part, trial = damped
         found = float(np.linalg.norm(trial.residual_N))
         if not fresh and found > _WELL_DOWN * size:
             # from the better of both places with slopes of its own
@@ -525,15 +558,21 @@ def newton(
 
 def _damped(
     value_at: Callable[[Floats], _Value], state: Floats, step: Floats, size: float, parts: int
-) -> tuple[float, _Value]:
-    """The part of a step, halved some times, that leaves enough less over, or else the best one; and the value."""
+) -> tuple[float, _Value] | None:
+    """The part of a step, halved some times, that leaves enough less over, or else the best one; and the value.
+
+    None if all parts lead out of reach.
+    """
     tried: list[tuple[float, float, _Value]] = []
     for part in map(float, 0.5 ** np.arange(parts)):
-        trial = value_at(state + part * step)
+        try:
+            trial = value_at(state + part * step)
+        except OutOfReach:
+            continue
         tried.append((float(np.linalg.norm(trial.residual_N)), part, trial))
         if tried[-1][0] < (1.0 - 0.25 * part) * size:
             break
-    return min(tried, key=lambda one: one[0])[1:]
+    return min(tried, key=lambda one: one[0])[1:] if tried else None
 
 
 # --- Equilibria of steady motion at one curvature, and the path of them from straight track on.
@@ -566,6 +605,8 @@ class Equilibrium:
 
     Attributes
     ----------
+    balance
+        None if the forces of the rails could not be computed at the start, so that there is no better state.
     slopes (n, n)
         Of what is left over, near the state; None where they were not to be had.
     moved
@@ -579,7 +620,7 @@ class Equilibrium:
     status: Status
     line: Line
     state: Floats
-    balance: Balance
+    balance: Balance | None
     slopes: Floats | None
     moved: float
     notes: tuple[str, ...] = ()
@@ -587,8 +628,8 @@ class Equilibrium:
 
     @property
     def left_over_N(self) -> float:
-        """Largest component that is left over."""
-        return largest(self.balance.residual_N)
+        """Largest component that is left over; NaN without a balance."""
+        return math.nan if self.balance is None else largest(self.balance.residual_N)
 
 
 def solve_at(
@@ -600,17 +641,28 @@ def solve_at(
     given up where it is not near its start.
     """
     slips = [WHEELSET_SIZE * k + 4 for k in range(vehicle.wheelsets)]
-    state, found, slopes = newton(
-        lambda state: balance(state, vehicle, line),
-        lambda state: jacobian(state, vehicle, line),
-        start,
-        wanted_N=_BETWEEN_N if between else _WANTED_N,
-        most=_FEW if between else _ITERATIONS,
-        rates=slips,
-        slopes=slopes,
-        near=_ON_THE_PATH if between else math.inf,
-        stalls=1 if between else _STALLS,
-    )
+    try:
+        state, found, slopes = newton(
+            lambda state: balance(state, vehicle, line),
+            lambda state: jacobian(state, vehicle, line),
+            start,
+            wanted_N=_BETWEEN_N if between else _WANTED_N,
+            most=_FEW if between else _ITERATIONS,
+            rates=slips,
+            slopes=slopes,
+            near=_ON_THE_PATH if between else math.inf,
+            stalls=1 if between else _STALLS,
+        )
+    except OutOfReach as error:
+        return Equilibrium(
+            status="no equilibrium",
+            line=line,
+            state=start,
+            balance=None,
+            slopes=None,
+            moved=0.0,
+            notes=(str(error),),
+        )
     balanced = largest(found.residual_N) < (_BETWEEN_N if between else TOLERANCE_N) and not found.problems
     return Equilibrium(
         status="equilibrium" if balanced else "no equilibrium",
@@ -624,17 +676,25 @@ def solve_at(
 
 
 def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0.0, 0.0)) -> Floats:
-    """A state to begin with: wheelsets without roll and yaw at some shifts, pressed into the rails."""
+    """A state to begin with: wheelsets without roll and yaw at some shifts, pressed into the rails.
+
+    They roll without slip on the mean radius at the rigid wheels' first touch points.
+    """
     both = ((line.left, 1.0), (line.right, -1.0))
     size = WHEELSET_SIZE * vehicle.wheelsets + (FRAME_SIZE if vehicle.bogie is not None else 0)
     state = np.zeros(size)
     for k in range(vehicle.wheelsets):
-        stands = [float(standing(surfaces.pair, sign * shifts_mm[k]).wheel.centre_mm[2]) for surfaces, sign in both]
-        state[WHEELSET_SIZE * k : WHEELSET_SIZE * k + 3] = (
+        stands = [standing(surfaces.pair, sign * shifts_mm[k]) for surfaces, sign in both]
+        left, right = (float(stand.wheel.centre_mm[2]) for stand in stands)
+        rolling = sum(float(stand.wheel.radius(stand.first.wheel_u)) for stand in stands)
+        tape_circles = sum(stand.wheel.rolling_radius_mm for stand in stands)
+        state[WHEELSET_SIZE * k : WHEELSET_SIZE * (k + 1)] = (
             shifts_mm[k],
-            0.5 * sum(stands) - PRESSED_MM,
+            0.5 * (left + right) - PRESSED_MM,
             # the higher wheel lifts its side
-            1e3 * (stands[0] - stands[1]) / BASE_MM,
+            1e3 * (left - right) / BASE_MM,
+            0.0,
+            (tape_circles / rolling - 1.0) / _MILLI,
         )
     return state
 
@@ -727,11 +787,14 @@ class _Path:
                 self._known, self._broken, self._step, self._missed = [one], False, _FIRST_STEP, math.inf
                 return one
             tried.append(one)
-        best = min(tried, key=lambda one: one.left_over_N)
-        left = f"no equilibrium was found from {len(tried)} starts: {best.left_over_N:.0f} N left"
+        best = min(tried, key=lambda one: math.inf if one.balance is None else one.left_over_N)
+        left = f"no equilibrium was found from {len(tried)} starts"
+        left += "" if best.balance is None else f": {best.left_over_N:.0f} N left"
         return replace(best, notes=(left, *best.notes))
 
     def _starts(self, line: Line) -> Iterator[Floats]:
         yield self._known[-1].state
         for shifts in itertools.product(_STARTS_MM, repeat=self._vehicle.wheelsets):
-            yield straight_start(self._vehicle, line, (*shifts, 0.0))
+            # narrow clearances do not have the shifted ones
+            with suppress(InputError):
+                yield straight_start(self._vehicle, line, (*shifts, 0.0))

@@ -64,18 +64,27 @@ def curves_record(found: Curves) -> Record:
 
 
 def curve_rows(found: Curves) -> list[Record]:
-    """One row a theory, radius, wheelset and wheel."""
+    """One row per theory, radius, wheelset and wheel; one row for a curve without any numbers."""
     return [
         {
             **picked(run, "theory radius_m status speed_km_h unbalanced_m_s2"),
-            "wheelset": number,
-            **picked(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
-            **flat(told(wheel)),
-            "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
+            **wheel,
             **flat(picked(run, "resistance_N_per_kN left_over_N path_ends_m notes")),
         }
         for runs in found.runs.values()
         for run in runs
+        for wheel in _wheel_rows(run) or [{}]
+    ]
+
+
+def _wheel_rows(run: CurveRun) -> list[Record]:
+    return [
+        {
+            "wheelset": number,
+            **picked(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
+            **flat(told(wheel)),
+            "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
+        }
         for number, wheelset in enumerate(run.wheelsets, start=1)
         for wheel in wheelset.wheels
     ]
@@ -340,4 +349,6 @@ def _wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
                 own[f"patches {wheel.side}"] = " + ".join(f"{1e-3 * one.normal_force_N:.1f}" for one in wheel.patches)
             items.append(own)
             own = {}
+        if not run.wheelsets:
+            items.append(own)
     return table_of(title, _WHEELSET, items)

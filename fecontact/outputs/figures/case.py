@@ -81,7 +81,7 @@ class PressureFields:
             fe=fe.values,
             hertz=mean_pressure(fe.grid, hertz),
             ellipse=hertz,
-            elastic=None if yielded is None else elastic.values,
+            elastic=None if yielded is None else elastic.at(fe.grid).values,
         )
 
     @property

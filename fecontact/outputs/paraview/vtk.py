@@ -74,25 +74,32 @@ def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = No
     return surface
 
 
+_ROUNDING = 1e-6
+
+
 def _fields(result: CaseResult, contact: Rung, yielded: Rung | None) -> tuple[dict[str, NDArray[Any]], ContactGrid]:
-    """Fields (nx, ns) on the whole contact, far enough for Hertz's ellipse."""
+    """Fields (nx, ns) on the whole contact, far enough for Hertz's ellipse and for both contacts."""
+    extents = result.hertz.extent_x_mm, result.hertz.extent_y_mm
+    grid = contact.pressure.covering(*extents).grid
+    if yielded is not None:
+        # bodies that yield may touch where elastic ones do not
+        reach = (2.0 * float(np.abs(line).max()) for line in (grid.x_mm, grid.s_mm))
+        grid = yielded.pressure.covering(*reach).grid
 
-    def covering(values: Floats) -> Floats:
-        field = Field(grid=contact.grid, values=values)
-        return field.covering(result.hertz.extent_x_mm, result.hertz.extent_y_mm).values
+    def on_grid(rung: Rung, values: Floats) -> Floats:
+        return Field(grid=rung.grid, values=values).covering(*extents).at(grid).values
 
-    grid = contact.pressure.covering(result.hertz.extent_x_mm, result.hertz.extent_y_mm).grid
-    pressure, hertz = covering(contact.pressure_MPa), mean_pressure(grid, result.hertz)
-    inside = covering(np.ones(contact.grid.shape)) > 0.0
+    pressure, hertz = on_grid(contact, contact.pressure_MPa), mean_pressure(grid, result.hertz)
+    inside = on_grid(contact, np.ones(contact.grid.shape)) > 1.0 - _ROUNDING
     fields: dict[str, NDArray[Any]] = {
         "contact_pressure_MPa": pressure,
         "hertz_pressure_MPa": hertz,
-        "gap_mm": np.where(inside, covering(contact.gap_mm), np.nan),
+        "gap_mm": np.where(inside, on_grid(contact, contact.gap_mm), np.nan),
         # not Boolean: ParaView's readers take Boolean arrays for field data
         "in_contact": (pressure > 0.0).astype(np.uint8),
     }
     if yielded is not None:
-        fields["plastic_pressure_MPa"] = covering(yielded.pressure_MPa)
+        fields["plastic_pressure_MPa"] = on_grid(yielded, yielded.pressure_MPa)
     return fields | {"hertz_minus_fe_MPa": hertz - _shown_pressure(fields)}, grid
 
 

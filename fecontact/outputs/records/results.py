@@ -380,6 +380,7 @@ def hertz_record(found: HertzAlone) -> Record:
             ],
         },
         "uncertainty_of_profile": found.uncertainty_of_profile,
+        "notes": list(found.points.notes),
         "warnings": list(found.placement.notes),
         "versions": versions(),
     }

@@ -1,0 +1,93 @@
+"""Threads of one process, and daemonic processes such as workers of `multiprocessing.Pool`."""
+
+import multiprocessing
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fecontact
+from fecontact.jobs.workers import evaluators, process_crew
+
+# Two sessions of gmsh at a time end the process: each of these scripts has a process of its own.
+SECTIONS = """
+from concurrent.futures import ThreadPoolExecutor
+import numpy as np
+from fecontact.fe.section import _fill
+
+def square(corners):
+    angle = np.linspace(0.0, 2.0 * np.pi, 2 * corners, endpoint=False)
+    return _fill(10.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+sizes = [20, 40, 30, 24] * 3
+alone = list(map(square, sizes))
+with ThreadPoolExecutor(4) as threads:
+    together = list(threads.map(square, sizes))
+assert all(np.array_equal(a, b) for one, other in zip(alone, together) for a, b in zip(one, other))
+print("equal")
+"""
+SOLVES = """
+from concurrent.futures import ThreadPoolExecutor
+import io
+import numpy as np
+import fecontact
+
+def solved(shift_mm):
+    result = fecontact.solve(fecontact.Case(lateral_shift_mm=shift_mm))
+    figure = fecontact.plot.case(result)
+    content = io.BytesIO()
+    figure.savefig(content, format="png")
+    return result.pressure_MPa, content.getvalue()
+
+shifts = [3.0, -3.0]
+alone = list(map(solved, shifts))
+with ThreadPoolExecutor(2) as threads:
+    together = list(threads.map(solved, shifts))
+for (pressure, picture), (other, other_picture) in zip(alone, together):
+    assert np.array_equal(pressure, other)
+    assert picture == other_picture
+print("equal")
+"""
+
+
+@pytest.mark.parametrize(
+    "script", [pytest.param(SECTIONS, id="sections"), pytest.param(SOLVES, id="solves", marks=pytest.mark.slow)]
+)
+def test_threads_of_one_process_have_the_bits_of_one_after_the_other(script):
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=600)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "equal\n", "")
+
+
+def _pid(_: int) -> int:
+    return os.getpid()
+
+
+def _of_workers(_: int) -> tuple[int, list[int], int, int]:
+    with evaluators(2, here=False, workers=2) as map_over:
+        evaluated = list(map_over(_pid, range(2)))
+    crew = process_crew(2, 1)
+    with crew.open(crew.workers) as executor:
+        return os.getpid(), evaluated, crew.workers, executor.submit(_pid, 0).result()
+
+
+def test_a_daemonic_process_does_its_work_itself():
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        own, evaluated, workers, submitted = pool.apply(_of_workers, (0,))
+    assert own != os.getpid()
+    assert (evaluated, workers, submitted) == ([own, own], 1, own)
+
+
+def _answers(out: Path, workers: int) -> list[str]:
+    case = fecontact.Case(lateral_shift_mm=3.0)
+    (row,) = fecontact.run([case], out / "run", workers=workers).rows
+    (cell,) = fecontact.map(case, [3.0], [100e3], out / "map", workers=workers).made
+    return [str(row["verdict_answer"]), cell.verdict]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_studies_and_maps_run_in_a_daemonic_process(workers, tmp_path):
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(_answers, (tmp_path, workers)) == ["FAILS", "FAILS"]
