@@ -66,6 +66,12 @@ def climbs_at(wheel: Profile, y_mm: float) -> bool:
     return y_mm < _flange(wheel)[1]
 
 
+def is_on_flange_top(wheel: Profile, y_mm: float) -> bool:
+    """Whether a position across a wheel's line lies on the top of the flange or beyond it."""
+    top, steepest = _flange(wheel)
+    return y_mm < steepest and y_mm <= top
+
+
 @lru_cache(maxsize=64)
 def _flange(wheel: Profile) -> tuple[float, float]:
     """Positions across a wheel's line of the top and of the steepest place of its flange.
