@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from points import profile_from_points, read_points
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import check_shape, origin_notes
+from fecontact.profiles.curve import check_shape
 from fecontact.profiles.library import load
+from fecontact.profiles.origin import check_origin
 from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
 from fecontact.profiles.readers.columns import Source, columns_of
@@ -460,11 +461,10 @@ def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
         ("rail", 0.0, -0.11, r"the highest point is \(0, -0\.11\) mm"),
         ("wheel", 0.0, 0.09, ""),
         ("wheel", 0.0, -0.11, r"at z = -0\.11 mm, not 0"),
-        ("wheel", 41.0, 0.0, "outside the line, y = 1 to 81 mm"),
     ],
 )
 def test_an_origin_is_noted_from_a_tenth_of_a_millimetre_on(kind, y_mm, z_mm, said):
     y, z = lines_with((-40.0, -4.0), (0.0, 0.0), (40.0, -4.0)) if kind == "rail" else lines_with((0.0, 0.0))
-    notes = origin_notes(np.column_stack((y + y_mm, z + z_mm)), kind)
+    notes = check_origin(np.column_stack((y + y_mm, z + z_mm)), kind, Reading(), "file")
     assert len(notes) == bool(said)
     assert re.search(said, " ".join(notes))

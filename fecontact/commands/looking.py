@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from fecontact import features
 from fecontact.case import unusual
-from fecontact.commands.console import announce, many, tell_notes, telling_replaced
+from fecontact.commands.console import announce, many, tell_geometry, tell_notes, telling_replaced
 from fecontact.commands.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
@@ -183,6 +183,7 @@ def table(
 
     case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
     tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
+    tell_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
     lines = len(positions) * len(loads_N)
     announce(f"{count(lines, 'line')}: about {duration(_SECONDS_A_LINE * lines)}")
     with many("lines") as progress:

@@ -21,6 +21,7 @@ from fecontact.commands.console import (
     print_reasons,
     say,
     solving,
+    tell_geometry,
     tell_notes,
 )
 from fecontact.commands.options import PANELS, CaseOptions, takes
@@ -178,6 +179,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         tell_notes(unusual(loaded.cases))
+        tell_geometry(loaded.cases)
         tell_cost(loaded.cases, "case", len(loaded.cases), out / "cases", how, files=STUDY_FILES_S)
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)

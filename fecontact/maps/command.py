@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import get_args
 
 from fecontact.case import Group, unusual
-from fecontact.commands.console import logged, many, print_reasons, say, tell_notes, width
+from fecontact.commands.console import logged, many, print_reasons, say, tell_geometry, tell_notes, width
 from fecontact.commands.options import CaseOptions, GridOptions, takes
 from fecontact.commands.solving import AS_USUAL, RunOptions, tell_cost, tell_files, tell_reused
 from fecontact.outputs.terminal import count, show
@@ -59,6 +59,7 @@ def map_(
     with logged(out / f"run{settings.part_suffix}.log"):
         cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
         tell_notes(unusual(cells))
+        tell_geometry(cells)
         # the limits of one load are that load
         searched = len(positions) if len(loads_N) > 1 else 0
         further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))

@@ -17,6 +17,7 @@ from fecontact.features import offered
 from fecontact.judging.measures import hertz_measures, measures_of_theory
 from fecontact.outputs.cases import cheapest_column
 from fecontact.outputs.geometry import touch_columns, touch_record
+from fecontact.outputs.own_profiles import geometry_line, own_profiles_record
 from fecontact.outputs.records.results import (
     case_inputs,
     cheapest_columns,
@@ -65,6 +66,7 @@ def alone_record(found: TheoryAlone) -> Record:
         "theory": found.name,
         **picked(THEORIES[found.name], _THEORY),
         "case": case_inputs(found.case, placement),
+        **own_profiles_record(found.case, placement),
         "contact_angle_rad": placement.first.contact_angle_rad,
         "given_normal_force_N": found.normal_force_N,
         "problem": found.problem,
@@ -230,6 +232,7 @@ def theories_lines(listed: Item) -> Lines:
 
 def alone_lines(record: Item) -> Lines:
     """What a theory says at a position, and each of its patches where there are several."""
+    yield from geometry_line(record)
     if record["problem"] is None:
         patches = record["patches"] if len(record["patches"]) > 1 else []
         numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
@@ -246,6 +249,7 @@ def alone_lines(record: Item) -> Lines:
 
 def preview_lines(seen: Preview) -> Lines:
     """A preview in lines."""
+    yield from geometry_line(own_profiles_record(seen.case, seen.placement))
     patch, (dx, ds) = seen.expected, seen.element_size_mm
     for place, touch in enumerate(seen.placement.touch_points, start=1):
         yield (

@@ -12,6 +12,7 @@ from fecontact.errors import short_status, usable
 from fecontact.features import offered
 from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.measures import MEASURES
+from fecontact.outputs.own_profiles import geometry_line
 from fecontact.outputs.records.results import cheapest_words
 from fecontact.outputs.tables import (
     VARIED,
@@ -397,6 +398,7 @@ _TOUCH = (
 
 def hertz_lines(record: Item) -> Lines:
     """A Hertz record: touch points and the ellipse of each, and of each side of a junction."""
+    yield from geometry_line(record)
     yield touch_point_table(record)
     yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
     if len(record["springs"]["patches"]) > 1:

@@ -13,7 +13,8 @@ import numpy as np
 
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
-from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile, check_shape, origin_notes
+from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile, check_shape
+from fecontact.profiles.origin import check_origin
 from fecontact.profiles.reading import Reading, remedy
 from fecontact.profiles.segments import (
     Line,
@@ -214,7 +215,6 @@ _NOISE_SIGMAS, _MOST_LOCAL_MM = 8.0, 0.05
 # Both shoulders of a head that is so wide are compared, so far beside its sides, which are looked for so deep below its
 # top.
 _WHOLE_HEAD_MM, _SIDE_MM, _DEEP_MM, _LEAST_DEEP_MM = 50.0, 8.0, 14.0, 4.0
-_FLANGE_MM = 15.0
 # Points nearer than this are one: far below any instrument, and far above what arithmetic loses in some 100 mm.
 _SAME_MM = 1e-9
 
@@ -282,10 +282,11 @@ def checked(given: Points, reading: Reading) -> Points:
         what=name,
         turned_columns=given.turned_columns,
         unit=reading.units or "mm",
-        turned_over=reading.mirror,
+        turned_over=bool(reading.mirror),
     )
+    points = points - (0.0, reading.tape_circle_z_mm or 0.0)
     said += [*cut, *repaired, *_check_spacing(points, name)]
-    said += [*_assumptions(points, given.kind, reading), *_kinks(points)]
+    said += [*_assumptions(given.kind), *check_origin(points, given.kind, reading, name), *_kinks(points)]
     return replace(given, points=points, notes=tuple(said), problems=problems)
 
 
@@ -489,17 +490,14 @@ def _check_spacing(points: Floats, name: str) -> list[str]:
     return []
 
 
-def _assumptions(points: Floats, kind: Kind, reading: Reading) -> list[str]:
+def _assumptions(kind: Kind) -> list[str]:
     across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
     canted = ", not canted" if kind == "rail" else ""
-    said = [f"taken as: mm, {across}, z up{canted}", *origin_notes(points, kind)]
-    y, z = points.T
-    if kind == "wheel" and y[np.argmin(z)] > 0.0 and np.ptp(z) > _FLANGE_MM and reading.tape_circle_mm is None:
-        said.append(
-            f"the tip of the flange lies at y = {y[np.argmin(z)]:.4g} mm: where y counts from the back of the flange,"
-            f" {remedy(kind, 'tape_circle_mm', -70.0 if reading.mirror else 70.0)}"
-        )
-    return said
+    return [f"taken as: mm, {across}, z up{canted}"]
+
+
+# A new head that is canted outwards by 1:40 is so much lower beside its field side, and a little more.
+LOWER_MM = 1.0
 
 
 def lower_on_field_side_mm(points: Floats) -> float | None:

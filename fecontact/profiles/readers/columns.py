@@ -338,10 +338,6 @@ def in_mm(y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: boo
     reading, factor = source.reading, MM[unit or "mm"]
     notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
     at = reading.tape_circle_mm or 0.0
-    if at and source.kind == "rail":
-        raise InputError(
-            f"{source.what}: tape circle is {at:g} mm, but a rail has none; leave out --rail-tape-circle-mm"
-        )
     if at:
         notes.append(f"the tape circle at y = {at:g} mm of the file is y = 0")
     if reading.mirror:
@@ -349,7 +345,7 @@ def in_mm(y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: boo
     # far beyond what is allowed for mm, but finite when it is multiplied
     wide = 1e12 * FARTHEST_MM
     points = np.clip(np.column_stack((y, z)), -wide, wide) * factor - (at, 0.0)
-    return points * (-1.0 if reading.mirror != mirror else 1.0, 1.0), notes
+    return points * (-1.0 if bool(reading.mirror) != mirror else 1.0, 1.0), notes
 
 
 # --- Profiles of the MiniProf instrument, .ban (rail) and .whl (wheel): lines of a header, and columns of numbers.
