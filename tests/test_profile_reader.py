@@ -329,10 +329,12 @@ def test_doubtful_origins_are_noted():
     canted = profile_from_points(y + tilt * z, z - tilt * y, kind="rail", name="p")
     assert any("may be canted already" in note for note in canted.notes)
     y, z = wheel_points()
-    lifted = profile_from_points(y, z + 3.0, kind="wheel", name="p")
-    assert any("at z = 3 mm, not 0" in note for note in lifted.notes)
-    cut = profile_from_points(y[y < -5], z[y < -5], kind="wheel", name="p")
-    assert any("tape circle y = 0 lies outside" in note for note in cut.notes)
+    lifted = profile_from_points(y, z + 0.3, kind="wheel", name="p")
+    assert any("at z = 0.3 mm, not 0" in note for note in lifted.notes)
+    with pytest.raises(InputError, match="at z = 3 mm; allowed: -0.5 to 0.5 mm"):
+        profile_from_points(y, z + 3.0, kind="wheel", name="p")
+    with pytest.raises(InputError, match="tape circle y = 0 lies outside"):
+        profile_from_points(y[y < -5], z[y < -5], kind="wheel", name="p")
 
 
 def test_corners_split_the_spline():

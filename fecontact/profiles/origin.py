@@ -14,7 +14,7 @@ _INSIDE_MM = 1.0
 # A part that lies so deep below the tread is a flange. Flanges of trams have 15 to 20 mm.
 _FLANGE_MM = 12.0
 # The tip of a flange from the tape circle: -55 mm on most wheels, -49 to -60 mm on measured ones.
-_TIP_MM = (-80.0, -30.0)
+_TIP_MM = (-75.0, -40.0)
 _USUAL_TIP_MM, _USUAL_FROM_BACK_MM = -55.0, 70.0
 # The tip of a flange from its back: where it lies there, y counts from the back.
 _TIP_OVER_BACK_MM = (5.0, 30.0)

@@ -808,7 +808,7 @@ def _mirrored(given: Points, reading: Reading, close: Sequence[Nearest] = ()) ->
                 f" {mirror_remedy(given.kind, mirrored=False)} if it is mirrored, or {mirror_settled(given.kind)} if it"
                 " is not"
             )
-        return [said]
+        return [f"{said}; {mirror_remedy(given.kind, mirrored=True)} if it is" if reading.mirror else said]
     return []
 
 

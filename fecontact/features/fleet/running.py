@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case, case_record
-from fecontact.errors import InputError
+from fecontact.errors import FecontactError, InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.population import BODIES, Candidate, Pair, candidates, pairs_of
 from fecontact.features.fleet.reading import TILE, Kept, ReadingProfile, origin, read_record
@@ -206,7 +206,13 @@ def _kept(one: Candidate, done: Done | None, work: ReadingProfile | None, folder
 
 
 def _do(works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun) -> dict[str, Done]:
-    """Do all jobs that are not finished, by their ids, which are the names of their folders."""
+    """Do all jobs that are not finished, by their ids, which are the names of their folders.
+
+    Raises
+    ------
+    FecontactError
+        A job ended with an error of the program, which is neither a result nor a refusal.
+    """
     found: dict[str, Done] = {}
     here = folder.absolute()
     jobs = [
@@ -222,6 +228,13 @@ def _do(works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read
         for name, work in works.items()
     ]
     finish(jobs, by, on_done=lambda done: found.update({done.name: done}))
+    if wrong := [done for done in found.values() if done.program_error]:
+        first = wrong[0]
+        raise FecontactError(
+            f"{len(wrong)} of {len(jobs)} jobs ended with an error of the program, the first one,"
+            f" {labels[first.name]}, with {first.failure} in {here}; nothing is reported of a fleet with such errors;"
+            " report the error; with a mended program the same command resumes"
+        )
     return found
 
 
