@@ -195,6 +195,36 @@ def test_own_profiles_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys
         assert f"rolling radius {float(placed.wheel.radius(placed.first.wheel_u)):.2f} mm" in line
         assert "flange height 28.00 mm (tip at y = -55.0 mm), rail inclined by 1:40" in line
     assert call(["hertz", *arguments, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["geometry"] == line
+    assert json.loads(capsys.readouterr().out)["own_profiles"] == line
+    assert call(["solve", *arguments, "--resolution", "0.9,0.7", "--refine", "never"]) in (0, 3)
+    solved = capsys.readouterr().out.splitlines()
+    assert solved[0] == line
+    assert any(one.startswith("Hertz ") for one in solved[1:4])
     assert call(["hertz"]) == 0
     assert "geometry of" not in capsys.readouterr().out
+
+
+def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
+    """A chamfer of 45 degrees by its two ends; the side of a head from 17 to 30 mm below its top."""
+    y, z = points_of("S1002", 0.5).T
+    part = (y < 61.0) | (y > 64.9)
+    as_csv(tmp_path / "wheel.csv", y[part], z[part])
+    wheel = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(filter_mm=0.0)).profile
+    assert any("out of reach of a contact: a straight piece" in note for note in wheel.notes)
+    # the points miss the corner at 60 mm
+    across = np.append(np.linspace(-30.0, 59.0, 64), np.linspace(61.0, 64.5, 8))
+    assert wheel.height(across) == pytest.approx(load("S1002").height(across), abs=2e-3)
+    y, z = points_of("60E1", 0.5).T
+    part = ~((z < -17.0) & (z > -30.0) & (y < 0.0))
+    as_csv(tmp_path / "rail.csv", y[part], z[part])
+    rail = resolve_rail(str(tmp_path / "rail.csv"), Reading(filter_mm=0.0))
+    assert any("out of reach of a contact: a straight piece" in note for note in rail.notes)
+    assert place_case(Case(rail=str(tmp_path / "rail.csv"))).first.rail_y_mm == pytest.approx(
+        place_case(Case()).first.rail_y_mm, abs=0.01
+    )
+    # on the tread a gap is refused still
+    y, z = points_of("S1002", 0.5).T
+    part = (y < 10.0) | (y > 17.0)
+    as_csv(tmp_path / "wheel.csv", y[part], z[part])
+    with pytest.raises(InputError, match=r"a gap of 7\.\d* mm after"):
+        resolve_wheel(str(tmp_path / "wheel.csv"))

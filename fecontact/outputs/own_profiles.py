@@ -20,7 +20,7 @@ def own_profiles_record(case: Case, placement: Placement) -> Record:
     """The line as an entry of a record; nothing if both profiles are of the library or given by their radii."""
     if all(is_short_form(spec) or is_known(spec) for spec in case.profiles.values()):
         return {}
-    return {"geometry": own_profiles_text(case, placement)}
+    return {"own_profiles": own_profiles_text(case, placement)}
 
 
 def own_profiles_text(case: Case, placement: Placement) -> str:
@@ -36,7 +36,7 @@ def own_profiles_text(case: Case, placement: Placement) -> str:
 
 def geometry_line(record: Item) -> list[str]:
     """The line of a record, if it has one."""
-    return [record["geometry"]] if "geometry" in record else []
+    return [record["own_profiles"]] if "own_profiles" in record else []
 
 
 def _flange_words(wheel: Profile) -> str:

@@ -417,7 +417,7 @@ def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
     points, turned = _upwards(points, source)
     points, placed = _from_tape_circle(points, keys, source)
     across = "X grows to the centre of the track: y is -X" if source.kind == "rail" else "X taken as y"
-    said = (f"MiniProf file: {across}", *table.notes, *moved, *done, *turned, *placed)
+    said = (f"MiniProf file: {across}", *table.notes, *moved, *done, *turned, *placed, *_diameter(keys, source))
     return Points(
         points=points, kind=source.kind, name=path.stem, source=str(path), notes=said, turned_columns=table.columns
     )
@@ -455,6 +455,17 @@ def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> t
         )
     said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
     return points - (at, 0.0), [said]
+
+
+def _diameter(keys: dict[str, str], source: Source) -> list[str]:
+    """What the header says of the diameter at the tape circle, which belongs to the case."""
+    diameter = _value(keys.get("diametertaperline", ""), "DiameterTaperline", source)
+    if source.kind == "rail" or diameter <= 0.0:
+        return []
+    return [
+        f"DiameterTaperline = {diameter:g} mm of the header is not applied: --rolling-radius-mm {0.5 * diameter:g}"
+        " gives the wheel this radius"
+    ]
 
 
 def _split_header(text: str) -> tuple[dict[str, str], str]:
