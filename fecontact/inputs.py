@@ -418,6 +418,13 @@ def _is_truth(value: Any) -> bool:
     return isinstance(value, bool)
 
 
+def as_truth(value: Any) -> Any:
+    """True or false of a text such as yes or no, or of 1 or 0 in a table; any other value as it is."""
+    if isinstance(value, int | float) and value in (0, 1):
+        return bool(value)
+    return _truth(value)
+
+
 def _truth(value: Any) -> Any:
     return _TRUTH.get(value.strip().lower(), value) if isinstance(value, str) else value
 

@@ -1,6 +1,7 @@
 """No verdict on doubtful geometry: origins of own profiles that are refused, in every format, and what settles them."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -228,3 +229,27 @@ def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
     as_csv(tmp_path / "wheel.csv", y[part], z[part])
     with pytest.raises(InputError, match=r"a gap of 7\.\d* mm after"):
         resolve_wheel(str(tmp_path / "wheel.csv"))
+
+
+def test_an_ellipse_that_does_not_fit_on_its_bodies_is_noted(tmp_path, capsys):
+    """A groove of R 81 that is 40 mm wide on a head of R 80: under 100 kN b is 22.6 mm."""
+    reach = math.asin(20.0 / 81.0)
+    ends = [f"[{side * 20.0}, {81.0 * math.cos(reach) - 81.0!r}]" for side in (-1.0, 1.0)]
+    (tmp_path / "groove.toml").write_text(
+        'kind = "wheel"\nunits = "mm"\n[[surface]]\ntype = "arc"\n'
+        f"from = {ends[0]}\nto = {ends[1]}\ncentre = [0.0, -81.0]\nradius = 81.0\n"
+    )
+    pair = [
+        "--rail",
+        "circle:80",
+        "--wheel",
+        str(tmp_path / "groove.toml"),
+        "--roll-mrad",
+        "0",
+        "--inclination",
+        "none",
+    ]
+    assert call(["hertz", *pair, "--load-kn", "100"]) == 0
+    assert "reaches beyond the running surface of the wheel: it is not a contact" in capsys.readouterr().out
+    assert call(["hertz", *pair, "--load-kn", "10"]) == 0
+    assert "reaches beyond" not in capsys.readouterr().out

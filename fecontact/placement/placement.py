@@ -241,6 +241,15 @@ class Placement:
         wheel_y = (facing - self.wheel.centre_mm) @ self.wheel.axes[:, 1] - self.wheel.tape_circle_y_mm
         return float(self.rail.profile.evaluate(u).y), float(wheel_y), float(self.rail.section(u)[2])
 
+    def bodies_that_end(self, low_s_mm: float, high_s_mm: float) -> tuple[str, ...]:
+        """Bodies (rail, wheel) whose running surface does not reach from one surface coordinate to another."""
+        ends = [self.on_profiles(0.0, s)[:2] for s in (low_s_mm, high_s_mm)]
+        return tuple(
+            body
+            for body, places in zip(("rail", "wheel"), zip(*ends, strict=True), strict=True)
+            if np.isnan(places).any()
+        )
+
     def side_mm(self, s: float) -> float:
         """Distance (mm) along the rail's surface from a place to the nearer side of the head.
 

@@ -23,6 +23,7 @@ from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded, of_many
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.features.fleet import reading, running, screening
 from fecontact.features.fleet.model import read_fleet
+from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.reading import Kept, ReadingProfile
 from fecontact.judging.measures import deviations_of
 from fecontact.profiles.examples import write_examples
@@ -431,3 +432,14 @@ def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_positi
     rows = screened(run(path, tmp_path / "out").out)
     assert set(rows["verdict"]) == {"REFUSED"}
     assert set(rows["reason"]) == {"no such contact"}
+
+
+@pytest.mark.parametrize(("given", "mirror"), [("no", False), ("yes", True), (0, False), (1, True), (False, False)])
+def test_the_side_in_a_table_is_what_it_says(tmp_path, given, mirror):
+    fleet = read_fleet(file_of(tmp_path))
+    rail = Candidate(body="rail", name="a", spec="60E1", known={"mirror": given})
+    assert running._usable(fleet, rail).problem == ""
+    assert running._reading(fleet, rail).mirror is mirror
+    wrong = Candidate(body="rail", name="a", spec="60E1", known={"mirror": "perhaps"})
+    refused = running._usable(fleet, wrong)
+    assert (refused.problem, refused.remedy) == ("mirror is 'perhaps'", "allowed: yes or no, true or false")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
@@ -382,9 +382,22 @@ def hertz_record(found: HertzAlone) -> Record:
             ],
         },
         "uncertainty_of_profile": found.uncertainty_of_profile,
-        "warnings": list(found.placement.notes),
+        "warnings": [*_ellipses_beyond_ends(found), *found.placement.notes],
         "versions": versions(),
     }
+
+
+def _ellipses_beyond_ends(found: HertzAlone) -> Iterator[str]:
+    """Ellipses that do not fit on the running surfaces; such a contact is not Hertz's."""
+    for point in found.points.points:
+        if point.whole is None:
+            continue
+        s, b = found.placement.arc_mm(found.placement.touch_points[point.touch_point]), point.whole.b_mm
+        for body in found.placement.bodies_that_end(s - b, s + b):
+            yield (
+                f"point {point.touch_point + 1}: the ellipse of {b:.2f} mm to each side reaches beyond the running"
+                f" surface of the {body}: it is not a contact of these bodies; reduce the load, or give a longer profile"
+            )
 
 
 @runtime_checkable
