@@ -403,12 +403,12 @@ def choice(default: Any, help: str, names: Sequence[str], **more: Any) -> Any:
     return custom(default, help, known=names, holds=names.__contains__, **{"domain": ", ".join(names), **more})
 
 
-def flag(help: str, **more: Any) -> Any:
-    """Yes or no, which is what it is by default; its option says yes by itself."""
+def flag(help: str, *, default: bool | None = False, **more: Any) -> Any:
+    """Yes or no, no by default; its option says yes by itself."""
     shown = {True: "yes", False: "no"}
     words = "yes or no, true or false"
     as_flag = {"alone": True, "parse": _truth, "holds": _is_truth, "show": shown.__getitem__}
-    return custom(False, help, domain="yes or no", words=words, **{**as_flag, **more})
+    return custom(default, help, domain="yes or no", words=words, **{**as_flag, **more})
 
 
 def _is_text(value: Any) -> bool:
@@ -417,6 +417,13 @@ def _is_text(value: Any) -> bool:
 
 def _is_truth(value: Any) -> bool:
     return isinstance(value, bool)
+
+
+def as_truth(value: Any) -> Any:
+    """True or false of a text such as yes or no, or of 1 or 0 in a table; any other value as it is."""
+    if isinstance(value, int | float) and value in (0, 1):
+        return bool(value)
+    return _truth(value)
 
 
 def _truth(value: Any) -> Any:

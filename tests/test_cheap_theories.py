@@ -519,3 +519,15 @@ def test_the_line_of_a_wheel_that_has_slid_is_that_of_the_wheel_there(shift, app
     assert np.array_equal(slid.t_mm, there.t_mm)
     # both sought to 1e-11 mm, from other guesses
     assert np.abs(slid.f_mm - there.f_mm).max() < 1e-10
+
+
+def test_a_note_has_the_part_of_the_patch_that_is_flat_or_concave():
+    """Of ten places six are in contact, and three of these are flat: those outside do not count."""
+    curvature = np.array([-1e-3, 0.0, 1e-3, 1e-3, 1e-3, -1e-3, -1e-3, 0.0, 0.0, 0.0])
+    line = GapLine(
+        t_mm=np.arange(10.0), f_mm=np.zeros(10), A_per_mm=1e-3, contact_modulus_MPa=MODULUS, B_per_mm=curvature
+    )
+    inside = np.zeros(10, bool)
+    inside[2:8] = True
+    assert line.concave_notes(inside) == ["50 % of the patch is flat or concave across; 0.0001 1/mm stands for it"]
+    assert line.concave_notes(curvature > 0.0) == []

@@ -72,12 +72,15 @@ def test_a_rail_that_an_option_has_mirrored_is_noticed_with_the_option_to_leave_
 def test_a_new_rail_with_its_cant_the_other_way_is_noticed(nominal):
     y, z = points_along(load("60E1"), 0.3).T
     z = z + 0.005 * np.random.default_rng(0).normal(size=z.size)
-    for turn, noticed in ((0.025, False), (-0.025, True)):
-        made = profile_from_points(
-            y * np.cos(turn) - z * np.sin(turn), y * np.sin(turn) + z * np.cos(turn), kind="rail", name="p",
-            reading=Reading(nominal=nominal),
-        )  # fmt: skip
-        assert any("--rail-mirror yes" in note for note in made.notes) == noticed
+
+    def turned(turn, **reading):
+        line = y * np.cos(turn) - z * np.sin(turn), y * np.sin(turn) + z * np.cos(turn)
+        return profile_from_points(*line, kind="rail", name="p", reading=Reading(nominal=nominal, **reading))
+
+    assert not any("mirror" in note for note in turned(0.025).notes)
+    with pytest.raises(InputError, match=r"give --rail-mirror yes .* or give --rail-mirror no"):
+        turned(-0.025)
+    assert any("it may be worn or canted and mirrored" in note for note in turned(-0.025, mirror=False).notes)
 
 
 def test_a_wheel_from_the_back_of_its_flange_is_read_with_the_option_that_is_named(tmp_path):
@@ -91,13 +94,10 @@ def test_a_wheel_from_the_back_of_its_flange_is_read_with_the_option_that_is_nam
     assert line.y_range_mm == pytest.approx((-70.1, 61.4), abs=0.1)
     assert any("turns in beyond its widest point (61.38, 17" in note for note in line.notes)
     # the tape circle of any other file
-    elsewhere = wheel("worn_high_mileage.prw", filter_mm=0.0)
-    assert any(
-        "the tip of the flange lies at y = 20.6" in one and "tape-circle-mm 70" in one for one in elsewhere.notes
-    )
-    assert wheel("worn_high_mileage.prw", filter_mm=0.0, tape_circle_mm=70.0).y_range_mm == pytest.approx(
-        np.array(elsewhere.y_range_mm) - 70.0
-    )
+    with pytest.raises(InputError, match=r"flange lies at y = 20\.6 mm.* give --wheel-tape-circle-mm 70 "):
+        wheel("worn_high_mileage.prw", filter_mm=0.0)
+    settled = wheel("worn_high_mileage.prw", filter_mm=0.0, tape_circle_mm=70.0)
+    assert settled.y_range_mm == pytest.approx((-66.07, 73.44), abs=0.01)
     with pytest.raises(InputError, match="a rail has none; leave out --rail-tape-circle-mm"):
         rail("site_b_hr.prr", tape_circle_mm=70.0)
 
@@ -223,9 +223,15 @@ def test_a_new_head_that_is_its_own_mirror_image_is_read_as_the_same_line_from_e
 
 def asked_for_its_mirror(points):
     """Whether a head is, as it is and mirrored."""
-    images = ((points[::side] * (side, 1)).T for side in (1, -1))
-    made = (profile_from_points(*image, kind="rail", name="p", reading=Reading()) for image in images)
-    return [any("give --rail-mirror yes" in note for note in one.notes) for one in made]
+
+    def is_refused(image):
+        try:
+            profile_from_points(*image, kind="rail", name="p", reading=Reading())
+        except InputError as error:
+            return "give --rail-mirror yes (mirror = true in [rail_file]) if it is mirrored, or give" in str(error)
+        return False
+
+    return [is_refused((points[::side] * (side, 1)).T) for side in (1, -1)]
 
 
 def test_what_is_wrong_with_a_wheel_is_told_and_not_that_it_is_no_rail(capsys):
@@ -362,7 +368,8 @@ def worn_wheel(depth_mm, middle_mm, half_mm, seed=0, name="S1002"):
     worn = depth_mm * np.cos(0.5 * np.pi * np.clip((p.y - middle_mm) / half_mm, -1.0, 1.0)) ** 2
     off = worn + 0.004 * np.random.default_rng(seed).normal(size=worn.size)
     y, z = p.y - off * np.sin(p.angle_rad), p.z + off * np.cos(p.angle_rad)
-    return profile_from_points(y, z, kind="wheel", name="p", reading=Reading()).measured
+    # hollow: the rolling radius belongs to the new wheel
+    return profile_from_points(y, z, kind="wheel", name="p", reading=Reading(tape_circle_z_mm=0.0)).measured
 
 
 # 3 mm over the whole tread lie as near to a cone of 1:40, and over more of it to a thicker flange

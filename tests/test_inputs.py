@@ -100,7 +100,7 @@ def file(body: str) -> dict[tuple[str, str], Row]:
         ),
         (table, "mirror"): Row(
             "mirror", f"--{body}-mirror", True, True, "perhaps", "perhaps",
-            "mirror is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+            "mirror is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default none",
         ),
         (table, "columns"): Row(
             "columns", f"--{body}-columns", "2,3", "2,3", " ", " ", "columns is ' '; allowed", "default none",
@@ -108,6 +108,10 @@ def file(body: str) -> dict[tuple[str, str], Row]:
         (table, "tape_circle_mm"): Row(
             "tape_circle_mm", f"--{body}-tape-circle-mm", 70, 70.0, 2000, 2000.0,
             "tape circle is 2000.0 mm; allowed: -1000 to 1000 mm", ": mm, -1000 to 1000; default none",
+        ),
+        (table, "tape_circle_z_mm"): Row(
+            "tape_circle_z_mm", f"--{body}-tape-circle-z-mm", 1.5, 1.5, 2000, 2000.0,
+            "height of the tape circle is 2000.0 mm; allowed: -1000 to 1000 mm", ": mm, -1000 to 1000; default none",
         ),
         (table, "noise_mm"): Row(
             "noise_mm", f"--{body}-noise-mm", 0.01, 0.01, 2, 2.0, "noise is 2.0 mm; allowed: between 0 and 1",

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from points import profile_from_points, read_points
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import check_shape, origin_notes
+from fecontact.profiles.curve import check_shape
 from fecontact.profiles.library import load
+from fecontact.profiles.origin import check_origin
 from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
 from fecontact.profiles.readers.columns import Source, columns_of
@@ -328,10 +329,12 @@ def test_doubtful_origins_are_noted():
     canted = profile_from_points(y + tilt * z, z - tilt * y, kind="rail", name="p")
     assert any("may be canted already" in note for note in canted.notes)
     y, z = wheel_points()
-    lifted = profile_from_points(y, z + 3.0, kind="wheel", name="p")
-    assert any("at z = 3 mm, not 0" in note for note in lifted.notes)
-    cut = profile_from_points(y[y < -5], z[y < -5], kind="wheel", name="p")
-    assert any("tape circle y = 0 lies outside" in note for note in cut.notes)
+    lifted = profile_from_points(y, z + 0.3, kind="wheel", name="p")
+    assert any("at z = 0.3 mm, not 0" in note for note in lifted.notes)
+    with pytest.raises(InputError, match=r"at z = 3 mm; allowed: -0\.5 to 0\.5 mm"):
+        profile_from_points(y, z + 3.0, kind="wheel", name="p")
+    with pytest.raises(InputError, match="tape circle y = 0 lies outside"):
+        profile_from_points(y[y < -5], z[y < -5], kind="wheel", name="p")
 
 
 def test_corners_split_the_spline():
@@ -460,11 +463,10 @@ def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
         ("rail", 0.0, -0.11, r"the highest point is \(0, -0\.11\) mm"),
         ("wheel", 0.0, 0.09, ""),
         ("wheel", 0.0, -0.11, r"at z = -0\.11 mm, not 0"),
-        ("wheel", 41.0, 0.0, "outside the line, y = 1 to 81 mm"),
     ],
 )
 def test_an_origin_is_noted_from_a_tenth_of_a_millimetre_on(kind, y_mm, z_mm, said):
     y, z = lines_with((-40.0, -4.0), (0.0, 0.0), (40.0, -4.0)) if kind == "rail" else lines_with((0.0, 0.0))
-    notes = origin_notes(np.column_stack((y + y_mm, z + z_mm)), kind)
+    notes = check_origin(np.column_stack((y + y_mm, z + z_mm)), kind, Reading(), "file")
     assert len(notes) == bool(said)
     assert re.search(said, " ".join(notes))

@@ -152,6 +152,17 @@ def test_a_line_crosses_itself_where_both_chords_do_however_near_to_their_ends(o
     assert found == ([("crosses itself", pytest.approx(10.0))] if both else [])
 
 
+@pytest.mark.parametrize("at", [4, 30, 55])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_loop_is_found_wherever_it_lies_and_from_whichever_side_the_line_comes(at, side):
+    """A loop between the points `at` and `at` + 5 of a line of 60 mm; its first chord is crossed by its last one."""
+    y = np.arange(61.0)
+    loop = y[at] + np.array([0.4, 1.5, 1.5, 0.6, 0.6])
+    line = np.column_stack((np.insert(y, at + 1, loop), np.insert(np.zeros(61), at + 1, [0.0, 0.0, 2.0, 2.0, -2.0])))
+    line[:, 0] *= side
+    assert [one.index for one in crossings(line)] == [at + 1]
+
+
 def test_few_points_say_nothing_of_their_noise():
     """Each needs two neighbours on either side."""
     zigzag = np.column_stack([np.arange(5.0), 0.1 * (-1.0) ** np.arange(5)])

@@ -21,6 +21,7 @@ from fecontact.cli import _system_error, call
 from fecontact.console.log import logged
 from fecontact.console.messages import log_only, print_reasons, say
 from fecontact.console.progress import many, solving
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
 from fecontact.runs.check import check_study
@@ -41,6 +42,9 @@ def program(*arguments: str, **options) -> subprocess.CompletedProcess[str]:
     )
 
 
+LIMITS = ("# p_max_percent", "# area_percent", "# judged_by", "# theories_in_range")
+
+
 def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     folder = tmp_path / "mine"
     assert call(["init", str(folder)]) == 0
@@ -54,16 +58,19 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     given = [
         line
         for line in text.splitlines()
-        if line.startswith(("# roll =", "# yaw", "# gauge", "# young", "# refine"))
+        if line.startswith(("# roll =", "# yaw", "# gauge", "# young", "# refine", *LIMITS))
         # the pair of shift and roll at the end
         and "0.4" not in line
     ]
-    assert len(given) == 5
+    assert len(given) == 9
     for line in given:
         table = "[track]\n" if "gauge" in line else "[rail_material]\n" if "young" in line else ""
+        table = "[criteria]\n" if line.startswith(LIMITS) else table
         (tmp_path / "one.toml").write_text(table + line.removeprefix("# "))
         assert load_study(tmp_path / "one.toml").cases == (Case(),), line
-    assert len(given) == 5
+    # no default is a live value, which a new default would not reach
+    assert all(case.criteria == Criteria() for case in load_study(folder / "cases.toml").cases)
+    assert "\n[criteria]" not in text
     capsys.readouterr()
     assert call(["init", str(folder)]) == 2
     assert "there already" in capsys.readouterr().err

@@ -461,6 +461,7 @@ def test_a_pair_over_itself_is_symmetric():
 def test_the_smallest_gap_is_that_of_the_parabola_next_to_an_end_too(at):
     """Of ten samples: from the second to the last but one."""
     k = np.arange(10)
-    found = _lowest(0.0, k, 5.0 + 0.3 * (k - at) ** 2, 0.02 * k, np.zeros(10), 460.0 - 0.1 * k)
+    found = _lowest(0.0, k, 5.0 + 0.3 * (k - at) ** 2, 0.02 * k, np.zeros(10), -0.02 * k, 460.0 - 0.1 * k)
     assert found.axle_mm == pytest.approx(-5.0, abs=1e-12)
-    assert (found.y_mm, found.radius_mm) == pytest.approx((0.02 * at, 460.0 - 0.1 * at), abs=1e-12)
+    told = (found.y_mm, found.wheel_y_mm, found.radius_mm)
+    assert told == pytest.approx((0.02 * at, -0.02 * at, 460.0 - 0.1 * at), abs=1e-12)

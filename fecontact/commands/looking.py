@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from fecontact import feature_registry
 from fecontact.case import unusual
-from fecontact.console.messages import announce, tell_notes, telling_replaced
+from fecontact.console.messages import announce, tell_geometry, tell_notes, telling_replaced
 from fecontact.console.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
 from fecontact.console.progress import many
 from fecontact.errors import InputError
@@ -184,6 +184,7 @@ def table(
 
     case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
     tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
+    tell_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
     lines = len(positions) * len(loads_N)
     announce(f"{count(lines, 'line')}: about {duration(_SECONDS_A_LINE * lines)}")
     with many("lines") as progress:

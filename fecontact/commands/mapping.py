@@ -10,7 +10,7 @@ from typing import get_args
 from fecontact.case import Group, unusual
 from fecontact.commands.solving import tell_cost
 from fecontact.console.log import logged
-from fecontact.console.messages import announce, print_reasons, say, tell_notes, width
+from fecontact.console.messages import announce, print_reasons, say, tell_geometry, tell_notes, width
 from fecontact.console.options import CaseOptions, GridOptions, takes
 from fecontact.console.progress import many, several
 from fecontact.console.run_messages import tell_files, tell_reused
@@ -66,6 +66,7 @@ def map_(
     with logged(out / f"run{settings.part_suffix}.log"):
         cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
         tell_notes(unusual(cells))
+        tell_geometry(cells)
         # the limits of one load are that load
         searched = len(positions) if len(loads_N) > 1 else 0
         further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))

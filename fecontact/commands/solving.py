@@ -12,7 +12,7 @@ from typing import Any, get_args
 
 from fecontact.case import Case, Group, unusual
 from fecontact.console.log import logged
-from fecontact.console.messages import announce, log_only, say, tell_notes
+from fecontact.console.messages import announce, log_only, say, tell_geometry, tell_notes
 from fecontact.console.options import CaseOptions, takes
 from fecontact.console.progress import many, solving
 from fecontact.console.run_messages import tell_files, tell_lost, tell_reused
@@ -121,6 +121,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         tell_notes(unusual(loaded.cases))
+        tell_geometry(loaded.cases)
         tell_cost(loaded.cases, "case", len(loaded.cases), out / "cases", how, files=STUDY_FILES_S)
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)

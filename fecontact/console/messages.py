@@ -5,12 +5,16 @@ from __future__ import annotations
 import logging
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from glob import escape
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fecontact.console.log import LOG
+
+if TYPE_CHECKING:
+    from fecontact.case import Case
 
 
 def say(text: str, *, quiet: bool = False) -> None:
@@ -51,6 +55,20 @@ def tell_notes(notes: Iterable[str]) -> None:
     """Print what is to be known of inputs before anything is computed with them."""
     for note in notes:
         _problem(f"note: {note}")
+
+
+def tell_geometry(cases: Sequence[Case]) -> None:
+    """Print the geometry of each pair of own profiles at its first case that has a place on the rail."""
+    from fecontact.outputs.own_profiles import own_profiles_record
+    from fecontact.solving.placing import placed_or_why
+
+    told: set[tuple[object, ...]] = set()
+    for case in cases:
+        pair = (case.rail, case.wheel, case.rail_file, case.wheel_file, case.track, case.inclination_rad)
+        if pair not in told and not isinstance(placement := placed_or_why(case), str):
+            told.add(pair)
+            at = f"at a shift of {case.lateral_shift_mm:g} mm"
+            announce(*(f"{at}: {text}" for text in own_profiles_record(case, placement).values()))
 
 
 @contextmanager

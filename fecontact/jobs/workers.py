@@ -108,6 +108,10 @@ class Job:
     group: str = ""
 
 
+PROGRAM_ERRORS = (AssertionError, AttributeError, ImportError, LookupError, NameError, NotImplementedError, TypeError)
+"""What only a wrong program raises: not the numbers of a position, the memory or the disk."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Done:
     """Outcome of a job.
@@ -124,10 +128,13 @@ class Done:
         Why a job that was finished before had to be done again.
     seconds
         How long it took.
+    program_error
+        Whether the failure is an error of the program, which says nothing about the inputs of the job.
     """
 
     name: str
     failure: str | None = None
+    program_error: bool = False
     short_of_memory: bool = False
     value: Any = None
     unreadable: str | None = None
@@ -169,7 +176,8 @@ def _tried(job: Job) -> Done:
         file = error_file(job.folder)
         with contextlib.suppress(OSError):
             write_text(file, traceback.format_exc())
-        return _failed(job, f"{type(error).__name__}: {error}; see {file.name}")
+        done = _failed(job, f"{type(error).__name__}: {error}; see {file.name}")
+        return replace(done, program_error=isinstance(error, PROGRAM_ERRORS))
 
 
 def error_file(folder: Path) -> Path:

@@ -13,6 +13,7 @@ from fecontact.feature_registry import offered
 from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import flat
+from fecontact.outputs.own_profiles import geometry_line
 from fecontact.outputs.pair_names import VARIED, pair_of_row
 from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.results import cheapest_words
@@ -397,6 +398,7 @@ _TOUCH = (
 
 def hertz_lines(record: Item) -> Lines:
     """A Hertz record: touch points and the ellipse of each, and of each side of a junction."""
+    yield from geometry_line(record)
     yield touch_point_table(record)
     yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
     if len(record["springs"]["patches"]) > 1:

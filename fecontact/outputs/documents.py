@@ -32,6 +32,7 @@ from fecontact.outputs.cases import (
 )
 from fecontact.outputs.figures.case import ladder_figure
 from fecontact.outputs.figures.position import pair_figure
+from fecontact.outputs.own_profiles import geometry_line
 from fecontact.outputs.pair_names import Row, pair_of_row, position_text
 from fecontact.outputs.parts import Details, Heading, Items, Lead, Part, Picture, Terms
 from fecontact.outputs.records.results import (
@@ -70,6 +71,7 @@ def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[
     measures = measures_table(asked, deciding(asked), YIELDING.capitalize() * _yields(record), judged_only=True)
     lobes = [lobes_table(record)] if record["lobes"] else []
     return [
+        *geometry_line(record),
         *_answer_lines(record, title),
         measures,
         *lobes,

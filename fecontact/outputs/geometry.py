@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -71,12 +72,16 @@ def functions_record(case: Case, found: ContactFunctions) -> Record:
     """Record of the contact functions, with units in its keys; radii are positive if convex, None if straight."""
     shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
     return {
-        "schema": "fecontact/geometry/1",
+        "schema": "fecontact/geometry/2",
         "case": {name: shown[name] for name in _INPUTS if name in shown},
         **picked(found, "symmetric jumps"),
         "positions": [
             _position_record(shift, placed, found.centred_height_mm) for shift, placed in found.positions.items()
         ],
+        "equal_radii_shift_mm": {
+            name: math.nan if line is None else line.equal_radii_mm
+            for name, line in (("rolled", found.rolled), ("unrolled", found.unrolled))
+        },
         "equivalent_conicity": told(found.conicities),
         "warnings": _notes(found),
     }
@@ -157,11 +162,8 @@ def functions_lines(record: Item) -> Lines:
             f"jump at {jump['shift_mm']:+z.3f} mm: the {jump['side']} rail is touched first at y ="
             f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it"
         )
-    if conicities := record["equivalent_conicity"]:
-        yield (
-            "equivalent conicity by amplitude, harmonic linearisation without roll (with it in brackets): "
-            + ", ".join(f"{one['amplitude_mm']:g} mm {one['unrolled']:.3f} ({one['rolled']:.3f})" for one in conicities)
-        )
+    if record["equivalent_conicity"]:
+        yield from _conicity_lines(record)
     for row in record.get("loaded_conicity", ()):
         yield (
             f"loaded, {row['wheel_load_N'] / 1e3:g} kN a wheel, {row['amplitude_mm']:g} mm: conicity"
@@ -171,6 +173,26 @@ def functions_lines(record: Item) -> Lines:
         if "problem" in row:
             yield f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}"
     yield from notes(record["warnings"])
+
+
+def _conicity_lines(record: Item) -> Lines:
+    """Conicities by amplitude: of the kinematic motion, and linearised; both are about the shift of equal radii."""
+    at = record["equal_radii_shift_mm"]["unrolled"]
+    if math.isnan(at):
+        yield "the rolling radii are equal at none of the shifts: no equivalent conicity"
+        return
+    if at:
+        yield f"without roll the rolling radii are equal at a shift of {at:+z.3f} mm"
+    for words, prefix in (("EN 15302", ""), ("harmonic linearisation", "harmonic_")):
+        values = ", ".join(
+            f"{row['amplitude_mm']:g} mm {_conicity(row[f'{prefix}unrolled'])} ({_conicity(row[f'{prefix}rolled'])})"
+            for row in record["equivalent_conicity"]
+        )
+        yield f"equivalent conicity by amplitude, {words}, without roll (with it in brackets): {values}"
+
+
+def _conicity(value: float) -> str:
+    return "none" if math.isnan(value) else f"{value:.3f}"
 
 
 def _side_table(record: Item, side: str) -> Table:
@@ -226,9 +248,16 @@ def _line(ax: Axes, x: np.ndarray, y: np.ndarray, jumps: Sequence[float], colour
 
 
 def _draw_conicity(ax: Axes, found: ContactFunctions) -> None:
-    amplitudes = [one.amplitude_mm for one in found.conicities]
-    ax.plot(amplitudes, [one.unrolled for one in found.conicities], "o-", color=_UNROLLED, label="without roll")
-    ax.plot(amplitudes, [one.rolled for one in found.conicities], "s--", color="black", label="with roll")
-    ax.set(xlabel="amplitude, mm", ylabel="equivalent conicity")
+    amplitudes = [conicity.amplitude_mm for conicity in found.conicities]
+    for roll, label, style, colour in (
+        ("unrolled", "without roll", "o-", _UNROLLED),
+        ("rolled", "with roll", "s--", "black"),
+    ):
+        kinematic, harmonic = (
+            [getattr(conicity, name) for conicity in found.conicities] for name in (roll, f"harmonic_{roll}")
+        )
+        ax.plot(amplitudes, kinematic, style, color=colour, label=label)
+        ax.plot(amplitudes, harmonic, ":", color=colour, label=f"harmonic linearisation, {label}")
+    ax.set(xlabel="amplitude, mm", ylabel="equivalent conicity, EN 15302")
     ax.set_ylim(bottom=0.0)
     ax.legend(fontsize=9)

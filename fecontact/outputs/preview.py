@@ -8,6 +8,7 @@ import numpy as np
 
 from fecontact.outputs.flat_records import picked
 from fecontact.outputs.geometry import touch_record
+from fecontact.outputs.own_profiles import geometry_line, own_profiles_record
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.solving.preview import Preview
@@ -41,6 +42,7 @@ def junctions_of(seen: Preview) -> list[dict[str, Any]]:
 
 def preview_lines(seen: Preview) -> Lines:
     """A preview in lines."""
+    yield from geometry_line(own_profiles_record(seen.case, seen.placement))
     patch, (dx, ds) = seen.expected, seen.element_size_mm
     for place, touch in enumerate(seen.placement.touch_points, start=1):
         yield (

@@ -6,6 +6,7 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import offered
 from fecontact.outputs.flat_records import Record, picked, told
+from fecontact.outputs.own_profiles import geometry_line, own_profiles_record
 from fecontact.outputs.records.results import case_inputs, contact_record, versions
 from fecontact.outputs.tables import Item, number, table_of, text
 from fecontact.outputs.terminal import Lines, notes
@@ -45,6 +46,7 @@ def alone_record(found: TheoryAlone) -> Record:
         "theory": found.name,
         **picked(THEORIES[found.name], _THEORY),
         "case": case_inputs(found.case, placement),
+        **own_profiles_record(found.case, placement),
         "contact_angle_rad": placement.first.contact_angle_rad,
         "given_normal_force_N": found.normal_force_N,
         "problem": found.problem,
@@ -78,6 +80,7 @@ def theories_lines(listed: Item) -> Lines:
 
 def alone_lines(record: Item) -> Lines:
     """What a theory says at a position, and each of its patches where there are several."""
+    yield from geometry_line(record)
     if record["problem"] is None:
         patches = record["patches"] if len(record["patches"]) > 1 else []
         numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))

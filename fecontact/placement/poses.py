@@ -14,9 +14,12 @@ from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Track
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile, Side
+from fecontact.profiles.reading import remedy
 from fecontact.profiles.segments import CurvePoints
 
 _SEARCH_STEP_MM = 0.02
+# Places of a head that are as high as its highest one.
+_FLAT_MM = 1e-6
 
 
 # A direction meets the surface if the last step along it is below this; without steps of the line it is below 1e-9.
@@ -90,19 +93,31 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         (u_top,) = sign_changes(slope, *ends, *map(slope, ends))
     z_top = float(at_origin.section(u_top)[1])
     if track.rail_crown_y_mm is not None:
-        crown_y = track.rail_crown_y_mm
+        # the highest place of the rail in its own axes, which is the origin of the library's rails
+        tops = points.y[points.z > points.z.max() - _FLAT_MM]
+        middle = 0.5 * (float(tops.min()) + float(tops.max()))
+        from_origin = float(at_origin.point(np.array(middle), points.z.max())[0])
+        crown_y = track.rail_crown_y_mm - (0.0 if abs(middle) < _SEARCH_STEP_MM else from_origin)
     else:
         gauge_z = z_top - track.gauge_depth_mm
         u_gauge = profile.locate(gauge_z, angle_rad=0.5 * np.pi - inclination_rad)
         if not np.isfinite(u_gauge):
-            raise InputError(
-                f"rail {profile.name}: its gauge side ends {z_top - z[0]:.2f} mm below the highest point, but the gauge"
-                f" is measured {track.gauge_depth_mm:g} mm below it; give a rail line that reaches there, a smaller"
-                " gauge depth (--gauge-depth-mm, gauge_depth_mm in [track]), or the position of the rail's crown"
-                " (--rail-crown-y-mm, rail_crown_y_mm)"
-            )
+            raise InputError(_no_gauge_side(profile, z_top - float(z[0]), z_top - float(z[-1]), track.gauge_depth_mm))
         crown_y = 0.5 * track.gauge_mm - float(at_origin.section(u_gauge)[0])
     return RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=crown_y, crown_z_mm=-z_top)
+
+
+def _no_gauge_side(profile: Profile, gauge_side_mm: float, field_side_mm: float, depth_mm: float) -> str:
+    """Why a rail has no point of its gauge side at the gauge depth, by how deep both of its sides reach."""
+    mirrored = (
+        f"its field side reaches {field_side_mm:.2f} mm down: {remedy('rail', 'mirror', 'yes')} if it is mirrored; "
+    )
+    return (
+        f"rail {profile.name}: its gauge side ends {gauge_side_mm:.2f} mm below the highest point, but the gauge is"
+        f" measured {depth_mm:g} mm below it; {mirrored * (field_side_mm > depth_mm)}give a rail line that reaches"
+        " there, a smaller gauge depth (--gauge-depth-mm, gauge_depth_mm in [track]), or the position of the rail's"
+        " crown (--rail-crown-y-mm, rail_crown_y_mm)"
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

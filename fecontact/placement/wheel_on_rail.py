@@ -66,6 +66,12 @@ def climbs_at(wheel: Profile, y_mm: float) -> bool:
     return y_mm < _flange(wheel)[1]
 
 
+def is_on_flange_top(wheel: Profile, y_mm: float) -> bool:
+    """Whether a position across a wheel's line lies on the top of the flange or beyond it."""
+    top, steepest = _flange(wheel)
+    return y_mm < steepest and y_mm <= top
+
+
 @lru_cache(maxsize=64)
 def _flange(wheel: Profile) -> tuple[float, float]:
     """Positions across a wheel's line of the top and of the steepest place of its flange.
@@ -234,6 +240,15 @@ class Placement:
         facing = point + self.wheel.distance_along(point, normal) * normal
         wheel_y = (facing - self.wheel.centre_mm) @ self.wheel.axes[:, 1] - self.wheel.tape_circle_y_mm
         return float(self.rail.profile.evaluate(u).y), float(wheel_y), float(self.rail.section(u)[2])
+
+    def bodies_that_end(self, low_s_mm: float, high_s_mm: float) -> tuple[str, ...]:
+        """Bodies (rail, wheel) whose running surface does not reach from one surface coordinate to another."""
+        ends = [self.on_profiles(0.0, s)[:2] for s in (low_s_mm, high_s_mm)]
+        return tuple(
+            body
+            for body, places in zip(("rail", "wheel"), zip(*ends, strict=True), strict=True)
+            if np.isnan(places).any()
+        )
 
     def side_mm(self, s: float) -> float:
         """Distance (mm) along the rail's surface from a place to the nearer side of the head.

@@ -7,8 +7,9 @@ wheel of the mirror image, for which shift, roll and yaw change their signs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,8 +17,9 @@ import numpy as np
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import TrackSide
 from fecontact.errors import InputError
+from fecontact.placement.conicity import RadiusDifference
 from fecontact.placement.poses import places_at_shifts, search_points
-from fecontact.placement.wheel_on_rail import EVERY_SHIFT, SIGN, Pair, Placement
+from fecontact.placement.wheel_on_rail import EVERY_SHIFT, SIGN, Pair, Placement, is_on_flange_top
 
 SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
 # Largest difference of both wheels' axle heights, which are as exact: a roll of 1e-12 rad.
@@ -41,6 +43,8 @@ class Standing:
         How much the axle falls for a radian of roll.
     y_mm
         Lateral position of the touch point from the track's centre.
+    wheel_y_mm
+        Lateral position of the touch point on the wheel, from its tape circle.
     radius_mm
         Radius of the wheel at the touch point.
     """
@@ -48,6 +52,7 @@ class Standing:
     axle_mm: float
     lever_mm: float
     y_mm: float
+    wheel_y_mm: float
     radius_mm: float
 
 
@@ -77,15 +82,17 @@ class HungPair:
         _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
         gap = np.nan_to_num(z - z_rail, nan=np.inf)
         # the touch point slides along the common tangent of both lines
-        slid, radius = z * np.tan(tangent), self.pair.rolling_radius_mm - points.z[places]
+        slid, wheel_y, radius = z * np.tan(tangent), points.y[places], self.pair.rolling_radius_mm - points.z[places]
         ends = np.cumsum([0, *sizes])
         return [
-            _lowest(shift, places[part], gap[part], y[part], slid[part], radius[part])
+            _lowest(shift, places[part], gap[part], y[part], slid[part], wheel_y[part], radius[part])
             for shift, part in zip(shifts_mm, map(slice, ends[:-1], ends[1:]), strict=True)
         ]
 
 
-def _lowest(shift_mm: float, places: Integers, gap: Floats, y: Floats, slid: Floats, radius: Floats) -> Standing | None:
+def _lowest(
+    shift_mm: float, places: Integers, gap: Floats, y: Floats, slid: Floats, wheel_y: Floats, radius: Floats
+) -> Standing | None:
     """Where the gap over samples (n,) along the wheel is smallest."""
     k = int(np.argmin(gap)) if gap.size else 0
     if not gap.size or not np.isfinite(gap[k]):
@@ -105,6 +112,7 @@ def _lowest(shift_mm: float, places: Integers, gap: Floats, y: Floats, slid: Flo
         axle_mm=-least,
         lever_mm=(y_touch - shift_mm) + float(slid[k]),
         y_mm=y_touch,
+        wheel_y_mm=float(np.interp(at, every, wheel_y)),
         radius_mm=float(np.interp(at, every, radius)),
     )
 
@@ -290,8 +298,9 @@ _SHIFT_STEP_MM = 0.1
 # it moves by at most 20 mm for each millimetre of shift.
 _JUMP_MM = 0.5
 _JUMP_WITHIN_MM = 1e-4
-# Points of the integral over one period.
-_PHASES = 4000
+# Largest amplitude of conicities, in whole millimetres, as in the tables of EN 15302; and farthest shift of a motion:
+# wheels of unequal diameters move about a shift beside the middle of the track.
+_AMPLITUDE_MM, _FARTHEST_MOTION_MM = 7.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -308,12 +317,21 @@ class Jump:
 class Conicity:
     """Equivalent conicity at an amplitude of the lateral motion, with the wheelset's roll and without it.
 
-    Profiles are usually compared without roll.
+    Profiles are usually compared without roll, as in EN 15302.
+
+    Attributes
+    ----------
+    rolled, unrolled
+        By the wave length of the kinematic motion (EN 15302); NaN if there is no motion of this amplitude.
+    harmonic_rolled, harmonic_unrolled
+        By harmonic linearisation about the shift of equal radii; NaN where the amplitude is not possible.
     """
 
     amplitude_mm: float
     rolled: float
     unrolled: float
+    harmonic_rolled: float
+    harmonic_unrolled: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -328,15 +346,36 @@ class ContactFunctions:
         Height of the axle without a shift; NaN if the wheelset cannot stand there.
     jumps
         Jumps between the smallest and the largest possible shift, in the order of the shifts.
-    conicities
-        Conicities at whole amplitudes (mm), up to the largest amplitude that is possible to both sides.
+    largest_amplitude_mm
+        Largest amplitude of `conicities`.
+    rolled, unrolled
+        Rolling-radius difference with the wheelset's roll and without it, as far as both wheels stand on treads and
+        flanges; None if they do at fewer than two shifts.
     """
 
     symmetric: bool
     centred_height_mm: float
     positions: dict[float, PlacedWheelset | str]
     jumps: tuple[Jump, ...]
-    conicities: tuple[Conicity, ...]
+    largest_amplitude_mm: float
+    rolled: RadiusDifference | None
+    unrolled: RadiusDifference | None
+
+    @cached_property
+    def conicities(self) -> tuple[Conicity, ...]:
+        """Conicities at whole amplitudes (mm). They include motions that end on a flange, as those of EN 15302 do."""
+        if self.rolled is None or self.unrolled is None:
+            return ()
+        return tuple(
+            Conicity(
+                amplitude_mm=amplitude,
+                rolled=self.rolled.conicity(amplitude),
+                unrolled=self.unrolled.conicity(amplitude),
+                harmonic_rolled=self.rolled.harmonic_conicity(amplitude),
+                harmonic_unrolled=self.unrolled.harmonic_conicity(amplitude),
+            )
+            for amplitude in map(float, range(1, int(self.largest_amplitude_mm + 1e-9) + 1))
+        )
 
 
 def rolling_radius_difference_mm(placed: PlacedWheelset) -> float:
@@ -351,7 +390,8 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     Parameters
     ----------
     shifts_mm
-        Shifts of the table; jumps are looked for between them. Conicities do not depend on them.
+        Shifts of the table; jumps are looked for between them. Conicities depend on them only in that amplitudes above
+        7 mm need such shifts.
     """
     positions = positions_at(wheelset, shifts_mm, yaw_rad)
     centred = wheelset.stand(0.0, yaw_rad)
@@ -359,21 +399,30 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     # without a possible shift there are no jumps
     possible = [shift for shift, placed in positions.items() if not isinstance(placed, str)]
     low, high = min(possible, default=0.0), max(possible, default=0.0)
-    rolled, unrolled = (_Line(wheelset, yaw_rad, rolls=rolls) for rolls in (True, False))
-    jumps = rolled.jumps(low, high)
-    end = min(-low, high)
-    # this finds the jumps, whose shifts are nodes of the integrals
-    unrolled.jumps(-max(end, 0.0), max(end, 0.0))
+    touches = _Line(wheelset, yaw_rad, rolls=True)
+    jumps = touches.jumps(low, high)
+    amplitude = max(_AMPLITUDE_MM, min(-low, high))
+    farthest = max(_FARTHEST_MOTION_MM, -low, high)
     return ContactFunctions(
         symmetric=wheelset.symmetric,
         centred_height_mm=height,
         positions=positions,
         jumps=jumps,
-        conicities=tuple(
-            Conicity(amplitude_mm=amplitude, rolled=rolled.conicity(amplitude), unrolled=unrolled.conicity(amplitude))
-            for amplitude in map(float, range(1, int(end + 1e-9) + 1))
-        ),
+        largest_amplitude_mm=amplitude,
+        rolled=touches.radius_difference(-farthest, farthest),
+        unrolled=radius_difference(wheelset, -farthest, farthest, yaw_rad, rolls=False),
     )
+
+
+def radius_difference(
+    wheelset: Wheelset, low_mm: float, high_mm: float, yaw_rad: float = 0.0, *, rolls: bool
+) -> RadiusDifference | None:
+    """Rolling radius of the left wheel minus that of the right wheel between two shifts (mm), with its jumps.
+
+    `rolls` says whether the wheelset rolls until both wheels touch. None if it stands at fewer than two shifts. Flanges
+    may climb, but not over their tops.
+    """
+    return _Line(wheelset, yaw_rad, rolls=rolls).radius_difference(low_mm, high_mm)
 
 
 def positions_at(
@@ -415,12 +464,14 @@ class _Line:
         jumps = (self._jump(side, a, b) for a, b in pairwise(_line(low, high)) for side in sides)
         return tuple(jump for jump in jumps if jump is not None)
 
-    def conicity(self, amplitude: float) -> float:
-        """Equivalent conicity at an amplitude (mm)."""
-        # shifts that are known already lie closer about jumps
-        known = {shift for shift in self._known if abs(shift) < amplitude}
-        nodes = sorted({*_line(-amplitude, amplitude), *known, *((-shift for shift in known) if self._mirrors else ())})
-        return harmonic_conicity(self._radius_difference, amplitude, nodes)
+    def radius_difference(self, low: float, high: float) -> RadiusDifference | None:
+        """Rolling-radius difference between two shifts, NaN where a wheel stands on the top of its flange."""
+        # this finds the jumps: shifts that are known lie closer about them
+        self.jumps(low, high)
+        known = {shift for shift in self._known if low < shift < high}
+        mirrored = {-shift for shift in known if low < -shift < high} if self._mirrors else set()
+        nodes = sorted({*_line(low, high), *known, *mirrored})
+        return RadiusDifference.of(nodes, [self._radius_difference(shift) for shift in nodes])
 
     def _standings(self, shift: float) -> tuple[Standing, Standing] | None:
         if self._mirrors and shift < 0.0:
@@ -463,7 +514,12 @@ class _Line:
 
     def _radius_difference(self, shift: float) -> float:
         standings = self._standings(shift)
-        return float("nan") if standings is None else standings[0].radius_mm - standings[1].radius_mm
+        if standings is None:
+            return float("nan")
+        wheels = (self._wheelset.left.pair.wheel, self._wheelset.right.pair.wheel)
+        if any(is_on_flange_top(wheel, one.wheel_y_mm) for wheel, one in zip(wheels, standings, strict=True)):
+            return float("nan")
+        return standings[0].radius_mm - standings[1].radius_mm
 
 
 def _line(low: float, high: float) -> list[float]:
@@ -471,33 +527,3 @@ def _line(low: float, high: float) -> list[float]:
     inner = np.arange(np.ceil(low / _SHIFT_STEP_MM + 1e-9), np.floor(high / _SHIFT_STEP_MM - 1e-9) + 1.0)
     every = np.round(np.concatenate([[low], _SHIFT_STEP_MM * inner, [high]]), 9)
     return sorted({float(shift) for shift in every})
-
-
-def harmonic_conicity(
-    radius_difference_mm: Callable[[float], float], amplitude_mm: float, nodes_mm: Sequence[float] | None = None
-) -> float:
-    """Equivalent conicity of a rolling-radius difference by harmonic linearisation.
-
-    Parameters
-    ----------
-    radius_difference_mm
-        Difference (mm) over the lateral shift y (mm); 2 g y for cones of the conicity g.
-    amplitude_mm
-        Amplitude A of the lateral motion y = A cos(phase).
-    nodes_mm
-        Shifts from -A to A between which the difference is taken as linear; every 0.1 mm if not given.
-
-    Returns
-    -------
-    float
-        Mean of the difference times cos(phase) over a period, divided by A: the conicity of cones with an equal first
-        harmonic.
-
-    Notes
-    -----
-    Harmonic (quasi-) linearisation, one of the methods in use for EN 15302.
-    """
-    nodes = _line(-amplitude_mm, amplitude_mm) if nodes_mm is None else nodes_mm
-    values = np.array([radius_difference_mm(shift) for shift in nodes])
-    cosine = np.cos((np.arange(_PHASES) + 0.5) * 2.0 * np.pi / _PHASES)
-    return float(np.mean(np.interp(amplitude_mm * cosine, nodes, values) * cosine) / amplitude_mm)

@@ -544,21 +544,3 @@ def _deepest_dip(z: Floats) -> tuple[float, int]:
     depth = np.minimum(np.maximum.accumulate(z), np.maximum.accumulate(z[::-1])[::-1]) - z
     at = int(np.argmax(depth))
     return float(depth[at]), at
-
-
-def origin_notes(points: Floats, kind: Kind) -> list[str]:
-    """What is to be said of points (n, 2) whose origin is not a rail's crown or a wheel's tape circle."""
-    y, z = points.T
-    if kind == "rail":
-        top = points[z.argmax()]
-        if abs(top[0]) > 1.0 or abs(top[1]) > 0.1:
-            return [
-                f"the highest point is ({top[0]:.4g}, {top[1]:.4g}) mm, not the origin: the rail may be canted already,"
-                " worn, or have another origin; it is used as it is"
-            ]
-        return []
-    if not y.min() <= 0.0 <= y.max():
-        return [f"the tape circle y = 0 lies outside the line, y = {y.min():.4g} to {y.max():.4g} mm"]
-    if abs(at_tape := float(np.interp(0.0, np.maximum.accumulate(y), z))) > 0.1:
-        return [f"the line passes the tape circle y = 0 at z = {at_tape:.4g} mm, not 0: check the origin of the file"]
-    return []

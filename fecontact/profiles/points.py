@@ -10,10 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
-from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile, check_shape, origin_notes
+from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile, check_shape
+from fecontact.profiles.origin import check_origin
 from fecontact.profiles.reading import Reading, remedy
 from fecontact.profiles.segments import (
     Line,
@@ -214,7 +216,9 @@ _NOISE_SIGMAS, _MOST_LOCAL_MM = 8.0, 0.05
 # Both shoulders of a head that is so wide are compared, so far beside its sides, which are looked for so deep below its
 # top.
 _WHOLE_HEAD_MM, _SIDE_MM, _DEEP_MM, _LEAST_DEEP_MM = 50.0, 8.0, 14.0, 4.0
-_FLANGE_MM = 15.0
+# No rail reaches a chamfer beyond this place of a tread, which rises by 0.07; nor any wheel a side of a head so deep.
+_TREAD_END_MM, _CHAMFER_RAD = 45.0, 0.35
+_SIDE_DEPTH_MM, _SIDE_RAD = 16.0, 1.0
 # Points nearer than this are one: far below any instrument, and far above what arithmetic loses in some 100 mm.
 _SAME_MM = 1e-9
 
@@ -282,10 +286,11 @@ def checked(given: Points, reading: Reading) -> Points:
         what=name,
         turned_columns=given.turned_columns,
         unit=reading.units or "mm",
-        turned_over=reading.mirror,
+        turned_over=bool(reading.mirror),
     )
-    said += [*cut, *repaired, *_check_spacing(points, name)]
-    said += [*_assumptions(points, given.kind, reading), *_kinks(points)]
+    points = points - (0.0, reading.tape_circle_z_mm or 0.0)
+    said += [*cut, *repaired, *_check_spacing(points, given.kind, name)]
+    said += [*_assumptions(given.kind), *check_origin(points, given.kind, reading, name), *_kinks(points)]
     return replace(given, points=points, notes=tuple(said), problems=problems)
 
 
@@ -471,35 +476,51 @@ def _at(point: Floats) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g}) mm"
 
 
-def _check_spacing(points: Floats, name: str) -> list[str]:
+def _check_spacing(points: Floats, kind: Kind, name: str) -> list[str]:
     chord = np.hypot(*np.diff(points, axis=0).T)
     # a face between two corners needs only its ends
     is_end = np.ones(len(points), dtype=bool)
     is_end[1:-1] = False
     is_end[_corners(points)] = True
     chord[is_end[:-1] & is_end[1:]] = 0.0
-    typical, i = float(np.median(chord)), int(chord.argmax())
-    if chord[i] > max(2.0, 10.0 * typical):
+    typical = float(np.median(chord))
+    most = max(2.0, 10.0 * typical)
+    said = []
+    for gap in np.flatnonzero((chord > most) & _is_out_of_reach(points, kind)):
+        said.append(
+            f"a gap of {chord[gap]:.2f} mm after {_at(points[gap])}, out of reach of a contact: a straight piece"
+        )
+        chord[gap] = 0.0
+    i = int(chord.argmax())
+    if chord[i] > most:
         raise InputError(
             f"{name}: a gap of {chord[i]:.2f} mm after {_at(points[i])}, where points are usually {typical:.2g} mm "
-            f"apart; allowed: {max(2.0, 10.0 * typical):.3g} mm; add points there or cut the file at the gap"
+            f"apart; allowed: {most:.3g} mm; add points there or cut the file at the gap"
         )
     if chord[i] > 2.0:
-        return [f"points are up to {chord[i]:.2g} mm apart, at {_at(points[i])}: a smaller feature is not seen"]
-    return []
+        said.append(f"points are up to {chord[i]:.2g} mm apart, at {_at(points[i])}: a smaller feature is not seen")
+    return said
 
 
-def _assumptions(points: Floats, kind: Kind, reading: Reading) -> list[str]:
+def _is_out_of_reach(points: Floats, kind: Kind) -> NDArray[np.bool_]:
+    """Whether chords of points (n, 2) lie where nothing touches: chamfers, sides of heads, backs of flanges."""
+    (y, z), (dy, dz) = points.T, np.diff(points, axis=0).T
+    steep = np.arctan2(np.abs(dz), np.abs(dy))
+    if kind == "rail":
+        deep = z < z.max() - _SIDE_DEPTH_MM
+        return np.asarray(deep[:-1] & deep[1:] & (steep > _SIDE_RAD))
+    behind = y <= y[np.argmin(z)]
+    return np.asarray(((y[:-1] > _TREAD_END_MM) & (steep > _CHAMFER_RAD)) | (behind[:-1] & behind[1:]))
+
+
+def _assumptions(kind: Kind) -> list[str]:
     across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
     canted = ", not canted" if kind == "rail" else ""
-    said = [f"taken as: mm, {across}, z up{canted}", *origin_notes(points, kind)]
-    y, z = points.T
-    if kind == "wheel" and y[np.argmin(z)] > 0.0 and np.ptp(z) > _FLANGE_MM and reading.tape_circle_mm is None:
-        said.append(
-            f"the tip of the flange lies at y = {y[np.argmin(z)]:.4g} mm: where y counts from the back of the flange,"
-            f" {remedy(kind, 'tape_circle_mm', -70.0 if reading.mirror else 70.0)}"
-        )
-    return said
+    return [f"taken as: mm, {across}, z up{canted}"]
+
+
+# A new head that is canted outwards by 1:40 is so much lower beside its field side, and a little more.
+LOWER_MM = 1.0
 
 
 def lower_on_field_side_mm(points: Floats) -> float | None:

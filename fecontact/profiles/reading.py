@@ -22,6 +22,8 @@ class Reading:
         Whether the line is of the other side of the track.
     tape_circle_mm
         Where the tape circle of a wheel lies in the file's own y.
+    tape_circle_z_mm
+        Height in the file's own z at which a wheel has its rolling radius.
     filter_mm, noise_mm, nominal
         How measured points are smoothed (`profiles.smoothing`).
     repair
@@ -29,7 +31,11 @@ class Reading:
     """
 
     units: str | None = choice(None, "Unit of the points in a file", tuple(MM), label="units of the profile file")
-    mirror: bool = flag("Turn the line over, left to right: the file has the other side of the track", alone=False)
+    mirror: bool | None = flag(
+        "Turn the line over, left to right: the file has the other side of the track; no says that it is not so",
+        default=None,
+        alone=False,
+    )
     columns: str | None = text(
         None,
         "Columns of y and z in a file of points, with a minus sign where the sign is to be turned",
@@ -41,6 +47,14 @@ class Reading:
         low=-1000.0,
         high=1000.0,
         remedy="70 from the back of the flange is usual",
+    )
+    tape_circle_z_mm: float | None = number(
+        None,
+        "z of the file at which a wheel has its rolling radius; not given, the line must pass the tape circle at z = 0",
+        label="height of the tape circle",
+        low=-1000.0,
+        high=1000.0,
+        remedy="the height of the line at the tape circle, or 0 for the z = 0 of the file",
     )
     filter_mm: float | None = number(
         None,
@@ -75,6 +89,11 @@ def remedy(kind: str, key: str, value: str | float) -> str:
     shown = f"{value:g}" if isinstance(value, float) else {"yes": "true"}.get(value, f'"{value}"')
     said = shown if isinstance(value, float) else value
     return f"give --{kind}-{key.replace('_', '-')} {said} ({key} = {shown} in [{kind}_file])"
+
+
+def mirror_settled(kind: str) -> str:
+    """The option that says that a line is not of the other side of the track."""
+    return f"give --{kind}-mirror no (mirror = false in [{kind}_file])"
 
 
 def mirror_remedy(kind: str, *, mirrored: bool) -> str:

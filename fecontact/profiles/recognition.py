@@ -13,6 +13,7 @@ from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
 from fecontact.profiles.points import (
+    LOWER_MM,
     Points,
     apart,
     checked,
@@ -23,7 +24,7 @@ from fecontact.profiles.points import (
     spacing_mm,
     spline_through,
 )
-from fecontact.profiles.reading import Reading, mirror_remedy
+from fecontact.profiles.reading import Reading, mirror_remedy, mirror_settled
 from fecontact.profiles.registration import LEAST_NOISE_MM, FootPoints, Lines, first_shift, register_all, select_unworn
 from fecontact.profiles.segments import Held, Measured, Registration, noise_of
 from fecontact.profiles.smoothing import FEW_POINTS, MOST_CLOSE, PRACTICE_MM, against, alone, on_running_part, smoothed
@@ -46,7 +47,7 @@ _UNWORN_PART, _FEWER = 0.65, 0.1
 # A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
 # or has lost so much more there is mirrored, unless it has lost as much more on its gauge side. A new one canted by
 # 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
-_OUTWARDS_RAD, _LOWER_MM, _LOST_MM = 0.005, 1.0, 0.5
+_OUTWARDS_RAD, _LOST_MM = 0.005, 0.5
 # What a side has lost, nine tenths of its points have at most: from so far beside the middle, down to as deep below the
 # top (mm) as both sides are measured, and that is nothing where one of them ends sooner.
 _BESIDE_MM, _DEEPEST_MM, _LEAST_DEEP_MM, _OF_A_SIDE = 6.0, 14.0, 4.0, 0.9
@@ -144,20 +145,30 @@ def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
 
 
 def _mirrored(given: Points, reading: Reading, close: Sequence[Nearest] = ()) -> list[str]:
-    """What is to be said of a head that is canted or worn to the field side."""
+    """What is to be said of a head that is canted or worn to the field side, once it is said whether it is mirrored.
+
+    Raises
+    ------
+    InputError
+        Nothing is said about it; with the options that settle it.
+    """
     if given.kind == "wheel":
         return []
     lower = lower_on_field_side_mm(given.points) or 0.0
     near = next((one for one in close if one.lost_on_field_side_mm is not None or one.farthest_mm < _UNWORN_MM), None)
     turn, lost = (near.registration.turn_rad, near.lost_on_field_side_mm or 0.0) if near else (0.0, 0.0)
-    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or lower > _LOWER_MM)):
+    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or lower > LOWER_MM)):
         found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] * (lower > 0.0)
         found += [f"{near.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if near else []
         found += [f"its field side has lost {lost:.1f} mm more than its gauge side"] * (lost > _LOST_MM)
-        return [
-            f"{', and '.join(found)}: it may be worn or canted and mirrored;"
-            f" {mirror_remedy(given.kind, mirrored=reading.mirror)} if it is"
-        ]
+        said = f"{', and '.join(found)}: it may be worn or canted and mirrored"
+        if reading.mirror is None:
+            raise InputError(
+                f"{given.name}: {said}; a head wears and is canted to its gauge side, y < 0;"
+                f" {mirror_remedy(given.kind, mirrored=False)} if it is mirrored, or {mirror_settled(given.kind)} if it"
+                " is not"
+            )
+        return [f"{said}; {mirror_remedy(given.kind, mirrored=True)} if it is" if reading.mirror else said]
     return []
 
 

@@ -277,16 +277,18 @@ def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float =
 Segment: TypeAlias = Line | Arc | Polynomial | Spline | Smoothed
 
 
-def raised_by(segment: Segment, dz_mm: float) -> Segment:
-    """A line, arc or polynomial moved upwards (mm)."""
+def moved_by(segment: Segment, dy_mm: float, dz_mm: float) -> Segment:
+    """A line, arc or polynomial moved across and upwards (mm)."""
     if isinstance(segment, Polynomial):
-        constant, *rest = segment.coefficients
-        return replace(segment, coefficients=(constant + dz_mm, *rest))
+        shifted = np.polynomial.Polynomial(segment.coefficients)(np.polynomial.Polynomial([-dy_mm, 1.0])).coef
+        constant, *rest = map(float, shifted if dy_mm else segment.coefficients)
+        ends = {"y_from": segment.y_from + dy_mm, "y_to": segment.y_to + dy_mm}
+        return replace(segment, coefficients=(constant + dz_mm, *rest), **ends)
     if isinstance(segment, Arc):
-        return replace(segment, centre=(segment.centre[0], segment.centre[1] + dz_mm))
+        return replace(segment, centre=(segment.centre[0] + dy_mm, segment.centre[1] + dz_mm))
     assert isinstance(segment, Line)
     (y0, z0), (y1, z1) = segment.start, segment.end
-    return Line(start=(y0, z0 + dz_mm), end=(y1, z1 + dz_mm))
+    return Line(start=(y0 + dy_mm, z0 + dz_mm), end=(y1 + dy_mm, z1 + dz_mm))
 
 
 # --- A chain of segments as polynomials of short pieces, which are evaluated and inverted for all points at once.

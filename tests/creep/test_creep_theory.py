@@ -362,6 +362,17 @@ def test_fastsim_is_as_near_to_its_limit_of_fine_cells_as_it_says(a, b, load, mo
 # all laws
 
 
+def test_the_moment_about_the_origin_has_the_moment_of_the_force_at_its_place():
+    """r x F about the normal, on both sides of both axes; a force without a moment keeps none."""
+    for x, y in ((2.0, 11.0), (-2.0, 3.0), (5.0, -0.5)):
+        moved = CreepForce(fx_N=3.0, fy_N=5.0, mz_Nmm=7.0).at(x, y)
+        assert moved.mz_Nmm == pytest.approx(7.0 + np.linalg.det([[x, y], [3.0, 5.0]]), abs=1e-12)
+        assert (moved.fx_N, moved.fy_N) == (3.0, 5.0)
+    # a force along y that acts 2 mm ahead turns the wheel to the left
+    assert CreepForce(fx_N=0.0, fy_N=5.0, mz_Nmm=0.0).at(2.0, 0.0).mz_Nmm == 10.0
+    assert CreepForce(fx_N=3.0, fy_N=5.0).at(2.0, 11.0).mz_Nmm is None
+
+
 def as_tuple(force: CreepForce) -> tuple[float, ...]:
     return (force.fx_N, force.fy_N, force.mz_Nmm or 0.0)
 

@@ -20,9 +20,10 @@ from inline import inline_crew, stand_ins
 import fecontact
 from fecontact import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded, of_many
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.features.fleet import reading, running, screening
 from fecontact.features.fleet.model import read_fleet
+from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.reading import Kept, ReadingProfile
 from fecontact.judging.measures import deviations_of
 from fecontact.profiles.examples import write_examples
@@ -403,3 +404,42 @@ def test_the_half_space_may_screen_too(tmp_path):
 
 def test_the_origin_of_a_fleet_counts_its_own_sources():
     assert running.origin().solved_by["source of fleets"]
+
+
+@pytest.mark.parametrize("error", [KeyError("area_mm2"), TypeError("no such thing"), AttributeError("nothing")])
+def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, error):
+    def wrong(*given):
+        raise error
+
+    path = file_of(tmp_path)
+    monkeypatch.setattr(screening, "_row", wrong)
+    with pytest.raises(
+        FecontactError, match=rf"4 of 4 jobs ended with an error of the program.*{type(error).__name__}"
+    ):
+        run(path, tmp_path / "out")
+    assert not (tmp_path / "out" / "screen").exists()
+    # with a mended program the same command resumes
+    monkeypatch.undo()
+    assert run(path, tmp_path / "out").verdicts.get("REFUSED", 0.0) == 0.0
+
+
+def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_position(tmp_path, monkeypatch):
+    def diverged(*given):
+        raise ConvergenceError("no such contact")
+
+    path = file_of(tmp_path)
+    monkeypatch.setattr(screening, "_row", diverged)
+    rows = screened(run(path, tmp_path / "out").out)
+    assert set(rows["verdict"]) == {"REFUSED"}
+    assert set(rows["reason"]) == {"no such contact"}
+
+
+@pytest.mark.parametrize(("given", "mirror"), [("no", False), ("yes", True), (0, False), (1, True), (False, False)])
+def test_the_side_in_a_table_is_what_it_says(tmp_path, given, mirror):
+    fleet = read_fleet(file_of(tmp_path))
+    rail = Candidate(body="rail", name="a", spec="60E1", known={"mirror": given})
+    assert running._usable(fleet, rail).problem == ""
+    assert running._reading(fleet, rail).mirror is mirror
+    wrong = Candidate(body="rail", name="a", spec="60E1", known={"mirror": "perhaps"})
+    refused = running._usable(fleet, wrong)
+    assert (refused.problem, refused.remedy) == ("mirror is 'perhaps'", "allowed: yes or no, true or false")

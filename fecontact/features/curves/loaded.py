@@ -15,14 +15,16 @@ from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.features.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory, press
 from fecontact.features.curves.steady import PRESSED_MM, differences, largest, newton
 from fecontact.jobs.remaining import Progress, watched
-from fecontact.placement.wheelset import Wheelset, harmonic_conicity
+from fecontact.placement.conicity import RadiusDifference
+from fecontact.placement.wheelset import Wheelset, radius_difference
 from fecontact.solving.placing import wheelset_of_case
 
 _ITERATIONS = 60
 # Of the wheel load, and in mm and mrad.
 _MET, _STEP = 1e-9, 1e-5
 _AMPLITUDES_MM = (1.0, 2.0, 3.0)
-_SHIFTS_MM = [float(one) for one in np.linspace(-3.0, 3.0, 61)]
+# Shifts at which the loaded wheelset is solved, and how far they go beyond the rigid motion of an unsymmetric one.
+_SHIFT_STEP_MM, _BEYOND_MM, _FARTHEST_MM = 0.1, 0.5, 10.0
 _LOADED = ("overlap", "half_space")
 
 
@@ -101,26 +103,45 @@ def radius_differences_mm(
 def loaded_conicities(case: Case, wheel_load_N: float, *, progress: Progress | None = None) -> list[dict[str, float]]:
     """Equivalent conicity of the wheelset of a case under load at whole amplitudes up to 3 mm, by two theories.
 
-    It is found from the rolling radii at the centres of pressure, by harmonic linearisation.
+    The rolling radii are those at the centres of pressure. The conicity is by the kinematic motion about the shift at
+    which they are equal (EN 15302); NaN if the loaded wheelset has no motion of this amplitude.
 
     Raises
     ------
     InputError
-        If the load is not positive, or the wheelset cannot be at 3 mm.
+        If the load is not positive, or the wheelset cannot be at the shifts of a motion of 3 mm.
     """
     wheelset, materials = wheelset_of_case(case), (case.wheel_material, case.rail_material)
+    shifts = _shifts_of_motion(wheelset)
     found = {
-        theory: radius_differences_mm(
-            wheelset, _SHIFTS_MM, wheel_load_N, theory=theory, materials=materials, progress=progress
+        theory: RadiusDifference(
+            shifts_mm=np.array(shifts),
+            difference_mm=np.array(
+                radius_differences_mm(
+                    wheelset, shifts, wheel_load_N, theory=theory, materials=materials, progress=progress
+                )
+            ),
         )
         for theory in _LOADED
     }
-
-    def conicity(theory: str, amplitude: float) -> float:
-        return harmonic_conicity(lambda shift: float(np.interp(shift, _SHIFTS_MM, found[theory])), amplitude)
-
     return [
         {"amplitude_mm": amplitude, "wheel_load_N": wheel_load_N}
-        | {theory: conicity(theory, amplitude) for theory in _LOADED}
+        | {theory: difference.conicity(amplitude) for theory, difference in found.items()}
         for amplitude in _AMPLITUDES_MM
     ]
+
+
+def _shifts_of_motion(wheelset: Wheelset) -> list[float]:
+    """Shifts (mm) of the largest motion: to both sides of the middle, or of the rigid wheelset's motion."""
+    low, high = -_AMPLITUDES_MM[-1], _AMPLITUDES_MM[-1]
+    if not wheelset.symmetric:
+        rigid = radius_difference(wheelset, -_FARTHEST_MM, _FARTHEST_MM, rolls=True)
+        motion = None if rigid is None else rigid.motion(_AMPLITUDES_MM[-1])
+        if motion is None:
+            raise InputError(
+                f"the rolling radii of both wheels are equal at no shift between {-_FARTHEST_MM:g} and"
+                f" {_FARTHEST_MM:g} mm about which the wheelset could move by {_AMPLITUDES_MM[-1]:g} mm; check profiles"
+                " and diameters of both sides"
+            )
+        low, high = motion.low_mm - _BEYOND_MM, motion.high_mm + _BEYOND_MM
+    return [float(shift) for shift in np.linspace(low, high, round((high - low) / _SHIFT_STEP_MM) + 1)]

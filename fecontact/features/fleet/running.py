@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case, case_record
-from fecontact.errors import InputError
+from fecontact.errors import FecontactError, InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.population import BODIES, Candidate, Pair, candidates, pairs_of
 from fecontact.features.fleet.reading import TILE, Kept, ReadingProfile, origin, read_record
 from fecontact.features.fleet.screening import PART, Row, ScreeningPair, refused, schema
 from fecontact.features.fleet.tables import PROFILES, SCREEN, of_arrow, write_table
 from fecontact.files import read_json, write_atomically, write_sealed, write_text
+from fecontact.inputs import as_truth
 from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done, Job, Work
@@ -153,11 +154,13 @@ def _why(one: ReadProfile) -> str:
 
 
 def _usable(fleet: Fleet, one: Candidate) -> Candidate:
-    """A wheel whose radius no case can have has a problem."""
-    if (radius := one.known.get("rolling_radius_mm")) is None or one.problem:
+    """A profile whose table has a radius or a side that no case can have has a problem."""
+    if one.problem:
         return one
     try:
-        replace(fleet.case, rolling_radius_mm=radius)
+        _reading(fleet, one)
+        if (radius := one.known.get("rolling_radius_mm")) is not None:
+            replace(fleet.case, rolling_radius_mm=radius)
     except InputError as error:
         reason, _, remedy = str(error).partition("; ")
         return replace(one, problem=reason, remedy=remedy)
@@ -166,7 +169,8 @@ def _usable(fleet: Fleet, one: Candidate) -> Candidate:
 
 def _reading(fleet: Fleet, one: Candidate) -> Reading:
     base = fleet.case.wheel_file if one.body == "wheel" else fleet.case.rail_file
-    return replace(base, mirror=bool(one.known["mirror"])) if one.known.get("mirror") is not None else base
+    mirror = one.known.get("mirror")
+    return base if mirror is None else replace(base, mirror=as_truth(mirror))
 
 
 def _read(fleet: Fleet, found: Sequence[Candidate], out: Path, by: OpenRun) -> list[ReadProfile]:
@@ -206,7 +210,13 @@ def _kept(one: Candidate, done: Done | None, work: ReadingProfile | None, folder
 
 
 def _do(works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun) -> dict[str, Done]:
-    """Do all jobs that are not finished, by their ids, which are the names of their folders."""
+    """Do all jobs that are not finished, by their ids, which are the names of their folders.
+
+    Raises
+    ------
+    FecontactError
+        A job ended with an error of the program, which is neither a result nor a refusal.
+    """
     found: dict[str, Done] = {}
     here = folder.absolute()
     jobs = [
@@ -222,6 +232,13 @@ def _do(works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read
         for name, work in works.items()
     ]
     finish(jobs, by, on_done=lambda done: found.update({done.name: done}))
+    if wrong := [done for done in found.values() if done.program_error]:
+        first = wrong[0]
+        raise FecontactError(
+            f"{len(wrong)} of {len(jobs)} jobs ended with an error of the program, the first one,"
+            f" {labels[first.name]}, with {first.failure} in {here}; nothing is reported of a fleet with such errors;"
+            " report the error; with a mended program the same command resumes"
+        )
     return found
 
 

@@ -28,8 +28,9 @@ from fecontact.jobs.workers import Made
 from fecontact.judging.ladder import PatchGeometry, cause_in_gap
 from fecontact.judging.measures import FLOORS, MEASURES, deviations_of, measures_of_theory, part_elsewhere, unknown_load
 from fecontact.judging.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
+from fecontact.placement.conicity import RadiusDifference
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.placement.wheelset import Wheelset, harmonic_conicity
+from fecontact.placement.wheelset import Wheelset
 from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
 from fecontact.solving.placing import place_at_shifts, wheelset_of_case
 from fecontact.solving.position import expect_on_half_space
@@ -228,32 +229,34 @@ def _holds(line: _OnLine, name: str) -> bool:
 
 # --- A pair on its lines, placed once for each shift, and what its wheelset tells.
 
-AMPLITUDE_MM, BAND_MM, _STEP_MM = 3.0, 2.0, 0.1
+AMPLITUDE_MM, BAND_MM = 3.0, 2.0
 """Amplitude of the lateral motion, and width of the band on the rail."""
+# Shifts at which both wheels stand. Wheels of unequal diameters have equal radii beside the middle of the track.
+_STEP_MM, _FARTHEST_MM = 0.1, 10.0
 
 
 def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
     """Equivalent conicity, and concentration of the contact, of a lateral motion of `AMPLITUDE_MM` without roll.
 
-    The conicity is by harmonic linearisation (EN 15302). The concentration is the largest part of equally likely
-    shifts at which first touch lies within a band of `BAND_MM` on the rail: 1 where it does not move, small where wear
-    is spread. It is a definition of this program: the formula of Polach and Nicklisch's (2016) index was not found.
-    NaN where a wheel does not stand over its rail.
+    The conicity is by the kinematic motion about the shift of equal radii (EN 15302). The concentration is the largest
+    part of equally likely shifts, about the middle of the track, at which first touch lies within a band of `BAND_MM`
+    on the rail: 1 where it does not move, small where wear is spread. It is a definition of this program: the formula
+    of Polach and Nicklisch's (2016) index was not found. NaN where a wheel does not stand over its rail, or there is no
+    motion of this amplitude.
     """
-    count = round(AMPLITUDE_MM / _STEP_MM)
+    count = round(_FARTHEST_MM / _STEP_MM)
     shifts = [round(_STEP_MM * k, 9) for k in range(-count, count + 1)]
     left = wheelset.left.standings(shifts, 0.0, 0.0)
     right = left if wheelset.symmetric else wheelset.right.standings(shifts, 0.0, 0.0)
-    radii = [
-        {shift: math.nan if one is None else one.radius_mm for shift, one in zip(shifts, side, strict=True)}
-        for side in (left, right)
-    ]
+    radii = [np.array([math.nan if one is None else one.radius_mm for one in side]) for side in (left, right)]
     # what is nearer to the one rail is farther from the other
-    conicity = harmonic_conicity(lambda shift: radii[0][shift] - radii[1][-shift], AMPLITUDE_MM, shifts)
+    difference = RadiusDifference.of(shifts, radii[0] - radii[1][::-1])
+    conicity = math.nan if difference is None else difference.conicity(AMPLITUDE_MM)
+    run = [one for shift, one in zip(shifts, left, strict=True) if abs(shift) <= AMPLITUDE_MM]
     # the place on the rail, which does not move
-    places = np.sort([one.y_mm for one in left if one is not None])
+    places = np.sort([one.y_mm for one in run if one is not None])
     inside = np.searchsorted(places, places + BAND_MM, side="right") - np.arange(places.size)
-    return conicity, float(inside.max() / len(shifts)) if places.size == len(shifts) else math.nan
+    return conicity, float(inside.max() / len(run)) if places.size == len(run) else math.nan
 
 
 @dataclass(frozen=True, kw_only=True)

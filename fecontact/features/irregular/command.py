@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from fecontact.case import unusual
-from fecontact.console.messages import tell_notes, telling_replaced
+from fecontact.console.messages import tell_geometry, tell_notes, telling_replaced
 from fecontact.console.options import POSITION, CaseOptions, takes
 from fecontact.console.progress import many
 from fecontact.errors import InputError
@@ -89,6 +89,7 @@ def irregular(
 
     case, text = options.case(), f"table:{asked.table}" if asked.table else asked.irregularity
     tell_notes(unusual([case]))
+    tell_geometry([case])
     workers = default_workers() if asked.workers is None else asked.workers
     what = "place" if text else "cell"
     with many(

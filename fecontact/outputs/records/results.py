@@ -33,6 +33,7 @@ from fecontact.judging.measures import MEASURES, Measures, hertz_measures
 from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Standing, Verdict, cheapest, standings
 from fecontact.outputs.flat_records import Record, flat, picked, told
 from fecontact.outputs.geometry import touch_records
+from fecontact.outputs.own_profiles import own_profiles_record
 from fecontact.outputs.tables import Item
 from fecontact.outputs.verdict_words import theory_words
 from fecontact.placement.irregularity import irregularity_text
@@ -168,6 +169,7 @@ def result_record(result: CaseResult) -> Record:
     return {
         "schema": RESULT_SCHEMA,
         "case": case_inputs(result.case, result.placement),
+        **own_profiles_record(result.case, result.placement),
         **touch_records(result.placement),
         **load,
         "von_mises": told(result.von_mises),
@@ -364,6 +366,7 @@ def hertz_record(found: HertzAlone) -> Record:
     return {
         "schema": "fecontact/hertz/2",
         "case": case_inputs(found.case, found.placement),
+        **own_profiles_record(found.case, found.placement),
         "normal_force_N": found.hertz.normal_force_N,
         **touch_records(found.placement),
         "ellipses": [

@@ -338,10 +338,6 @@ def in_mm(y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: boo
     reading, factor = source.reading, MM[unit or "mm"]
     notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
     at = reading.tape_circle_mm or 0.0
-    if at and source.kind == "rail":
-        raise InputError(
-            f"{source.what}: tape circle is {at:g} mm, but a rail has none; leave out --rail-tape-circle-mm"
-        )
     if at:
         notes.append(f"the tape circle at y = {at:g} mm of the file is y = 0")
     if reading.mirror:
@@ -349,7 +345,7 @@ def in_mm(y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: boo
     # far beyond what is allowed for mm, but finite when it is multiplied
     wide = 1e12 * FARTHEST_MM
     points = np.clip(np.column_stack((y, z)), -wide, wide) * factor - (at, 0.0)
-    return points * (-1.0 if reading.mirror != mirror else 1.0, 1.0), notes
+    return points * (-1.0 if bool(reading.mirror) != mirror else 1.0, 1.0), notes
 
 
 # --- Profiles of the MiniProf instrument, .ban (rail) and .whl (wheel): lines of a header, and columns of numbers.
@@ -421,7 +417,7 @@ def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
     points, turned = _upwards(points, source)
     points, placed = _from_tape_circle(points, keys, source)
     across = "X grows to the centre of the track: y is -X" if source.kind == "rail" else "X taken as y"
-    said = (f"MiniProf file: {across}", *table.notes, *moved, *done, *turned, *placed)
+    said = (f"MiniProf file: {across}", *table.notes, *moved, *done, *turned, *placed, *_diameter(keys, source))
     return Points(
         points=points, kind=source.kind, name=path.stem, source=str(path), notes=said, turned_columns=table.columns
     )
@@ -459,6 +455,17 @@ def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> t
         )
     said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
     return points - (at, 0.0), [said]
+
+
+def _diameter(keys: dict[str, str], source: Source) -> list[str]:
+    """What the header says of the diameter at the tape circle, which belongs to the case."""
+    diameter = _value(keys.get("diametertaperline", ""), "DiameterTaperline", source)
+    if source.kind == "rail" or diameter <= 0.0:
+        return []
+    return [
+        f"DiameterTaperline = {diameter:g} mm of the header is not applied: --rolling-radius-mm {0.5 * diameter:g}"
+        " gives the wheel this radius"
+    ]
 
 
 def _split_header(text: str) -> tuple[dict[str, str], str]:

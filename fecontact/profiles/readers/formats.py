@@ -12,8 +12,9 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.files import toml_content
-from fecontact.profiles.curve import Kind, Profile, arc_between, check_shape, mirrored, origin_notes, tangent_head
-from fecontact.profiles.points import Points
+from fecontact.profiles.curve import Kind, Profile, arc_between, check_shape, mirrored, tangent_head
+from fecontact.profiles.origin import check_origin
+from fecontact.profiles.points import LOWER_MM, Points, lower_on_field_side_mm
 from fecontact.profiles.readers.columns import (
     file_bytes,
     is_miniprof,
@@ -23,8 +24,8 @@ from fecontact.profiles.readers.columns import (
     read_simpack,
     shown,
 )
-from fecontact.profiles.reading import Reading
-from fecontact.profiles.segments import Line, Polynomial, Segment, raised_by
+from fecontact.profiles.reading import PLAIN, Reading, mirror_remedy, mirror_settled
+from fecontact.profiles.segments import Line, Polynomial, Segment, moved_by
 
 if TYPE_CHECKING:
     from fecontact.profiles.readers import schema
@@ -43,8 +44,10 @@ _STEPS_CLOSED_MM = (1e-9, 2e-4)
 _POINTS_OF_SEGMENT = 17
 
 
-def read_toml(path: str | Path) -> Profile:
+def read_toml(path: str | Path, reading: Reading = PLAIN) -> Profile:
     """Profile from a TOML file of the form of the library files; its name is the file's.
+
+    Of the reading `mirror`, `tape_circle_mm` and `tape_circle_z_mm` count: exact segments need nothing else.
 
     Raises
     ------
@@ -56,10 +59,10 @@ def read_toml(path: str | Path) -> Profile:
         text = file_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not a text file in UTF-8; save the profile as plain text") from None
-    return parse_toml(text, name=path.stem)
+    return parse_toml(text, name=path.stem, reading=reading)
 
 
-def parse_toml(text: str, *, name: str) -> Profile:
+def parse_toml(text: str, *, name: str, reading: Reading = PLAIN) -> Profile:
     """Profile from the text of a TOML file.
 
     Raises
@@ -86,7 +89,7 @@ def parse_toml(text: str, *, name: str) -> Profile:
             f"profile {name}: a number is too long, or a list too deep, for a profile; numbers have 17 digits at most"
         ) from None
 
-    return _profile(file, name)
+    return _profile(file, name, reading)
 
 
 # What a file may leave out.
@@ -96,7 +99,7 @@ _LEFT_OUT: dict[str, Any] = {"certainty": "", "notes": [], "head": None, "surfac
 def parse_own(text: str, *, name: str) -> Profile:
     """Profile from the text of a file of the library, which the tests hold against the schema."""
     # without pydantic: its import takes a tenth of a second, longer than all of a small command
-    return _profile(_as_in_schema(toml_content(text, f"profile {name}")), name)
+    return _profile(_as_in_schema(toml_content(text, f"profile {name}")), name, PLAIN)
 
 
 def _as_in_schema(given: Any) -> Any:
@@ -109,7 +112,7 @@ def _as_in_schema(given: Any) -> Any:
     return float(given) if isinstance(given, int) else given
 
 
-def _profile(file: schema.ProfileFile, name: str) -> Profile:
+def _profile(file: schema.ProfileFile, name: str, reading: Reading) -> Profile:
     body = [_segment(s, f"profile {name}: body {i + 1}") for i, s in enumerate(file.body)]
     if file.head is not None:
         surface = tangent_head(
@@ -118,19 +121,31 @@ def _profile(file: schema.ProfileFile, name: str) -> Profile:
         body += mirrored(body)
     else:
         surface = joined([_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)])
+    if reading.mirror:
+        surface, body = mirrored(surface), mirrored(body)
+    side = -1.0 if reading.mirror else 1.0
+    dy, dz = -side * (reading.tape_circle_mm or 0.0), -(reading.tape_circle_z_mm or 0.0)
+    if dy or dz:
+        surface, body = ([moved_by(segment, dy, dz) for segment in chain] for chain in (surface, body))
     points = [segment.evaluate(np.linspace(0.0, 1.0, _POINTS_OF_SEGMENT)) for segment in surface]
     line = np.vstack([(points[0].y[0], points[0].z[0]), *(np.column_stack((one.y, one.z))[1:] for one in points)])
-    profile = Profile(
+    what = f"profile {name}"
+    check_shape(*line.T, kind=file.kind, what=what, turned_over=bool(reading.mirror))
+    if file.kind == "rail" and reading.mirror is None and (lower := lower_on_field_side_mm(line) or 0.0) > LOWER_MM:
+        raise InputError(
+            f"{what}: the head is {lower:.1f} mm lower on its field side than on its gauge side, y < 0; allowed:"
+            f" {LOWER_MM:g} mm; {mirror_remedy(file.kind, mirrored=False)} if it is mirrored, or"
+            f" {mirror_settled(file.kind)} if it is not"
+        )
+    return Profile(
         name=name,
         kind=file.kind,
         segments=tuple(surface),
         source=file.source,
         certainty=file.certainty,
         outline=(*surface, *body) if body else (),
-        notes=(*file.notes, *origin_notes(line, file.kind)),
+        notes=(*file.notes, *check_origin(line, file.kind, reading, what)),
     )
-    check_shape(*line.T, kind=profile.kind, what=f"profile {name}")
-    return profile
 
 
 def joined(surface: Sequence[Segment]) -> list[Segment]:
@@ -141,7 +156,9 @@ def joined(surface: Sequence[Segment]) -> list[Segment]:
     raised = np.concatenate(([0.0], -np.cumsum(np.where((abs(steps) > least) & (abs(steps) < most), steps, 0.0))))
     at_origin = int(np.argmin([max(end.y[0], -end.y[1]) for end in ends]))
     moves = raised - raised[at_origin]
-    return [segment if dz == 0.0 else raised_by(segment, float(dz)) for segment, dz in zip(surface, moves, strict=True)]
+    return [
+        segment if dz == 0.0 else moved_by(segment, 0.0, float(dz)) for segment, dz in zip(surface, moves, strict=True)
+    ]
 
 
 def _explain(error: dict[str, object]) -> str:
@@ -199,7 +216,7 @@ DEFAULT: Reader = _columns
 
 # By the ending of the file in small letters.
 READERS: dict[str, Reader] = {
-    ".toml": lambda path, kind, reading: read_toml(path),
+    ".toml": lambda path, kind, reading: read_toml(path, reading),
     ".txt": _columns,
     ".csv": _columns,
     ".dat": _columns,

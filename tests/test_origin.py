@@ -1,0 +1,256 @@
+"""No verdict on doubtful geometry: origins of own profiles that are refused, in every format, and what settles them."""
+
+import json
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fecontact.bodies import Track
+from fecontact.case import Case
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.placement.poses import place_rail
+from fecontact.placement.wheel_on_rail import pair_of
+from fecontact.profiles.library import load, names
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.solving.placing import place_case
+
+
+def points_of(name: str, step_mm: float = 0.3) -> np.ndarray:
+    line = load(name)
+    points = line.evaluate(line.spread(step_mm))
+    return np.column_stack((points.y, points.z))
+
+
+def as_csv(path, y, z):
+    path.write_text("y_mm,z_mm\n" + "".join(f"{a:.6f},{b:.6f}\n" for a, b in zip(y, z, strict=True)))
+
+
+def as_text(path, y, z):
+    path.write_text("".join(f"{a:.6f} {b:.6f}\n" for a, b in zip(y, z, strict=True)))
+
+
+def as_simpack(path, y, z):
+    head = (
+        f"header.begin\n  version = 1\n  type = {int(path.suffix == '.prw')}\nheader.end\nspline.begin\npoint.begin\n"
+    )
+    rows = "".join(f"  {a:.6f} {-b:.6f}\n" for a, b in zip(y, z, strict=True))
+    path.write_text(f"{head}{rows}point.end\nspline.end\n")
+
+
+def as_miniprof(path, y, z):
+    # Y grows into the body of a wheel; X of a rail grows to the centre of the track
+    sign = 1.0 if path.suffix == ".whl" else -1.0
+    rows = "".join(f"{sign * a:.6f} {-b:.6f}\n" for a, b in zip(y, z, strict=True))
+    path.write_text(f"MPTypeNo=1\nColumnDef=X,Y\n\n{rows}")
+
+
+def as_toml(path, y, z):
+    kind = "wheel" if "wheel" in path.name else "rail"
+    ends = [f"[{float(a)!r}, {float(b)!r}]" for a, b in zip(y, z, strict=True)]
+    lines = [f'[[surface]]\ntype = "line"\nfrom = {a}\nto = {b}\n' for a, b in pairwise(ends)]
+    path.write_text(f'kind = "{kind}"\nunits = "mm"\n' + "".join(lines))
+
+
+FORMATS = {".csv": as_csv, ".txt": as_text, ".prw": as_simpack, ".whl": as_miniprof, ".toml": as_toml}
+RAIL_FORMATS = {".csv": as_csv, ".txt": as_text, ".prr": as_simpack, ".ban": as_miniprof, ".toml": as_toml}
+
+
+def wheel_file(folder, ending, shift_y=0.0, shift_z=0.0, part=slice(None)):
+    path = folder / f"wheel{ending}"
+    y, z = points_of("S1002")[part].T
+    FORMATS[ending](path, y + shift_y, z + shift_z)
+    return str(path)
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_a_wheel_counted_from_the_back_of_its_flange_is_refused_until_its_tape_circle_is_given(tmp_path, ending):
+    path = wheel_file(tmp_path, ending, 70.0)
+    with pytest.raises(InputError, match=r"give --wheel-tape-circle-mm 70 \(tape_circle_mm = 70 in \[wheel_file\]\)"):
+        resolve_wheel(path)
+    settled = resolve_wheel(path, Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
+    y = np.linspace(-30.0, 40.0, 29)
+    # chords of 0.3 mm in TOML, digits of 1e-6 mm elsewhere
+    assert settled.height(y) == pytest.approx(load("S1002").height(y), abs=1e-3 if ending == ".toml" else 2e-5)
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize(("shift_y", "remedy"), [(55.0, "55"), (25.0, "25"), (-40.0, "-40"), (135.0, "135")])
+def test_a_flange_far_from_its_place_is_refused_with_the_tape_circle(tmp_path, ending, shift_y, remedy):
+    path = wheel_file(tmp_path, ending, shift_y)
+    with pytest.raises(
+        InputError, match=r"flange lies at y = .* allowed: -75 to -40 mm.*give --wheel-tape-circle-mm " + remedy
+    ):
+        resolve_wheel(path)
+    assert resolve_wheel(path, Reading(tape_circle_mm=shift_y, filter_mm=0.0)).profile.height(0.0) == pytest.approx(
+        0.0, abs=1e-3
+    )
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_a_tape_circle_outside_the_profile_is_refused(tmp_path, ending):
+    # the tread alone, from y = -20 mm, moved by 30 mm
+    tread = points_of("S1002")[:, 0] > -20.0
+    path = wheel_file(tmp_path, ending, 30.0, part=tread)
+    with pytest.raises(
+        InputError, match=r"tape circle y = 0 lies outside the line or at its end.* 11\.\d* to 94 mm, by --wheel-tape"
+    ):
+        resolve_wheel(path)
+    assert resolve_wheel(path, Reading(tape_circle_mm=30.0, filter_mm=0.0)).profile.height(0.0) == pytest.approx(
+        0.0, abs=1e-3
+    )
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_a_height_at_the_tape_circle_is_refused_until_it_is_settled(tmp_path, ending):
+    path = wheel_file(tmp_path, ending, 0.0, 2.0)
+    with pytest.raises(
+        InputError, match=r"at z = 2 mm; allowed: -0\.5 to 0\.5 mm; give --wheel-tape-circle-z-mm 2 .*-z-mm 0 "
+    ):
+        resolve_wheel(path)
+    for given, height in ((2.0, 0.0), (0.0, 2.0)):
+        settled = resolve_wheel(path, Reading(tape_circle_z_mm=given, filter_mm=0.0)).profile
+        assert settled.height(0.0) == pytest.approx(height, abs=1e-4)
+    # what instruments leave is a note
+    little = resolve_wheel(wheel_file(tmp_path, ending, 0.0, -0.3), Reading(filter_mm=0.0)).profile
+    assert any("at z = -0.3 mm, not 0" in note for note in little.notes)
+
+
+def canted_rail(folder, ending, *, mirrored, one_in=20.0):
+    """A 60E1 that is canted to the track centre in its file, or its mirror image."""
+    y, z = points_of("60E1").T
+    c, s = np.cos(np.arctan(1.0 / one_in)), np.sin(np.arctan(1.0 / one_in))
+    y, z = y * c - z * s, y * s + z * c
+    if mirrored:
+        y, z = -y[::-1], z[::-1]
+    path = folder / f"rail{ending}"
+    RAIL_FORMATS[ending](path, y, z)
+    return str(path)
+
+
+@pytest.mark.parametrize("ending", RAIL_FORMATS)
+def test_a_gauge_corner_on_the_wrong_side_is_refused_until_it_is_settled(tmp_path, ending):
+    right = resolve_rail(canted_rail(tmp_path, ending, mirrored=False), Reading(filter_mm=0.0))
+    path = canted_rail(tmp_path, ending, mirrored=True)
+    with pytest.raises(
+        InputError, match=r"lower on its field side.* give --rail-mirror yes .* or give --rail-mirror no "
+    ):
+        resolve_rail(path, Reading(filter_mm=0.0))
+    y = np.linspace(-25.0, 25.0, 21)
+    turned, kept = (resolve_rail(path, Reading(filter_mm=0.0, mirror=mirror)) for mirror in (True, False))
+    assert turned.height(y) == pytest.approx(right.height(y), abs=1e-6)
+    assert kept.height(-y) == pytest.approx(right.height(y), abs=1e-6)
+
+
+def test_a_rail_without_a_gauge_side_is_refused_with_the_option_that_turns_it(tmp_path):
+    y, z = points_of("60E1").T
+    part = y < 12.0
+    as_csv(tmp_path / "half.csv", -y[part][::-1], z[part][::-1])
+    half = str(tmp_path / "half.csv")
+    with pytest.raises(
+        InputError,
+        match=r"gauge side ends 0\.\d* mm below.*field side reaches 3\d\.\d* mm down: give --rail-mirror yes",
+    ):
+        place_case(Case(rail=half))
+    placed = place_case(Case(rail=half, rail_file=Reading(mirror=True, filter_mm=0.0)))
+    assert placed.first.rail_y_mm == pytest.approx(place_case(Case()).first.rail_y_mm, abs=2e-3)
+
+
+def test_the_given_place_of_a_crown_is_that_of_the_crown_and_not_of_the_origin(tmp_path):
+    y, z = points_of("60E1", 0.02).T
+    as_csv(tmp_path / "beside.csv", y + 30.0, z - 5.0)
+    beside = resolve_rail(str(tmp_path / "beside.csv"), Reading(filter_mm=0.0))
+    for inclination in (0.0, 0.025):
+        track = Track(rail_crown_y_mm=750.0)
+        own, library = (place_rail(one, inclination, track) for one in (beside, load("60E1")))
+        across = np.linspace(725.0, 775.0, 26)
+        # the crown is found to 0.02 mm
+        assert own.height_at_y(across) == pytest.approx(library.height_at_y(across), abs=0.02)
+
+
+def test_profiles_of_the_library_and_flangeless_ones_are_not_doubtful(tmp_path):
+    for name in names("wheel"):
+        path = tmp_path / "wheel.csv"
+        as_csv(path, *points_of(name).T)
+        assert not any(
+            "tape circle" in note for note in resolve_wheel(str(path), Reading(filter_mm=0.0)).profile.notes[1:]
+        )
+    for name in names("rail"):
+        as_csv(tmp_path / "rail.csv", *points_of(name).T)
+        rail = resolve_rail(str(tmp_path / "rail.csv"), Reading(filter_mm=0.0))
+        assert not any("mirrored" in note for note in rail.notes)
+        pair_of(rail, load("S1002"), inclination_rad=0.025)
+
+
+def test_own_profiles_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys):
+    path = wheel_file(tmp_path, ".csv")
+    placed = place_case(Case(wheel=path, wheel_file=Reading(filter_mm=0.0), lateral_shift_mm=2.0))
+    arguments = ["--wheel", path, "--wheel-filter-mm", "0", "--shift", "2"]
+    for command in (["hertz"], ["theory", "strip"], ["place"]):
+        assert call([*command, *arguments]) == 0
+        line = capsys.readouterr().out.splitlines()[0]
+        assert line.startswith("geometry of wheel.csv@"), command
+        assert f"contact point at y = {placed.first.rail_y_mm:+.2f} mm of the rail" in line
+        assert f"rolling radius {float(placed.wheel.radius(placed.first.wheel_u)):.2f} mm" in line
+        assert "flange height 28.00 mm (tip at y = -55.0 mm), rail inclined by 1:40" in line
+    assert call(["hertz", *arguments, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["own_profiles"] == line
+    assert call(["solve", *arguments, "--resolution", "0.9,0.7", "--refine", "never"]) in (0, 3)
+    solved = capsys.readouterr().out.splitlines()
+    assert solved[0] == line
+    assert any(one.startswith("Hertz ") for one in solved[1:4])
+    assert call(["hertz"]) == 0
+    assert "geometry of" not in capsys.readouterr().out
+
+
+def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
+    """A chamfer of 45 degrees by its two ends; the side of a head from 17 to 30 mm below its top."""
+    y, z = points_of("S1002", 0.5).T
+    part = (y < 61.0) | (y > 64.9)
+    as_csv(tmp_path / "wheel.csv", y[part], z[part])
+    wheel = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(filter_mm=0.0)).profile
+    assert any("out of reach of a contact: a straight piece" in note for note in wheel.notes)
+    # the points miss the corner at 60 mm
+    across = np.append(np.linspace(-30.0, 59.0, 64), np.linspace(61.0, 64.5, 8))
+    assert wheel.height(across) == pytest.approx(load("S1002").height(across), abs=2e-3)
+    y, z = points_of("60E1", 0.5).T
+    part = ~((z < -17.0) & (z > -30.0) & (y < 0.0))
+    as_csv(tmp_path / "rail.csv", y[part], z[part])
+    rail = resolve_rail(str(tmp_path / "rail.csv"), Reading(filter_mm=0.0))
+    assert any("out of reach of a contact: a straight piece" in note for note in rail.notes)
+    assert place_case(Case(rail=str(tmp_path / "rail.csv"))).first.rail_y_mm == pytest.approx(
+        place_case(Case()).first.rail_y_mm, abs=0.01
+    )
+    # on the tread a gap is refused still
+    y, z = points_of("S1002", 0.5).T
+    part = (y < 10.0) | (y > 17.0)
+    as_csv(tmp_path / "wheel.csv", y[part], z[part])
+    with pytest.raises(InputError, match=r"a gap of 7\.\d* mm after"):
+        resolve_wheel(str(tmp_path / "wheel.csv"))
+
+
+def test_an_ellipse_that_does_not_fit_on_its_bodies_is_noted(tmp_path, capsys):
+    """A groove of R 81 that is 40 mm wide on a head of R 80: under 100 kN b is 22.6 mm."""
+    reach = math.asin(20.0 / 81.0)
+    ends = [f"[{side * 20.0}, {81.0 * math.cos(reach) - 81.0!r}]" for side in (-1.0, 1.0)]
+    (tmp_path / "groove.toml").write_text(
+        'kind = "wheel"\nunits = "mm"\n[[surface]]\ntype = "arc"\n'
+        f"from = {ends[0]}\nto = {ends[1]}\ncentre = [0.0, -81.0]\nradius = 81.0\n"
+    )
+    pair = [
+        "--rail",
+        "circle:80",
+        "--wheel",
+        str(tmp_path / "groove.toml"),
+        "--roll-mrad",
+        "0",
+        "--inclination",
+        "none",
+    ]
+    assert call(["hertz", *pair, "--load-kn", "100"]) == 0
+    assert "reaches beyond the running surface of the wheel: it is not a contact" in capsys.readouterr().out
+    assert call(["hertz", *pair, "--load-kn", "10"]) == 0
+    assert "reaches beyond" not in capsys.readouterr().out
