@@ -1199,12 +1199,12 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
         if bar.get_fill()
     ]
     assert ax.get_yscale() == "linear"
-    # 4 % of the loads' range below and above; open between both loads
+    # 5 % of the loads' range, room for a diamond, below and above; open between both loads
     assert filled == [
-        (ANSWERS["HOLDS"], -0.35, pytest.approx(6.8), 10.0),
+        (ANSWERS["HOLDS"], -0.35, pytest.approx(6.0), 10.0),
         (ANSWERS["UNRESOLVED"], -0.35, 10.0, 90.0),
-        (ANSWERS["FAILS"], -0.35, 90.0, pytest.approx(93.2)),
-        (ANSWERS["failed"], 0.65, pytest.approx(6.8), pytest.approx(93.2)),
+        (ANSWERS["FAILS"], -0.35, 90.0, pytest.approx(94.0)),
+        (ANSWERS["failed"], 0.65, pytest.approx(6.0), pytest.approx(94.0)),
     ]
     # a tick at both sides of the column for each load that was solved in the search; those of the map have a number
     ticks = [line.get_ydata()[0] for line in ax.get_lines() if np.ptp(line.get_xdata()) < 0.2]
