@@ -52,7 +52,7 @@ ROOMS: dict[str, set[str]] = {
         *("arrays", "errors", "feature_registry", "files", "bodies", "profiles", "placement", "criteria", "case"),
         *("contact", "fe", "contact_theories", "judging", "solving", "regression"),
     },
-    "console": {"errors", "files", "inputs", "profiles", "case", "solving", "jobs", "outputs"},
+    "console": {"errors", "files", "inputs", "profiles", "case", "jobs", "outputs"},
     "maps": {
         *("arrays", "errors", "feature_registry", "files", "placement", "case", "contact_theories", "judging"),
         *("solving", "outputs"),

@@ -21,7 +21,7 @@ def test_mutated_files_are_refused_or_read(ending):
 
 
 def test_command_lines_at_random_end_with_an_exit_code():
-    came, failures = fuzz_commands(40, seed=7)
+    came, failures = fuzz_commands(60, seed=7)
     assert failures == []
     # both happen, so that the test sees both
     assert came["exit code 2"] > 10

@@ -59,16 +59,9 @@ def tell_notes(notes: Iterable[str]) -> None:
 
 def tell_geometry(cases: Sequence[Case]) -> None:
     """Print the geometry of each pair of own profiles at its first case that has a place on the rail."""
-    from fecontact.outputs.own_profiles import own_profiles_record
-    from fecontact.solving.placing import placed_or_why
+    from fecontact.outputs.own_profiles import geometry_of_cases
 
-    told: set[tuple[object, ...]] = set()
-    for case in cases:
-        pair = (case.rail, case.wheel, case.rail_file, case.wheel_file, case.track, case.inclination_rad)
-        if pair not in told and not isinstance(placement := placed_or_why(case), str):
-            told.add(pair)
-            at = f"at a shift of {case.lateral_shift_mm:g} mm"
-            announce(*(f"{at}: {text}" for text in own_profiles_record(case, placement).values()))
+    announce(*geometry_of_cases(cases))
 
 
 @contextmanager

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 
 from fecontact.case import Case
@@ -12,6 +14,7 @@ from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import is_known, profile_identity
 from fecontact.profiles.reading import is_short_form
+from fecontact.solving.placing import placed_or_why
 
 _STEP_MM = 0.05
 # A part of a wheel that lies less deep below the tread is not called a flange.
@@ -56,3 +59,14 @@ def _rail_words(rail: Profile, inclination_rad: float) -> str:
         return words
     turn = 1e3 * rail.measured.held.registration.turn_rad
     return f"{words}, its head in the file turned by {turn:+.1f} mrad against {rail.measured.nominal}"
+
+
+def geometry_of_cases(cases: Iterable[Case]) -> Iterator[str]:
+    """Geometry of each pair of own profiles, at its first case that has a place on the rail."""
+    shown: set[tuple[object, ...]] = set()
+    for case in cases:
+        pair = (case.rail, case.wheel, case.rail_file, case.wheel_file, case.track, case.inclination_rad)
+        if pair not in shown and not isinstance(placement := placed_or_why(case), str):
+            shown.add(pair)
+            at = f"at a shift of {case.lateral_shift_mm:g} mm"
+            yield from (f"{at}: {text}" for text in own_profiles_record(case, placement).values())
