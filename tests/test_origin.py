@@ -2,6 +2,7 @@
 
 import json
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def as_miniprof(path, y, z):
 def as_toml(path, y, z):
     kind = "wheel" if "wheel" in path.name else "rail"
     ends = [f"[{float(a)!r}, {float(b)!r}]" for a, b in zip(y, z, strict=True)]
-    lines = [f'[[surface]]\ntype = "line"\nfrom = {a}\nto = {b}\n' for a, b in zip(ends, ends[1:], strict=False)]
+    lines = [f'[[surface]]\ntype = "line"\nfrom = {a}\nto = {b}\n' for a, b in pairwise(ends)]
     path.write_text(f'kind = "{kind}"\nunits = "mm"\n' + "".join(lines))
 
 

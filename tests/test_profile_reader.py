@@ -331,7 +331,7 @@ def test_doubtful_origins_are_noted():
     y, z = wheel_points()
     lifted = profile_from_points(y, z + 0.3, kind="wheel", name="p")
     assert any("at z = 0.3 mm, not 0" in note for note in lifted.notes)
-    with pytest.raises(InputError, match="at z = 3 mm; allowed: -0.5 to 0.5 mm"):
+    with pytest.raises(InputError, match=r"at z = 3 mm; allowed: -0\.5 to 0\.5 mm"):
         profile_from_points(y, z + 3.0, kind="wheel", name="p")
     with pytest.raises(InputError, match="tape circle y = 0 lies outside"):
         profile_from_points(y[y < -5], z[y < -5], kind="wheel", name="p")

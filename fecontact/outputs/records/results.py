@@ -396,7 +396,8 @@ def _ellipses_beyond_ends(found: HertzAlone) -> Iterator[str]:
         for body in found.placement.bodies_that_end(s - b, s + b):
             yield (
                 f"point {point.touch_point + 1}: the ellipse of {b:.2f} mm to each side reaches beyond the running"
-                f" surface of the {body}: it is not a contact of these bodies; reduce the load, or give a longer profile"
+                f" surface of the {body}: it is not a contact of these bodies; reduce the load, or give a longer"
+                " profile"
             )
 
 
