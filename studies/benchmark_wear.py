@@ -63,7 +63,7 @@ def case_of(number: int, rail: GivenProfile, **reading: float) -> Case:
     *_, shift, load_kN = HEADS[number]
     return Case(
         rail=rail,
-        rail_file=Reading(**reading),
+        rail_file=Reading(mirror=False, **reading),
         lateral_shift_mm=float(shift),
         load_N=1e3 * load_kN,
         roll="given",

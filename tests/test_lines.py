@@ -186,7 +186,7 @@ def worn(noise_mm: float, step_mm: float, **reading: object) -> Profile:
     noise = noise_mm * np.random.default_rng([500, 23]).normal(size=p.y.size)
     y = p.y - noise * np.sin(p.angle_rad)
     z = p.z - np.exp(-(((p.y - 8.0) / 14.0) ** 2)) + noise * np.cos(p.angle_rad)
-    return profile_from_points(y, z, kind="rail", name="worn", reading=Reading(**reading))
+    return profile_from_points(y, z, kind="rail", name="worn", reading=Reading(mirror=False, **reading))
 
 
 def test_a_worn_head_is_decided_as_its_true_line_is():
