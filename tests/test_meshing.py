@@ -625,7 +625,9 @@ def test_other_cuts_than_the_defaults_are_taken_or_refused():
         rim_thickness_mm=30.0, half_length_mm=40.0
     )
     assert BodySize().at_radius(108.4) == BodySize()
-    with pytest.raises(InputError, match=r"rim thickness .* is 50 mm; allowed: up to 47\.5 mm for a wheel of radius 50"):
+    with pytest.raises(
+        InputError, match=r"rim thickness .* is 50 mm; allowed: up to 47\.5 mm for a wheel of radius 50"
+    ):
         BodySize(rim_thickness_mm=50.0).at_radius(50.0)
     with pytest.raises(InputError, match=r"half_length_mm\) is 70 mm; allowed: up to 60 mm for a wheel of radius 20"):
         BodySize(half_length_mm=70.0).at_radius(20.0)

@@ -1,5 +1,6 @@
 """Commands without a mesh over the library, with each warning of the arithmetic as an error."""
 
+import contextlib
 import math
 import random
 import warnings
@@ -38,7 +39,7 @@ def drawn(seed: int, count: int) -> list[Case]:
 
 
 def evaluate_all(case: Case, draw: random.Random) -> int:
-    """Evaluate all that needs no mesh; returns the number of answers. A refusal is one line, and no warning."""
+    """Evaluate all that needs no mesh; returns the number of answers. A position may be refused, but not warn."""
     calls = {
         "hertz": lambda: fecontact.hertz(case),
         "table": lambda: [table_row(line) for line in table_lines(case, [case.lateral_shift_mm], [case.load_N])],
@@ -51,11 +52,9 @@ def evaluate_all(case: Case, draw: random.Random) -> int:
         warnings.simplefilter("error")
         for name, call in calls.items():
             if draw.random() < RARELY.get(name, 1.0):
-                try:
+                with contextlib.suppress(FecontactError):
                     call()
                     answers += 1
-                except FecontactError as error:
-                    assert "\n" not in str(error), name
     return answers
 
 

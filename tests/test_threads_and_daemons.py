@@ -52,7 +52,9 @@ print("equal")
 """
 
 
-@pytest.mark.parametrize("script", [pytest.param(SECTIONS, id="sections"), pytest.param(SOLVES, id="solves", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "script", [pytest.param(SECTIONS, id="sections"), pytest.param(SOLVES, id="solves", marks=pytest.mark.slow)]
+)
 def test_threads_of_one_process_have_the_bits_of_one_after_the_other(script):
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=600)
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, "equal\n", "")

@@ -335,9 +335,7 @@ def _run(radius: float, vehicle: Vehicle, ride: Ride, one: Equilibrium) -> Curve
     across, down = one.line.acceleration_m_s2
     runs = () if one.balance is None else _wheelset_runs(one.state, vehicle, one.balance)
     weight = sum(wheel.vertical_force_N for run in runs for wheel in run.wheels) * GRAVITY_M_S2 / abs(down)
-    pull, power = (
-        (math.nan, math.nan) if one.balance is None else (one.balance.pull_N, one.balance.power_per_speed_N)
-    )
+    pull, power = (math.nan, math.nan) if one.balance is None else (one.balance.pull_N, one.balance.power_per_speed_N)
     derails = _derailing(runs, ride.wheelset, one.line.law.pair.friction) if one.status == "equilibrium" else ()
     return CurveRun(
         radius_m=radius,

@@ -269,7 +269,6 @@ def press(overlap: Overlap | None, normal: NormalTheory, contact_modulus_MPa: fl
         return normal(overlap, contact_modulus_MPa)
 
 
-
 def hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     """Hertz's spring at the deepest point alone, with the curvature of its surroundings."""
     found = _minima(overlap)
