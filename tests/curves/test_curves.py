@@ -1026,6 +1026,16 @@ def test_differences_are_the_largest_ones_and_name_their_radius():
     assert "the critical speed by +25 %" in difference_words(found)
 
 
+def test_straight_track_without_an_oscillation_says_so(monkeypatch):
+    monkeypatch.setattr(
+        "fecontact.features.curves.stability.eigenvalues", lambda *_: np.array([-1.0, -2.0], dtype=complex)
+    )
+    found = straight_track("multi_hertz", FREE, cone_line())
+    assert found.problem == "no motion oscillates at 7.2 km/h"
+    assert found.critical_speed_km_h is None
+    assert straight_words(found) == "straight track, multi_hertz: no motion oscillates at 7.2 km/h"
+
+
 def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
     line = straight_line(Ride(wheelset=wheelset()))
     # a free wheelset hunts from 31 km/h on, and at a tenth of it with a hundred times its mass
