@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import base64
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from functools import cache
 from importlib.resources import files
 from io import BytesIO
@@ -133,39 +131,35 @@ def save_image(figure: Figure, path: Path) -> Path:
     return path
 
 
+# Settings of matplotlib are global: threads draw one after the other.
 _ONE_DRAWING = threading.Lock()
-
-
-@contextmanager
-def _settings(values: Mapping[Any, Any]) -> Iterator[None]:
-    """Settings of matplotlib for a while; threads wait for each other, since its settings are global."""
-    from matplotlib import rc_context
-
-    with _ONE_DRAWING, rc_context(dict(values)):
-        yield
 
 
 def svg_of(figure: Figure) -> bytes:
     """A figure as SVG."""
+    from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    with _ONE_DRAWING:
-        _settle(figure)
     content = BytesIO()
     # no version and no date in the files: two runs may differ in the picture only
     unsaid = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    with _settings({"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}):
-        FigureCanvasSVG(figure).print_figure(content, dpi=DPI, format="svg", metadata=unsaid)
+    with _ONE_DRAWING:
+        _settle(figure)
+        with rc_context(
+            {"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}
+        ):
+            FigureCanvasSVG(figure).print_figure(content, dpi=DPI, format="svg", metadata=unsaid)
     return content.getvalue()
 
 
 def image_of(figure: Figure) -> Image:
     """A figure as pixels, without the alpha channel of matplotlib's files, which is not seen and takes time."""
+    from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL.Image import fromarray
 
     # letters that are fitted to pixels look no better, and take a sixth of the time
-    with _settings({"text.hinting": "none"}):
+    with _ONE_DRAWING, rc_context({"text.hinting": "none"}):
         _settle(figure)
         canvas: Any = FigureCanvasAgg(figure)
         canvas.draw()

@@ -272,7 +272,8 @@ class LoadSweep:
         check_positive("load", load_N, "N", "give the wheel load")
         wanted = self._planned.get(load_N) or self._position.for_load(load_N)
         if not refine:
-            wanted = replace(wanted, case=_elastic(unrefined(wanted.case)))
+            # bodies that yield do so here too: the limits of a load lie between verdicts of one kind
+            wanted = replace(wanted, case=unrefined(wanted.case))
         solved = self._opened_for(wanted).solve(wanted)
         with wanted.clock.step("judge"):
             return judge_load(solved, self.placement, THEORIES if refine else (HERTZ,))
@@ -342,12 +343,6 @@ def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> P
 def unrefined(case: Case) -> Case:
     """The case without refinement, solved on its first two meshes only."""
     return replace(case, refine="never")
-
-
-def _elastic(case: Case) -> Case:
-    """The case with bodies that never yield."""
-    rail, wheel = (replace(body, yield_MPa=None) for body in (case.rail_material, case.wheel_material))
-    return replace(case, rail_material=rail, wheel_material=wheel)
 
 
 def _placed(case: Case, planned_N: Sequence[float]) -> Position:

@@ -25,8 +25,8 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.curves import model
 from fecontact.features.curves.curve import Conditions, Ride, curves, lines_of, nadal_limit, steepest_rad, straight_line
 from fecontact.features.curves.loaded import loaded_conicities, radius_differences_mm
-from fecontact.features.curves.model import Vehicle, built_in_vehicles, load_vehicle, with_bogie
-from fecontact.features.curves.normal import NORMAL_THEORIES, Overlap, Surfaces, half_space
+from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle, built_in_vehicles, load_vehicle, with_bogie
+from fecontact.features.curves.normal import NORMAL_THEORIES, OutOfReach, Overlap, Surfaces, half_space, press
 from fecontact.features.curves.stability import (
     StraightTrack,
     critical_speed_m_s,
@@ -48,9 +48,11 @@ from fecontact.features.curves.steady import (
     solve_at,
     straight_start,
     wheel_force,
+    wheelset_states,
     without_rails,
 )
 from fecontact.features.curves.telling import (
+    curve_rows,
     curves_figure,
     curves_lines,
     curves_record,
@@ -66,6 +68,7 @@ from fecontact.placement.wheelset import Wheelset
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line as Segment
+from fecontact.solving.placing import wheelset_of_case
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 INCLINED = math.atan(1.0 / 40.0)
@@ -623,6 +626,123 @@ def test_a_search_that_stalls_ends_after_as_many_stalls_as_it_may():
     assert evaluated[0] < evaluated[1] < evaluated[2] <= evaluated[0] + 4 * 5
 
 
+def test_a_state_that_cannot_be_evaluated_is_a_failed_step():
+    tried = []
+
+    def value_at(state):
+        tried.append(float(state[0]))
+        if abs(state[0]) > 1.0:
+            raise OutOfReach("beyond 1")
+        return Parabola(residual_N=np.arctan(8.0 * (state - 0.9)))
+
+    def slopes_at(state):
+        return np.diag(8.0 / (1.0 + (8.0 * (state - 0.9)) ** 2))
+
+    # a slope from before leads beyond, and a whole step of its own does so too; the root is found all the same
+    for slopes in (None, np.array([[0.5]])):
+        tried.clear()
+        state, found, _ = newton(value_at, slopes_at, np.array([0.65]), wanted_N=1e-9, most=60, slopes=slopes)
+        assert state[0] == pytest.approx(0.9, abs=1e-9)
+        assert abs(found.residual_N[0]) < 1e-9
+        assert max(tried) > 1.0
+    # where no part of a step can be evaluated the search ends at its start, which is not a root
+    state, found, slopes = newton(value_at, lambda state: np.array([[-1e-3]]), np.array([-1.0]), wanted_N=1e-9, most=60)
+    assert (state[0], slopes) == (-1.0, None)
+    assert abs(found.residual_N[0]) > 1.0
+
+
+def test_a_wheel_in_the_side_of_a_rail_is_out_of_reach():
+    s = np.arange(-12.0, 12.05, 0.1)
+    overlap = Overlap(
+        s_mm=s,
+        depth_mm=0.1 - s**2 / 920.0,
+        place_mm=np.zeros((s.size, 3)),
+        angle_rad=np.full(s.size, math.radians(91.0)),
+        radius_mm=np.full(s.size, 460.0),
+    )
+    for theory in NORMAL_THEORIES.values():
+        with pytest.raises(OutOfReach, match="side of the rail, whose angle is 91 degrees"):
+            press(overlap, theory, MODULUS)
+    # so deep that no force is one of a contact
+    deep = replace(overlap, angle_rad=0.0 * s, depth_mm=1e16 + 0.0 * s)
+    surfaces = SimpleNamespace(overlap=lambda *place: deep, pair=SimpleNamespace(rolling_radius_mm=460.0))
+    motion = Motion(place=np.zeros(4), slip=0.0, curvature_per_mm=0.0)
+    law = replace(cone_line().law, normal=NORMAL_THEORIES["overlap"])
+    with pytest.raises(OutOfReach, match=r"cannot be computed: normal force is .*no body, load or material has that"):
+        wheel_force(surfaces, motion, law)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "rail", "wheel", "inclination"),
+    slow_but(
+        [
+            *(("manchester", "60E1", "S1002", one) for one in (20.0, 25.0, 30.0, 35.0, 40.0, math.inf)),
+            ("metro", "54E1", "EN13715_1in40", 20.0),
+            ("metro", "60E2", "MBench_S1002", 25.0),
+            ("wheelset", "46E1", "EN15302_H", math.inf),
+            ("wheelset", "A55", "EN15302_C", 20.0),
+            ("manchester", "MBench_UIC60", "EN15302_A", 30.0),
+            ("manchester", "50E6", "EN15302_B", 35.0),
+        ],
+        *(0, 8),
+    ),
+)
+def test_curves_at_all_inclinations_are_balanced_and_mirror_images(vehicle, rail, wheel, inclination):
+    made = load_vehicle(vehicle)
+    case = Case(
+        rail=rail,
+        wheel=wheel,
+        inclination_rad=math.atan(1.0 / inclination),
+        rolling_radius_mm=made.wheelset.rolling_radius_mm,
+    )
+    ride = Ride(wheelset=wheelset_of_case(case))
+    # straight track, centred: both wheels are the same
+    straight = solve_at(straight_start(made, straight_line(ride)), made, straight_line(ride))
+    assert straight.status == "equilibrium"
+    for state in wheelset_states(straight.state, made):
+        assert state[[0, 2, 3]] == pytest.approx(0.0, abs=1e-6)
+    right, left = sorted(curves(made, ride, (500.0, -500.0)), key=lambda one: -one.radius_m)
+    assert (right.status, left.status) == ("equilibrium", "equilibrium")
+    assert max(right.left_over_N, left.left_over_N) < 1e-4
+    for one, other in zip(right.wheelsets, left.wheelsets, strict=True):
+        assert one.lateral_shift_mm == pytest.approx(-other.lateral_shift_mm, abs=1e-5)
+        assert one.yaw_mrad == pytest.approx(-other.yaw_mrad, abs=1e-5)
+        for wheel_of_one, across in zip(one.wheels, reversed(other.wheels), strict=True):
+            assert wheel_of_one.lateral_force_N == pytest.approx(across.lateral_force_N, abs=1.0)
+    # at the balanced speed the rails carry the weight, made heavier by the track's tilt, and nothing across
+    across, down = lines_of(ride, widest_per_mm=1e-3 / 500.0)(-1e-3 / 500.0).acceleration_m_s2
+    assert across == pytest.approx(0.0, abs=1e-9)
+    load = sum(one.vertical_force_N for run in right.wheelsets for one in run.wheels)
+    if made.bogie is None:
+        assert load == pytest.approx(-down * 1e3 * made.guide.axle_load_kN / GRAVITY_M_S2, rel=1e-6)
+    else:
+        mass = 0.5 * made.bogie.body.mass_kg + made.bogie.frame.mass_kg + 2.0 * made.wheelset.mass_kg
+        assert load == pytest.approx(-down * mass, rel=1e-6)
+
+
+def test_curves_without_any_evaluated_state_are_lines_and_not_an_error(monkeypatch, tmp_path):
+    def out_of_reach(*_):
+        raise OutOfReach("the force of a contact cannot be computed: here")
+
+    finished = run("wheelset", (1000.0,))[0]
+    monkeypatch.setattr("fecontact.features.curves.steady.press", out_of_reach)
+    found = fecontact.curve("wheelset", (1000.0, -300.0))
+    (wide, tight) = found.runs["overlap"]
+    assert (wide.status, tight.status, wide.wheelsets) == ("no equilibrium", "no equilibrium", ())
+    assert wide.notes == ("no equilibrium was found from 4 starts", "the force of a contact cannot be computed: here")
+    assert math.isnan(wide.pull_N)
+    assert math.isnan(wide.left_over_N)
+    # beside a curve that is finished
+    found = replace(found, runs={"overlap": (finished, tight)}, radii_m=(1000.0, -300.0), visits=())
+    said = "\n".join(map(str, curves_lines(found)))
+    assert "R -300 m: no equilibrium: no equilibrium was found from 4 starts" in said
+    rows = curve_rows(found)
+    assert [row["radius_m"] for row in rows] == [1000.0, 1000.0, -300.0]
+    assert rows[-1]["status"] == "no equilibrium"
+    assert json.loads(json.dumps(curves_record(found)))["curves"][1]["wheelsets"] == []
+    assert curves_figure(found, tmp_path / "curve.png").stat().st_size > 1000
+
+
 def test_a_wheel_out_of_reach_carries_nothing():
     motion = Motion(place=np.array([0.0, 470.0, 0.0, 0.0]), slip=0.0, curvature_per_mm=0.0)
     law = cone_line().law
@@ -904,6 +1024,16 @@ def test_differences_are_the_largest_ones_and_name_their_radius():
     assert found.without_m == (300.0,)
     assert found.critical_speed == pytest.approx(0.25)
     assert "the critical speed by +25 %" in difference_words(found)
+
+
+def test_straight_track_without_an_oscillation_says_so(monkeypatch):
+    monkeypatch.setattr(
+        "fecontact.features.curves.stability.eigenvalues", lambda *_: np.array([-1.0, -2.0], dtype=complex)
+    )
+    found = straight_track("multi_hertz", FREE, cone_line())
+    assert found.problem == "no motion oscillates at 7.2 km/h"
+    assert found.critical_speed_km_h is None
+    assert straight_words(found) == "straight track, multi_hertz: no motion oscillates at 7.2 km/h"
 
 
 def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():

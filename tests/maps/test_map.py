@@ -33,6 +33,7 @@ from positions import map_by
 from test_study import dask_cluster
 
 import fecontact
+from fecontact.bodies import Material
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
 from fecontact.contact.grid import ContactGrid, Rung
@@ -2324,3 +2325,18 @@ def test_loads_with_refinement():
     assert groups_N(sweep) == (100e3, 25e3)
     sweep.close()
     check_cylinders(points)
+
+
+@pytest.mark.slow
+def test_loads_between_those_of_a_map_yield_too(tmp_path):
+    steel = Material(yield_MPa=400.0, tangent_MPa=4200.0)
+    case = Case(lateral_shift_mm=3.0, rail_material=steel, wheel_material=steel)
+    made = fecontact.map(case, [3.0], [10e3, 60e3], tmp_path, workers=1).made
+    (position,) = made.positions
+    assert position.tried
+    for judged in (*position.tried, *(cell.judged for cell in position.cells)):
+        assert judged.plastic is not None
+    # yielding takes more of the peak under a larger load: what failed under 60 kN does not hold just below it
+    answers = [judged.answer.answer for judged in sorted(position.tried, key=lambda one: one.load_N)]
+    assert position.cells[-1].judged.answer.answer == "FAILS"
+    assert answers[-1] != "HOLDS"

@@ -161,9 +161,17 @@ def eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.complex128]:
 
 
 def hunting(model: LinearModel, speed_m_s: float) -> Hunting:
-    """The least damped oscillation at a speed."""
+    """The least damped oscillation at a speed.
+
+    Raises
+    ------
+    ConvergenceError
+        If no motion oscillates, as without conicity.
+    """
     found = eigenvalues(model, speed_m_s)
     swinging = found[found.imag > 1e-6]
+    if swinging.size == 0:
+        raise ConvergenceError(f"no motion oscillates at {3.6 * speed_m_s:g} km/h")
     worst = swinging[int(np.argmax(swinging.real))]
     return Hunting(
         speed_m_s=speed_m_s, growth_per_s=float(worst.real), frequency_Hz=float(worst.imag) / (2.0 * math.pi)
@@ -174,12 +182,12 @@ def straight_track(theory: str, vehicle: Vehicle, line: Line) -> StraightTrack:
     """Critical speed and wavelengths on a straight line, by a theory that `line` has; without an equilibrium, why."""
     try:
         model = linear_model(vehicle, line)
+        found, slow = critical_speed_m_s(model), hunting(model, _SLOWEST_M_S)
+        # at the lowest speed it is not known from which on
+        critical = None if found == _SLOWEST_M_S else found
+        at = slow if critical is None else hunting(model, critical)
     except (InputError, ConvergenceError) as error:
         return StraightTrack(theory=theory, problem=str(error))
-    found, slow = critical_speed_m_s(model), hunting(model, _SLOWEST_M_S)
-    # at the lowest speed it is not known from which on
-    critical = None if found == _SLOWEST_M_S else found
-    at = slow if critical is None else hunting(model, critical)
     return StraightTrack(
         theory=theory,
         critical_speed_km_h=None if critical is None else 3.6 * critical,
