@@ -23,6 +23,7 @@ from fecontact.console.messages import log_only, print_reasons, say
 from fecontact.console.progress import many, solving
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
+from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.runs.casefile import load_study
 from fecontact.runs.check import check_study
 from fecontact.runs.cost import CASE_FILES_S, MAP_FILES_S, STUDY_FILES_S, cost_of
@@ -575,6 +576,16 @@ def test_an_end_from_outside_while_workers_begin_is_one_line(tmp_path, ended_by,
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "interrupted; what was finished is kept"
     assert process.returncode in (130, -signal.SIGINT)
+
+
+def test_an_end_before_the_first_job_says_what_is_kept(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fecontact.jobs.engine.remove_unfinished", interrupted)
+    with pytest.raises(KeyboardInterrupt) as ended, open_run(tmp_path, tmp_path / "cases", RunSettings()):
+        pass
+    assert ended.value.__notes__ == ["what was finished is kept"]
 
 
 def test_an_interrupted_solution_says_nothing_of_what_is_kept(monkeypatch, capsys):

@@ -132,10 +132,10 @@ def answers(bare, tmp_path_factory) -> dict[str, Any]:
 def test_the_packages_are_absent_there(bare):
     code = (
         "from importlib.util import find_spec\n"
-        f"print([name for name in {ABSENT} if find_spec(name)], find_spec('fecontact').origin)"
+        f"print([name for name in {ABSENT} if find_spec(name)], find_spec('fecontact').origin, sep='\\n')"
     )
     done = subprocess.run([bare, "-c", code], capture_output=True, text=True, check=True, cwd="/")
-    assert done.stdout.split() == ["[]", str(ROOT / "fecontact" / "__init__.py")]
+    assert done.stdout.splitlines() == ["[]", str(ROOT / "fecontact" / "__init__.py")]
 
 
 @pytest.mark.parametrize("command", WORKS)

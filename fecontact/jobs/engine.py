@@ -105,21 +105,22 @@ def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress |
     InputError
         If another run has the folder, or the cluster cannot be used.
     """
-    with locked(out, settings.part) as lock, _crew(settings, lock) as crew:
-        if settings.part is None:
-            remove_unfinished(out)
-            remove_leftovers(store)
-        try:
+    try:
+        with locked(out, settings.part) as lock, _crew(settings, lock) as crew:
+            if settings.part is None:
+                remove_unfinished(out)
+                remove_leftovers(store)
             yield OpenRun(crew=crew, settings=settings, progress=progress)
-        except KeyboardInterrupt as error:
-            error.add_note("what was finished is kept")
-            raise
-        if settings.part is None:
-            # the tables of the whole run contain the tables of its parts
-            for path in out.iterdir():
-                if re.fullmatch(r"\w+\.part-\d+-of-\d+[._]\w+(\.\w+)?", path.name):
-                    path.unlink(missing_ok=True)
-            remove_leftovers(store)
+            if settings.part is None:
+                # the tables of the whole run contain the tables of its parts
+                for path in out.iterdir():
+                    if re.fullmatch(r"\w+\.part-\d+-of-\d+[._]\w+(\.\w+)?", path.name):
+                        path.unlink(missing_ok=True)
+                remove_leftovers(store)
+    except KeyboardInterrupt as error:
+        # also where it comes before the first job, from the moment when the folder is held
+        error.add_note("what was finished is kept")
+        raise
 
 
 @contextmanager
