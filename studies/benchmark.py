@@ -129,7 +129,7 @@ def assembly(case: Case) -> dict[str, float]:
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
     from fecontact.bodies import STEEL
-    from fecontact.fe.body import _skfem_mesh, stiffness
+    from fecontact.fe.stiffness import _skfem_mesh, stiffness
     from fecontact.solving.case_meshes import mesh_case
 
     # all layers have unknowns: the vector form knows no others

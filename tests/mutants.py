@@ -35,8 +35,10 @@ ROOT = Path(__file__).resolve().parents[1]
 ROOMS = (
     "contact", "fe", "contact_theories", "judging", "placement", "profiles/curve.py",
     "profiles/segments.py", "profiles/registration.py", "profiles/smoothing.py", "profiles/variants.py",
+    "profiles/pieces.py", "profiles/point_noise.py", "profiles/smoothing_splines.py", "profiles/point_problems.py",
     "features/curves/model.py", "features/curves/normal.py", "features/curves/stability.py",
-    "features/curves/steady.py", "features/creep/forces.py", "features/creep/steady.py",
+    "features/curves/steady.py", "features/curves/wheel_forces.py", "features/curves/balance.py",
+    "features/curves/newton.py", "features/creep/forces.py", "features/creep/steady.py",
 )  # fmt: skip
 COPIED = ("fecontact", "tests", "studies", "meshes", "pyproject.toml", "README.md", "CONTRIBUTING.md")
 # CPU seconds of a test while calls are noted.

@@ -184,7 +184,8 @@ def test_a_map_takes_it(result):
     from fecontact.maps.load_limits import KnownLoad, load_limit
     from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
     from fecontact.maps.telling import judged_by
-    from fecontact.maps.views import map_answer, verdict_view
+    from fecontact.maps.verdict_views import verdict_view
+    from fecontact.maps.views import map_answer
 
     cell = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="converged", judged=result.load)
     assert (cell.verdict, cell.cause) == ("FAILS", "plasticity")

@@ -14,18 +14,12 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from fecontact.bodies import STEEL
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.fe import body as elasticity
-from fecontact.fe.body import (
-    _skfem_mesh,
-    assembled_part,
-    check_mesh,
-    choose_solver,
-    elastic_body,
-    factor_bytes,
-    pardiso_available,
-    rigid_body_modes,
-    stiffness,
-)
+from fecontact.fe import linear_solver
+from fecontact.fe.body import assembled_part, elastic_body
+from fecontact.fe.body_mesh import check_mesh
+from fecontact.fe.linear_solver import choose_solver, pardiso_available, rigid_body_modes
+from fecontact.fe.memory import factor_bytes
+from fecontact.fe.stiffness import _skfem_mesh, stiffness
 from fecontact.solving.case_meshes import mesh_case
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
@@ -78,7 +72,7 @@ def test_multigrid_is_taken_for_one_load_on_many_unknowns(available):
 
 
 def test_without_mkl_multigrid_is_taken(monkeypatch):
-    monkeypatch.setattr(elasticity, "pardiso_available", lambda: False)
+    monkeypatch.setattr(linear_solver, "pardiso_available", lambda: False)
     assert choose_solver("auto", [1000]) == "amg"
     with pytest.raises(InputError, match="MKL cannot be loaded here; pip install pypardiso"):
         choose_solver("pardiso")
@@ -154,7 +148,7 @@ def test_layers_further_apart_do_not_change_how_the_contact_gives_way(body):
 def iterations(monkeypatch):
     """Numbers of iterations of all solutions."""
     counts: list[int] = []
-    solve = elasticity.cg
+    solve = linear_solver.cg
 
     def counted(*given, **options):
         counts.append(0)
@@ -164,7 +158,7 @@ def iterations(monkeypatch):
 
         return solve(*given, callback=count, **options)
 
-    monkeypatch.setattr(elasticity, "cg", counted)
+    monkeypatch.setattr(linear_solver, "cg", counted)
     return counts
 
 

@@ -9,10 +9,10 @@ from points import profile_from_points, simpack
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.profiles.library import load, names
+from fecontact.profiles.point_noise import noise_of
 from fecontact.profiles.points import is_exact, spikes
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.segments import noise_of
 from fecontact.profiles.smoothing import PRACTICE_MM
 from fecontact.profiles.variants import other_lines
 from fecontact.profiles.writers import points_along

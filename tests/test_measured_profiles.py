@@ -20,6 +20,7 @@ from fecontact.outputs.preview import preview_lines, preview_record
 from fecontact.outputs.profiles import nearest_text, profile_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load, names
+from fecontact.profiles.point_noise import missed_by_neighbours, noise_of
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.recognition import _choices, _lost_on_field_side_mm, nearest
 from fecontact.profiles.registration import (
@@ -32,14 +33,8 @@ from fecontact.profiles.registration import (
     register,
     register_all,
 )
-from fecontact.profiles.segments import (
-    Polynomial,
-    Registration,
-    least_bending,
-    missed_by_neighbours,
-    noise_of,
-    smoothed_by,
-)
+from fecontact.profiles.segments import Polynomial, Registration
+from fecontact.profiles.smoothing_splines import least_bending, smoothed_by
 from fecontact.profiles.variants import _ByContent, _length, scaled
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case

@@ -15,7 +15,7 @@ import pytest
 
 from fecontact.case import BodySize, Case, Track
 from fecontact.errors import InputError
-from fecontact.fe.body import (
+from fecontact.fe.body_mesh import (
     CORNER_SIGNS,
     BodyMesh,
     corner_jacobians,

@@ -13,9 +13,12 @@ from fecontact.case import BodySize, Case
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import InputError
-from fecontact.fe.body import BodyMesh, ElasticBody, choose_solver, elastic_body, stiffness
+from fecontact.fe.body import ElasticBody, elastic_body
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.coupling import CoupledBodies, _clip, _triangle_rule, mortar_matrix
+from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
+from fecontact.fe.stiffness import stiffness
 from fecontact.solving.placing import place_case
 
 GRID = ContactGrid(x_mm=np.linspace(-3.0, 5.0, 9), s_mm=np.linspace(-2.0, 1.0, 6), half=False)

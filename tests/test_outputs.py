@@ -27,7 +27,7 @@ from fecontact.contact_theories.approximation import Approximation
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Creep
 from fecontact.errors import CONVERGED, UNUSABLE, InputError
-from fecontact.fe.body import BodyMesh, mesh_volume
+from fecontact.fe.body_mesh import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.judging.judge import judge_load

@@ -19,7 +19,7 @@ from flit_core import buildapi
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.fe.body import pardiso_available
+from fecontact.fe.linear_solver import pardiso_available
 from fecontact.guide.pages import titles
 from fecontact.profiles.library import names
 

@@ -20,7 +20,7 @@ from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below
 from fecontact.contact_theories.hertz import hertz_from_hessian
 from fecontact.criteria import Criteria
-from fecontact.fe.body import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad

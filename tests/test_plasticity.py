@@ -10,7 +10,9 @@ from fecontact import Case, solve
 from fecontact.bodies import STEEL, Material
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.fe.body import BodyMesh, pardiso_available, stiffness
+from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.linear_solver import pardiso_available
+from fecontact.fe.stiffness import stiffness
 from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
 from fecontact.judging import verdict
 from fecontact.judging.measures import measures_of

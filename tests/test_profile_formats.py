@@ -16,9 +16,9 @@ from fecontact.errors import InputError
 from fecontact.files import toml_content
 from fecontact.profiles.examples import NOISE_MM, WEAR_MM
 from fecontact.profiles.library import load, toml_text
+from fecontact.profiles.point_problems import out_of_order
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.segments import out_of_order
 from fecontact.profiles.writers import csv_text, points_along, refuse_other_endings
 from fecontact.runs.casefile import toml_cases
 

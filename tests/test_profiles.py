@@ -14,9 +14,10 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.profiles.curve import JOINT_GAP_MM, Profile, circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import ALIASES, find, load, names, toml_text
+from fecontact.profiles.pieces import Pieces
 from fecontact.profiles.readers.formats import joined, read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.segments import Arc, Line, Pieces, Polynomial, Spline
+from fecontact.profiles.segments import Arc, Line, Polynomial, Spline
 from fecontact.solving.placing import place_case
 
 # S (mm), F (mm), dF/dS, radius of curvature (mm, positive where the wheel is concave); F is the depth below the tape

@@ -15,8 +15,8 @@ from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import BodySize, Case
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
-from fecontact.fe.body import pardiso_available
 from fecontact.fe.coupling import CoupledBodies
+from fecontact.fe.linear_solver import pardiso_available
 from fecontact.judging.measures import Measures, measures_of
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import load

@@ -7,9 +7,10 @@ from points import profile_from_points
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.profiles.library import load, names
+from fecontact.profiles.point_noise import noise_of
+from fecontact.profiles.point_problems import crossings
 from fecontact.profiles.points import spikes, unclear
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.segments import crossings, noise_of
 from fecontact.profiles.writers import points_along
 from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
-from fecontact.fe.body import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.section import layer_depths
 from fecontact.fe.stress import _below_the_block, peak_on_line, stress_peak
 from fecontact.solving.solve import CaseResult

@@ -300,7 +300,7 @@ def test_a_theory_that_has_no_contact_says_why(judged, another, monkeypatch):
 def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
     """Theories, laws, measures, causes, causes of features, and signs of answers."""
     pytest.importorskip("fecontact.maps")
-    from fecontact.maps.views import CAUSES
+    from fecontact.maps.verdict_views import CAUSES
 
     meanings = [
         *((theory.letter, theory.words) for theory in THEORIES.values()),

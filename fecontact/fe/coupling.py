@@ -11,7 +11,8 @@ from scipy.sparse import coo_matrix, csr_matrix
 from fecontact.arrays import Floats, Integers
 from fecontact.contact.grid import ContactGrid
 from fecontact.errors import NotCovered
-from fecontact.fe.body import LINEAR_TOLERANCE, ElasticBody
+from fecontact.fe.body import ElasticBody
+from fecontact.fe.linear_solver import LINEAR_TOLERANCE
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import BodySize
 from fecontact.errors import FoldedMesh, InputError, NotCovered
-from fecontact.fe.body import BodyMesh, Spacing, check_mesh
+from fecontact.fe.body_mesh import BodyMesh, Spacing, check_mesh
 from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, lines_of, mesh_section
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile

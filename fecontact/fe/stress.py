@@ -12,7 +12,9 @@ from scipy.sparse import csc_matrix
 
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Material
-from fecontact.fe.body import CORNER_SIGNS, BodyMesh, ElasticBody, elasticity_MPa, shape_gradients, vector_product
+from fecontact.fe.body import ElasticBody
+from fecontact.fe.body_mesh import CORNER_SIGNS, BodyMesh, shape_gradients, vector_product
+from fecontact.fe.stiffness import elasticity_MPa
 
 
 def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | None = None) -> Floats:

@@ -16,16 +16,9 @@ from fecontact.feature_registry import offered
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.telling import judged_row, law_row, map_record, stiffness_rows
-from fecontact.maps.views import (
-    CellView,
-    ColumnView,
-    MapView,
-    column_width,
-    laws_judged,
-    map_view,
-    refuse_measure,
-    views_of,
-)
+from fecontact.maps.theory_views import laws_judged
+from fecontact.maps.view import CellView, ColumnView, MapView, column_width
+from fecontact.maps.views import map_view, refuse_measure, views_of
 from fecontact.outputs.alone import ordered
 from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.flat_records import Record

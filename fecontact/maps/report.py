@@ -15,16 +15,10 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
 from fecontact.maps.model import ApplicabilityMap, MapCell, cell_row
 from fecontact.maps.telling import cell_record, share_records
-from fecontact.maps.views import (
-    CAUSE_LETTERS,
-    MapView,
-    laws_judged,
-    map_answer,
-    map_text,
-    offered_view,
-    verdict_view,
-    views_of,
-)
+from fecontact.maps.theory_views import laws_judged
+from fecontact.maps.verdict_views import CAUSE_LETTERS, offered_view, verdict_view
+from fecontact.maps.view import MapView
+from fecontact.maps.views import map_answer, map_text, views_of
 from fecontact.outputs.case_words import other_wheel_label, roll_words
 from fecontact.outputs.documents import REPORT, case_parts, closing
 from fecontact.outputs.figures.case import ladder_figure, patches_figure, small_figure

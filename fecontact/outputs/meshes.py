@@ -14,7 +14,7 @@ from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Material
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.fe.body import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.files import write_atomically
 from fecontact.solving.case_meshes import MeshedPair, mesh_case
 from fecontact.solving.solve import CaseResult

@@ -15,7 +15,8 @@ from fecontact.outputs.style import MARKS, SIDES, Colour, blank_figure, finish, 
 from fecontact.outputs.tables import number, radius, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
-from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
+from fecontact.profiles.point_problems import Problem
+from fecontact.profiles.segments import Arc, Line, Measured, Segment
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

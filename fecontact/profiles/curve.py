@@ -17,21 +17,12 @@ from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
+from fecontact.profiles.pieces import Increasing, Pieces
 from fecontact.profiles.reading import MM, mirror_remedy, remedy
-from fecontact.profiles.segments import (
-    Arc,
-    CurvePoints,
-    Increasing,
-    Line,
-    Measured,
-    Pieces,
-    Polynomial,
-    Segment,
-    Spline,
-)
+from fecontact.profiles.segments import Arc, CurvePoints, Line, Measured, Polynomial, Segment, Spline
 
 if TYPE_CHECKING:
-    from fecontact.profiles.segments import Problem
+    from fecontact.profiles.point_problems import Problem
 
 
 Kind = Literal["rail", "wheel"]

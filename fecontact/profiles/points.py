@@ -16,20 +16,10 @@ from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
 from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile, check_shape
 from fecontact.profiles.origin import check_origin
+from fecontact.profiles.point_noise import missed_by_neighbours, noise_of, scatter_of
+from fecontact.profiles.point_problems import Problem, crossings, out_of_order, turning_angles
 from fecontact.profiles.reading import Reading, remedy
-from fecontact.profiles.segments import (
-    Line,
-    Measured,
-    Problem,
-    Segment,
-    Spline,
-    crossings,
-    missed_by_neighbours,
-    noise_of,
-    out_of_order,
-    scatter_of,
-    turning_angles,
-)
+from fecontact.profiles.segments import Line, Measured, Segment, Spline
 
 # --- Single points that lie off their line: spikes of a measurement, and wrong digits in a table of exact points.
 #

@@ -12,6 +12,7 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
+from fecontact.profiles.point_noise import noise_of
 from fecontact.profiles.points import (
     LOWER_MM,
     Points,
@@ -26,7 +27,7 @@ from fecontact.profiles.points import (
 )
 from fecontact.profiles.reading import Reading, mirror_remedy, mirror_settled
 from fecontact.profiles.registration import LEAST_NOISE_MM, FootPoints, Lines, first_shift, register_all, select_unworn
-from fecontact.profiles.segments import Held, Measured, Registration, noise_of
+from fecontact.profiles.segments import Held, Measured, Registration
 from fecontact.profiles.smoothing import FEW_POINTS, MOST_CLOSE, PRACTICE_MM, against, alone, on_running_part, smoothed
 from fecontact.profiles.variants import segments_of
 

@@ -21,8 +21,10 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.profiles.curve import Profile
+from fecontact.profiles.point_noise import noise_of
 from fecontact.profiles.registration import foot_points, usual_distance
-from fecontact.profiles.segments import Held, Measured, Registration, Segment, least_bending, noise_of, smoothed_by
+from fecontact.profiles.segments import Held, Measured, Registration, Segment
+from fecontact.profiles.smoothing_splines import least_bending, smoothed_by
 
 # --- A line with a usable curvature from measured points: smoothing splines along the arc, of a stated filter length.
 

@@ -11,17 +11,7 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.segments import (
-    Arc,
-    Held,
-    Line,
-    Measured,
-    Polynomial,
-    Segment,
-    Smoothed,
-    polynomial_arc,
-    smoothed_by,
-)
+from fecontact.profiles.segments import Arc, Held, Line, Measured, Polynomial, Segment, Smoothed, polynomial_arc
 from fecontact.profiles.smoothing import (
     PRACTICE_MM,
     SEED,
@@ -32,6 +22,7 @@ from fecontact.profiles.smoothing import (
     slid,
     smoothed,
 )
+from fecontact.profiles.smoothing_splines import smoothed_by
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:

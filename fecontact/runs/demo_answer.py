@@ -9,7 +9,8 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import has_numbers, usable
 from fecontact.judging.verdict import cheapest, standings
 from fecontact.maps.model import ApplicabilityMap, LoadInterval, MapCell, MapPosition
-from fecontact.maps.views import CAUSES, capitalise, join_words
+from fecontact.maps.sentences import capitalise, join_words
+from fecontact.maps.verdict_views import CAUSES
 from fecontact.outputs.paraview.vtk import COLLECTION
 from fecontact.outputs.records.results import Row, theories_of
 from fecontact.runs.demo import RADIUS_MM, SPHERE, DemoOutcome, exact_peak_MPa

@@ -14,7 +14,7 @@ from typing import Any
 from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.errors import InputError
-from fecontact.fe.body import choose_solver
+from fecontact.fe.linear_solver import choose_solver
 from fecontact.jobs.store import Origin
 from fecontact.profiles.library import content_of, profile_file
 from fecontact.runs.sources import digests

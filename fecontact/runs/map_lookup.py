@@ -9,7 +9,8 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.maps.model import LoadInterval, LoadLimit
-from fecontact.maps.views import Band, bands_of, column_width
+from fecontact.maps.verdict_views import bands_of
+from fecontact.maps.view import Band, column_width
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.records.results import case_inputs
 from fecontact.regression.tables import load_table

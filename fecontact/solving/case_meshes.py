@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.fe.body import BodyMesh, check_memory
+from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.memory import check_memory
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.packages import require_finite_elements
 from fecontact.placement.wheel_on_rail import Placement

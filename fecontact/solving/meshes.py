@@ -25,9 +25,12 @@ from fecontact.contact.solver import (
 )
 from fecontact.contact_theories.hertz import hertz_from_hessian
 from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
-from fecontact.fe.body import assembled_part, check_memory, choose_solver, elastic_body, stiffness
+from fecontact.fe.body import assembled_part, elastic_body
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
+from fecontact.fe.linear_solver import choose_solver
+from fecontact.fe.memory import check_memory
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.stiffness import stiffness
 from fecontact.fe.stress import nodal_stress
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lines import Lines

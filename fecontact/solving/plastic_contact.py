@@ -24,7 +24,8 @@ from fecontact.contact.solver import (
     solve_by_correction,
     solve_contact,
 )
-from fecontact.fe.body import CORNER_SIGNS, BodyMesh, ElasticBody
+from fecontact.fe.body import ElasticBody
+from fecontact.fe.body_mesh import CORNER_SIGNS, BodyMesh
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.stress import (
     PlasticLaw,

@@ -14,7 +14,7 @@ import psutil
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.fe.body import choose_solver
+from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.meshing import too_short
 from fecontact.judging.measures import MEASURES, patch_of
 from fecontact.judging.solved_load import changes_on_more_nodes

@@ -18,7 +18,7 @@ from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import ConvergenceError, InputError, check_positive
-from fecontact.fe.body import SolverName
+from fecontact.fe.linear_solver import SolverName
 from fecontact.fe.stress import StressPeak, stress_peak
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad

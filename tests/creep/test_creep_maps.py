@@ -20,7 +20,10 @@ from fecontact.maps.files import map_figure, write_map
 from fecontact.maps.model import FIRST_YIELD, ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.maps.positions import limits_of, with_dear_readings
 from fecontact.maps.telling import law_row, map_record
-from fecontact.maps.views import YIELD_WORDS, law_view, map_table, offered_view, refuse_measure
+from fecontact.maps.text_map import map_table
+from fecontact.maps.theory_views import law_view
+from fecontact.maps.verdict_views import YIELD_WORDS, offered_view
+from fecontact.maps.views import refuse_measure
 from fecontact.outputs.style import ANSWERS, BETWEEN
 
 CASE = Case(roll="touching", creep=Creep(friction=0.3))

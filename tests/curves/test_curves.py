@@ -23,9 +23,11 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.rolling.laws import kalker_coefficients
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.curves import model
+from fecontact.features.curves.balance import Line, _pull, balance, motion_of, wheelset_states, without_rails
 from fecontact.features.curves.curve import Conditions, Ride, curves, lines_of, nadal_limit, steepest_rad, straight_line
 from fecontact.features.curves.loaded import loaded_conicities, radius_differences_mm
 from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle, built_in_vehicles, load_vehicle, with_bogie
+from fecontact.features.curves.newton import newton
 from fecontact.features.curves.normal import NORMAL_THEORIES, OutOfReach, Overlap, Surfaces, half_space, press
 from fecontact.features.curves.stability import (
     StraightTrack,
@@ -35,22 +37,7 @@ from fecontact.features.curves.stability import (
     linear_model,
     straight_track,
 )
-from fecontact.features.curves.steady import (
-    ContactLaw,
-    Line,
-    Motion,
-    _pull,
-    balance,
-    motion_of,
-    newton,
-    path,
-    rigid_slip,
-    solve_at,
-    straight_start,
-    wheel_force,
-    wheelset_states,
-    without_rails,
-)
+from fecontact.features.curves.steady import path, solve_at, straight_start
 from fecontact.features.curves.telling import (
     curve_rows,
     curves_figure,
@@ -63,6 +50,7 @@ from fecontact.features.curves.telling import (
     visits_figure,
 )
 from fecontact.features.curves.visits import Curves, MapCell, MapColumn, Visit, differences
+from fecontact.features.curves.wheel_forces import ContactLaw, Motion, rigid_slip, wheel_force
 from fecontact.placement.wheel_on_rail import pair_of
 from fecontact.placement.wheelset import Wheelset
 from fecontact.profiles.curve import Profile, circular_rail_head
@@ -725,7 +713,7 @@ def test_curves_without_any_evaluated_state_are_lines_and_not_an_error(monkeypat
         raise OutOfReach("the force of a contact cannot be computed: here")
 
     finished = run("wheelset", (1000.0,))[0]
-    monkeypatch.setattr("fecontact.features.curves.steady.press", out_of_reach)
+    monkeypatch.setattr("fecontact.features.curves.wheel_forces.press", out_of_reach)
     found = fecontact.curve("wheelset", (1000.0, -300.0))
     (wide, tight) = found.runs["overlap"]
     assert (wide.status, tight.status, wide.wheelsets) == ("no equilibrium", "no equilibrium", ())

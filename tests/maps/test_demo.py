@@ -18,7 +18,7 @@ from fecontact.contact_theories.registry import MULTI_HERTZ, THEORIES
 from fecontact.judging.verdict import Verdict
 from fecontact.maps.load_limits import load_limit
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
-from fecontact.maps.views import CAUSES
+from fecontact.maps.verdict_views import CAUSES
 from fecontact.runs import demo
 from fecontact.runs.demo import BASE, LOADS_N, SHIFTS_MM, SPHERE, DemoOutcome, exact_peak_MPa, shown_case
 from fecontact.runs.demo_answer import answer_sentences, file_lines, remedy_sentences, sphere_sentence

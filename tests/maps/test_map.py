@@ -57,7 +57,8 @@ from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapC
 from fecontact.maps.positions import solve_position
 from fecontact.maps.report import write_map_report
 from fecontact.maps.telling import cell_record, limit_record, map_record
-from fecontact.maps.views import CAUSE_LETTERS, CAUSES, limit_text, map_table, verdict_view
+from fecontact.maps.text_map import map_table
+from fecontact.maps.verdict_views import CAUSE_LETTERS, CAUSES, limit_text, verdict_view
 from fecontact.outputs.records.results import load_row
 from fecontact.outputs.records.stored import (
     placement_from_record,

@@ -30,15 +30,10 @@ from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
 from fecontact.maps.positions import solved_cell
 from fecontact.maps.report import map_lines, shares_table, write_map_report
 from fecontact.maps.telling import share_records
-from fecontact.maps.views import (
-    CellView,
-    map_answer,
-    map_text,
-    map_view,
-    refuse_measure,
-    theory_view,
-    verdict_view,
-)
+from fecontact.maps.theory_views import theory_view
+from fecontact.maps.verdict_views import verdict_view
+from fecontact.maps.view import CellView
+from fecontact.maps.views import map_answer, map_text, map_view, refuse_measure
 from fecontact.outputs.cases import theories_table
 from fecontact.outputs.documents import rows_parts
 from fecontact.outputs.parts import Picture

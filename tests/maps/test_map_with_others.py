@@ -54,7 +54,9 @@ from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPositi
 from fecontact.maps.positions import failed_position, solved_cell
 from fecontact.maps.report import write_map_report
 from fecontact.maps.telling import MAP_SCHEMA, map_record
-from fecontact.maps.views import map_table, map_text, verdict_view
+from fecontact.maps.text_map import map_table
+from fecontact.maps.verdict_views import verdict_view
+from fecontact.maps.views import map_text
 from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.records.results import case_inputs, load_record, load_row
 from fecontact.outputs.tables import write_csv

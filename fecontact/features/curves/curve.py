@@ -14,18 +14,11 @@ from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
 from fecontact.contact_theories.rolling.laws import rolling_pair
 from fecontact.criteria import FRICTION
 from fecontact.errors import InputError
+from fecontact.features.curves.balance import Balance, Line, wheelset_states
 from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle
 from fecontact.features.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, standing
-from fecontact.features.curves.steady import (
-    BASE_MM,
-    Balance,
-    ContactLaw,
-    Equilibrium,
-    Line,
-    PatchForce,
-    path,
-    wheelset_states,
-)
+from fecontact.features.curves.steady import BASE_MM, Equilibrium, path
+from fecontact.features.curves.wheel_forces import ContactLaw, PatchForce
 from fecontact.inputs import given, inputs, number
 from fecontact.placement.poses import search_points
 from fecontact.placement.wheel_on_rail import Pair

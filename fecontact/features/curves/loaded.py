@@ -12,8 +12,9 @@ from fecontact.arrays import Floats
 from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError, check_positive
+from fecontact.features.curves.newton import differences, largest, newton
 from fecontact.features.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory, press
-from fecontact.features.curves.steady import PRESSED_MM, differences, largest, newton
+from fecontact.features.curves.steady import PRESSED_MM
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.placement.conicity import RadiusDifference
 from fecontact.placement.wheelset import Wheelset, radius_difference

@@ -15,19 +15,18 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.features.curves.model import Vehicle
-from fecontact.features.curves.steady import (
+from fecontact.features.curves.balance import (
     FRAME_SIZE,
     WHEELSET_SIZE,
     Line,
     links,
     on_wheelset,
     rail_forces,
-    solve_at,
-    straight_start,
     wheelset_states,
     without_rails,
 )
+from fecontact.features.curves.model import Vehicle
+from fecontact.features.curves.steady import solve_at, straight_start
 
 # Positions of a wheelset but for its slip of rotation, which is a rate.
 _PLACES = 4

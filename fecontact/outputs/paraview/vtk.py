@@ -27,7 +27,7 @@ from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.contact_theories.approximation import mean_pressure
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import InputError
-from fecontact.fe.body import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.stress import von_mises
 from fecontact.files import read_json, write_text
 from fecontact.outputs.figures.case import ellipse_outline
