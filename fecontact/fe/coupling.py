@@ -83,16 +83,15 @@ class CoupledBodies:
         places = self.rail.mesh.points[self.rail_nodes], self.wheel.mesh.points[self.wheel_nodes]
         sizes = np.linalg.norm(forces[0], axis=1)
         arms = [one - sizes @ places[0] / sizes.sum() for one in places]
-        force = sum(one.sum(axis=0) for one in forces)
-        moment = sum(np.cross(arm, one).sum(axis=0) for arm, one in zip(arms, forces, strict=True))
+        force = np.sum([one.sum(axis=0) for one in forces], axis=0)
+        moment = np.sum([np.cross(arm, one).sum(axis=0) for arm, one in zip(arms, forces, strict=True)], axis=0)
         if self.grid.half:
             # the other half has the opposite of these
             force, moment = force * (0.0, 1.0, 1.0), moment * (1.0, 0.0, 0.0)
         # a force on a single node has no arm of its own
-        lever = max(sizes @ np.linalg.norm(arms[0], axis=1), sizes.sum() * min(self.grid.steps_mm))
-        return float(np.linalg.norm(force) / np.linalg.norm(forces[0].sum(axis=0))), float(
-            np.linalg.norm(moment) / lever
-        )
+        lever = max(float(sizes @ np.linalg.norm(arms[0], axis=1)), float(sizes.sum()) * min(self.grid.steps_mm))
+        carried = float(np.linalg.norm(forces[0].sum(axis=0)))
+        return float(np.linalg.norm(force)) / carried, float(np.linalg.norm(moment)) / lever
 
     def forget(self) -> None:
         """Solve the next load as if it were the first one, to the last bit."""

@@ -96,7 +96,7 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         # the highest place of the rail in its own axes, which is the origin of the library's rails
         tops = points.y[points.z > points.z.max() - _FLAT_MM]
         middle = 0.5 * (float(tops.min()) + float(tops.max()))
-        from_origin = float(at_origin.point(np.array(middle), points.z.max())[0])
+        from_origin = float(at_origin.point(np.array(middle), np.array(float(points.z.max())))[0])
         crown_y = track.rail_crown_y_mm - (0.0 if abs(middle) < _SEARCH_STEP_MM else from_origin)
     else:
         gauge_z = z_top - track.gauge_depth_mm

@@ -199,7 +199,7 @@ def fit_deviation(held: Held, filter_mm: float, noise: float | None) -> tuple[Fl
 
 @lru_cache(maxsize=8)
 def _probes(number: int) -> Floats:
-    return np.random.default_rng(SEED).choice([-1.0, 1.0], size=(number, _PROBES))
+    return np.random.default_rng(SEED).choice(np.array([-1.0, 1.0]), size=(number, _PROBES))
 
 
 def draw_noise(measured: Measured, seed: Sequence[int], number: int) -> Floats:

@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
 from importlib.util import cache_from_source, find_spec
 from pathlib import Path
+from typing import Any
 
 from fecontact.errors import InputError
 from fecontact.feature_registry import places
@@ -143,7 +144,23 @@ def _read(text: str) -> tuple[list[str], str]:
             node.exc.args = []
         elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             node.body = [one for one in node.body if not _is_text(one)]
-    return imports, hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+    return imports, hashlib.sha256(_syntax_text(tree).encode()).hexdigest()
+
+
+def _syntax_text(node: Any) -> str:
+    """Text of a syntax tree, the same on every Python.
+
+    Fields that are None or empty are left out: `ast.dump` prints them up to Python 3.12 only, and 3.12 has a field
+    `type_params` that 3.11 does not have. 3.12 ends some format strings with an empty constant.
+    """
+    if isinstance(node, ast.JoinedStr):
+        node.values = [one for one in node.values if not (isinstance(one, ast.Constant) and one.value == "")]
+    if isinstance(node, ast.AST):
+        fields = (f"{name}={_syntax_text(value)}" for name, value in ast.iter_fields(node) if value not in (None, []))
+        return f"{type(node).__name__}({', '.join(fields)})"
+    if isinstance(node, list):
+        return f"[{', '.join(map(_syntax_text, node))}]"
+    return repr(node)
 
 
 def _is_sentence(node: ast.expr) -> bool:
