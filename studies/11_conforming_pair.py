@@ -35,11 +35,14 @@ from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.judging.measures import measures_of
+from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check, discretisation_check
 
 PROFILES = Path(__file__).parent / "profiles"
 STEEL = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
 RAIL_RADIUS_MM, WHEEL_RADIUS_MM, ROLLING_RADIUS_MM = 10.0, 10.2, 460.0
+# Of the level top beside the corner.
+TOP_WIDTH_MM = 50.0
 APPROACH_MM = 0.09089
 # CONTACT's sum of p dA (N) and peak pressure (MPa) at that approach, and the part along the normal of that force (N).
 FORCE_N, P_MAX_MPA = 91_840.0, 1012.0
@@ -56,14 +59,16 @@ GROOVE_HALF_SPACE_PERCENT, GROOVE_PERCENT = 0.15, 0.5
 def cases(quick: bool = False) -> list[Case]:
     """The wheel of revolution between its bodies, at `standard` or at `quick`; and the grooves."""
     track = Track()
-    # the touch point, half way around the corner, lies under the tape circle
-    crown_mm = track.tape_circle_y_mm + RAIL_RADIUS_MM * math.sin(math.radians(45.0))
+    # the touch point, half way around the corner, lies under the tape circle; the crown is the middle of the level top
+    crown_mm = track.tape_circle_y_mm + RAIL_RADIUS_MM * math.sin(math.radians(45.0)) + 0.5 * TOP_WIDTH_MM
     resolution: Literal["quick", "standard"] = "quick" if quick else "standard"
     return [
         *grooves(resolution),
         Case(
             rail=str(PROFILES / "corner_R10.toml"),
             wheel=str(PROFILES / "fillet_R10-2.toml"),
+            # made up, with its flange where no wheel has it
+            wheel_file=Reading(tape_circle_mm=0.0),
             inclination_rad=0.0,
             # a corner and a fillet make no wheelset
             roll="given",

@@ -43,11 +43,17 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> lis
     height = float(np.interp(0.0, np.maximum.accumulate(y), z))
     tip = int(np.argmin(z))
     tread = height if inside and not _is_flange(y, z, float(np.median(z))) else float(np.median(z))
+    notes = []
     if _is_flange(y, z, tread) and not _TIP_MM[0] <= y[tip] <= _TIP_MM[1]:
-        raise InputError(
-            f"{what}: the tip of the flange lies at y = {y[tip]:.1f} mm; allowed: {_TIP_MM[0]:g} to {_TIP_MM[1]:g} mm"
-            f" from the tape circle y = 0; {_tape_circle_remedy(float(y[tip]), reading)}"
-        )
+        found = f"the tip of the flange lies at y = {y[tip]:.1f} mm"
+        usual = f"{_TIP_MM[0]:g} to {_TIP_MM[1]:g} mm from the tape circle y = 0"
+        # whoever gives the tape circle knows a wheel with an unusual flange
+        if reading.tape_circle_mm is None:
+            raise InputError(
+                f"{what}: {found}; allowed: {usual}; {_tape_circle_remedy(float(y[tip]), reading)}, or"
+                f" {remedy('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
+            )
+        notes.append(f"{found}; usual are {usual}")
     if not inside:
         ends = sorted(_in_file(float(end), reading) for end in (y.min(), y.max()))
         raise InputError(
@@ -57,7 +63,7 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> lis
             " (tape_circle_mm in [wheel_file])"
         )
     if reading.tape_circle_z_mm is not None:
-        return [f"z = {reading.tape_circle_z_mm:g} mm of the file has the rolling radius"]
+        return [*notes, f"z = {reading.tape_circle_z_mm:g} mm of the file has the rolling radius"]
     if abs(height) > _HEIGHT_MM:
         raise InputError(
             f"{what}: the line passes the tape circle y = 0 at z = {height:.4g} mm; allowed: {-_HEIGHT_MM:g} to"
@@ -65,8 +71,10 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> lis
             f" the line there, or {remedy(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
         )
     if abs(height) > _NOTED_MM:
-        return [f"the line passes the tape circle y = 0 at z = {height:.4g} mm, not 0: check the origin of the file"]
-    return []
+        notes.append(
+            f"the line passes the tape circle y = 0 at z = {height:.4g} mm, not 0: check the origin of the file"
+        )
+    return notes
 
 
 def _is_flange(y: Floats, z: Floats, tread: float) -> bool:
