@@ -164,7 +164,7 @@ def test_a_second_patch_on_another_line_alone_fails_there():
 
 
 def test_no_line_gets_a_negative_load_on_a_separate_patch():
-    """Half-space 24 % and finite elements 21 % on a second patch; a line whose own one carries 2 % by the half-space."""
+    """A second patch has 24 % by the half-space and 21 % by finite elements; on another line the half-space has 2 %."""
     found = lines_with({"filter 4 mm": (2, {"separate_load": 0.24}), "noise 1": (2, {"separate_load": 0.02})})
     moves = found.moves(HERTZ)
     assert moves.other_patches == set()
