@@ -49,6 +49,11 @@ class ReadProfile:
     kept: Kept | None = None
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What its reader assumed."""
+        return tuple(self.record.get("notes", ()))
+
+    @property
     def row(self) -> Row:
         """Its row of `profiles.parquet`."""
         one, record = self.given, self.record
@@ -57,7 +62,7 @@ class ReadProfile:
             **{"body": one.body, "name": one.name, "file": one.spec, "content_hash": one.content_hash},
             **{"status": record["status"], "reason": record.get("reason", ""), "remedy": record.get("remedy", "")},
             **{"noise_um": record.get("noise_um"), "filter_mm": filters, "nominal": record.get("nominal", "")},
-            **{"wear_mm": record.get("wear_mm"), "weight": one.weight},
+            **{"wear_mm": record.get("wear_mm"), "weight": one.weight, "reader_notes": "\n".join(self.notes)},
         }
         return own | {name: value for name, value in one.known.items() if name not in own}
 
@@ -76,6 +81,8 @@ class Screened:
         Pairs that were finished before.
     failed
         Why pairs have no rows of their own, by the names of wheel and rail.
+    notes
+        What readers assumed of files, by body and name.
     """
 
     out: Path
@@ -86,6 +93,7 @@ class Screened:
     refused: Mapping[str, str]
     reused: int
     failed: Mapping[Pair, str] = field(default_factory=dict)
+    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     @property
     def headline(self) -> str:
@@ -141,6 +149,7 @@ def run_fleet(
             refused={f"{one.given.body} {one.given.name}": _why(one) for one in profiles if one.kept is None},
             reused=len(run.reused) - read,
             failed=failed,
+            notes={f"{one.given.body} {one.given.name}": one.notes for one in profiles if one.notes},
         )
         _seal(asked, screened)
     return screened
