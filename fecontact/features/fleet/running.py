@@ -29,6 +29,7 @@ from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done, Job, Work
 from fecontact.profiles.library import is_known
 from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import used_reading
 from fecontact.runs.folder import prepare
 from fecontact.runs.identity import json_digest
 
@@ -449,7 +450,7 @@ class Opened:
             row = self._rows[body, named]
             own = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
             one = Candidate(body=body, name=named, spec=row["file"], known=own)
-            given |= {body: row["file"], f"{body}_file": _reading(self.fleet, one)}
+            given |= {body: row["file"], f"{body}_file": used_reading(one.spec, _reading(self.fleet, one))}
         radius = self._rows["wheel", wheel].get("rolling_radius_mm")
         if radius is not None and math.isfinite(radius):
             given["rolling_radius_mm"] = float(radius)
