@@ -12,6 +12,7 @@ from pictures import draw_nothing
 
 import fecontact
 from fecontact.case import Case, case_from_record, case_record
+from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.outputs.records.results import case_row
 from fecontact.profiles.library import GivenProfile, profile_identity
@@ -138,6 +139,12 @@ def test_options_of_a_file_that_no_profile_uses_are_refused(case, said, roll):
     with pytest.raises(InputError) as refusal:
         place_case(Case(**case, roll=roll))
     assert str(refusal.value).startswith(said)
+
+
+def test_the_command_that_shows_a_profile_refuses_them_too(capsys):
+    assert call(["profiles", "S1002", "--wheel-tape-circle-mm", "70"]) == 2
+    assert "tape_circle_mm of the wheel file is 70.0" in capsys.readouterr().err
+    assert call(["profiles", "S1002"]) == 0
 
 
 def test_options_that_the_other_side_uses_are_not_refused(tmp_path):
