@@ -12,15 +12,17 @@ from pictures import draw_nothing
 
 import fecontact
 from fecontact.case import Case, case_from_record, case_record
+from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.outputs.records.results import case_row
 from fecontact.profiles.library import GivenProfile, profile_identity
 from fecontact.profiles.library import load as library_profile
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel, used_reading
 from fecontact.profiles.writers import points_along
 from fecontact.runs.identity import case_id, input_files, with_absolute_paths
 from fecontact.runs.store import PROFILES, read_case
+from fecontact.solving.placing import place_case
 
 COARSE = {"resolution": (1.6, 1.3), "refine": "never"}
 
@@ -113,3 +115,51 @@ def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):
     assert case_id(again.case) == case_id(case)
     # as a file's copy: the same row but for what it cost
     assert repr(case_row(again)) == repr(case_row(solved))
+
+
+# --- options of files that a profile has no use for ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [
+        (
+            {"wheel": "S1002", "wheel_file": Reading(tape_circle_mm=70.0)},
+            "tape_circle_mm of the wheel file is 70.0, but 'S1002' is an exact profile, which has no use for it; leave"
+            " out --wheel-tape-circle-mm",
+        ),
+        ({"rail": "60E1", "rail_file": Reading(mirror=True)}, "mirror of the rail file is True"),
+        ({"rail": "circle:300", "rail_file": Reading(repair=True)}, "repair of the rail file is True"),
+        ({"rail": "mine.toml", "rail_file": Reading(units="m")}, "units of the rail file is 'm', but 'mine.toml' is a"),
+        ({"rail": "mine.toml", "rail_file": Reading(filter_mm=8.0)}, "filter_mm of the rail file is 8.0"),
+    ],
+)
+@pytest.mark.parametrize("roll", ["given", "touching"])
+def test_options_of_a_file_that_no_profile_uses_are_refused(case, said, roll):
+    with pytest.raises(InputError) as refusal:
+        place_case(Case(**case, roll=roll))
+    assert str(refusal.value).startswith(said)
+
+
+def test_the_command_that_shows_a_profile_refuses_them_too(capsys):
+    assert call(["profiles", "S1002", "--wheel-tape-circle-mm", "70"]) == 2
+    assert "tape_circle_mm of the wheel file is 70.0" in capsys.readouterr().err
+    assert call(["profiles", "S1002"]) == 0
+
+
+def test_options_that_the_other_side_uses_are_not_refused(tmp_path):
+    """An option belongs to both sides of a wheelset, and one of them has a file of points."""
+    path = tmp_path / "mine.csv"
+    path.write_bytes(fecontact.profile(*head(), name="mine").content)
+    case = Case(rail="54E1", rail_file=Reading(mirror=False, filter_mm=0.0), roll="touching")
+    with pytest.raises(InputError, match="mirror of the rail file is False, but '54E1'"):
+        place_case(case)
+    across = replace(case, opposite=replace(case.opposite, rail=str(path)))
+    assert place_case(across).rail.profile.name == place_case(replace(across, rail_file=Reading())).rail.profile.name
+
+
+def test_exact_files_use_what_belongs_to_their_place():
+    given = Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0, filter_mm=4.0, units="m")
+    assert used_reading("mine.toml", given) == Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0)
+    assert used_reading("mine.csv", given) == given
+    assert used_reading("60E1", given) == Reading()

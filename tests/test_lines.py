@@ -14,7 +14,7 @@ from fecontact.contact.grid import Rung
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
-from fecontact.judging.lines import EXACT, Moves
+from fecontact.judging.lines import EXACT, Lines, Moves, OnLine
 from fecontact.judging.measures import deviations
 from fecontact.judging.solved_load import ELEMENTS_OFF
 from fecontact.judging.theory import fails_for_certain, judge_theory
@@ -102,6 +102,79 @@ def test_a_filter_at_its_end_has_the_noise_of_the_points_too():
     assert EXACT.band(1000.0) is None
 
 
+# --- a second patch that some lines have and others do not ---------------------------------------------------------
+
+# Hertz against the half-space on three lines of a worn rail and wheel of one measurement, 20 kN: what filters of 4 and
+# 8 mm and a draw of noise say. The line of 4 mm has a second patch, and so has the draw.
+SECOND_PATCH = {
+    "filter 4 mm": (2, {"p_max_MPa": 0.0222, "b_mm": -0.899, "separate_load": 0.0963}),
+    "filter 8 mm": (1, {"p_max_MPa": -0.0089, "b_mm": -0.0317, "separate_load": 0.0}),
+    "noise 3": (2, {"p_max_MPa": -0.0032, "b_mm": -0.8002, "separate_load": 0.021}),
+}
+# and against finite elements on the line of 4 mm
+BY_ELEMENTS = {"p_max_MPa": 0.0415, "b_mm": -0.908, "separate_load": 0.1192}
+
+
+def lines_with(contacts: dict[str, tuple[int, dict[str, float]]]) -> Lines:
+    own, *others = (
+        OnLine(label=label, p_max_MPa=1e3, patches=patches, deviations={HERTZ: deviation})
+        for label, (patches, deviation) in contacts.items()
+    )
+    return Lines(own=own, others=tuple(others))
+
+
+def test_a_line_without_the_second_patch_is_judged_by_its_own_contact():
+    found = lines_with(SECOND_PATCH).moves(HERTZ)
+    assert found.other_patches == {"filter 8 mm"}
+    there = found.deviations(BY_ELEMENTS)
+    # 0.1192 - 0.0963 = 0.0229 of the load would lie on a patch that this line does not have
+    assert there["filter 8 mm"] == SECOND_PATCH["filter 8 mm"][1]
+    # the step on the line of 4 mm: (1.0415 / 1.0222 - 1) x 0.9911, (0.092 / 0.101 - 1) x 0.9683, 0.0229
+    step = {"p_max_MPa": 0.01871, "b_mm": 0.08628, "separate_load": 0.0229}
+    assert found.step_uncertainty("filter 8 mm", BY_ELEMENTS) == pytest.approx(step, abs=1e-5)
+    # the draw of noise has the patches of the solved line, and moves with it
+    assert there["noise 3"]["separate_load"] == pytest.approx(0.1192 + 0.021 - 0.0963)
+    assert set(found.step_uncertainty("noise 3", BY_ELEMENTS).values()) == {0.0}
+
+
+def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
+    limits = Criteria(judged_by=("p_max", "b", "separate"))
+    verdict, stated = judge_on_lines(
+        BY_ELEMENTS, dict.fromkeys(BY_ELEMENTS, 1e-4), lines_with(SECOND_PATCH).moves(HERTZ), limits
+    )
+    assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "UNRESOLVED", "noise 3": "FAILS"}
+    assert verdict.answer == "UNRESOLVED"
+    # the line of 8 mm is as far as its own contact is, and is not taken together with noise on other patches
+    assert stated["b_mm"] == pytest.approx(1e-4 + (0.908 - 0.0317) + 0.08628, abs=1e-5)
+    assert stated["separate_load"] == pytest.approx(1e-4 + 0.1192 + 0.0229)
+    # finite elements that say what the half-space does leave the line to its half-space
+    exact = SECOND_PATCH["filter 4 mm"][1]
+    verdict, _ = judge_on_lines(exact, dict.fromkeys(exact, 1e-4), lines_with(SECOND_PATCH).moves(HERTZ), limits)
+    assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "HOLDS", "noise 3": "FAILS"}
+
+
+def test_a_second_patch_on_another_line_alone_fails_there():
+    """The solved line has one patch, on which half-space and finite elements differ by 0.5 % in peak pressure."""
+    one, two = {"p_max_MPa": 0.01, "separate_load": 0.0}, {"p_max_MPa": 0.02, "separate_load": 0.05}
+    found = lines_with({"filter 4 mm": (1, one), "filter 8 mm": (2, two), "noise 1": (1, one)})
+    by_elements = {"p_max_MPa": 0.015, "separate_load": 0.0}
+    criteria = Criteria(judged_by=("p_max", "separate"))
+    verdict, _ = judge_on_lines(by_elements, dict.fromkeys(one, 1e-4), found.moves(HERTZ), criteria)
+    assert verdict.lines == {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS", "noise 1": "HOLDS"}
+
+
+def test_no_line_gets_a_negative_load_on_a_separate_patch():
+    """A second patch has 24 % by the half-space and 21 % by finite elements; on another line the half-space has 2 %."""
+    found = lines_with({"filter 4 mm": (2, {"separate_load": 0.24}), "noise 1": (2, {"separate_load": 0.02})})
+    moves = found.moves(HERTZ)
+    assert moves.other_patches == set()
+    assert moves.deviations({"separate_load": 0.21})["noise 1"] == {"separate_load": 0.02}
+    verdict, _ = judge_on_lines(
+        {"separate_load": 0.21}, {"separate_load": 1e-4}, moves, Criteria(judged_by=("separate",))
+    )
+    assert verdict.lines == {"filter 4 mm": "FAILS", "noise 1": "UNRESOLVED"}
+
+
 # --- a load that was solved, with lines that are planted -----------------------------------------------------------
 
 
@@ -152,6 +225,16 @@ def test_a_line_that_does_not_touch_leaves_the_answer_open(elliptic_quick):
     assert judged.verdict.cause == PROFILE
     # the others say how far it is off
     assert judged.uncertainty == pytest.approx(elliptic_quick.load.uncertainty, rel=1e-12)
+
+
+def test_lines_with_other_patches_are_named(elliptic_quick):
+    planted = planted_lines(1.0, 1.0)
+    filtered, *rest = planted.others
+    judged = judged_with(elliptic_quick, lines=replace(planted, others=(replace(filtered, patches=2), *rest)))
+    (note,) = (one for one in judged.warnings if "other patches" in one)
+    assert note.startswith("on 1 of the 3 lines that the points allow the contact has other patches")
+    assert "(filter 4 mm)" in note
+    assert not any("other patches" in one for one in judged_with(elliptic_quick, lines=planted).warnings)
 
 
 def test_every_theory_has_moves_of_its_own(elliptic_quick):

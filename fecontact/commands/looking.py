@@ -234,7 +234,7 @@ def profiles(
     from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines, profile_record
     from fecontact.profiles.library import in_folder
     from fecontact.profiles.recognition import nearest
-    from fecontact.profiles.resolve import WrongKindError, resolve_rail, resolve_wheel
+    from fecontact.profiles.resolve import WrongKindError, refuse_unused_reading, resolve_rail, resolve_wheel
     from fecontact.profiles.writers import csv_text, refuse_other_endings
 
     if write is not None:
@@ -260,6 +260,7 @@ def profiles(
         except InputError as of_wheel:
             # what the file is not is no news where it is known what is wrong with what it is
             raise (of_wheel if isinstance(as_rail, WrongKindError) else as_rail) from None
+    refuse_unused_reading(profile.kind, (found,), case.wheel_file if profile.kind == "wheel" else case.rail_file)
     close = [] if profile.points is None else nearest(profile.points, profile.kind)
     with telling_replaced(write):
         written = None if write is None else write_text(write, csv_text(profile))

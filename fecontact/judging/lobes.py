@@ -275,8 +275,10 @@ def judge_line(label: str, case: Case, placement: Placement, half_space: Rung) -
             deviations[name] = deviations[HERTZ]
         elif not isinstance(made, str) and made.definite:
             deviations[name] = deviations_of(half_space, made)
-    lobes = (_on_line(part, case, placement) for part in parts_of(half_space))
-    return OnLine(label=label, p_max_MPa=patch_of(half_space).p_max_MPa, deviations=deviations, lobes=tuple(lobes))
+    lobes, patch = (_on_line(part, case, placement) for part in parts_of(half_space)), patch_of(half_space)
+    return OnLine(
+        label=label, p_max_MPa=patch.p_max_MPa, deviations=deviations, patches=patch.pieces, lobes=tuple(lobes)
+    )
 
 
 def _on_line(part: Part, case: Case, placement: Placement) -> LobeOnLine:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from fecontact.contact.elements import UNSEEN_COMPLIANCE
+from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Comparison
 from fecontact.judging.verdict import plastic_warnings
@@ -26,6 +27,14 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
         )
         yield f"the curvature is undefined at the touch point: {'; '.join(said)}"
     yield from load.solved.limits
+    moves = load.judgements[HERTZ].moves
+    if moves.other_patches:
+        labels = [label for label in moves.by_line if label in moves.other_patches]
+        yield (
+            f"on {len(labels)} of the {len(moves.by_line)} lines that the points allow the contact has other patches"
+            f" than on the solved one ({', '.join(labels)}): there Hertz is judged by the half-space on that line, and"
+            " what finite elements change on the solved line is its uncertainty"
+        )
     # too little is seen of a half-space on them
     if math.isnan(level.compliance_error):
         yield (

@@ -178,7 +178,11 @@ def _is_certain(judged: Judgement, half_space: Rung) -> bool:
     unsure = {
         name: judged.numerical.get(name, math.nan) + abs(flat[name] - judged.deviation[name]) for name in judged.limits
     }
+    steps = {label: judged.moves.step_uncertainty(label, judged.deviation) for label in judged.moves.by_line}
     return all(
-        any(abs(there[name]) - limit > _CERTAIN * unsure[name] for name, limit in judged.limits.items())
-        for there in judged.moves.deviations(flat).values()
+        any(
+            abs(there[name]) - limit > _CERTAIN * (unsure[name] + steps[label][name])
+            for name, limit in judged.limits.items()
+        )
+        for label, there in judged.moves.deviations(flat).items()
     )

@@ -97,7 +97,8 @@ def judge_on_lines(
     """Judge on every line that measured points allow; with the uncertainty that the lines make of the one given.
 
     The measure that decided is the one that has the answer on most lines. What is stated covers every filter with every
-    noise, of lines that have the contact; one that does not have it leaves the answer on it open.
+    noise, of lines that have the contact; one that does not have it leaves the answer on it open. A line with other
+    patches is judged by its own half-space, with the step to the finite elements of the own line as uncertainty.
     """
     own, stated = judge(deviation, uncertainty, criteria), dict(uncertainty)
     if not moves.by_line:
@@ -110,7 +111,8 @@ def judge_on_lines(
             name: value * abs((1.0 + moved[name]) / (1.0 + deviation[name])) if name in MEASURES else value
             for name, value in uncertainty.items()
         }
-        on_lines[label] = judge(moved, known, criteria)
+        step = moves.step_uncertainty(label, deviation)
+        on_lines[label] = judge(moved, {name: value + step[name] for name, value in known.items()}, criteria)
     for name in stated:
         stated[name] += moves.farthest(name, deviation[name])
     each = {name: _of_lines([one.each[name] for one in on_lines.values()]) for name in own.each}

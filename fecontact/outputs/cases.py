@@ -77,9 +77,13 @@ class ReportedCase:
         return found
 
 
+NO_VERDICT = "failed"
+"""In place of a verdict where the result must not be used."""
+
+
 def verdict_of(row: Item) -> str:
     """Its verdict; `failed` where the result must not be used, but for a failure that is certain without it."""
-    return str(row.get("verdict_answer", "failed")) if _has_verdict(row) else "failed"
+    return str(row.get("verdict_answer", NO_VERDICT)) if _has_verdict(row) else NO_VERDICT
 
 
 def _has_verdict(row: Item) -> bool:

@@ -6,7 +6,8 @@ import hashlib
 import os
 import re
 import unicodedata
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from fecontact.profiles.library import GivenProfile, find, is_known, load, may_b
 from fecontact.profiles.points import Points
 from fecontact.profiles.readers.columns import Source, file_bytes, points_of_columns
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
-from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face
+from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face, is_short_form
 from fecontact.profiles.recognition import line_through
 
 
@@ -83,6 +84,43 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
     if has_no_gauge_face(spec):
         raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
     return WheelProfile(profile=_resolve(spec, "wheel", reading))
+
+
+# What a line of exact segments uses of a reading: it has no points to be scaled, chosen or smoothed.
+_OF_EXACT_FILES = ("mirror", "tape_circle_mm", "tape_circle_z_mm")
+
+
+def used_reading(spec: str, reading: Reading) -> Reading:
+    """The options of a reading that a profile uses; the others are as if they were not given.
+
+    A name of the library or a short form uses none, a TOML file those of an exact line, and another file all.
+    """
+    if not isinstance(spec, GivenProfile):
+        if is_known(spec) or is_short_form(spec):
+            return PLAIN
+        if Path(spec).suffix.lower() == ".toml":
+            return replace(PLAIN, **{name: getattr(reading, name) for name in _OF_EXACT_FILES})
+    return reading
+
+
+def refuse_unused_reading(kind: Kind, specs: Iterable[str], reading: Reading) -> None:
+    """Refuse options of a reading that none of its profiles uses.
+
+    Raises
+    ------
+    InputError
+        For the first of these options; the message has its value.
+    """
+    specs = tuple(specs)
+    for option in fields(Reading):
+        name, value = option.name, getattr(reading, option.name)
+        if value != option.default and all(getattr(used_reading(spec, reading), name) != value for spec in specs):
+            exact = "a TOML file of exact segments" if specs[0].lower().endswith(".toml") else "an exact profile"
+            raise InputError(
+                f"{name} of the {kind} file is {value!r}, but {specs[0]!r} is {exact}, which has no use for it; leave"
+                f" out --{kind}-{name.replace('_', '-')} ({name} in [{kind}_file]), or give the {kind} as a file of"
+                " points"
+            )
 
 
 def _numbers(spec: str, form: str, otherwise: str) -> list[float]:

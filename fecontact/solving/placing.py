@@ -25,7 +25,7 @@ from fecontact.placement.wheelset import (
 )
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.reading import CIRCLE, has_no_gauge_face, makes_a_wheelset
-from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import refuse_unused_reading, resolve_rail, resolve_wheel
 
 # --- The roll of a wheelset whose wheels are pressed into their rails, each by a vertical load.
 #
@@ -157,6 +157,7 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
     if not case.opposite.is_mirror_image:
         raise InputError("the opposite side is used only for the roll of a wheelset; give roll = 'touching'")
+    _refuse_unused_readings(case, rail, wheel)
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
         rail or resolve_rail(case.rail, case.rail_file),
@@ -199,12 +200,21 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
 
 def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
     """Both wheels of a case over both rails; the opposite side is the mirror image if nothing else is given."""
+    _refuse_unused_readings(case, rail, wheel)
     other = case.opposite
     own = _pair(case, Opposite(), rail, wheel)
     if other.is_mirror_image:
         return Wheelset.of(own, own)
     across = _pair(case, other, None if other.rail else rail, None if other.wheel else wheel)
     return Wheelset.of(own, across) if case.side == "left" else Wheelset.of(across, own)
+
+
+def _refuse_unused_readings(case: Case, rail: Profile | None, wheel: Profile | None) -> None:
+    """Refuse options of profile files that no profile of the case uses; profiles that are handed in are not read."""
+    if rail is None:
+        refuse_unused_reading("rail", filter(None, (case.rail, case.opposite.rail)), case.rail_file)
+    if wheel is None:
+        refuse_unused_reading("wheel", filter(None, (case.wheel, case.opposite.wheel)), case.wheel_file)
 
 
 def _pair(case: Case, side: Opposite, rail_line: Profile | None, wheel_line: Profile | None) -> Pair:

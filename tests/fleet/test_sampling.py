@@ -1,6 +1,7 @@
 """Which positions of a fleet are drawn, and what is kept of them."""
 
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from fecontact.errors import InputError
 from fecontact.features.fleet import sampling
 from fecontact.features.fleet.sampling import draw
 from fecontact.features.fleet.tables import KEYS, STRATA, asked, opened
+from fecontact.judging.solved_load import ELEMENTS_OFF
 
 
 def keys(rows) -> set:
@@ -97,6 +99,33 @@ def test_a_population_that_grew_is_drawn_again(fleet, sampled):
     # random numbers belong to positions: most of the old sample is in the new one
     assert second.dropped < 0.4 * len(first.rows)
     assert len(keys(second.rows) & keys(first.rows)) == len(first.rows) - second.dropped
+
+
+@pytest.mark.parametrize(
+    ("status", "answer", "kept"),
+    [
+        ("converged", "FAILS", "FAILS"),
+        ("converged", "UNRESOLVED", "OPEN"),
+        # certain by the half-space on every line that the points allow, whatever the elements are
+        (ELEMENTS_OFF, "FAILS", "FAILS"),
+        (ELEMENTS_OFF, "UNRESOLVED", "UNSOLVED"),
+        ("not converged", "UNRESOLVED", "UNSOLVED"),
+        ("failed: no touch point", None, "UNSOLVED"),
+    ],
+)
+def test_a_certain_failure_counts_as_one(fleet, monkeypatch, status, answer, kept):
+    def run_study(study, out, **_):
+        told = {} if answer is None else {"verdict_answer": answer, "verdict_cause": None}
+        row = {"id": "", "status": status, **told, "hertz_deviation_p_max_percent": 7.0}
+        return SimpleNamespace(rows=tuple(row for _ in study.cases))
+
+    monkeypatch.setattr(sampling, "run_study", run_study)
+    sampling.solve_sample(fleet.folder, draw(fleet.folder, 8), fleet.case, sampling.RunSettings())
+    with opened(fleet.folder) as tables:
+        rows = asked(tables, "SELECT fe_verdict, fe_status, fe_p_max_percent FROM sample")
+    # what elements that must not be used say of the deviation is not kept
+    known = 7.0 if status == "converged" else None
+    assert rows == [{"fe_verdict": kept, "fe_status": status, "fe_p_max_percent": known}] * 8
 
 
 def test_what_is_no_screened_fleet_is_refused(tmp_path):

@@ -19,12 +19,15 @@ from inline import inline_crew, stand_ins
 
 import fecontact
 from fecontact import Case
+from fecontact.cli import call
 from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded, of_many
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.features.fleet import reading, running, screening
+from fecontact.features.fleet.answer import answer_of
 from fecontact.features.fleet.model import read_fleet
 from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.reading import Kept, ReadingProfile
+from fecontact.features.fleet.report import write_report
 from fecontact.judging.measures import deviations_of
 from fecontact.profiles.examples import write_examples
 from fecontact.profiles.reading import Reading
@@ -251,6 +254,28 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
     (junk / "wheel.csv").unlink()
     with pytest.raises(InputError, match="none of its files could be read"):
         run(path, tmp_path / "out")
+
+
+def test_notes_of_a_reader_are_in_the_log_the_table_and_the_report(tmp_path):
+    """The file says nothing of the side of the track: that it is turned over is an assumption."""
+    rail = ROOT / "tests/profiles/rail_left_iter288.ban"
+    path = file_of(tmp_path, ["60E1", str(rail)], files='["S1002"]', values="[0]", weights="[1]")
+    path.write_text(path.read_text().replace("values = [60, 100]", "values = [60]"))
+    assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    said = "MiniProf file: X grows to the centre of the track: y is -X"
+    profiles = duckdb.sql(f"select name, reader_notes from '{tmp_path}/out/profiles.parquet'").fetchall()
+    notes = {name: text.splitlines() for name, text in profiles}
+    assert notes["rail_left_iter288"][0] == said
+    # of exact lines of the library nothing is assumed
+    assert notes["60E1"] == notes["S1002"] == []
+    assert f"rail rail_left_iter288: {said}" in (tmp_path / "out/run.log").read_text("utf-8")
+    answer = answer_of(tmp_path / "out")
+    assert [row for row in answer.notes if row["note"] == said] == [
+        {"body": "rail", "note": said, "files": 1, "example": str(rail)}
+    ]
+    report = write_report(answer, tmp_path / "out")
+    assert said in report.read_text("utf-8")
+    assert said in (tmp_path / "out/report/notes.csv").read_text("utf-8")
 
 
 def test_a_wheel_has_the_radius_of_its_table_and_no_other_than_a_case_can_have(tmp_path, monkeypatch):

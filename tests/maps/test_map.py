@@ -1682,7 +1682,7 @@ def test_what_was_stored_before_is_found_by_its_names():
     assert list(record) == [
         *("load_N", "levels", "half_space", "turned", "quadratic", "lines", "limits", "short_of_memory")
     ]
-    assert set(record["lines"]["own"]) == {"label", "p_max_MPa", "deviations", "lobes"}
+    assert set(record["lines"]["own"]) == {"label", "p_max_MPa", "deviations", "patches", "lobes"}
     assert "yielded" not in record["levels"][0]
 
 

@@ -28,7 +28,18 @@ _SHARES = f"""
     sum(weight) FILTER (verdict = '{OPEN}') / sum(weight) AS open,
     sum(weight) FILTER (verdict = 'REFUSED') / sum(weight) AS refused"""
 # Columns of profiles that are no property of a wheel or a rail.
-_NO_CLASSES = {"body", "name", "file", "content_hash", "status", "reason", "remedy", "filter_mm", "weight"}
+_NO_CLASSES = {
+    "body",
+    "name",
+    "file",
+    "content_hash",
+    "status",
+    "reason",
+    "remedy",
+    "filter_mm",
+    "weight",
+    "reader_notes",
+}
 # A text with more values is a name and no class; numbers with more values are put into quarters.
 _MOST_TEXTS, _MOST_NUMBERS, _QUARTERS = 12, 6, 4
 # More shifts or loads, as where they are drawn at random, are rounded to these steps.
@@ -105,6 +116,8 @@ class Answer:
         What the sample says of the screen.
     files
         Wheels and rails that were read and those that were not, with the reasons.
+    notes
+        What readers assumed of files, the notes of most files first.
     """
 
     about: Mapping[str, Any]
@@ -117,6 +130,7 @@ class Answer:
     worst: Sequence[Record]
     strata: Sequence[Record]
     files: Sequence[Record]
+    notes: Sequence[Record]
 
 
 def answer_of(folder: Path) -> Answer:
@@ -145,6 +159,7 @@ def answer_of(folder: Path) -> Answer:
             worst=asked(tables, _WORST_PAIRS),
             strata=[_stratum_row(tables, one) for one in whole.strata],
             files=asked(tables, _FILES),
+            notes=_notes(tables),
         )
 
 
@@ -342,3 +357,13 @@ _FILES = """
     SELECT body, status, coalesce(reason, '') AS reason, coalesce(remedy, '') AS remedy, count(*) AS files,
            count(*) / sum(count(*)) OVER (PARTITION BY body) AS share, min(file) AS example
     FROM profiles GROUP BY body, status, reason, remedy ORDER BY body DESC, status, files DESC, reason"""
+_NOTES = """
+    SELECT body, note, count(*) AS files, min(file) AS example
+    FROM (SELECT body, file, unnest(string_split(reader_notes, chr(10))) AS note FROM profiles)
+    WHERE note <> '' GROUP BY body, note ORDER BY body DESC, files DESC, note"""
+
+
+def _notes(tables: DuckDBPyConnection) -> list[Record]:
+    """What readers assumed of files, a row for each note; none of a fleet that was screened without keeping notes."""
+    names = {row["column_name"] for row in asked(tables, "DESCRIBE profiles")}
+    return asked(tables, _NOTES) if "reader_notes" in names else []

@@ -8,7 +8,7 @@ from pathlib import Path
 from cyclopts import App
 
 from fecontact.console.log import logged
-from fecontact.console.messages import announce, print_reasons, say
+from fecontact.console.messages import announce, log_only, print_reasons, say
 from fecontact.console.progress import several
 from fecontact.console.run_messages import tell_files
 from fecontact.console.run_options import AS_USUAL, RunOptions
@@ -41,6 +41,15 @@ def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
         if found.reused:
             say(f"{found.reused} of {found.pairs} pairs were finished before", quiet=how.quiet)
         print_reasons(f"{len(found.refused)} of {found.profiles} files could not be read", found.refused)
+        for name, notes in found.notes.items():
+            for note in notes:
+                log_only(f"{name}: {note}")
+        if found.notes:
+            say(
+                f"readers assumed something of {len(found.notes)} of {found.profiles} files, such as the side or the"
+                f" origin: see the notes in {out / 'run.log'}, profiles.parquet and the report",
+                quiet=how.quiet,
+            )
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in found.failed.items()}
         print_reasons(f"{len(failed)} of {found.pairs} pairs failed", failed)
         tell_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))

@@ -133,6 +133,7 @@ class ReadingProfile:
 def _record(lines: list[Profile]) -> dict[str, Any]:
     first = lines[0].measured
     told: dict[str, Any] = {"status": "read", "name": lines[0].name, "measured": first is not None}
+    told["notes"] = list(lines[0].notes)
     if first is None:
         return told
     wear = float(np.hypot(*first.held.values.T).max()) if first.nominal else None

@@ -107,7 +107,7 @@ def write_report(answer: Answer, folder: Path, case_of: CaseOf | None = None) ->
     own = folder / "report"
     own.mkdir(exist_ok=True)
     write_csv(answer_rows(answer), folder / "answer.csv")
-    for name in ("cells", "causes", "theories", "worst", "strata", "files"):
+    for name in ("cells", "causes", "theories", "worst", "strata", "files", "notes"):
         write_csv(getattr(answer, name), own / f"{name}.csv")
     pictures = {"map": map_figure(answer.cells), "groups": groups_figure(answer)}
     for name, figure in pictures.items():
@@ -156,6 +156,8 @@ def report_parts(answer: Answer, pictures: Path) -> Iterator[Part]:
     yield table_of("Drawn positions by finite elements", _STRATA, answer.strata)
     yield Heading("Files")
     yield table_of("", _FILES, answer.files)
+    if answer.notes:
+        yield table_of("What was assumed of files that were read", _NOTES, answer.notes)
 
 
 def _screen_words(answer: Answer) -> Iterator[str]:
@@ -255,6 +257,12 @@ _FILES = [
     text("why", "reason", wraps=True),
     text("remedy", "remedy", wraps=True),
     text("such as", lambda row: row["example"] if row["status"] == "refused" else ""),
+]
+_NOTES = [
+    text("", "body"),
+    number("files", "files"),
+    text("note", "note", wraps=True),
+    text("such as", "example"),
 ]
 
 

@@ -29,6 +29,7 @@ from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done, Job, Work
 from fecontact.profiles.library import is_known
 from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import used_reading
 from fecontact.runs.folder import prepare
 from fecontact.runs.identity import json_digest
 
@@ -49,6 +50,11 @@ class ReadProfile:
     kept: Kept | None = None
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What its reader assumed."""
+        return tuple(self.record.get("notes", ()))
+
+    @property
     def row(self) -> Row:
         """Its row of `profiles.parquet`."""
         one, record = self.given, self.record
@@ -57,7 +63,7 @@ class ReadProfile:
             **{"body": one.body, "name": one.name, "file": one.spec, "content_hash": one.content_hash},
             **{"status": record["status"], "reason": record.get("reason", ""), "remedy": record.get("remedy", "")},
             **{"noise_um": record.get("noise_um"), "filter_mm": filters, "nominal": record.get("nominal", "")},
-            **{"wear_mm": record.get("wear_mm"), "weight": one.weight},
+            **{"wear_mm": record.get("wear_mm"), "weight": one.weight, "reader_notes": "\n".join(self.notes)},
         }
         return own | {name: value for name, value in one.known.items() if name not in own}
 
@@ -76,6 +82,8 @@ class Screened:
         Pairs that were finished before.
     failed
         Why pairs have no rows of their own, by the names of wheel and rail.
+    notes
+        What readers assumed of files, by body and name.
     """
 
     out: Path
@@ -86,6 +94,7 @@ class Screened:
     refused: Mapping[str, str]
     reused: int
     failed: Mapping[Pair, str] = field(default_factory=dict)
+    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     @property
     def headline(self) -> str:
@@ -141,6 +150,7 @@ def run_fleet(
             refused={f"{one.given.body} {one.given.name}": _why(one) for one in profiles if one.kept is None},
             reused=len(run.reused) - read,
             failed=failed,
+            notes={f"{one.given.body} {one.given.name}": one.notes for one in profiles if one.notes},
         )
         _seal(asked, screened)
     return screened
@@ -440,7 +450,7 @@ class Opened:
             row = self._rows[body, named]
             own = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
             one = Candidate(body=body, name=named, spec=row["file"], known=own)
-            given |= {body: row["file"], f"{body}_file": _reading(self.fleet, one)}
+            given |= {body: row["file"], f"{body}_file": used_reading(one.spec, _reading(self.fleet, one))}
         radius = self._rows["wheel", wheel].get("rolling_radius_mm")
         if radius is not None and math.isfinite(radius):
             given["rolling_radius_mm"] = float(radius)

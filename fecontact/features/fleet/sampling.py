@@ -19,6 +19,7 @@ from fecontact.features.fleet.estimate import allocation, draw_scale
 from fecontact.features.fleet.tables import KEYS, SAMPLE, STRATA, asked, opened, write_table
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
+from fecontact.outputs.cases import NO_VERDICT, verdict_of
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.pair_names import Row
 from fecontact.runs.casefile import Study
@@ -132,10 +133,15 @@ def cases_of(drawn: Drawn, case_of: CaseOf) -> tuple[Case, ...]:
 
 
 def _solved(row: Row) -> Record:
-    """What is kept of a solved case: verdict, status, cause, its folder, and how far Hertz is off."""
-    verdict = {HOLDS: HOLDS, FAILS: FAILS}.get(row.get("verdict_answer", ""), OPEN) if usable(row) else UNSOLVED
+    """What is kept of a solved case: verdict, status, cause, its folder, and how far Hertz is off.
+
+    A failure that is certain counts although the finite elements must not be used; how far Hertz is off is not known
+    then.
+    """
+    answer = verdict_of(row)
+    verdict = UNSOLVED if answer == NO_VERDICT else answer if answer in (HOLDS, FAILS) else OPEN
     off = {
-        f"fe_{name.removeprefix('hertz_deviation_')}": value
+        f"fe_{name.removeprefix('hertz_deviation_')}": value if usable(row) else None
         for name, value in row.items()
         if name.startswith("hertz_deviation_")
     }
