@@ -8,6 +8,7 @@ the commands with finite elements.
 import argparse
 import contextlib
 import json
+import math
 import os
 import random
 import re
@@ -23,6 +24,7 @@ from typing import Any
 from fuzz_commands import LONGEST_MESSAGE, Ended, no_numbers, run
 
 from fecontact.contact_theories.registry import THEORIES
+from fecontact.judging.verdict import answer_of
 from fecontact.profiles.library import names
 
 SLOWEST_S = 120.0
@@ -35,7 +37,7 @@ IRREGULARITIES = (
 )
 LAWS = ("kalker", "vermeulen_johnson", "she", "polach", "fastsim", "rolling_half_space")
 # lines of each command in a round; curves are the dearest, with 3 to 6 CPU s each
-FAST = {"hertz": 6, "theory": 10, "place": 3, "geometry": 4, "table": 3, "creep": 4, "curve": 2, "irregular": 3}
+FAST = {"hertz": 4, "theory": 8, "place": 2, "geometry": 2, "table": 2, "creep": 3, "curve": 1, "irregular": 2}
 SOLVING = {"solve": 8, "map": 1, "loaded geometry": 1, "fleet": 1}
 
 
@@ -226,6 +228,17 @@ def _lost(line: list[str], told: Any) -> str:
     return "" if count == expected else f"{count} of {expected} {items}"
 
 
+def _contradictions(told: dict[str, Any]) -> Iterator[str]:
+    """Theories of a solved case whose verdict is not that of their deviation, uncertainty and limit."""
+    limits = told["verdict"]["limits"]
+    for name, theory in told["theories"].items():
+        # measured profiles are judged on each of their lines; the library's are exact
+        for measure, answer in theory.get("verdict", {}).get("each", {}).items():
+            numbers = (theory[of].get(measure, math.nan) for of in ("deviation", "uncertainty"))
+            if answer_of(*numbers, limits[measure]) != answer:
+                yield f"{name} {answer} by {measure} against its numbers"
+
+
 def broken_rules(line: list[str], ended: Ended) -> Iterator[str]:
     """What is wrong with the way in which a command ended."""
     if ended.raised:
@@ -245,6 +258,8 @@ def broken_rules(line: list[str], ended: Ended) -> Iterator[str]:
             yield problem
         elif lost := _lost(line, json.loads(ended.out)):
             yield f"lost: {lost}"
+        elif line[0] == "solve":
+            yield from _contradictions(json.loads(ended.out))
     if ended.code == 0 and not ended.out:
         yield "prints nothing"
     if ended.code == 3 and not (said or ended.out):

@@ -1,14 +1,16 @@
 """Commands that compute, over the library at random: rules that each keeps, and invariants of what they answer."""
 
 import json
+import math
 import random
+from itertools import pairwise
 
 import pytest
 from command_matrix import FAST, SOLVING, ending, irregular, pair, try_lines
 
 from fecontact.contact_theories.registry import THEORIES
 
-# Of a hundred positions: each theory that is inside its own range, off the half-space's peak and area.
+# what is the same from the other side
 MIRRORED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm", "normal_force_N")
 
 
@@ -83,6 +85,28 @@ def test_more_load_presses_deeper_and_wider(seed):
     for name in THEORIES:
         answers = [answer_of("theory", name, *where, f"--load-kn={load}") for load in (20, 50, 110)]
         known = [one for one in answers if one is not None]
-        for lighter, heavier in zip(known, known[1:], strict=False):
+        for lighter, heavier in pairwise(known):
             for measure in ("approach_mm", "area_mm2", "normal_force_N"):
                 assert heavier[measure] > lighter[measure], (name, measure)
+
+
+# two patches, of which the outer one is steep; and pairs at random
+WHERE = ["--rail=60E1", "--wheel=S1002", "--shift=5", "--load-kn=50"]
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 20))])
+def test_patches_share_the_whole_normal_force(seed):
+    rng = random.Random(seed)
+    where = WHERE if seed == 0 else [*pair(rng), f"--shift={rng.uniform(3.0, 7.0):.2f}", "--load-kn=50"]
+    for name in ("multi_hertz", "half_space"):
+        told = answer_of("theory", name, *where)
+        if told is None or len(told["patches"]) < 2:
+            assert seed > 0
+            continue
+        assert sum(patch["normal_force_N"] for patch in told["patches"]) == pytest.approx(
+            told["normal_force_N"], rel=1e-6
+        )
+        if name == "multi_hertz":
+            # along the normal of each: together they carry the wheel
+            vertical = sum(patch["normal_force_N"] * math.cos(patch["contact_angle_rad"]) for patch in told["patches"])
+            assert vertical == pytest.approx(50e3, rel=1e-3)
