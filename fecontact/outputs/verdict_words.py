@@ -60,8 +60,8 @@ def off_text(
     words = WORDS[measure]
     within = "" if limit is None else f" (limit {words.limit(limit)})"
     of_lines = ""
-    if answer in ("HOLDS", "FAILS") and None not in (deviation, uncertainty, limit):
-        of_lines = "" if answer_of(deviation, uncertainty, limit) == answer else BY_EACH_LINE  # type: ignore[arg-type]
+    if answer in ("HOLDS", "FAILS") and deviation is not None and uncertainty is not None and limit is not None:
+        of_lines = "" if answer_of(deviation, uncertainty, limit) == answer else BY_EACH_LINE
     near = f"{_NEAREST[answer]}: " if nearest else ""
     return f"{near}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{of_lines}{within}"
 
