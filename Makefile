@@ -110,6 +110,7 @@ fuzz: setup ## mutate profile files of every format, study files, results and co
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/command_matrix.py --seed $(FUZZ_SEED)
 
 mutants: setup ## change one operator, constant or sign of the physics at a time and see whether a test notices; two hours
 	PYTHONPATH="$(CURDIR)" $(BIN)/python tests/mutants.py

@@ -17,6 +17,7 @@ import signal
 import sys
 import time
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -112,29 +113,54 @@ def _stop(*_: object) -> None:
     raise TooLong
 
 
-def tried(line: list[str]) -> tuple[str, str]:
-    """What comes of a command line: its exit code, or a failure with its words."""
+@dataclass(frozen=True, kw_only=True)
+class Ended:
+    """How a command line ended: its exit code, or what was raised in its place, and what it printed."""
+
+    code: int | None
+    raised: str
+    out: str
+    err: str
+    cpu_s: float
+
+
+def run(line: list[str], *, slowest_s: float = SLOWEST_S) -> Ended:
+    """Run a command line in this process."""
     out, err = io.StringIO(), io.StringIO()
     signal.signal(signal.SIGVTALRM, _stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, SLOWEST_S)
-    start = time.process_time()
+    signal.setitimer(signal.ITIMER_VIRTUAL, slowest_s)
+    start, code, raised = time.process_time(), None, ""
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             code = call(line)
     except TooLong:
-        return "failure", f"took more than {SLOWEST_S:g} CPU s"
+        raised = f"took more than {slowest_s:g} CPU s"
     except (Exception, SystemExit) as error:
-        return "failure", f"{type(error).__name__}: {str(error)[:200]}"
+        raised = f"{type(error).__name__}: {str(error)[:200]}"
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-    if code not in (0, 1, 2, 3):
-        return "failure", f"exit code {code}"
-    if code == 2 and not 0 < len(err.getvalue()) < LONGEST_MESSAGE:
-        return "failure", f"a message of {len(err.getvalue())} characters"
-    numbers = re.findall(r"(?<![\w./-])[+-]?(?:nan|inf)(?![\w./-])", out.getvalue(), re.IGNORECASE)
-    if code == 0 and numbers and not any(word.endswith(("nan", "inf")) for word in line):
+    cpu_s = time.process_time() - start
+    return Ended(code=code, raised=raised, out=out.getvalue(), err=err.getvalue(), cpu_s=cpu_s)
+
+
+def no_numbers(text: str) -> list[str]:
+    """What a text has in place of numbers."""
+    return re.findall(r"(?<![\w./-])[+-]?(?:nan|inf)(?![\w./-])", text, re.IGNORECASE)
+
+
+def tried(line: list[str]) -> tuple[str, str]:
+    """What comes of a command line: its exit code, or a failure with its words."""
+    ended = run(line)
+    if ended.raised:
+        return "failure", ended.raised
+    if ended.code not in (0, 1, 2, 3):
+        return "failure", f"exit code {ended.code}"
+    if ended.code == 2 and not 0 < len(ended.err) < LONGEST_MESSAGE:
+        return "failure", f"a message of {len(ended.err)} characters"
+    numbers = no_numbers(ended.out)
+    if ended.code == 0 and numbers and not any(word.endswith(("nan", "inf")) for word in line):
         return "failure", f"prints {numbers[0]}"
-    return f"exit code {code}", f"{time.process_time() - start:.1f} CPU s"
+    return f"exit code {ended.code}", f"{ended.cpu_s:.1f} CPU s"
 
 
 def fuzz_commands(count: int, seed: int) -> tuple[Counter[str], list[str]]:

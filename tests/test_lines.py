@@ -21,7 +21,14 @@ from fecontact.judging.theory import fails_for_certain, judge_theory
 from fecontact.judging.verdict import ELEMENTS, PROFILE, Judgement, judge, judge_on_lines
 from fecontact.outputs.cases import verdict_of
 from fecontact.outputs.records.results import load_record, load_row
-from fecontact.outputs.verdict_words import band_text, share_text, verdict_reason
+from fecontact.outputs.verdict_words import (
+    BY_EACH_LINE,
+    band_text,
+    decided,
+    reason_of_record,
+    share_text,
+    verdict_reason,
+)
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
@@ -257,6 +264,50 @@ def test_words_of_shares():
     assert share_text(dict.fromkeys(answers, "UNRESOLVED")).endswith(
         "holds on 0 of the 3 lines that the points allow (it is open on 3)"
     )
+
+
+def test_a_verdict_of_lines_does_not_contradict_the_numbers_beside_it():
+    """Every line fails, and the farthest is farther off than the limit: the ± alone would leave it open."""
+    found = Moves(by_line={OWN_LINE: {"separate_load": 0.0}, "filter 8 mm": {"separate_load": 0.416}})
+    criteria = Criteria(judged_by=("separate",))
+    deviation = {"separate_load": 0.2147}
+    verdict, stated = judge_on_lines(deviation, {"separate_load": 0.0}, found, criteria)
+    assert verdict.answer == "FAILS"
+    record = {
+        "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
+        "theories": {HERTZ: {"deviation": deviation, "uncertainty": stated}},
+    }
+    assert reason_of_record(record).startswith(
+        "furthest beyond its limit: load on separate patches 21.47 % ± 41.60 % over all lines, each of which is judged"
+        " by itself (limit < 0.1 %)"
+    )
+    row = {
+        "status": "converged",
+        "verdict_answer": "FAILS",
+        "verdict_measure": "separate_load",
+        "hertz_deviation_separate_load_percent": 21.47,
+        "hertz_uncertainty_separate_load_percent": 41.60,
+    }
+    assert BY_EACH_LINE in decided(row, criteria.limits)
+    # numbers that give the verdict by themselves need no words
+    assert BY_EACH_LINE not in decided(row | {"hertz_uncertainty_separate_load_percent": 4.0}, criteria.limits)
+    assert BY_EACH_LINE not in decided(row | {"verdict_answer": "UNRESOLVED"}, criteria.limits)
+
+
+def test_measures_that_fail_one_after_the_other_are_not_called_open():
+    found = Moves(
+        by_line={"filter 4 mm": {"p_max_MPa": 1.1, "area_mm2": 1.0}, "filter 8 mm": {"p_max_MPa": 1.0, "area_mm2": 1.3}}
+    )
+    both, criteria = {"p_max_MPa": 0.0, "area_mm2": 0.0}, Criteria(judged_by=("p_max", "area"))
+    verdict, stated = judge_on_lines(both, dict.fromkeys(both, 0.001), found, criteria)
+    record = {
+        "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
+        "theories": {HERTZ: {"deviation": both, "uncertainty": stated}},
+    }
+    text = reason_of_record(record)
+    assert text.startswith("beyond another limit from line to line: ")
+    assert BY_EACH_LINE in text
+    assert text.endswith("it fails on all of the 2 lines that the points allow")
 
 
 # --- wear whose truth is known ---------------------------------------------------------------------------------------

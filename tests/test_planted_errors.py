@@ -22,6 +22,7 @@ from fecontact.contact_theories.hertz import hertz_from_hessian
 from fecontact.criteria import Criteria
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
+from fecontact.judging import ladder
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import REFERENCE_LIMIT, curvature_of_gap, reference_error
@@ -416,7 +417,8 @@ def judged_of(case: Case) -> JudgedLoad:
 
 
 def test_healthy_references_agree_and_centres_are_as_far_apart_as_both_are_unsure(elliptic_quick):
-    assert reference_error(elliptic_quick.load.ladder, elliptic_quick.placement) < 0.1 * REFERENCE_LIMIT
+    # the area is read worst: 1.4e-3, of which a tenth counts; a within 2e-4
+    assert reference_error(elliptic_quick.load.ladder, elliptic_quick.placement) < 0.3 * REFERENCE_LIMIT
     assert apart(elliptic_quick.load.solved.levels) < 0.4
 
 
@@ -454,6 +456,29 @@ def test_an_influence_of_the_half_space_that_is_wrong_is_seen_by_hertz(elliptic_
     assert reference_error(judged.ladder, placement) == pytest.approx(1.0 - 0.98 ** (2.0 / 3.0), rel=0.02)
     assert (judged.status, judged.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
     assert judged.judgements["half_space"].verdict.answer == "UNRESOLVED"
+
+
+@pytest.mark.parametrize(
+    ("changes", "error"),
+    [
+        pytest.param({"a_mm": 1.02, "b_mm": 1.02}, 0.02, id="a and b 2 % long"),
+        pytest.param({"b_mm": 1.005}, 0.005, id="b 0.5 % long"),
+        pytest.param({"area_mm2": 1.02}, 0.02 / 10.0, id="area 2 % large"),
+    ],
+)
+def test_an_ellipse_of_hertz_with_a_wrong_size_is_seen_by_the_half_space(elliptic_quick, monkeypatch, changes, error):
+    """The peak, which is right, does not tell."""
+    plain = ladder.hertz_measures
+
+    def wrong(hertz):
+        right = plain(hertz)
+        return replace(right, **{name: factor * getattr(right, name) for name, factor in changes.items()})
+
+    monkeypatch.setattr(ladder, "hertz_measures", wrong)
+    judged = judge_load(elliptic_quick.load.solved, elliptic_quick.placement)
+    # the healthy half-space is up to 0.03 % off
+    assert reference_error(judged.ladder, elliptic_quick.placement) == pytest.approx(error, abs=4e-4)
+    assert (judged.status, judged.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
 
 
 def test_a_gap_that_is_not_the_one_of_hertz_is_seen_by_its_curvatures(elliptic_quick, monkeypatch):

@@ -15,7 +15,7 @@ from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.lines import FILTER
 from fecontact.judging.measures import MEASURES, Measures
 from fecontact.judging.solved_load import unmeshed
-from fecontact.judging.verdict import PROFILE
+from fecontact.judging.verdict import PROFILE, answer_of
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.words import WORDS, deviation_column
 from fecontact.solving.solve import CaseResult
@@ -34,21 +34,47 @@ Record = Mapping[str, Any]
 _NEAREST = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
 
 
+BY_EACH_LINE = " over all lines, each of which is judged by itself"
+"""Why an uncertainty and a verdict seem to contradict each other, where points of a profile allow several lines."""
+
+
 def off_text(
-    measure: str, deviation: float | None, uncertainty: float | None, limit: float | None, answer: str = ""
+    measure: str,
+    deviation: float | None,
+    uncertainty: float | None,
+    limit: float | None,
+    answer: str = "",
+    *,
+    nearest: bool = False,
 ) -> str:
-    """How far a theory is off in a measure beside its uncertainty and its limit, and how near that is."""
+    """How far a theory is off in a measure beside its uncertainty and its limit.
+
+    Parameters
+    ----------
+    answer
+        The answer on the measure. Where one deviation with its uncertainty does not give it, the lines that points of
+        the profiles allow do, and the text says so.
+    nearest
+        Whether to say how near to its limit the measure is by that answer.
+    """
     words = WORDS[measure]
     within = "" if limit is None else f" (limit {words.limit(limit)})"
-    nearest = f"{_NEAREST[answer]}: " if answer else ""
-    return f"{nearest}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{within}"
+    of_lines = ""
+    if answer in ("HOLDS", "FAILS") and deviation is not None and uncertainty is not None and limit is not None:
+        of_lines = "" if answer_of(deviation, uncertainty, limit) == answer else BY_EACH_LINE
+    near = f"{_NEAREST[answer]}: " if nearest else ""
+    return f"{near}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{of_lines}{within}"
 
 
 def _off(judged: Record, verdict: Record, limits: Record) -> str:
     """How far a judged theory is off in the measure that decided a verdict."""
-    measure = verdict["measure"]
+    measure, answer = verdict["measure"], verdict["answer"]
     off, unsure = (judged[of].get(measure) for of in ("deviation", "uncertainty"))
-    return off_text(measure, off, unsure, limits[measure], verdict["each"][measure])
+    of_measure = verdict["each"][measure]
+    if answer != "FAILS" or of_measure == "FAILS":
+        return off_text(measure, off, unsure, limits[measure], of_measure, nearest=True)
+    # on each line a measure fails, on none of the measures most lines agree
+    return f"beyond another limit from line to line: {off_text(measure, off, unsure, limits[measure], answer)}"
 
 
 def _because(cause: str | None) -> str:
@@ -153,7 +179,7 @@ def decided(row: Record, limits: Mapping[str, float]) -> str:
         return ""
     *columns, factor = deviation_column(measure)
     off, unsure = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
-    return off_text(measure, off, unsure, limits.get(measure))
+    return off_text(measure, off, unsure, limits.get(measure), str(row.get("verdict_answer", "")))
 
 
 def deciding(record: Record) -> Record:

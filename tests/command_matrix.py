@@ -1,0 +1,310 @@
+"""Commands that compute, over the library at random: how each ends, and what must hold of what it prints.
+
+`python tests/command_matrix.py [--rounds N] [--seed S] [--solve]` prints a table: how many lines of each command were
+drawn, answered and refused, with the reasons, and ends with exit code 1 if a line broke a rule. With `--solve` it draws
+the commands with finite elements.
+"""
+
+import argparse
+import contextlib
+import json
+import math
+import os
+import random
+import re
+import shlex
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from fuzz_commands import LONGEST_MESSAGE, Ended, no_numbers, run
+
+from fecontact.contact_theories.registry import THEORIES
+from fecontact.judging.verdict import answer_of
+from fecontact.profiles.library import names
+
+SLOWEST_S = 120.0
+INCLINATIONS = ("1:20", "1:30", "1:40", "none")
+IRREGULARITIES = (
+    "sine:wavelength_mm=30,amplitude_um=25,phase_deg=90",
+    "sine:wavelength_mm=300,amplitude_um=100",
+    "chord:length_mm=40",
+    "haversine:length_mm=52,depth_mm=0.4",
+)
+LAWS = ("kalker", "vermeulen_johnson", "she", "polach", "fastsim", "rolling_half_space")
+# lines of each command in a round; curves are the dearest, with 3 to 6 CPU s each
+FAST = {"hertz": 4, "theory": 8, "place": 2, "geometry": 2, "table": 2, "creep": 3, "curve": 1, "irregular": 2}
+SOLVING = {"solve": 8, "map": 1, "loaded geometry": 1, "fleet": 1}
+
+
+@dataclass
+class Tally:
+    """What came of the lines of a command."""
+
+    drawn: int = 0
+    answered: int = 0
+    refused: Counter[str] = field(default_factory=Counter)
+    bad: list[str] = field(default_factory=list)
+
+
+def pair(rng: random.Random) -> list[str]:
+    """Options of a rail and a wheel of the library."""
+    return [
+        f"--rail={rng.choice(names('rail'))}",
+        f"--wheel={rng.choice(names('wheel'))}",
+        f"--inclination={rng.choice(INCLINATIONS)}",
+    ]
+
+
+def maybe(rng: random.Random, part: float, *words: str) -> list[str]:
+    """Words of a command, in a part of the draws."""
+    return list(words) if rng.random() < part else []
+
+
+def standing(rng: random.Random) -> list[str]:
+    """Options of a wheel on a rail, without its shift and load."""
+    return [
+        *pair(rng),
+        f"--side={rng.choice(('left', 'right'))}",
+        *maybe(rng, 0.25, f"--yaw-mrad={rng.choice((-8, 3, 12))}"),
+        *maybe(rng, 0.2, "--load-kind=normal"),
+        *maybe(rng, 0.2, f"--roll={rng.choice(('given', 'loaded'))}"),
+        *maybe(rng, 0.1, "--flange-climb"),
+    ]
+
+
+def position(rng: random.Random) -> list[str]:
+    """Options of a wheel on a rail under a load."""
+    return [
+        *standing(rng),
+        f"--shift={rng.uniform(-8.0, 8.0):.2f}",
+        f"--load-kn={rng.choice((2, 20, 60, 100, 160, 250))}",
+        *irregular(rng),
+    ]
+
+
+def irregular(rng: random.Random) -> list[str]:
+    """Options of an irregularity, in a fifth of the draws."""
+    body = rng.choice(("rail", "wheel"))
+    line = f"--{body}-irregularity={rng.choice(IRREGULARITIES)}"
+    return maybe(rng, 0.2, line, f"--distance-mm={rng.choice((0, 7, -20))}")
+
+
+def shown(rng: random.Random, out: str = "", ending: str = "") -> list[str]:
+    """How the answer is shown, and where it is written."""
+    name = f"--out={out}{rng.randrange(10**9)}{ending}"
+    return [*maybe(rng, 0.6, "--json"), *(maybe(rng, 0.3, name) if out else [])]
+
+
+def shifts(rng: random.Random) -> str:
+    """Three shifts."""
+    first = rng.uniform(-8.0, 4.0)
+    return ",".join(f"{first + step:.2f}" for step in (0.0, 1.7, 4.1))
+
+
+def _creep(rng: random.Random) -> list[str]:
+    axes = [f"--a-mm={rng.uniform(1.0, 12.0):.2f}", f"--b-mm={rng.uniform(1.0, 12.0):.2f}"]
+    slip = [f"--xi={rng.choice((0.0, 1e-3, -5e-3))}", f"--eta={rng.choice((0.0, 2e-3, -1e-2))}"]
+    force = [f"--normal-force-kn={rng.choice((5, 60, 160))}", f"--friction={rng.choice((0.05, 0.3, 0.6))}"]
+    spin = f"--spin-per-mm={rng.choice((0.0, 2e-4, -1e-3))}"
+    return [*axes, *force, *slip, spin, f"--theory={rng.choice(LAWS)}", *shown(rng)]
+
+
+def _curve(rng: random.Random) -> list[str]:
+    radii = rng.sample((200, -250, 500, -600, 1500, -4000, 10000), 2)
+    return [
+        *pair(rng),
+        f"--vehicle={rng.choice(('wheelset', 'manchester', 'metro'))}",
+        f"--bogie={rng.choice(('leading', 'trailing'))}",
+        f"--radii={','.join(map(str, radii))}",
+        f"--friction={rng.choice((0.1, 0.3, 0.5))}",
+        f"--cant-mm={rng.choice((0, 100))}",
+        *maybe(rng, 0.3, f"--unbalanced-m-s2={rng.choice((-0.5, 1.0))}"),
+        *maybe(rng, 0.2, f"--theory={rng.choice(('hertz', 'multi_hertz', 'strip', 'overlap,hertz'))}"),
+        *shown(rng, "curve"),
+    ]
+
+
+def _irregular(rng: random.Random) -> list[str]:
+    alone = f"--irregularity={rng.choice(IRREGULARITIES)}"
+    waves = [f"--wavelengths-mm={rng.choice(('20', '30,120'))}", f"--amplitudes-um={rng.choice(('5', '10,80'))}"]
+    what = rng.choice(([alone, "--positions-mm=-20,0,11"], waves))
+    where = [f"--shift={rng.uniform(-8.0, 8.0):.2f}", f"--load-kn={rng.choice((20, 100))}"]
+    return [*standing(rng), *where, *what, "--workers=1", *shown(rng, "irregular")]
+
+
+def _geometry(rng: random.Random) -> list[str]:
+    yaw = maybe(rng, 0.2, f"--yaw-mrad={rng.choice((-4, 6))}")
+    return [*pair(rng), *yaw, f"--shifts={shifts(rng)}", *shown(rng, "geometry", ".png")]
+
+
+def yielding(rng: random.Random) -> list[str]:
+    """Options of a yield stress, in a fifth of the draws."""
+    return maybe(rng, 0.2, f"--yield-mpa={rng.choice((400, 700))}", f"--tangent-mpa={rng.choice((0, 4200))}")
+
+
+def _solved(rng: random.Random) -> list[str]:
+    friction = [f"--friction={rng.choice((0.1, 0.4))}", f"--xi={rng.choice((1e-3, -4e-3))}"]
+    evidence = maybe(rng, 0.1, "--refine=evidence") or maybe(rng, 0.3, "--refine=never")
+    return [*yielding(rng), *maybe(rng, 0.3, *friction), *evidence, *maybe(rng, 0.5, "--judged-by=strength")]
+
+
+def _map(rng: random.Random) -> list[str]:
+    loads = f"--loads-kn={rng.choice(('20,100', '60'))}"
+    # a map is stored always
+    out = f"--out=map{rng.randrange(10**9)}"
+    return [*standing(rng), *_solved(rng), f"--shifts={shifts(rng)}", loads, "--workers=1", out, "--json"]
+
+
+def line_of(command: str, rng: random.Random) -> list[str]:
+    """A command line with options drawn at random."""
+    drawn = {
+        "hertz": lambda: [*position(rng), *shown(rng)],
+        "theory": lambda: [rng.choice((*THEORIES,)), *position(rng), *shown(rng)],
+        "place": lambda: [*position(rng), *yielding(rng), *shown(rng, "place", ".png")],
+        "geometry": lambda: _geometry(rng),
+        "table": lambda: [*standing(rng), f"--shifts={shifts(rng)}", "--loads-kn=20,110", *shown(rng, "table", ".csv")],
+        "creep": lambda: _creep(rng),
+        "curve": lambda: _curve(rng),
+        "irregular": lambda: _irregular(rng),
+        # of each wheel an equilibrium under the load at each of many shifts
+        "loaded geometry": lambda: [*_geometry(rng), "--loaded-kn=80"],
+        "solve": lambda: [*position(rng), *_solved(rng), *shown(rng, "solve")],
+        "map": lambda: _map(rng),
+        "fleet": lambda: ["run", "fleet/fleet.toml", f"--out=screened{rng.randrange(10**9)}"],
+    }
+    return [command.split()[-1], *drawn[command]()]
+
+
+def ending(line: list[str]) -> Ended:
+    """How a command line ends, with each warning as an error."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return run(line, slowest_s=SLOWEST_S)
+
+
+def message(ended: Ended) -> str:
+    """The refusal that a command printed; empty if it printed none."""
+    return "\n".join(re.findall(r"^error: (.*(?:\n(?! ).+)*)", ended.err, re.MULTILINE))
+
+
+def reason(text: str) -> str:
+    """A refusal without its numbers and names: what is counted."""
+    text = re.sub(r"[+-]?\d[\d.,e:+-]*", "N", text)
+    for known in (*names("rail"), *names("wheel")):
+        text = text.replace(known, "NAME")
+    return re.split(r"[;(]", text)[0][:110].strip()
+
+
+def _not_json(text: str) -> str:
+    def refuse(constant: str) -> None:
+        raise ValueError(f"{constant} in JSON")
+
+    try:
+        json.loads(text, parse_constant=refuse)
+    except ValueError as error:
+        return f"no JSON: {error}"
+    return ""
+
+
+def _lost(line: list[str], told: Any) -> str:
+    """Items that were asked for and are not in the answer."""
+    asked = {word.split("=")[0]: word.split("=", 1)[-1] for word in line}
+    counts = {
+        "geometry": ("positions", "--shifts", 1),
+        "table": ("rows", "--shifts", 2),
+        "curve": ("curves", "--radii", 1 + asked.get("--theory", "").count(",")),
+    }
+    if line[0] not in counts:
+        return ""
+    items, option, times = counts[line[0]]
+    expected = times * len(asked[option].split(","))
+    # a table is a list
+    count = len(told if isinstance(told, list) else told[items])
+    return "" if count == expected else f"{count} of {expected} {items}"
+
+
+def _contradictions(told: dict[str, Any]) -> Iterator[str]:
+    """Theories of a solved case whose verdict is not that of their deviation, uncertainty and limit."""
+    limits = told["verdict"]["limits"]
+    for name, theory in told["theories"].items():
+        # measured profiles are judged on each of their lines; the library's are exact
+        for measure, answer in theory.get("verdict", {}).get("each", {}).items():
+            numbers = (theory[of].get(measure, math.nan) for of in ("deviation", "uncertainty"))
+            if answer_of(*numbers, limits[measure]) != answer:
+                yield f"{name} {answer} by {measure} against its numbers"
+
+
+def broken_rules(line: list[str], ended: Ended) -> Iterator[str]:
+    """What is wrong with the way in which a command ended."""
+    if ended.raised:
+        yield ended.raised
+        return
+    if ended.code not in (0, 2, 3):
+        yield f"exit code {ended.code}"
+    said = message(ended)
+    if ended.code == 2 and not said:
+        yield "refused without a reason"
+    if said and ("\n" in said or len(said) > LONGEST_MESSAGE or no_numbers(said) or "Traceback" in ended.err):
+        yield f"no clear sentence: {said!r}"
+    if numbers := no_numbers(ended.out):
+        yield f"prints {numbers[0]}"
+    if "--json" in line and ended.out:
+        if problem := _not_json(ended.out):
+            yield problem
+        elif lost := _lost(line, json.loads(ended.out)):
+            yield f"lost: {lost}"
+        elif line[0] == "solve":
+            yield from _contradictions(json.loads(ended.out))
+    if ended.code == 0 and not ended.out:
+        yield "prints nothing"
+    if ended.code == 3 and not (said or ended.out):
+        yield "neither an answer nor a reason"
+
+
+def try_lines(counts: Mapping[str, int], seed: int) -> dict[str, Tally]:
+    """Run so many lines of each command in an empty folder."""
+    rng, came = random.Random(seed), {command: Tally() for command in counts}
+    with TemporaryDirectory() as folder, contextlib.chdir(folder):
+        if "fleet" in counts:
+            ending(["fleet", "examples", "fleet", "--wheels=2", "--rails=2"])
+        for command, tally in came.items():
+            for _ in range(counts[command]):
+                line = line_of(command, rng)
+                ended = ending(line)
+                tally.drawn += 1
+                if ended.code == 0:
+                    tally.answered += 1
+                elif ended.code in (2, 3):
+                    tally.refused[f"{ended.code}: {reason(message(ended)) or 'told in the answer'}"] += 1
+                tally.bad += [f"{shlex.join(line)}: {rule}" for rule in broken_rules(line, ended)]
+    return came
+
+
+def main() -> int:
+    """Draw command lines and print what came of them."""
+    parser = argparse.ArgumentParser(description="Draw commands that compute over the library.")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--solve", action="store_true")
+    given = parser.parse_args()
+    os.environ.setdefault("COLUMNS", "200")
+    counts = {command: given.rounds * count for command, count in (SOLVING if given.solve else FAST).items()}
+    came = try_lines(counts, given.seed)
+    print(f"{'command':16} {'drawn':>6} {'answered':>8} {'refused':>8} {'bad':>5}")
+    for command, tally in came.items():
+        row = (tally.drawn, tally.answered, sum(tally.refused.values()), len(tally.bad))
+        print("{:16} {:6} {:8} {:8} {:5}".format(command, *row))
+    for why, times in sum((tally.refused for tally in came.values()), Counter()).most_common():
+        print(f"{times:6} {why}")
+    for text in (text for tally in came.values() for text in tally.bad):
+        print(f"BAD {text}")
+    return int(any(tally.bad for tally in came.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,112 @@
+"""Commands that compute, over the library at random: rules that each keeps, and invariants of what they answer."""
+
+import json
+import math
+import random
+from itertools import pairwise
+
+import pytest
+from command_matrix import FAST, SOLVING, ending, irregular, pair, try_lines
+
+from fecontact.contact_theories.registry import THEORIES
+
+# what is the same from the other side
+MIRRORED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm", "normal_force_N")
+
+
+def bad_of(came) -> list[str]:
+    return [text for tally in came.values() for text in tally.bad]
+
+
+def test_commands_that_compute_keep_the_rules():
+    came = try_lines(FAST, seed=1)
+    assert bad_of(came) == []
+    # most are answered, so that the rules of answers are seen too
+    assert sum(tally.answered for tally in came.values()) > 0.6 * sum(FAST.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 12))
+def test_more_commands_that_compute_keep_the_rules(seed):
+    assert bad_of(try_lines(FAST, seed=seed)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_commands_with_finite_elements_keep_the_rules(seed):
+    assert bad_of(try_lines(SOLVING, seed=seed)) == []
+
+
+# --- what answers have in common -----------------------------------------------------------------------------------
+
+
+def answer_of(*line: str):
+    """The JSON of a command, or None where it is refused."""
+    ended = ending([*line, "--json"])
+    return json.loads(ended.out) if ended.code == 0 else None
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 20))])
+def test_the_right_wheel_is_the_mirror_image_of_the_left_one(seed):
+    rng = random.Random(seed)
+    shift, yaw = rng.uniform(0.5, 6.0), rng.choice((0, 4))
+    body = [*pair(rng), f"--load-kn={rng.choice((20, 100))}", *irregular(rng)]
+    left_at, right_at = (
+        [f"--side={side}", f"--shift={sign * shift}", f"--yaw-mrad={sign * yaw}"]
+        for side, sign in (("left", 1), ("right", -1))
+    )
+    for name in THEORIES:
+        left, right = (answer_of("theory", name, *body, *at) for at in (left_at, right_at))
+        assert (left is None) == (right is None), name
+        if left is not None:
+            assert [right[of] for of in MIRRORED] == pytest.approx([left[of] for of in MIRRORED], rel=1e-6), name
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 20))])
+def test_both_sides_of_a_wheelset_are_alike(seed):
+    rng = random.Random(seed)
+    shift = round(rng.uniform(0.5, 6.0), 2)
+    told = answer_of("geometry", *pair(rng), f"--shifts={-shift},0,{shift}")
+    assert told is not None
+    outward, middle, inward = told["positions"]
+    assert middle["left"] == middle["right"]
+    for key in ("rail_y_mm", "wheel_y_mm", "contact_angle_rad", "rolling_radius_mm"):
+        for one, other in (("left", "right"), ("right", "left")):
+            there, here = (
+                [touch[key] for touch in at[side]["touch_points"]] for at, side in ((outward, one), (inward, other))
+            )
+            assert there == pytest.approx(here, abs=1e-6), key
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 20))])
+def test_more_load_presses_deeper_and_wider(seed):
+    rng = random.Random(seed)
+    where = [*pair(rng), f"--shift={rng.uniform(-6.0, 5.0):.2f}"]
+    for name in THEORIES:
+        answers = [answer_of("theory", name, *where, f"--load-kn={load}") for load in (20, 50, 110)]
+        known = [one for one in answers if one is not None]
+        for lighter, heavier in pairwise(known):
+            for measure in ("approach_mm", "area_mm2", "normal_force_N"):
+                assert heavier[measure] > lighter[measure], (name, measure)
+
+
+# two patches, of which the outer one is steep; and pairs at random
+WHERE = ["--rail=60E1", "--wheel=S1002", "--shift=5", "--load-kn=50"]
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 20))])
+def test_patches_share_the_whole_normal_force(seed):
+    rng = random.Random(seed)
+    where = WHERE if seed == 0 else [*pair(rng), f"--shift={rng.uniform(3.0, 7.0):.2f}", "--load-kn=50"]
+    for name in ("multi_hertz", "half_space"):
+        told = answer_of("theory", name, *where)
+        if told is None or len(told["patches"]) < 2:
+            assert seed > 0
+            continue
+        assert sum(patch["normal_force_N"] for patch in told["patches"]) == pytest.approx(
+            told["normal_force_N"], rel=1e-6
+        )
+        if name == "multi_hertz":
+            # along the normal of each: together they carry the wheel
+            vertical = sum(patch["normal_force_N"] * math.cos(patch["contact_angle_rad"]) for patch in told["patches"])
+            assert vertical == pytest.approx(50e3, rel=1e-3)
