@@ -3,6 +3,7 @@
 import json
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -254,3 +255,21 @@ def test_an_ellipse_that_does_not_fit_on_its_bodies_is_noted(tmp_path, capsys):
     assert "the ellipse does not exist there" in capsys.readouterr().out
     assert call(["hertz", *pair, "--load-kn", "10"]) == 0
     assert "the ellipse does not exist there" not in capsys.readouterr().out
+
+
+def test_an_unusual_flange_is_taken_where_its_tape_circle_is_given(tmp_path):
+    """A wheel with its flange tip 30 mm from the tape circle: refused, and settled by a given tape circle y = 0."""
+    points = points_of("S1002")
+    as_csv(tmp_path / "wheel.csv", *(points + (25.0, 0.0)).T)
+    with pytest.raises(InputError, match=r"tape_circle_mm = 0 in \[wheel_file\]"):
+        resolve_wheel(str(tmp_path / "wheel.csv"))
+    read = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(tape_circle_mm=0.0, tape_circle_z_mm=0.0)).profile
+    assert any("the tip of the flange lies at y = -30" in note for note in read.notes)
+
+
+def test_the_crown_of_a_level_top_is_its_middle():
+    """Level from a junction at y = 0 to 50 mm: the crown is at 25 mm to rounding, not to a step of the search."""
+    studies = Path(__file__).parents[1] / "studies" / "profiles"
+    rail = resolve_rail(str(studies / "corner_R10.toml"))
+    pose = place_rail(rail, 0.0, Track(rail_crown_y_mm=750.0))
+    assert pose.crown_y_mm == pytest.approx(725.0, abs=1e-9)

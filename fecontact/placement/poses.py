@@ -94,7 +94,10 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
     z_top = float(at_origin.section(u_top)[1])
     if track.rail_crown_y_mm is not None:
         # the highest place of the rail in its own axes, which is the origin of the library's rails
-        tops = points.y[points.z > points.z.max() - _FLAT_MM]
+        lowest = points.z.max() - _FLAT_MM
+        # a level top ends at junctions, between two search points: 3 um there turn a conforming contact by 0.016 rad
+        level_ends = [one.y_mm for one in profile.junctions if float(profile.height(np.array(one.y_mm))) > lowest]
+        tops = np.append(points.y[points.z > lowest], level_ends)
         middle = 0.5 * (float(tops.min()) + float(tops.max()))
         from_origin = float(at_origin.point(np.array(middle), np.array(float(points.z.max())))[0])
         crown_y = track.rail_crown_y_mm - (0.0 if abs(middle) < _SEARCH_STEP_MM else from_origin)
