@@ -260,7 +260,7 @@ def test_an_ellipse_that_does_not_fit_on_its_bodies_is_noted(tmp_path, capsys):
 def test_an_unusual_flange_is_taken_where_its_tape_circle_is_given(tmp_path):
     """A wheel with its flange tip 30 mm from the tape circle: refused, and settled by a given tape circle y = 0."""
     points = points_of("S1002")
-    as_csv(tmp_path / "wheel.csv", *(points + (25.0, 0.0)).T)
+    as_csv(tmp_path / "wheel.csv", *np.add(points, (25.0, 0.0)).T)
     with pytest.raises(InputError, match=r"tape_circle_mm = 0 in \[wheel_file\]"):
         resolve_wheel(str(tmp_path / "wheel.csv"))
     read = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(tape_circle_mm=0.0, tape_circle_z_mm=0.0)).profile
