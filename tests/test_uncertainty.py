@@ -337,7 +337,7 @@ def head_of_points(path, radius_mm: float, spacing_mm: float, decimals: int) -> 
 
 def noise_of_points(rail: str) -> dict[str, float] | None:
     case = Case(
-        rail_file=EXACT_POINTS,
+        rail_file=Reading() if rail.startswith("circle") else EXACT_POINTS,
         rail=rail,
         wheel="cylinder:460",
         inclination_rad=0.0,
@@ -417,7 +417,8 @@ def noisy_circle(path, radius_mm: float, noise_mm: float, seed: int) -> str:
 
 
 def smooth_case(rail: str, **changes) -> Case:
-    known = Reading(nominal="none", **changes)
+    # a circle is exact, and has no points to be read
+    known = Reading(**changes) if rail.startswith("circle") else Reading(nominal="none", **changes)
     return Case(
         rail=rail, rail_file=known, wheel="cylinder:460", inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0)
     )

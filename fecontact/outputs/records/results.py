@@ -54,8 +54,8 @@ def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
 
 def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
     """Every judged theory; Hertz by the worst of both sides: who takes either curvature must be able to rely on it."""
-    # the side that uses most of a limit may be another one, whose uncertainty leaves it open
-    return {HERTZ: replace(load.deciding_side[1], verdict=load.verdict)} | other_theories(load)
+    worst = max(load.sides.values(), key=lambda side: side.limit_used)
+    return {HERTZ: replace(worst, verdict=load.verdict)} | other_theories(load)
 
 
 def cheapest_of(load: JudgedLoad) -> Standing:
