@@ -10,10 +10,12 @@ from fecontact import solve
 from fecontact.case import Case, Track
 from fecontact.contact.grid import ContactGrid
 from fecontact.judging.measures import measures_of, patch_of
+from fecontact.judging.solved_load import Solved, uncertainty
 from fecontact.placement.wheel_on_rail import place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
 from fecontact.solving.hertz import direction_of_case
+from fecontact.solving.plane_angles import turned_force
 from fecontact.solving.position import position_of
 from fecontact.solving.true_gap import TrueGap
 
@@ -137,6 +139,60 @@ def test_no_slide_below_30_degrees_nor_under_a_normal_load(case):
     position = position_of(replace(case, load_N=20e3, resolution="quick"))
     assert not position.true_gap.is_steep
     assert position.true_gap.slide_mm == 0.0
+
+
+# 49E1 with EN13715_1in40, 1:20, 6.24 mm: normals below the patch turn from 0.41 to 0.95 rad.
+STEEP = Case(
+    rail="49E1",
+    wheel="EN13715_1in40",
+    inclination_rad=math.atan(1.0 / 20.0),
+    lateral_shift_mm=6.24,
+    load_N=138e3,
+    resolution="quick",
+    refine="never",
+)
+
+
+def test_the_peak_of_a_steep_patch_is_stated_as_far_off_as_another_normal_moves_it():
+    """CONTACT 25 turns the plane to the weighted centre of the patch: 174.7 kN, and a peak 3.0 % higher than here."""
+    position = position_of(STEEP)
+    touch, peak = position.placement.first, measures_of(position.expected.half_space).p_max_MPa
+    assert touch.contact_angle_rad == pytest.approx(0.519, abs=1e-3)
+    force_N = STEEP.load_N / math.cos(touch.contact_angle_rad) * (1.0 + position.turned_force)
+    # its grid has cells of its own; measured 0.8 %
+    assert force_N == pytest.approx(174.7e3, rel=0.01)
+    known = Solved(turned_force=position.turned_force)
+    assert uncertainty("p_max_MPa", (peak, peak)) < 0.03 < uncertainty("p_max_MPa", (peak, peak), known) < 0.045
+
+
+@pytest.mark.parametrize(
+    ("shift_mm", "most"),
+    [
+        # on the tread both normals are one; separate patches have a plane each
+        (-3.0, 1e-4),
+        (3.0, 1e-3),
+        (5.0, 0.0),
+    ],
+)
+def test_another_normal_changes_nothing_on_the_tread(shift_mm, most):
+    position = position_of(Case(lateral_shift_mm=shift_mm, load_N=100e3))
+    assert abs(position.turned_force) <= most
+
+
+def test_a_whole_model_and_a_half_model_have_the_same_weighted_centre():
+    position = position_of(STEEP)
+    rung, true_gap = position.expected.half_space, position.expected.true_gap
+    whole = rung.pressure.whole()
+    both = replace(rung, grid=whole.grid, pressure_MPa=whole.values, gap_mm=np.zeros(whole.grid.shape))
+    assert turned_force(true_gap, both) == pytest.approx(position.turned_force, rel=1e-2)
+
+
+@pytest.mark.slow
+def test_a_steep_contact_says_to_which_normal_its_force_belongs():
+    load = solve(STEEP).load
+    assert load.status == "converged"
+    assert any("the normal at first touch" in warning and "+10.8%" in warning for warning in load.warnings)
+    assert load.uncertainty["p_max_MPa"] > 0.03
 
 
 @pytest.mark.slow

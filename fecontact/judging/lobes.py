@@ -190,7 +190,8 @@ def _beside_hertz(
         return dict.fromkeys((*_READ, *MISFITS), float("nan")) if same is None else _values(same, theory)
 
     deviation = _off(_values(part, theory), theory)
-    numerical = uncertainties(solved.levels, read, deviation)
+    share = part.normal_force_N / sum(one.normal_force_N for one in parts_of(solved.levels[0].fe))
+    numerical = uncertainties(solved.levels, read, deviation, share=share)
     verdict, uncertainty = judge_on_lines(deviation, numerical, moves, solved.case.criteria)
     assert theory.single is not None
     return replace(
@@ -214,8 +215,8 @@ def lobe_uncertainties(part: Part, levels: Sequence[Level]) -> dict[str, float]:
         same = _same(parts, part)
         return math.nan if same is None else same.normal_force_N / sum(one.normal_force_N for one in parts)
 
-    found = uncertainties(levels, read, dict.fromkeys(_READ, 0.0))
     shares, otherwise = [share(level.fe) for level in levels], share(finest_otherwise(levels))
+    found = uncertainties(levels, read, dict.fromkeys(_READ, 0.0), share=shares[0])
     of_share = share_uncertainty(shares, as_solved(levels), otherwise=otherwise) + cut_planes_share(shares[0])
     return {"normal_force_N": of_share / shares[0]} | found
 

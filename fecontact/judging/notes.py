@@ -9,11 +9,14 @@ from fecontact.contact.elements import UNSEEN_COMPLIANCE
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Comparison
+from fecontact.judging.solved_load import of_turned_force
 from fecontact.judging.verdict import plastic_warnings
 from fecontact.placement.wheel_on_rail import Placement
 
 # Displacements are taken for small beside the patch.
 _SMALL_SLIDE = 0.1
+# What another normal changes of the force is said from here on: it leaves 0.3 % of the peak open.
+_SMALL_TURN = 0.01
 
 
 def warnings_of(load: JudgedLoad) -> Iterator[str]:
@@ -48,6 +51,12 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
             f"the wheel slides {abs(level.slide_mm):.2f} mm down the steep rail under the load, {part:.2f} of the"
             f" patch's half-width: beyond {_SMALL_SLIDE:g} of it what is stated for the finite elements does not cover"
             " what displacements do that are not small; a smaller load or a place that is less steep is known better"
+        )
+    if not abs(level.turned_force) <= _SMALL_TURN:
+        yield (
+            "the normal force is that along the normal at first touch; along the normal at the weighted centre of the"
+            f" patch, as other codes take it, the load has a force that differs by {level.turned_force:+.1%}:"
+            f" ±{of_turned_force(level.turned_force):.1%} of the peak pressure are stated for it"
         )
     yield from plastic_warnings(load.plastic)
 

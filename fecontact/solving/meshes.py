@@ -553,7 +553,7 @@ class Meshes:
 
     def _solved(self, position: Position, coarser: float) -> Level:
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser, self._room)
-        level = replace(mesh.solve(position), more_nodes=position.more_nodes)
+        level = replace(mesh.solve(position), more_nodes=position.more_nodes, turned_force=position.turned_force)
         self._room = mesh.room
         if mesh.stopped_by is not None:
             self._not_enlarged.append(mesh.stopped_by)
