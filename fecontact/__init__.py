@@ -85,7 +85,7 @@ if TYPE_CHECKING:
     from fecontact.features.curves.running import curve as curve
     from fecontact.features.irregular.running import irregular as irregular
     from fecontact.outputs.frames import to_dataframe, to_xarray
-    from fecontact.outputs.meshes import mesh
+    from fecontact.outputs.mesh_dataset import mesh
     from fecontact.outputs.records.results import rows
     from fecontact.placement.irregularity import Irregularity
     from fecontact.profiles.library import profile
@@ -95,9 +95,9 @@ if TYPE_CHECKING:
     from fecontact.runs.load import load
     from fecontact.runs.map_run import map_ as map
     from fecontact.runs.study import run
-    from fecontact.solving.placing import geometry
     from fecontact.solving.preview import preview as place
     from fecontact.solving.solve import CaseResult, solve
+    from fecontact.solving.wheelset_geometry import geometry
 
 __all__ = [
     "BodySize",
@@ -142,12 +142,12 @@ _HOMES = {
     "Opposite": "case.Opposite",
     "Reading": "profiles.reading.Reading",
     "Track": "bodies.Track",
-    "geometry": "solving.placing.geometry",
+    "geometry": "solving.wheelset_geometry.geometry",
     "hertz": "runs.alone.hertz",
     "judge": "runs.judging_again.judge",
     "load": "runs.load.load",
     "map": "runs.map_run.map_",
-    "mesh": "outputs.meshes.mesh",
+    "mesh": "outputs.mesh_dataset.mesh",
     "place": "solving.preview.preview",
     "profile": "profiles.library.profile",
     "rows": "outputs.records.results.rows",

@@ -6,7 +6,8 @@ from dataclasses import MISSING, dataclass, replace
 from typing import Literal
 
 from fecontact.errors import InputError, check_positive
-from fecontact.inputs import described, inputs, number
+from fecontact.inputs.kinds import number
+from fecontact.inputs.slots import described, inputs
 
 
 @inputs
@@ -119,7 +120,7 @@ class RollingPair:
     """Two bodies that roll on each other with friction: its coefficient, their shear modulus and Poisson's ratio.
 
     The constants belong to two bodies of one material, or combine two materials
-    (`contact_theories.rolling.laws.rolling_pair`).
+    (`contact_theories.rolling.creepage.rolling_pair`).
     """
 
     friction: float

@@ -19,24 +19,9 @@ from fecontact.bodies import Track as Track
 from fecontact.criteria import Creep
 from fecontact.criteria import Criteria as Criteria
 from fecontact.errors import InputError
-from fecontact.inputs import (
-    INCLINATION_FORMS,
-    Number,
-    Slot,
-    as_number,
-    choice,
-    custom,
-    flag,
-    inclination_text,
-    inputs,
-    number,
-    number_or_text,
-    parse_inclination,
-    part,
-    renamed,
-    slots,
-    text,
-)
+from fecontact.inputs.kinds import Number, as_number, choice, custom, flag, number, number_or_text, text
+from fecontact.inputs.slots import Slot, inputs, part, slots
+from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination, renamed
 from fecontact.placement.irregularity import FORMS, Irregularity, irregularity_of, irregularity_text
 from fecontact.profiles.reading import Reading, makes_a_wheelset
 

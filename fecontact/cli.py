@@ -26,7 +26,7 @@ from fecontact import __version__, feature_registry
 from fecontact.commands import looking, mapping, results, solving, start
 from fecontact.console.help_pages import page_of
 from fecontact.errors import FecontactError, InputError, shortened
-from fecontact.inputs import renamed
+from fecontact.inputs.texts import renamed
 from fecontact.process import collect_rarely
 
 app = App(

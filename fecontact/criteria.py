@@ -7,7 +7,8 @@ from typing import Any
 
 from fecontact.errors import InputError
 from fecontact.feature_registry import places
-from fecontact.inputs import Number, choice, flag, given, inputs, number
+from fecontact.inputs.kinds import Number, choice, flag, given, number
+from fecontact.inputs.slots import inputs
 
 
 def _limit(default: float, measure: str, help: str, key: str) -> Any:

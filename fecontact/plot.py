@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case, draw_pressure
+from fecontact.outputs.figures.case import case_inches, draw_case
+from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressure
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:

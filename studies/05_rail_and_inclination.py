@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.inputs import parse_inclination
+from fecontact.inputs.texts import parse_inclination
 from fecontact.regression.checks import Check, discretisation_check
 
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))

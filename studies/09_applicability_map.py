@@ -28,7 +28,7 @@ DISCRETISATION_PERCENT = 0.05
 
 def cases(quick: bool = False) -> list[Case]:
     """All positions under 100 kN, or three of them."""
-    from fecontact.inputs import parse_numbers
+    from fecontact.inputs.texts import parse_numbers
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
     made = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]

@@ -57,8 +57,9 @@ from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.meshing import FineZone
 from fecontact.judging.measures import CUT_PLANES, MEASURES, hertz_measures, measures_of, misfit_of, patch_of
-from fecontact.judging.solved_load import MESH_RATIO, elements_uncertainty, just_parts, skew_of, uncertainty
-from fecontact.judging.solved_load import Solved as Stated
+from fecontact.judging.solved_load import just_parts, skew_of
+from fecontact.judging.uncertainty import MESH_RATIO, elements_uncertainty, uncertainty
+from fecontact.judging.uncertainty import Solved as Stated
 from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.outputs.words import WORDS, deviation_column
 from fecontact.placement.wheel_on_rail import Placement

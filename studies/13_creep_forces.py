@@ -40,18 +40,13 @@ import numpy as np
 
 import fecontact
 from fecontact.case import Case
-from fecontact.contact_theories.rolling.laws import Creepages, rolling_pair
+from fecontact.contact_theories.rolling.creepage import Creepages, rolling_pair
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
-from fecontact.features.creep.force_verdict import (
-    FORCE,
-    JudgedForce,
-    creepage_range,
-    creepages_of,
-    force_verdict,
-    real_patch,
-)
+from fecontact.features.creep.case_contact import creepages_of, real_patch
+from fecontact.features.creep.force_verdict import creepage_range, force_verdict
 from fecontact.features.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
+from fecontact.features.creep.judged_force import FORCE, JudgedForce
 from fecontact.features.creep.laws import coarse_patch
 from fecontact.judging.measures import patch_of
 from fecontact.outputs.style import Colour, blank_figure, finish, legend_beside, save_figure

@@ -41,11 +41,12 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.contact.patch import measure_patch
 from fecontact.contact_theories.gap_line import GapLine, StripContact, under_load
+from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, Loaded
 from fecontact.contact_theories.registry import THEORIES as JUDGED_THEORIES
-from fecontact.contact_theories.strips import gap_line_under_load, kik_piotrowski_at, strip
+from fecontact.contact_theories.strips import gap_line_under_load, strip
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.inputs import parse_inclination
+from fecontact.inputs.texts import parse_inclination
 from fecontact.regression.checks import Check
 from fecontact.solving.alone import HALF_SPACE, normal_force_of
 from fecontact.solving.placing import place_case

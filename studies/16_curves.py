@@ -47,7 +47,7 @@ from typing import Any
 import fecontact
 from fecontact.case import Case
 from fecontact.features.curves.curve import CurveRun
-from fecontact.features.curves.telling import difference_words, straight_words
+from fecontact.features.curves.sentences import difference_words, straight_words
 from fecontact.features.curves.visits import Curves
 from fecontact.outputs.style import ANSWERS, MARKS, SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check

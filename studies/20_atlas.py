@@ -34,13 +34,14 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
+from fecontact.features.fleet.checking import open_fleet
 from fecontact.features.fleet.estimate import Share, Stratum, share_of
 from fecontact.features.fleet.report import interval
-from fecontact.features.fleet.running import open_fleet, run_fleet
+from fecontact.features.fleet.running import run_fleet
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, draw, solve_sample
 from fecontact.features.fleet.tables import KEYS, STRATA, asked, opened
 from fecontact.files import write_text
-from fecontact.inputs import parse_inclination
+from fecontact.inputs.texts import parse_inclination
 from fecontact.jobs.engine import RunSettings
 from fecontact.outputs.case_words import SHIFT
 from fecontact.outputs.style import blank_figure, save_figure

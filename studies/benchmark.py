@@ -64,7 +64,7 @@ def cases(quick: bool = False) -> list[Case]:
 def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
     from fecontact.contact.grid import Rung
-    from fecontact.judging.ladder import compare
+    from fecontact.judging.comparison import compare
     from fecontact.solving.fine_zone import fine_zone
     from fecontact.solving.hertz import hertz_of_case
     from fecontact.solving.meshes import couple, coupled_problem

@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
 from fecontact.contact_theories.rolling.fastsim import fastsim
-from fecontact.contact_theories.rolling.laws import Creepages, RollingEllipse
 from fecontact.errors import InputError
 from fecontact.features.creep.forces import THEORIES, creep_force, ellipse_patch, force_difference
 from fecontact.features.creep.steady import ellipse_cells, steady_rolling

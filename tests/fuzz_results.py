@@ -22,7 +22,7 @@ from fecontact.errors import FecontactError
 from fecontact.files import SEAL, read_json, sha256, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST
 from fecontact.regression.tables import load_table
-from fecontact.runs.casefile import toml_cases
+from fecontact.runs.toml_cases import toml_cases
 
 SLOWEST_S, LONGEST_MESSAGE = 20.0, 1200
 VALUES = (

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fecontact.case import Criteria
 from fecontact.errors import InputError
-from fecontact.judging.ladder import PatchGeometry, cause_of
+from fecontact.judging.causes import PatchGeometry, cause_of
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.verdict import FROM_BEST, judge
 

@@ -15,13 +15,16 @@ from fecontact.contact.grid import Rung
 from fecontact.judging import verdict
 from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES, measures_of
-from fecontact.judging.solved_load import PathPoint, Yielded, YieldedBody
+from fecontact.judging.yielded import PathPoint, Yielded, YieldedBody
+from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.cases import ReportedCase
-from fecontact.outputs.documents import case_parts, rows_parts, write_study_report
-from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case
+from fecontact.outputs.figures.case import case_inches, draw_case
+from fecontact.outputs.figures.pressure_maps import PressureFields
 from fecontact.outputs.figures.study import study_figure
-from fecontact.outputs.paraview.vtk import contact_surface
-from fecontact.outputs.records.results import asked_record, asked_row, case_row, result_record
+from fecontact.outputs.paraview.contact_surface import contact_surface
+from fecontact.outputs.records.asked import asked_record, asked_row
+from fecontact.outputs.records.results import case_row, result_record
+from fecontact.outputs.study_report import rows_parts, write_study_report
 from fecontact.outputs.style import blank_figure
 from fecontact.outputs.terminal import show
 from fecontact.outputs.verdict_words import case_annotation

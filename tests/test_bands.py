@@ -15,7 +15,7 @@ from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
 from fecontact.fe.section import Stretch, lines_of
 from fecontact.judging.lobes import parts_of
-from fecontact.judging.solved_load import MESH_RATIO
+from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.solving.element_sizes import element_size_mm, element_width_mm
 from fecontact.solving.fine_zone import MARGIN_ELEMENTS, Room, fine_zone, more_room
 from fecontact.solving.meshes import CoupledMesh, Meshes

@@ -12,21 +12,17 @@ from scipy.special import elliprd, elliprf
 
 from fecontact.case import Case
 from fecontact.contact.patch import measure_patch
+from fecontact.contact_theories.analyn import analyn_at
+from fecontact.contact_theories.equivalent_ellipse import equivalent_ellipse_at
 from fecontact.contact_theories.gap_line import GapLine, StripContact, _around, gap_line, under_load
 from fecontact.contact_theories.hertz import ellipse_shape, hertz_ellipse
+from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
+from fecontact.contact_theories.kpec import kpec_at
 from fecontact.contact_theories.strip_method import Line, Load, Search, Strips, _runs, influence, solve_strips
-from fecontact.contact_theories.strips import (
-    analyn_at,
-    equivalent_ellipse_at,
-    gap_line_under_load,
-    kik_piotrowski_at,
-    kpec_at,
-    strip,
-    strip_at,
-    stripes_at,
-)
+from fecontact.contact_theories.stripes import stripes_at
+from fecontact.contact_theories.strips import gap_line_under_load, strip, strip_at
 from fecontact.errors import InputError
-from fecontact.inputs import parse_inclination
+from fecontact.inputs.texts import parse_inclination
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 

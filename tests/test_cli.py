@@ -18,7 +18,7 @@ from fecontact.cli import _system_error, call
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
 from fecontact.files import json_text
-from fecontact.inputs import parse_inclination
+from fecontact.inputs.texts import parse_inclination
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id
 

@@ -18,7 +18,8 @@ from fecontact.placement.wheel_on_rail import pair_of
 from fecontact.placement.wheelset import Wheelset, contact_functions, rolling_radius_difference_mm
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.segments import Line
-from fecontact.solving.placing import geometry, place_case, wheelset_of_case
+from fecontact.solving.placing import place_case, wheelset_of_case
+from fecontact.solving.wheelset_geometry import geometry
 
 TABLE = [-5.0, -3.0, -0.5, 0.0, 0.5, 1.0, 3.0, 5.0]
 

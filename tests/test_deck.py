@@ -12,7 +12,7 @@ import pytest
 from fecontact.case import BodySize, Case
 from fecontact.cli import call
 from fecontact.fe.body_mesh import BodyMesh
-from fecontact.outputs.meshes import write_mesh
+from fecontact.outputs.mesh_files import write_mesh
 from fecontact.solving.case_meshes import MeshedPair, mesh_pair
 from fecontact.solving.solve import solve
 

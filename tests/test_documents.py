@@ -17,7 +17,7 @@ from fecontact.cli import app, call
 from fecontact.features.fleet.model import read_fleet
 from fecontact.guide.pages import page, titles, without_links
 from fecontact.regression.tables import read_tolerances
-from fecontact.runs.casefile import toml_cases
+from fecontact.runs.toml_cases import toml_cases
 
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / "fecontact" / "guide"

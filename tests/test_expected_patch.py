@@ -15,7 +15,7 @@ from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.judging.measures import FLOORS, MEASURES, deviations, measures_of, misfit_of
-from fecontact.judging.solved_load import Solved, uncertainty
+from fecontact.judging.uncertainty import Solved, uncertainty
 from fecontact.solving import expected_patch
 from fecontact.solving.expected_patch import _fitted_grid
 from fecontact.solving.lobe_sizes import lobe_sizes

@@ -51,7 +51,7 @@ def test_what_is_told_of_a_case_is_made_once(solve, tmp_path, monkeypatch):
     for name in ("result_record", "case_row"):
         make = getattr(store, name)
         monkeypatch.setattr(store, name, lambda result, make=make, name=name: made.append(name) or make(result))
-    monkeypatch.setattr("fecontact.outputs.documents.read_json", lambda path: pytest.fail(f"{path} is read back"))
+    monkeypatch.setattr("fecontact.outputs.study_report.read_json", lambda path: pytest.fail(f"{path} is read back"))
     assert call(["solve", *PAIR, "--out", str(tmp_path / "out")]) == 0
     assert sorted(made) == ["case_row", "result_record"]
     assert "HOLDS" in (tmp_path / "out" / "report.html").read_text("utf-8")

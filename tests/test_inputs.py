@@ -20,7 +20,8 @@ from fecontact.case import INPUTS, PARTS, Case, Criteria, Group, Opposite, Track
 from fecontact.cli import app, call
 from fecontact.errors import InputError
 from fecontact.guide.pages import page
-from fecontact.inputs import RENAMED, Slot, inclination_text, parse_inclination
+from fecontact.inputs.slots import Slot
+from fecontact.inputs.texts import RENAMED, inclination_text, parse_inclination
 from fecontact.placement.irregularity import Irregularity
 from fecontact.runs.casefile import load_study
 

@@ -13,9 +13,10 @@ from fecontact.contact.grid import ContactGrid, Rung, hat_functions, misfit
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
+from fecontact.judging.causes import PatchGeometry, cause_of, patch_geometry
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import RUNGS, STEPS, Ladder, PatchGeometry, cause_of, patch_geometry
+from fecontact.judging.ladder import RUNGS, STEPS, Ladder
 from fecontact.judging.measures import (
     CUT_PLANES,
     IN_COMMON,
@@ -29,7 +30,8 @@ from fecontact.judging.measures import (
     misfit_of,
     patch_of,
 )
-from fecontact.judging.solved_load import Solved, just_parts, step_uncertainty, uncertainty
+from fecontact.judging.solved_load import just_parts
+from fecontact.judging.uncertainty import Solved, step_uncertainty, uncertainty
 from fecontact.outputs.report_words import GLOSSARY
 from fecontact.placement.poses import RelativeCurvature, TouchPoint
 from fecontact.placement.wheel_on_rail import Placement, place

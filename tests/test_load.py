@@ -22,8 +22,8 @@ from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
 from fecontact.judging.judge import judge_load
-from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row, read_row
+from fecontact.outputs.study_files import write_tables
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judged_study
@@ -392,7 +392,7 @@ def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypat
 PRESSURES = """
 import pickle, sys
 import numpy as np
-from fecontact.judging.ladder import compare
+from fecontact.judging.comparison import compare
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact_theories.hertz import hertz_ellipse
 from rungs import rung_with

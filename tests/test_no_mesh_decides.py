@@ -7,8 +7,8 @@ import pytest
 from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON
-from fecontact.judging.solved_load import unmeshed
 from fecontact.judging.theory import no_mesh_decides
+from fecontact.judging.uncertainty import unmeshed
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.verdict_words import what_would_decide
 from fecontact.solving.meshes import is_open

@@ -15,7 +15,8 @@ from fecontact.errors import FecontactError
 from fecontact.outputs.alone import table_row
 from fecontact.profiles.library import names
 from fecontact.solving.alone import table_lines
-from fecontact.solving.placing import geometry, place_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.wheelset_geometry import geometry
 
 # the dearest ones
 RARELY = {"half_space": 0.25, "place": 0.25, "geometry": 0.1}

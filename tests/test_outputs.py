@@ -33,12 +33,15 @@ from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.judging.judge import judge_load
 from fecontact.judging.solved_load import Status
 from fecontact.outputs import tables
-from fecontact.outputs.cases import ReportedCase, hertz_lines, lobes_table, solver_table
-from fecontact.outputs.documents import _write_collections, case_parts, rows_parts, study_figures
-from fecontact.outputs.figures.case import PressureFields, case_figure, case_inches, draw_case
+from fecontact.outputs.case_parts import case_parts
+from fecontact.outputs.cases import ReportedCase, lobes_table, solver_table
+from fecontact.outputs.figures.case import case_figure, case_inches, draw_case
+from fecontact.outputs.figures.pressure_maps import PressureFields
 from fecontact.outputs.figures.study import study_figure
-from fecontact.outputs.meshes import write_mesh
-from fecontact.outputs.paraview.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
+from fecontact.outputs.hertz_terminal import hertz_lines
+from fecontact.outputs.mesh_files import write_mesh
+from fecontact.outputs.paraview.contact_surface import contact_surface
+from fecontact.outputs.paraview.vtk import write_case_vtk, write_contact_vtk, write_pvd
 from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines
 from fecontact.outputs.records.results import (
     ROW_SCHEMA,
@@ -58,6 +61,8 @@ from fecontact.outputs.records.stored import (
     write_arrays,
 )
 from fecontact.outputs.series import series
+from fecontact.outputs.study_files import _write_collections, study_figures
+from fecontact.outputs.study_report import rows_parts
 from fecontact.outputs.style import blank_figure
 from fecontact.outputs.terminal import show
 from fecontact.outputs.words import WORDS, criteria_text
@@ -1374,7 +1379,7 @@ def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
 
 def test_importing_the_writers_loads_no_plotting_and_no_vtk():
     names = ("records.results", "records.stored", "paraview.vtk", "figures.case", "figures.study")
-    names += ("documents", "cases", "words", "tables", "meshes")
+    names += ("case_parts", "study_report", "study_files", "cases", "words", "tables", "mesh_files", "decks")
     modules = ", ".join(f"fecontact.outputs.{name}" for name in names)
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)

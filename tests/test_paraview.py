@@ -17,8 +17,9 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import write_json
 from fecontact.judging.judge import judge_load
-from fecontact.outputs.documents import write_tables
-from fecontact.outputs.paraview.vtk import write_pvd, write_view
+from fecontact.outputs.paraview.view import write_view
+from fecontact.outputs.paraview.vtk import write_pvd
+from fecontact.outputs.study_files import write_tables
 from fecontact.solving.solve import CaseResult
 
 

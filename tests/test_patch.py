@@ -17,8 +17,8 @@ from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.approximation import Approximation, mean_pressure
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 from fecontact.errors import InputError
-from fecontact.judging import ladder
-from fecontact.judging.ladder import compare
+from fecontact.judging import comparison
+from fecontact.judging.comparison import compare
 from fecontact.judging.measures import (
     FLOORS,
     MEASURES,
@@ -569,20 +569,20 @@ def test_comparison_is_made_of_the_same_readings():
 
 def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatch):
     """Of circles of 2 and 3 mm about one point: 1.3 million nodes had 83 million points, and took 5 s."""
-    asked, fine = [], ladder.zoom
+    asked, fine = [], comparison.zoom
 
     def counted(values, factors, **how):
         found = fine(values, factors, **how)
         asked.append(found.size)
         return found
 
-    monkeypatch.setattr(ladder, "zoom", counted)
+    monkeypatch.setattr(comparison, "zoom", counted)
     hertz = replace(hertz_ellipse(1e-3, 1e-3, normal_force_N=1e3, contact_modulus_MPa=115e3), a_mm=2.0, b_mm=2.0)
     for nodes in (121, 601):
         line = np.linspace(-3.2, 3.2, nodes)
         p = 1000.0 * np.sqrt(np.maximum(1.0 - (line[:, None] ** 2 + line**2) / 9.0, 0.0))
         pressure = Field(grid=ContactGrid(x_mm=line, s_mm=line, half=False), values=p)
-        assert ladder._overlap(pressure, hertz) == pytest.approx(4.0 / 9.0, rel=2e-3)
+        assert comparison._overlap(pressure, hertz) == pytest.approx(4.0 / 9.0, rel=2e-3)
     assert asked[0] > 50 * 121**2
     assert asked[1] < 4.2e6
 

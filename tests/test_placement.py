@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.case import Case, Track
 from fecontact.errors import InputError
+from fecontact.placement.carrying import climbs_at
 from fecontact.placement.poses import RailPose, WheelPose, place_rail
-from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, climbs_at, place
+from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, place
 from fecontact.profiles.curve import Profile, circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Line, Polynomial

@@ -25,18 +25,17 @@ from fecontact.fe.coupling import CoupledBodies
 from fecontact.judging import ladder
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import REFERENCE_LIMIT, curvature_of_gap, reference_error
 from fecontact.judging.measures import measures_of
+from fecontact.judging.reference_check import REFERENCE_LIMIT, curvature_of_gap, reference_error
 from fecontact.judging.solved_load import (
     CONTRADICTION,
     ELEMENTS_OFF,
     REFERENCES_OFF,
-    Solved,
     centres_apart,
     elements_uncertainties,
-    step_uncertainty,
     with_centre,
 )
+from fecontact.judging.uncertainty import Solved, step_uncertainty
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving import meshes
 from fecontact.solving.fine_zone import fine_zone

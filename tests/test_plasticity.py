@@ -16,7 +16,7 @@ from fecontact.fe.stiffness import stiffness
 from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
 from fecontact.judging import verdict
 from fecontact.judging.measures import measures_of
-from fecontact.judging.solved_load import YieldedBody
+from fecontact.judging.yielded import YieldedBody
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.records.stored import solved_from_record, solved_record
 from fecontact.solving import plastic_contact

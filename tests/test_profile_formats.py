@@ -20,7 +20,7 @@ from fecontact.profiles.point_problems import out_of_order
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import csv_text, points_along, refuse_other_endings
-from fecontact.runs.casefile import toml_cases
+from fecontact.runs.toml_cases import toml_cases
 
 REPAIRED = Reading(repair=True, filter_mm=0.0)
 EXACT = {"rail": "54E1", "wheel": "S1002"}

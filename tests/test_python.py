@@ -59,7 +59,7 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
         assert inspect.getdoc(getattr(fecontact, name)), name
 
 
-@pytest.mark.parametrize("module", ["runs.alone", "solving.placing", "solving.preview"])
+@pytest.mark.parametrize("module", ["runs.alone", "solving.wheelset_geometry", "solving.preview"])
 def test_the_examples_of_functions_have_these_numbers(module):
     done = doctest.testmod(importlib.import_module(f"fecontact.{module}"))
     assert done.attempted >= 2

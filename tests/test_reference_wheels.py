@@ -10,7 +10,8 @@ import pytest
 from fecontact.case import Case, Opposite, Track
 from fecontact.placement.wheelset import radius_difference
 from fecontact.profiles.library import load
-from fecontact.solving.placing import geometry, wheelset_of_case
+from fecontact.solving.placing import wheelset_of_case
+from fecontact.solving.wheelset_geometry import geometry
 
 HERE = Path(__file__).parent
 # the gauge is measured 14 mm below the origin of rail A, and that 0.4918 mm below its top

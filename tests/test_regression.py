@@ -16,9 +16,9 @@ import pytest
 
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.outputs.comparison import case_names
-from fecontact.outputs.documents import write_tables
+from fecontact.outputs.comparison.tables import case_names
 from fecontact.outputs.records.results import case_row as row_of
+from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
 from fecontact.regression.checks import discretisation_check

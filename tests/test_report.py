@@ -19,11 +19,12 @@ from fecontact.files import write_sealed
 from fecontact.judging.judge import judge_load
 from fecontact.outputs import style
 from fecontact.outputs.cases import ReportedCase
-from fecontact.outputs.documents import ShownPair, reported_case, write_study_report, write_tables
-from fecontact.outputs.figures.case import ladder_figure, patches_figure
 from fecontact.outputs.figures.relief import relief_picture
+from fecontact.outputs.figures.report_pictures import ladder_figure, patches_figure
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.report_words import answer_words
+from fecontact.outputs.study_files import write_tables
+from fecontact.outputs.study_report import ShownPair, reported_case, write_study_report
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.words import WORDS
 from fecontact.solving.solve import CaseResult
@@ -262,8 +263,8 @@ def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    monkeypatch.setattr("fecontact.outputs.documents.MOST_PICTURES", 1)
-    monkeypatch.setattr("fecontact.outputs.documents.REPORT", "few.html")
+    monkeypatch.setattr("fecontact.outputs.study_report.MOST_PICTURES", 1)
+    monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
     page = parsed(write_study_report("few", reported(study, rows), study))
     assert [text_of(one) for one in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"

@@ -44,7 +44,7 @@ def package(tmp_path_factory) -> Path:
         ("contact_theories/hertz.py", "", "\nADDED = 1\n", {"solving"}),
         # its lobes decide about the sizes of elements
         ("contact/patch.py", "", "\nADDED = 1\n", {"solving"}),
-        ("judging/solved_load.py", "MESH_RATIO = ", "MESH_RATIO = 1.0 + ", {"solving"}),
+        ("judging/uncertainty.py", "MESH_RATIO = ", "MESH_RATIO = 1.0 + ", {"solving"}),
         ("contact_theories/strips.py", "", "\nADDED = 1\n", {"evaluating"}),
         ("judging/verdict.py", "", "\nADDED = 1\n", {"evaluating"}),
         ("criteria.py", "", "\nADDED = 1\n", {"evaluating"}),
@@ -55,7 +55,7 @@ def package(tmp_path_factory) -> Path:
         ("outputs/figures/case.py", "", "\nADDED = 1\n", set()),
         ("features/curves/data/metro.toml", "", "\n# changed\n", set()),
         ("jobs/workers.py", "", "\nADDED = 1\n", set()),
-        ("inputs.py", "", "\nADDED = 1\n", set()),
+        ("inputs/kinds.py", "", "\nADDED = 1\n", set()),
         ("cli.py", "", "\nADDED = 1\n", set()),
         # words
         ("contact/solver.py", "", "\n# a comment\n", set()),
@@ -127,7 +127,7 @@ def test_all_that_judges_and_tells_a_stored_result_is_in_a_digest():
     assert {"judging.judge", "judging.theory", "contact_theories.strips"} <= judged
     assert {"outputs.records.results", "outputs.records.stored", "runs.store"} <= EVALUATING
     pytest.importorskip("fecontact.features.creep")
-    assert {"contact_theories.rolling.laws", "features.creep.steady"} <= judged
+    assert {"contact_theories.rolling.kalker", "features.creep.steady"} <= judged
 
 
 def test_digests_are_kept_beside_the_compiled_modules(tmp_path):

@@ -13,8 +13,9 @@ from rungs import on_half_space
 from fecontact.case import Case
 from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.judging.judge import judge_load
-from fecontact.outputs.documents import rows_parts
-from fecontact.outputs.records.results import load_row, other_theories, theory_text
+from fecontact.outputs.records.cheapest import other_theories, theory_text
+from fecontact.outputs.records.results import load_row
+from fecontact.outputs.study_report import rows_parts
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.terminal import show
 from fecontact.regression.compare import compare_tables

@@ -10,7 +10,7 @@ from fecontact import solve
 from fecontact.case import Case, Track
 from fecontact.contact.grid import ContactGrid
 from fecontact.judging.measures import measures_of, patch_of
-from fecontact.judging.solved_load import Solved, uncertainty
+from fecontact.judging.uncertainty import Solved, uncertainty
 from fecontact.placement.wheel_on_rail import place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc

@@ -17,7 +17,8 @@ from fecontact.contact.grid import Rung
 from fecontact.files import json_text
 from fecontact.judging.solved_load import SolvedLoad
 from fecontact.outputs.records import stored
-from fecontact.placement.wheel_on_rail import AlongTrack, Placement
+from fecontact.placement.along_track import AlongTrack
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 
 

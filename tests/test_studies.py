@@ -17,7 +17,7 @@ from pictures import draw_nothing
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.errors import NotCovered
 from fecontact.judging.measures import FLOORS, MEASURES
-from fecontact.judging.solved_load import MESH_RATIO
+from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table

@@ -25,8 +25,9 @@ from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES, MISFITS, deviations_of
 from fecontact.judging.theory import judge_theory
 from fecontact.judging.verdict import cheapest, standings
-from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_study_report
+from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.records.results import load_record, load_row, result_record
+from fecontact.outputs.study_report import reported_case, rows_parts, write_study_report
 from fecontact.outputs.terminal import show
 from fecontact.outputs.words import WORDS as WORDS_OF_MEASURES
 from fecontact.regression.tables import KINDS, LATER, TEXT, kind_of

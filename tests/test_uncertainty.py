@@ -14,17 +14,19 @@ from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, measures_of, patch_of
 from fecontact.judging.solved_load import (
-    Solved,
     as_solved,
     changes_on_more_nodes,
+    highest_share,
+    skew_of,
+    unmeshed_uncertainties,
+)
+from fecontact.judging.uncertainty import (
+    Solved,
     cut_planes_share,
     elements_uncertainty,
-    highest_share,
     share_uncertainty,
-    skew_of,
     step_uncertainty,
     uncertainty,
-    unmeshed_uncertainties,
 )
 from fecontact.judging.verdict import judge_on_lines
 from fecontact.placement.wheel_on_rail import Placement

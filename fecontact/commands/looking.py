@@ -16,7 +16,7 @@ from fecontact.console.messages import announce, tell_geometry, tell_notes, tell
 from fecontact.console.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
 from fecontact.console.progress import many
 from fecontact.errors import InputError
-from fecontact.inputs import parse_numbers
+from fecontact.inputs.texts import parse_numbers
 from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import answer, count
 
@@ -30,7 +30,7 @@ def hertz(*, options: CaseOptions, json: bool = False) -> int:
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.cases import hertz_lines
+    from fecontact.outputs.hertz_terminal import hertz_lines
     from fecontact.runs.alone import hertz as hertz_of
 
     case = options.case()
@@ -92,7 +92,7 @@ def geometry(
     """
     from fecontact.outputs.geometry import functions_lines, functions_record, functions_rows
     from fecontact.outputs.tables import write_csv
-    from fecontact.solving.placing import geometry as wheelset_geometry
+    from fecontact.solving.wheelset_geometry import geometry as wheelset_geometry
 
     case = options.case()
     found = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
@@ -297,7 +297,7 @@ def mesh(
     element
         Type of the elements in .inp: C3D8 as `solve` has them, or C3D8I with incompatible modes.
     """
-    from fecontact.outputs.meshes import write_mesh
+    from fecontact.outputs.mesh_files import write_mesh
     from fecontact.solving.case_meshes import MeshedPair, mesh_case, mesh_pair
 
     case = options.case()

@@ -90,7 +90,7 @@ def view(folder: Path) -> int:
     """
     import shlex
 
-    from fecontact.outputs.paraview.vtk import write_view
+    from fecontact.outputs.paraview.view import write_view
 
     path = write_view(folder)
     print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
@@ -127,7 +127,9 @@ def compare(
     json
         Print the comparison as JSON and nothing else.
     """
-    from fecontact.outputs.comparison import comparison_lines, comparison_record, write_comparison
+    from fecontact.outputs.comparison.files import write_comparison
+    from fecontact.outputs.comparison.record import comparison_record
+    from fecontact.outputs.comparison.terminal import comparison_lines
     from fecontact.regression.compare import compare_tables
     from fecontact.regression.tables import load_table, read_tolerances
 
@@ -161,7 +163,7 @@ def baseline_update(
     allow_failed
         Take cases that failed or did not converge as well.
     """
-    from fecontact.outputs.comparison import comparison_lines
+    from fecontact.outputs.comparison.terminal import comparison_lines
     from fecontact.regression.baselines import update_baseline
 
     folder = baselines or Path("studies/baselines")

@@ -51,8 +51,8 @@ def solve(
         Write into a folder that holds other results.
     """
     from fecontact.files import json_text
+    from fecontact.outputs.case_parts import case_parts
     from fecontact.outputs.case_words import case_words
-    from fecontact.outputs.documents import case_parts
     from fecontact.runs.cost import CASE_FILES_S, cost_of
     from fecontact.runs.folder import prepare_for_case
     from fecontact.runs.report import keep_with_report
@@ -110,7 +110,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
         Print the rows as JSON and nothing else.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.documents import rows_parts
+    from fecontact.outputs.study_report import rows_parts
     from fecontact.runs.casefile import load_study
     from fecontact.runs.cost import STUDY_FILES_S
     from fecontact.runs.folder import prepare_for_study
@@ -144,7 +144,7 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
 
 def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
     """Keep for the log what the table shows of each case."""
-    from fecontact.outputs.records.results import asked_row
+    from fecontact.outputs.records.asked import asked_row
 
     for row in rows:
         log_only(f"{row['id']}: {asked_row(row).get('verdict_answer') or row['status']}")

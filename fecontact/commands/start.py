@@ -68,7 +68,7 @@ def init(folder: Path) -> int:
     folder
         Where they go; files that are there already stay.
     """
-    from fecontact.runs.casefile import write_templates
+    from fecontact.runs.study_templates import write_templates
 
     made = write_templates(folder)
     for path in made:

@@ -10,7 +10,7 @@ from cyclopts import App
 
 from fecontact.console.options import MOST, PANELS, TOPICS, brief
 from fecontact.errors import InputError
-from fecontact.inputs import nearest
+from fecontact.inputs.texts import nearest
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpPanel

@@ -13,7 +13,8 @@ from cyclopts import Parameter
 
 from fecontact.case import INPUTS, Case, Group, case_with
 from fecontact.errors import InputError
-from fecontact.inputs import Slot, nearest, parse_numbers
+from fecontact.inputs.slots import Slot
+from fecontact.inputs.texts import nearest, parse_numbers
 
 Command = TypeVar("Command", bound=Callable[..., int])
 MOST = "Inputs that most runs need"

@@ -17,18 +17,15 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.contact.grid import Rung
+from fecontact.contact_theories.analyn import analyn_at
 from fecontact.contact_theories.approximation import Approximation, ellipse, of_rung, of_strips
+from fecontact.contact_theories.equivalent_ellipse import equivalent_ellipse_at
 from fecontact.contact_theories.gap_line import AtApproach, GapLine, StripContact, gap_line, under_load
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
-from fecontact.contact_theories.strips import (
-    analyn_at,
-    equivalent_ellipse_at,
-    gap_line_under_load,
-    kik_piotrowski_at,
-    kpec_at,
-    strip,
-    stripes_at,
-)
+from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
+from fecontact.contact_theories.kpec import kpec_at
+from fecontact.contact_theories.stripes import stripes_at
+from fecontact.contact_theories.strips import gap_line_under_load, strip
 from fecontact.contact_theories.touch_hertz import ends_beneath, hertz_points
 from fecontact.errors import InputError
 from fecontact.placement.poses import RelativeCurvature

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from fecontact.errors import InputError
-from fecontact.inputs import nearest
+from fecontact.inputs.texts import nearest
 
 _FOLDER = Path(__file__).parent
 

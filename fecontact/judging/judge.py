@@ -10,11 +10,14 @@ from fecontact.contact_theories.approximation import Approximation
 from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
 from fecontact.errors import CONVERGED
 from fecontact.feature_registry import offered
+from fecontact.judging.causes import cause_of, patch_geometry
+from fecontact.judging.comparison import compare
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import REFERENCE_LIMIT, Ladder, cause_of, compare, patch_geometry, reference_error
+from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
 from fecontact.judging.measures import FLOORS, MEASURES, values_of
 from fecontact.judging.notes import warnings_of
+from fecontact.judging.reference_check import REFERENCE_LIMIT, reference_error
 from fecontact.judging.solved_load import (
     CONTRADICTION,
     ELEMENTS_OFF,
@@ -24,9 +27,9 @@ from fecontact.judging.solved_load import (
     as_solved,
     elements_uncertainties,
     finest_otherwise,
-    step_uncertainty,
 )
 from fecontact.judging.theory import fails_for_certain, judge_hertz, judge_theories, profiles_leave_open
+from fecontact.judging.uncertainty import step_uncertainty
 from fecontact.judging.verdict import (
     AT_JUNCTION,
     ELEMENTS,

@@ -14,7 +14,9 @@ from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.contact_theories.touch_hertz import Side
 from fecontact.errors import CONVERGED
-from fecontact.judging.ladder import Comparison, Ladder, PatchGeometry
+from fecontact.judging.causes import PatchGeometry
+from fecontact.judging.comparison import Comparison
+from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.solved_load import Level, SolvedLoad, Status
 from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict

@@ -25,15 +25,8 @@ from fecontact.judging.measures import (
     misfit_of_theory,
     patch_of,
 )
-from fecontact.judging.solved_load import (
-    Level,
-    SolvedLoad,
-    as_solved,
-    cut_planes_share,
-    finest_otherwise,
-    share_uncertainty,
-    uncertainties,
-)
+from fecontact.judging.solved_load import Level, SolvedLoad, as_solved, finest_otherwise, uncertainties
+from fecontact.judging.uncertainty import cut_planes_share, share_uncertainty
 from fecontact.judging.verdict import Verdict, judge_on_lines
 from fecontact.placement.poses import TouchPoint
 from fecontact.placement.wheel_on_rail import Placement

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from fecontact.contact.elements import UNSEEN_COMPLIANCE
 from fecontact.contact_theories.registry import HERTZ
+from fecontact.judging.comparison import Comparison
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import Comparison
-from fecontact.judging.solved_load import of_turned_force
+from fecontact.judging.uncertainty import of_turned_force
 from fecontact.judging.verdict import plastic_warnings
 from fecontact.placement.wheel_on_rail import Placement
 

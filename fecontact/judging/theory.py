@@ -19,8 +19,8 @@ from fecontact.judging.solved_load import (
     elements_uncertainties,
     uncertainties,
     unmeshed_uncertainties,
-    unmeshed_uncertainty,
 )
+from fecontact.judging.uncertainty import unmeshed_uncertainty
 from fecontact.judging.verdict import Judgement, judge_on_lines, worst_of
 from fecontact.placement.wheel_on_rail import Placement
 

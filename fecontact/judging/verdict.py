@@ -13,10 +13,12 @@ from fecontact.contact.grid import Rung
 from fecontact.contact_theories.approximation import Approximation
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.criteria import Criteria
-from fecontact.judging.ladder import PLASTIC, STEPS, Ladder, PatchGeometry, cause_of
+from fecontact.judging.causes import PatchGeometry, cause_of
+from fecontact.judging.ladder import PLASTIC, STEPS, Ladder
 from fecontact.judging.lines import EXACT, Moves
 from fecontact.judging.measures import MEASURES, Measures, deviations_of, measures_of, measures_of_theory, values_of
-from fecontact.judging.solved_load import YIELD_BAND, Level, SolvedLoad, Yielded
+from fecontact.judging.solved_load import Level, SolvedLoad
+from fecontact.judging.yielded import YIELD_BAND, Yielded
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
 FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")

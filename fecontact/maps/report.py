@@ -19,14 +19,16 @@ from fecontact.maps.theory_views import laws_judged
 from fecontact.maps.verdict_views import CAUSE_LETTERS, offered_view, verdict_view
 from fecontact.maps.view import MapView
 from fecontact.maps.views import map_answer, map_text, views_of
+from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.case_words import other_wheel_label, roll_words
-from fecontact.outputs.documents import REPORT, case_parts, closing
-from fecontact.outputs.figures.case import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.figures.position import pair_figure
+from fecontact.outputs.figures.report_pictures import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture, Spot
-from fecontact.outputs.records.results import case_inputs, cheapest_columns, cheapest_of, cheapest_words
+from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of, cheapest_words
+from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.report_words import answer_words, lead_style, question
+from fecontact.outputs.study_report import REPORT, closing
 from fecontact.outputs.style import image_of, page, svg_of, webp_of
 from fecontact.outputs.tables import Item, Table, TableRow, columns_of, number, table_of, text
 from fecontact.outputs.verdict_words import verdict_reason

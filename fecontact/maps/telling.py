@@ -16,15 +16,8 @@ from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPositi
 from fecontact.outputs.alone import SIZES, ellipse_columns, touches
 from fecontact.outputs.case_words import roll_words
 from fecontact.outputs.flat_records import Record, flat, picked
-from fecontact.outputs.records.results import (
-    case_inputs,
-    cheapest_columns,
-    cheapest_of,
-    load_record,
-    other_theories,
-    theories_of,
-    versions,
-)
+from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of, other_theories, theories_of
+from fecontact.outputs.records.results import case_inputs, load_record, versions
 from fecontact.outputs.verdict_words import theory_words
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.placing import roll_of_case

@@ -14,7 +14,7 @@ from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
 from fecontact.maps.telling import laws_of
 from fecontact.maps.verdict_views import against, solved_loads_kN
 from fecontact.maps.view import CellView, ColumnView, MapView, part_words
-from fecontact.outputs.records.results import theories_of
+from fecontact.outputs.records.cheapest import theories_of
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, BETWEEN
 from fecontact.outputs.words import limits_text
 

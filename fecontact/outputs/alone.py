@@ -13,7 +13,7 @@ from fecontact.judging.measures import hertz_measures, measures_of_theory
 from fecontact.outputs.cases import cheapest_column
 from fecontact.outputs.flat_records import Record, flat, picked
 from fecontact.outputs.geometry import touch_columns
-from fecontact.outputs.records.results import cheapest_columns
+from fecontact.outputs.records.cheapest import cheapest_columns
 from fecontact.outputs.tables import Item, number, table_of, text
 from fecontact.outputs.terminal import Lines
 from fecontact.placement.wheel_on_rail import Placement

@@ -14,7 +14,7 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.lines import FILTER
 from fecontact.judging.measures import MEASURES, Measures
-from fecontact.judging.solved_load import unmeshed
+from fecontact.judging.uncertainty import unmeshed
 from fecontact.judging.verdict import PROFILE, answer_of
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.words import WORDS, deviation_column

@@ -18,7 +18,9 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.inputs import choice, inputs, nearest, number
+from fecontact.inputs.kinds import choice, number
+from fecontact.inputs.slots import inputs
+from fecontact.inputs.texts import nearest
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

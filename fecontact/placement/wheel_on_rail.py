@@ -9,9 +9,9 @@ positive roll lifts this wheel and positive yaw moves it backwards).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 from fecontact.arrays import Floats
 from fecontact.bodies import Track, TrackSide
 from fecontact.errors import InputError, NotCovered
-from fecontact.placement.irregularity import Irregularity
-from fecontact.placement.openings import on_edge, touches
+from fecontact.placement.along_track import AlongTrack
+from fecontact.placement.carrying import climbs_at, why_it_cannot_carry
 from fecontact.placement.poses import (
     RailPose,
     TouchPoint,
@@ -32,112 +32,6 @@ from fecontact.placement.poses import (
     touch_points_at,
 )
 from fecontact.profiles.curve import Junction, Profile
-
-# --- Which places of a wheel's line can carry the wheel: its tread, and its flange up to the steepest place or beyond.
-
-# Slope above which the field side is a chamfer: treads rise by 0.07, chamfers by 0.8.
-_CHAMFER_RAD = 0.35
-# A line that is nowhere steeper than this has no flange; worn treads are less steep.
-_FLANGE_RAD = 0.25 * np.pi
-# The flank is the part of a flange whose angle is within this of the steepest: a straight flank through measured points
-# swings by as much. On the arc of an S1002 beyond the flank (R 20) this angle is 0.08 mm long.
-_FLANK_RAD = 4e-3
-
-
-def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
-    """Why a wheel cannot run on a touch point; empty if it can. A wheel that `climbs` needs `flange_climb`."""
-    y_mm = touch.wheel_y_mm
-    if any(abs(y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.junctions):
-        return f"the wheel leaves the rail: the corner of its tread at y = {y_mm:.2f} mm carries it"
-    # a wheel on the chamfer beyond the tread's corner slides down between the rails
-    beyond = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
-    if beyond and touch.contact_angle_rad > _CHAMFER_RAD:
-        return f"the wheel leaves the rail: its chamfer carries it, at y = {y_mm:.2f} mm"
-    if not climbs:
-        return ""
-    where = f"the wheel derails: the rail touches it at y = {y_mm:.2f} mm, beyond the"
-    if y_mm <= _flange(wheel)[0]:
-        return f"{where} top of its flange"
-    return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb takes it nevertheless)"
-
-
-def climbs_at(wheel: Profile, y_mm: float) -> bool:
-    """Whether a position across a wheel's line lies beyond the steepest place of the flange."""
-    return y_mm < _flange(wheel)[1]
-
-
-def is_on_flange_top(wheel: Profile, y_mm: float) -> bool:
-    """Whether a position across a wheel's line lies on the top of the flange or beyond it."""
-    top, steepest = _flange(wheel)
-    return y_mm < steepest and y_mm <= top
-
-
-@lru_cache(maxsize=64)
-def _flange(wheel: Profile) -> tuple[float, float]:
-    """Positions across a wheel's line of the top and of the steepest place of its flange.
-
-    A wheel without a flange cannot climb: its steepest place is at minus infinity.
-    """
-    p = search_points(wheel)[1].taken(slice(1, -1))
-    # angles, not slopes: a flange may be upright
-    slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
-    steepest, top = float(np.max(slope)), float(p.y[np.argmin(p.z)])
-    return top, float(np.min(p.y[slope > steepest - _FLANK_RAD])) if steepest > _FLANGE_RAD else -math.inf
-
-
-# --- Irregularities of wheel and rail together, at a distance along the track.
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class AlongTrack:
-    """Irregularities of both bodies at a distance along the track.
-
-    Attributes
-    ----------
-    distance_mm
-        Position along the irregularities at which smooth bodies touch.
-    middle_x_mm
-        This position in the track frame.
-    lowered_mm
-        How much lower than on the smooth rail the rigid wheel stands: the smallest sum of gap and irregularity.
-    """
-
-    lines: tuple[Irregularity, ...]
-    distance_mm: float
-    middle_x_mm: float
-    lowered_mm: float = 0.0
-
-    def opening_mm(self, x_mm: Floats) -> Floats:
-        """Sum of all openings at places x of the track frame."""
-        s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
-        return np.asarray(sum(line.opening_mm(s) for line in self.lines))
-
-    @property
-    def height_mm(self) -> float:
-        """Largest opening minus the smallest opening."""
-        return sum(line.height_mm for line in self.lines)
-
-    @property
-    def largest_slope(self) -> float:
-        """Largest slope of the sum of all irregularities."""
-        return sum(line.largest_slope for line in self.lines)
-
-    @property
-    def finest_mm(self) -> float:
-        """Shortest length along the track that nodes must resolve."""
-        return min(line.finest_mm for line in self.lines)
-
-    @property
-    def kinks_x_mm(self) -> tuple[float, ...]:
-        """Places in the track frame at which the slope jumps."""
-        return tuple(kink - self.distance_mm + self.middle_x_mm for line in self.lines for kink in line.kinks_mm)
-
-    def covers(self, low_x_mm: float, high_x_mm: float) -> bool:
-        """Whether all tables of irregularities reach from one place to another."""
-        shift = self.distance_mm - self.middle_x_mm
-        ends = [(line.points_mm[0][0], line.points_mm[-1][0]) for line in self.lines if line.points_mm]
-        return all(low <= low_x_mm + shift and high_x_mm + shift <= high for low, high in ends)
-
 
 # --- A wheel on a rail: touch points, contact frame, relative curvatures and the true undeformed gap.
 
@@ -506,51 +400,3 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
     if reason := why_it_cannot_carry(down.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
     return Placement(rail=rail, wheel=down, touch_points=touch_points, climbs=climbs)
-
-
-# --- Irregular wheel and rail: touch points and curvatures of the sum of gap and irregularity.
-
-
-def with_irregularities(placement: Placement, lines: Sequence[Irregularity], distance_mm: float) -> Placement:
-    """The rigid wheel lowered on an irregular rail, with its touch points and their curvatures.
-
-    The openings are taken along the normals of the rail. Range of validity: slopes along the track are small, so that
-    the wheel's section a few mm ahead of its lowest point equals its profile.
-
-    Raises
-    ------
-    InputError
-        If the wheel touches an edge, where there is no curvature.
-    """
-    flats = [line.on_wheel(placement.wheel.rolling_radius_mm) for line in lines]
-    along = AlongTrack(lines=tuple(flats), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
-    points = [touch for smooth in placement.touch_points for touch in _touches(smooth, along)]
-    points.sort(key=lambda touch: touch.vertical_gap_mm)
-    least = points[0].vertical_gap_mm
-    near = [touch for touch in points if touch.vertical_gap_mm <= least + REACH_MM]
-    return replace(
-        placement,
-        touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - least) for touch in near),
-        along=replace(along, lowered_mm=least),
-    )
-
-
-def _touches(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
-    """Touch points that replace a touch point of the smooth bodies, with gaps from the first touch of smooth bodies."""
-    xx, upright = smooth.curvature.xx_per_mm, float(smooth.normal[2])
-    reach = math.sqrt(2.0 * (REACH_MM + along.height_mm) / xx)
-    touched = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
-    if on_edge(touched, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
-        raise InputError(
-            f"at {along.distance_mm:g} mm the wheel stands on an edge of its irregularity, where there is no curvature"
-            " and the pressure has no bound; give a haversine, a table with the edge's radius, or another distance"
-        )
-    return [
-        replace(
-            smooth,
-            x_mm=smooth.x_mm + touch.x_mm,
-            vertical_gap_mm=smooth.vertical_gap_mm + touch.gap_mm / upright,
-            curvatures=tuple(replace(one, xx_per_mm=2.0 * touch.A_per_mm) for one in smooth.curvatures),
-        )
-        for touch in touched
-    ]

@@ -17,9 +17,10 @@ import numpy as np
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import TrackSide
 from fecontact.errors import InputError
+from fecontact.placement.carrying import is_on_flange_top
 from fecontact.placement.conicity import RadiusDifference
 from fecontact.placement.poses import places_at_shifts, search_points
-from fecontact.placement.wheel_on_rail import EVERY_SHIFT, SIGN, Pair, Placement, is_on_flange_top
+from fecontact.placement.wheel_on_rail import EVERY_SHIFT, SIGN, Pair, Placement
 
 SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
 # Largest difference of both wheels' axle heights, which are as exact: a roll of 1e-12 rad.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from fecontact.inputs import choice, flag, inputs, number, text
+from fecontact.inputs.kinds import choice, flag, number, text
+from fecontact.inputs.slots import inputs
 
 MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
 """Units of length that a file may be in, and how many mm each is."""

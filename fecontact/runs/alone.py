@@ -10,7 +10,7 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.inputs import listed
+from fecontact.inputs.texts import listed
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.outputs.alone import BETWEEN_LINES, map_columns, ordered, table_row
 from fecontact.outputs.records.results import hertz_record

@@ -14,7 +14,7 @@ from fecontact.jobs.engine import RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done
 from fecontact.maps.model import ApplicabilityMap
-from fecontact.outputs.paraview.vtk import write_view
+from fecontact.outputs.paraview.view import write_view
 from fecontact.outputs.records.results import Row, input_columns, read_row
 from fecontact.runs.identity import case_id
 from fecontact.runs.map_run import run_map

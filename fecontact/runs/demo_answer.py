@@ -12,7 +12,8 @@ from fecontact.maps.model import ApplicabilityMap, LoadInterval, MapCell, MapPos
 from fecontact.maps.sentences import capitalise, join_words
 from fecontact.maps.verdict_views import CAUSES
 from fecontact.outputs.paraview.vtk import COLLECTION
-from fecontact.outputs.records.results import Row, theories_of
+from fecontact.outputs.records.cheapest import theories_of
+from fecontact.outputs.records.results import Row
 from fecontact.runs.demo import RADIUS_MM, SPHERE, DemoOutcome, exact_peak_MPa
 from fecontact.runs.store import case_folder
 

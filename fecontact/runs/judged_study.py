@@ -13,10 +13,11 @@ from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, failed, has_numbers, usable
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.jobs.workers import began_on_one_thread, default_workers, evaluators
-from fecontact.outputs.documents import judged_rows_parts, write_tables
 from fecontact.outputs.pair_names import VARIED
 from fecontact.outputs.parts import Part
 from fecontact.outputs.records.results import Row, case_row, read_row
+from fecontact.outputs.study_files import write_tables
+from fecontact.outputs.study_report import judged_rows_parts
 from fecontact.outputs.terminal import count
 from fecontact.runs.casefile import kinds
 from fecontact.runs.report import report_judged

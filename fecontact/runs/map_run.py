@@ -16,7 +16,7 @@ from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.errors import InputError
 from fecontact.files import json_text
-from fecontact.inputs import listed
+from fecontact.inputs.texts import listed
 from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.store import kept_folder

@@ -10,11 +10,11 @@ from fecontact.criteria import Creep, Criteria
 from fecontact.errors import usable
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.cases import ReportedCase
-from fecontact.outputs.documents import ShownPair, most_used, reported_case, write_study_report
 from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.relief import relief_picture
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.records.results import Row, result_record
+from fecontact.outputs.study_report import ShownPair, most_used, reported_case, write_study_report
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.runs.store import Told, case_folder, keep_solved, keep_told, read_case, seal_case

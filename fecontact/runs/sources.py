@@ -34,7 +34,8 @@ EVALUATE = (
 JUDGES = (
     "criteria",
     "contact_theories.registry",
-    *(f"judging.{name}" for name in ("judge", "judged_load", "ladder", "lobes", "notes", "theory", "verdict")),
+    *(f"judging.{name}" for name in ("judge", "judged_load", "lobes", "notes", "theory", "verdict")),
+    *(f"judging.{name}" for name in ("ladder", "reference_check", "causes", "comparison")),
 )
 """What solving asks for a verdict alone: whether it would refine further is asked of what is stored, too."""
 INPUTS = ("files", "inputs")

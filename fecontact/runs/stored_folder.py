@@ -9,8 +9,8 @@ from typing import Any
 from fecontact.errors import InputError
 from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
-from fecontact.outputs.documents import STUDY_SCHEMA
 from fecontact.outputs.records.results import Row
+from fecontact.outputs.study_files import STUDY_SCHEMA
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
 from fecontact.runs.store import SOLVED, refused_if_changed, solved_in, stored_case
 

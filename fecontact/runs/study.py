@@ -14,9 +14,9 @@ from fecontact.errors import InputError, failed, usable
 from fecontact.jobs.engine import RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import Done
-from fecontact.outputs.documents import study_figures, write_tables
 from fecontact.outputs.pair_names import VARIED, short_name
 from fecontact.outputs.records.results import Row, input_columns, read_row
+from fecontact.outputs.study_files import study_figures, write_tables
 from fecontact.packages import require_finite_elements
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import profile_identity

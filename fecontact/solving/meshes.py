@@ -35,8 +35,9 @@ from fecontact.fe.stress import nodal_stress
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lines import Lines
 from fecontact.judging.measures import patch_of
-from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
+from fecontact.judging.solved_load import Level, SolvedLoad, elements_off
 from fecontact.judging.theory import Evidence, fails_for_certain, judge_hertz, no_mesh_decides
+from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.judging.verdict import worst_of
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.cost import cpu_seconds

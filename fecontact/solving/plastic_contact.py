@@ -37,7 +37,7 @@ from fecontact.fe.stress import (
     von_mises,
 )
 from fecontact.judging.measures import MEASURES, measures_of
-from fecontact.judging.solved_load import YIELD_BAND, PathPoint, Yielded, YieldedBody
+from fecontact.judging.yielded import YIELD_BAND, PathPoint, Yielded, YieldedBody
 
 # Arrays of rail and wheel; a body without a yield stress has no elements that may yield, and arrays without rows.
 Pair = tuple[Floats, ...]

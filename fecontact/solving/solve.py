@@ -20,9 +20,9 @@ from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.fe.linear_solver import SolverName
 from fecontact.fe.stress import StressPeak, stress_peak
+from fecontact.judging.comparison import Comparison
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import Comparison
 from fecontact.judging.notes import position_notes
 from fecontact.judging.solved_load import Status
 from fecontact.judging.verdict import Verdict

@@ -23,7 +23,7 @@ from mkdocs.structure.files import File, Files
 import fecontact
 from fecontact.feature_registry import public_names
 from fecontact.guide.pages import titles
-from fecontact.inputs import described
+from fecontact.inputs.slots import described
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted(path for path in (ROOT / "studies").glob("*.py"))

@@ -17,22 +17,12 @@ from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact_theories.approximation import Approximation, ellipse, mean_pressure
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import MULTI_HERTZ
-from fecontact.contact_theories.rolling.laws import Creepages, RollingEllipse
+from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
-from fecontact.features.creep.force_verdict import (
-    FORCE,
-    PLACE,
-    SHAPE,
-    SMALLEST_CREEPAGE,
-    CreepComparison,
-    ForceAt,
-    creep_of,
-    creepage_range,
-    creepages_of,
-    force_verdict,
-    judged_force,
-)
+from fecontact.features.creep.case_contact import creepages_of
+from fecontact.features.creep.creep_comparison import CreepComparison, creep_of
+from fecontact.features.creep.force_verdict import PLACE, SHAPE, SMALLEST_CREEPAGE, creepage_range, force_verdict
 from fecontact.features.creep.forces import (
     THEORIES,
     creep_force,
@@ -43,6 +33,7 @@ from fecontact.features.creep.forces import (
     slip_beside_plane,
     wheelset_creepages,
 )
+from fecontact.features.creep.judged_force import FORCE, ForceAt, judged_force
 from fecontact.features.creep.laws import CREEP_LAWS, REAL, creep_laws_of
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad

@@ -10,10 +10,11 @@ from matplotlib.colors import to_hex
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import MULTI_HERTZ
-from fecontact.contact_theories.rolling.laws import Creepages
+from fecontact.contact_theories.rolling.creepage import Creepages
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
-from fecontact.features.creep.force_verdict import PLACE, SHAPE, ForceAt, judged_force
+from fecontact.features.creep.force_verdict import PLACE, SHAPE
+from fecontact.features.creep.judged_force import ForceAt, judged_force
 from fecontact.features.creep.laws import REAL
 from fecontact.features.creep.maps import FORCE_MAP, LAW_MAP
 from fecontact.maps.files import map_figure, write_map

@@ -16,7 +16,7 @@ from fecontact.criteria import Creep
 from fecontact.errors import InputError
 from fecontact.features.creep.laws import CREEP_LAWS
 from fecontact.judging.judge import judge_load
-from fecontact.outputs.documents import case_parts
+from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.terminal import show
 from fecontact.regression.tables import load_table
@@ -40,7 +40,7 @@ def test_what_judges_forces_is_in_the_digest_of_evaluation():
     judging = {
         "features.creep.force_verdict",
         "features.creep.telling",
-        "contact_theories.rolling.laws",
+        "contact_theories.rolling.kalker",
         "features.creep.steady",
     }
     assert judging <= closure(package, EVALUATE, (*INPUTS, *SHOWN))

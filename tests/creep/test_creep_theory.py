@@ -9,6 +9,14 @@ from no_slip import no_slip_coefficients
 from scipy.integrate import quad
 
 from fecontact.bodies import STEEL, Material, RollingPair
+from fecontact.contact_theories.rolling.creepage import (
+    Creepages,
+    CreepForce,
+    CurvedCreepages,
+    RollingEllipse,
+    adhesion_area_mm2,
+    rolling_pair,
+)
 from fecontact.contact_theories.rolling.fastsim import (
     CELLS,
     Strips,
@@ -19,17 +27,9 @@ from fecontact.contact_theories.rolling.fastsim import (
     one_ellipse,
     pressure_strips,
 )
-from fecontact.contact_theories.rolling.laws import (
-    Creepages,
-    CreepForce,
-    CurvedCreepages,
-    RollingEllipse,
-    adhesion_area_mm2,
-    coefficients_of,
-    kalker_coefficients,
-    kalker_linear,
-    polach,
-    rolling_pair,
+from fecontact.contact_theories.rolling.kalker import coefficients_of, kalker_coefficients, kalker_linear
+from fecontact.contact_theories.rolling.polach import polach
+from fecontact.contact_theories.rolling.saturation import (
     saturation,
     shen_hedrick_elkins,
     vermeulen_johnson,

@@ -9,21 +9,14 @@ from no_slip import no_slip_coefficients
 from scipy.integrate import dblquad
 
 from fecontact.bodies import RollingPair
+from fecontact.contact_theories.rolling.creepage import Creepages, CurvedCreepages, RollingEllipse
 from fecontact.contact_theories.rolling.fastsim import fastsim
-from fecontact.contact_theories.rolling.laws import Creepages, CurvedCreepages, RollingEllipse, kalker_coefficients
+from fecontact.contact_theories.rolling.kalker import kalker_coefficients
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.creep import forces
-from fecontact.features.creep.steady import (
-    PressureCells,
-    _offsets,
-    _response,
-    cerruti_influence,
-    ellipse_cells,
-    pressure_cells,
-    rolling_response,
-    solve_friction,
-    steady_rolling,
-)
+from fecontact.features.creep.friction import solve_friction
+from fecontact.features.creep.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
+from fecontact.features.creep.tangential_response import _offsets, _response, cerruti_influence, rolling_response
 
 WIDE = RollingEllipse(a_mm=6.304, b_mm=12.607, normal_force_N=106_700, friction=0.33, shear_MPa=82e3, poisson=0.28)
 LONG = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=82e3, friction=0.3, shear_MPa=82e3, poisson=0.28)

@@ -20,7 +20,7 @@ from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.contact_theories.rolling.laws import kalker_coefficients
+from fecontact.contact_theories.rolling.kalker import kalker_coefficients
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.curves import model
 from fecontact.features.curves.balance import Line, _pull, balance, motion_of, wheelset_states, without_rails
@@ -29,6 +29,9 @@ from fecontact.features.curves.loaded import loaded_conicities, radius_differenc
 from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle, built_in_vehicles, load_vehicle, with_bogie
 from fecontact.features.curves.newton import newton
 from fecontact.features.curves.normal import NORMAL_THEORIES, OutOfReach, Overlap, Surfaces, half_space, press
+from fecontact.features.curves.pictures import curves_figure, visits_figure
+from fecontact.features.curves.records import curve_rows, curves_record, position_rows
+from fecontact.features.curves.sentences import difference_words, path_words, straight_words
 from fecontact.features.curves.stability import (
     StraightTrack,
     critical_speed_m_s,
@@ -38,17 +41,7 @@ from fecontact.features.curves.stability import (
     straight_track,
 )
 from fecontact.features.curves.steady import path, solve_at, straight_start
-from fecontact.features.curves.telling import (
-    curve_rows,
-    curves_figure,
-    curves_lines,
-    curves_record,
-    difference_words,
-    path_words,
-    position_rows,
-    straight_words,
-    visits_figure,
-)
+from fecontact.features.curves.terminal import curves_lines
 from fecontact.features.curves.visits import Curves, MapCell, MapColumn, Visit, differences
 from fecontact.features.curves.wheel_forces import ContactLaw, Motion, rigid_slip, wheel_force
 from fecontact.placement.wheel_on_rail import pair_of
@@ -911,7 +904,7 @@ def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status,
     (words,) = path_words(found)
     assert words.startswith(f"overlap: the path from straight track {said}")
     drawn = []
-    monkeypatch.setattr("fecontact.features.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: drawn.append(figure))
     curves_figure(found, "a.png")
     assert words in drawn[0].get_suptitle()
     # two wheelsets
@@ -1043,7 +1036,7 @@ def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
 
 def test_the_picture_of_one_radius_has_the_values_of_each_wheelset(monkeypatch):
     drawn = []
-    monkeypatch.setattr("fecontact.features.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: drawn.append(figure))
     runs = run("manchester", (500.0,))
     found = Curves(
         vehicle=FREE, case=Case(), conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}

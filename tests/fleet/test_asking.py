@@ -5,7 +5,7 @@ import json
 import pytest
 
 from fecontact.cli import call
-from fecontact.features.fleet import running
+from fecontact.features.fleet import checking
 from fecontact.features.fleet.answer import answer_of
 from fecontact.features.fleet.report import headline
 from fecontact.runs.study import StudyOutcome
@@ -14,7 +14,7 @@ from fecontact.runs.study import StudyOutcome
 @pytest.fixture
 def opened(fleet, known, monkeypatch):
     """A fleet whose cases and finite elements are stood in for, as its folder in words."""
-    monkeypatch.setattr(running, "open_fleet", lambda folder: fleet)
+    monkeypatch.setattr(checking, "open_fleet", lambda folder: fleet)
     known(fleet)
     return str(fleet.folder)
 

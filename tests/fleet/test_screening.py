@@ -22,12 +22,16 @@ from fecontact import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded, of_many
 from fecontact.errors import ConvergenceError, FecontactError, InputError
-from fecontact.features.fleet import reading, running, screening
+from fecontact.features.fleet import pair_jobs, reading, running, screening
 from fecontact.features.fleet.answer import answer_of
 from fecontact.features.fleet.model import read_fleet
 from fecontact.features.fleet.population import Candidate
+from fecontact.features.fleet.profile_files import mark_unusable, reading_of_candidate
 from fecontact.features.fleet.reading import Kept, ReadingProfile
 from fecontact.features.fleet.report import write_report
+from fecontact.features.fleet.screened_position import position_on_line, position_row
+from fecontact.features.fleet.screening_rows import COLUMN
+from fecontact.features.fleet.strip_deviations import OF_STRIPS, off_strips
 from fecontact.judging.measures import deviations_of
 from fecontact.profiles.examples import write_examples
 from fecontact.profiles.reading import Reading
@@ -145,11 +149,11 @@ def test_what_strips_say_of_hertz_is_what_the_half_space_says(shift, load_kN):
     strips = THEORIES["strip"].approximate(
         Loaded(placement=placement, case=case, normal_force_N=half_space.normal_force_N)
     )
-    wanted, found = deviations_of(half_space, ellipse), screening.off_strips(strips, ellipse)
+    wanted, found = deviations_of(half_space, ellipse), off_strips(strips, ellipse)
     # what is stated as the uncertainty of the strips; at 5 mm patches lie in two planes, which strips do not see
     often = 1.0 if shift < 5.0 else 4.0
-    for name in screening.COLUMN:
-        assert found[name] == pytest.approx(wanted[name], abs=often * screening._OF_STRIPS[name] + 2e-3), name
+    for name in COLUMN:
+        assert found[name] == pytest.approx(wanted[name], abs=often * OF_STRIPS[name] + 2e-3), name
 
 
 def test_an_ellipse_is_no_off_strips_of_constant_curvature():
@@ -157,13 +161,13 @@ def test_an_ellipse_is_no_off_strips_of_constant_curvature():
     placement = place_case(case)
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
     strips, ellipse = (THEORIES[name].approximate(loaded) for name in ("strip", HERTZ))
-    off = screening.off_strips(strips, ellipse)
+    off = off_strips(strips, ellipse)
     # 100 strips are within 0.3 % of Hertz (contact_theories/strip_method.py), and the load of an edge of cells is
     # elsewhere
-    assert all(abs(off[name]) < 3.5e-3 for name in screening.COLUMN)
+    assert all(abs(off[name]) < 3.5e-3 for name in COLUMN)
     # a peak that is 10 % too large is seen as such
     patch = ellipse.single
-    planted = screening.off_strips(strips, replace(ellipse, patches=(replace(patch, p_max_MPa=1.1 * patch.p_max_MPa),)))
+    planted = off_strips(strips, replace(ellipse, patches=(replace(patch, p_max_MPa=1.1 * patch.p_max_MPa),)))
     assert planted["p_max_MPa"] == pytest.approx(1.1 * (1.0 + off["p_max_MPa"]) - 1.0)
 
 
@@ -283,7 +287,7 @@ def test_a_wheel_has_the_radius_of_its_table_and_no_other_than_a_case_can_have(t
     monkeypatch.setattr(
         screening.ScreeningPair, "rows", lambda self: cases.update({self.case.rolling_radius_mm: 1}) or []
     )
-    monkeypatch.setattr(running, "_write_screen", lambda *given: {"HOLDS": 1.0})
+    monkeypatch.setattr(running, "write_screen", lambda *given: {"HOLDS": 1.0})
     path = file_of(tmp_path, ["60E1"])
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"wheels.csv"'))
     rows = ("S1002,a,425", "EN13715_1in40,b,-3", "CONE40,c,")
@@ -295,7 +299,7 @@ def test_a_wheel_has_the_radius_of_its_table_and_no_other_than_a_case_can_have(t
 
 def test_few_wheels_meet_few_rails_at_a_time():
     pairs = [(f"w{wheel:02d}", f"r{rail:02d}") for wheel in range(40) for rail in range(40)]
-    ordered = running._in_tiles(pairs)
+    ordered = pair_jobs._in_tiles(pairs)
     assert sorted(ordered) == sorted(pairs)
     first = ordered[: reading.TILE**2]
     assert {len({pair[body] for pair in first}) for body in (0, 1)} == {reading.TILE}
@@ -313,11 +317,11 @@ def test_a_position_that_cannot_be_has_its_reason(tmp_path):
 
 def test_lines_that_do_not_agree_leave_a_position_open():
     case = Case(lateral_shift_mm=4.0)
-    line = screening._on_line(case, place_case(case), "strip")
+    line = position_on_line(case, place_case(case), "strip")
     # the same contact with a limit between both deviations: it holds on one line and fails on the other
     far = replace(line, off=lambda theory: {**line.off(theory), "p_max_MPa": 0.2})
-    assert screening._row([line, line])["verdict"] == "HOLDS"
-    row = screening._row([line, far])
+    assert position_row([line, line])["verdict"] == "HOLDS"
+    row = position_row([line, far])
     assert (row["verdict"], row["cause"], row["lines_holding"], row["cheapest_theory"]) == (
         "OPEN",
         "profile",
@@ -325,9 +329,9 @@ def test_lines_that_do_not_agree_leave_a_position_open():
         "OPEN",
     )
     assert row["p_max_uncertainty_percent"] == pytest.approx(abs(20.0 - row["p_max_percent"]) + 0.5, abs=1e-6)
-    assert screening._row([far, far])["verdict"] == "FAILS"
-    assert screening._row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
-    assert screening._row([far, line])["lines_holding"] == 1
+    assert position_row([far, far])["verdict"] == "FAILS"
+    assert position_row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
+    assert position_row([far, line])["lines_holding"] == 1
 
 
 def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):
@@ -437,7 +441,7 @@ def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, 
         raise error
 
     path = file_of(tmp_path)
-    monkeypatch.setattr(screening, "_row", wrong)
+    monkeypatch.setattr(screening, "position_row", wrong)
     with pytest.raises(
         FecontactError, match=rf"4 of 4 jobs ended with an error of the program.*{type(error).__name__}"
     ):
@@ -453,7 +457,7 @@ def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_positi
         raise ConvergenceError("no such contact")
 
     path = file_of(tmp_path)
-    monkeypatch.setattr(screening, "_row", diverged)
+    monkeypatch.setattr(screening, "position_row", diverged)
     rows = screened(run(path, tmp_path / "out").out)
     assert set(rows["verdict"]) == {"REFUSED"}
     assert set(rows["reason"]) == {"no such contact"}
@@ -463,8 +467,8 @@ def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_positi
 def test_the_side_in_a_table_is_what_it_says(tmp_path, given, mirror):
     fleet = read_fleet(file_of(tmp_path))
     rail = Candidate(body="rail", name="a", spec="60E1", known={"mirror": given})
-    assert running._usable(fleet, rail).problem == ""
-    assert running._reading(fleet, rail).mirror is mirror
+    assert mark_unusable(fleet, rail).problem == ""
+    assert reading_of_candidate(fleet, rail).mirror is mirror
     wrong = Candidate(body="rail", name="a", spec="60E1", known={"mirror": "perhaps"})
-    refused = running._usable(fleet, wrong)
+    refused = mark_unusable(fleet, wrong)
     assert (refused.problem, refused.remedy) == ("mirror is 'perhaps'", "allowed: yes or no, true or false")

@@ -14,7 +14,7 @@ from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.contact.patch import measure_patch
 from fecontact.contact_theories.hertz import hertz_ellipse
-from fecontact.contact_theories.rolling.laws import saturation
+from fecontact.contact_theories.rolling.saturation import saturation
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.irregular.command import IrregularOptions
 from fecontact.features.irregular.model_errors import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
@@ -26,8 +26,8 @@ from fecontact.outputs.pair_names import position_text
 from fecontact.outputs.records.results import input_columns
 from fecontact.outputs.records.stored import placement_record, stored_placement
 from fecontact.placement.irregularity import FORMS, Irregularity, irregularity_text, parse_irregularity
-from fecontact.runs.casefile import toml_cases
 from fecontact.runs.identity import case_id
+from fecontact.runs.toml_cases import toml_cases
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 

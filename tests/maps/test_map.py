@@ -41,7 +41,7 @@ from fecontact.contact_theories.approximation import mean_pressure
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES
 from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.files import json_text
-from fecontact.inputs import parse_numbers
+from fecontact.inputs.texts import parse_numbers
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Crew, Made
@@ -49,7 +49,8 @@ from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lines import Lines, LobeOnLine, OnLine
 from fecontact.judging.measures import MEASURES, MISFITS
-from fecontact.judging.solved_load import MESH_RATIO, Level, SolvedLoad
+from fecontact.judging.solved_load import Level, SolvedLoad
+from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.judging.verdict import judge
 from fecontact.maps.files import map_figure, write_map
 from fecontact.maps.load_limits import KnownLoad, known_loads, load_limit, next_load

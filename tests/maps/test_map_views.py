@@ -35,9 +35,9 @@ from fecontact.maps.verdict_views import verdict_view
 from fecontact.maps.view import CellView
 from fecontact.maps.views import map_answer, map_text, map_view, refuse_measure
 from fecontact.outputs.cases import theories_table
-from fecontact.outputs.documents import rows_parts
 from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.results import load_record
+from fecontact.outputs.study_report import rows_parts
 from fecontact.outputs.style import ANSWERS
 from fecontact.outputs.terminal import show
 from fecontact.outputs.words import WORDS

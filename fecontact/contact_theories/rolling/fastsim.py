@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
-from fecontact.contact_theories.rolling.laws import Creepages, CreepForce, Motion, RollingEllipse, coefficients_of
+from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, Motion, RollingEllipse
+from fecontact.contact_theories.rolling.kalker import coefficients_of
 from fecontact.errors import InputError
 
 Bound = Literal["parabolic", "elliptic", "strips"]

@@ -2,7 +2,7 @@
 
 COMMANDS = {"Look": ("command.creep",)}
 NAMES = ("running.creep",)
-READINGS = {"creep": "force_verdict.creep_of"}
+READINGS = {"creep": "creep_comparison.creep_of"}
 DEAR_READINGS = {"creep_laws": "laws.creep_laws_of"}
 TELLINGS = {"creep": "telling.CREEP"}
 MAPS = {"force": "maps.FORCE_MAP"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,101 +12,30 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fecontact.bodies import RollingPair
-from fecontact.case import Case
 from fecontact.contact.grid import Rung
-from fecontact.contact.patch import Patch
-from fecontact.contact_theories.rolling.fastsim import mean_creepages, one_ellipse, pressure_strips
-from fecontact.contact_theories.rolling.laws import (
+from fecontact.contact_theories.rolling.creepage import (
     Creepages,
     CreepForce,
     CurvedCreepages,
     Motion,
-    friction_warnings,
     rolling_pair,
 )
+from fecontact.contact_theories.rolling.fastsim import mean_creepages
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
+from fecontact.features.creep.case_contact import creepages_of, real_patch
 from fecontact.features.creep.forces import (
     CreepPatch,
     creep_force,
-    creep_forces,
     curved_creepages,
     force_difference,
     hertz_patch,
-    wheelset_creepages,
 )
-from fecontact.features.creep.steady import pressure_cells
+from fecontact.features.creep.judged_force import ForceAt, JudgedForce, judged_force
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.measures import patch_of
 from fecontact.judging.solved_load import finest_otherwise
-from fecontact.judging.verdict import FROM_BEST, Judgement, Verdict, answer_of
 from fecontact.placement.wheel_on_rail import Placement
-
-# --- A creep force judged as a measure: off by so much of mu N, over a range of creepages.
-
-FORCE = "force"
-"""The measure of a law of creep forces."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ForceAt:
-    """By how much of mu N a force is off at creepages of the first touch point, and how well that is known."""
-
-    creepages: Creepages
-    deviation_of_muN: float
-    uncertainty_of_muN: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class JudgedForce(Judgement):
-    """A law by its force, with the creepages at which the exact theory decided, the worst one first."""
-
-    decided: tuple[ForceAt, ...]
-
-
-def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = True) -> JudgedForce:
-    """A creep law by the worst answer of some creepages; a result that must not be used leaves it open."""
-    each = [(answer_of(at.deviation_of_muN, at.uncertainty_of_muN, limit), at) for at in decided]
-    each.sort(key=lambda one: (FROM_BEST.index(one[0]), one[1].deviation_of_muN), reverse=True)
-    answer, worst = each[0]
-    return JudgedForce(
-        deviation={FORCE: worst.deviation_of_muN},
-        uncertainty={FORCE: worst.uncertainty_of_muN},
-        limits={FORCE: limit},
-        verdict=Verdict(answer=answer, measure=FORCE, each={FORCE: answer}).usable(usable),
-        decided=tuple(at for _, at in each),
-    )
-
-
-# --- The pressure of a solved contact as creep theories take it, and the creepages of its case.
-
-
-def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
-    """The pressure of a solved contact, whose force is that along the contact normal."""
-    field = rung.even().pressure.whole()
-    cell = field.grid.steps_mm[0] * field.grid.steps_mm[1]
-    pressure = field.values * (rung.normal_force_N / (cell * float(field.values.sum())))
-    x, s = field.grid.x_mm, field.grid.s_mm
-    pieces = pressure_strips(x, s, pressure, pair)
-    ellipse, centre_x, centre_s = one_ellipse(pieces)
-    return CreepPatch(
-        ellipse=replace(ellipse, normal_force_N=rung.normal_force_N),
-        centre_mm=(centre_x, centre_s),
-        pieces=pieces,
-        cells=pressure_cells(x, s, pressure, area_mm2=patch.area_mm2, lobes=max(1, len(patch.lobes))),
-    )
-
-
-def creepages_of(case: Case, placement: Placement) -> Creepages:
-    """Creepages of the wheel against the rail at the first touch point, in the contact frame."""
-    given, motion = case.creep, wheelset_creepages(placement, case.creep.speed_ratio)
-    return Creepages(
-        xi=motion.xi if given.xi is None else given.xi,
-        eta=motion.eta if given.eta is None else given.eta,
-        spin_per_mm=motion.spin_per_mm if given.spin_per_mm is None else given.spin_per_mm,
-    )
-
 
 # --- Does Hertz hold for forces? A judged load under friction, over a range of creepages.
 
@@ -282,117 +211,3 @@ def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
         for size in (SMALLEST_CREEPAGE * ratio**power for power in range(_SIZES))
         for angle in angles
     ]
-
-
-# --- Creep forces of a solved load on Hertz's ellipse and on the real patch, with their verdict.
-
-# of mu N; a fifth of the usual limit
-_CURVED = 0.01
-
-
-@dataclass(frozen=True, kw_only=True)
-class BothForces:
-    """A theory on Hertz's ellipse and on the real patch.
-
-    Attributes
-    ----------
-    hertz, fe
-        Its forces, or why there is none.
-    deviation_of_muN, uncertainty_of_muN
-        Size of their difference over mu N, and how well it is known from mesh to mesh; None where it is not.
-    """
-
-    hertz: CreepForce | str
-    fe: CreepForce | str
-    deviation_of_muN: float | None = None
-    uncertainty_of_muN: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class CreepComparison:
-    """Creep forces of a solved load.
-
-    Attributes
-    ----------
-    friction, creepages
-        With which they are evaluated, at the first touch point.
-    centre_creepages
-        The creepages of the real patch's centre of pressure: spin about the touch point moves it along. Over curved
-        surfaces their mean over the load.
-    curved, surface_of_muN
-        Whether the creepages on the real patch follow the curved surfaces (`curved_creepages`), and by how much of mu N
-        at most FASTSIM's force changes by that over the creepages of the verdict.
-    theories
-        Forces of each theory.
-    verdict
-        Over a range of creepages.
-    warnings
-        What makes the forces doubtful.
-    """
-
-    friction: float
-    limit_N: float
-    creepages: Creepages
-    centre_creepages: Creepages
-    curved: bool
-    surface_of_muN: float
-    theories: Mapping[str, BothForces]
-    verdict: JudgedForce
-    warnings: tuple[str, ...]
-
-
-def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
-    """Creep forces of a judged load on its ellipse and on the real patch; None where no friction is given."""
-    creep = load.case.creep
-    if creep.friction is None:
-        return None
-    rolling = rolling_load(load, placement, creep)
-    creepages, motion = rolling.creepages, rolling.motion(rolling.creepages)
-    on_hertz, on_real = creep_forces(rolling.hertz, creepages), creep_forces(rolling.real, motion)
-    surface_of_muN = _surface_effect(rolling)
-    return CreepComparison(
-        friction=creep.friction,
-        limit_N=rolling.limit_N,
-        creepages=creepages,
-        centre_creepages=mean_creepages(rolling.real.pieces, motion),
-        curved=creep.curved,
-        surface_of_muN=surface_of_muN,
-        theories={name: _both(name, force, on_real[name], rolling) for name, force in on_hertz.items()},
-        verdict=judge_on_hertz(rolling),
-        warnings=tuple(_warnings(load, creep.friction, 0.0 if creep.curved else surface_of_muN)),
-    )
-
-
-def _both(theory: str, hertz: CreepForce | str, fe: CreepForce | str, rolling: RollingLoad) -> BothForces:
-    if isinstance(hertz, str) or isinstance(fe, str):
-        return BothForces(hertz=hertz, fe=fe)
-    # what meshes leave open of the pressure is felt by the exact theory as by its fast neighbour
-    known = pressure_uncertainty(SCREEN if theory == DECIDES else theory, rolling, rolling.motion(rolling.creepages))
-    unsure = None if math.isnan(known) else known
-    return BothForces(hertz=hertz, fe=fe, deviation_of_muN=rolling.off(hertz, fe), uncertainty_of_muN=unsure)
-
-
-def _surface_effect(rolling: RollingLoad) -> float:
-    """By how much of mu N at most FASTSIM's force changes where creepages follow the curved surfaces."""
-    with suppress(FecontactError):
-        return max(
-            rolling.off(
-                *(creep_force(SCREEN, rolling.real, one) for one in (flat, replace(rolling.surface, plane=flat)))
-            )
-            for flat in rolling.every
-        )
-    return math.nan
-
-
-def _warnings(load: JudgedLoad, friction: float, left_out: float) -> Iterator[str]:
-    yield from friction_warnings(friction)
-    wheel, rail = load.case.wheel_material, load.case.rail_material
-    if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):
-        yield "wheel and rail have different elastic constants: what the pressure does to the slip is left out"
-    if patch_of(load.fe).pieces > 1:
-        yield "on separate patches the laws for one ellipse take one of the second moments of all"
-    if left_out > _CURVED:
-        yield (
-            f"the surfaces are curved across the patch: creepages that follow them change forces by up to"
-            f" {1e2 * left_out:.1f} % of mu N; --curved takes them"
-        )

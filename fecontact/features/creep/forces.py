@@ -15,18 +15,11 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, CurvedCreepages, Motion, RollingEllipse
 from fecontact.contact_theories.rolling.fastsim import STRIPS, Strips, ellipse_strips, fastsim_strips, mean_creepages
-from fecontact.contact_theories.rolling.laws import (
-    Creepages,
-    CreepForce,
-    CurvedCreepages,
-    Motion,
-    RollingEllipse,
-    kalker_linear,
-    polach,
-    shen_hedrick_elkins,
-    vermeulen_johnson,
-)
+from fecontact.contact_theories.rolling.kalker import kalker_linear
+from fecontact.contact_theories.rolling.polach import polach
+from fecontact.contact_theories.rolling.saturation import shen_hedrick_elkins, vermeulen_johnson
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.creep.steady import PressureCells, ellipse_cells, steady_rolling
 from fecontact.placement.wheel_on_rail import Placement

@@ -17,16 +17,11 @@ from typing import TypeAlias
 
 from fecontact.contact_theories.approximation import TheoryPatch
 from fecontact.contact_theories.registry import MULTI_HERTZ
-from fecontact.contact_theories.rolling.laws import Creepages, CreepForce
+from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce
 from fecontact.errors import FecontactError
-from fecontact.features.creep.force_verdict import (
-    DECIDES,
-    JudgedForce,
-    RollingLoad,
-    judged_force,
-    rolling_load,
-)
+from fecontact.features.creep.force_verdict import DECIDES, RollingLoad, rolling_load
 from fecontact.features.creep.forces import CreepPatch, creep_force, hertz_patch
+from fecontact.features.creep.judged_force import JudgedForce, judged_force
 from fecontact.features.creep.steady import pressure_cells
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.placement.wheel_on_rail import Placement

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.features.creep.force_verdict import FORCE, PLACE, SHAPE, JudgedForce, force_verdict
+from fecontact.features.creep.force_verdict import PLACE, SHAPE, force_verdict
+from fecontact.features.creep.judged_force import FORCE, JudgedForce
 from fecontact.features.creep.laws import CREEP_LAWS, REAL
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.readings import MappedLaws, MappedVerdicts

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fecontact.bodies import STEEL, Material
-from fecontact.contact_theories.rolling.laws import Creepages, CreepForce, RollingEllipse, friction_warnings
+from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, RollingEllipse, friction_warnings
 from fecontact.criteria import Creep
 from fecontact.features.creep.forces import creep_force, creep_forces, ellipse_patch
 from fecontact.features.creep.telling import force_record

@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 
-from fecontact.contact_theories.rolling.laws import CreepForce
-from fecontact.features.creep.force_verdict import FORCE, CreepComparison
+from fecontact.contact_theories.rolling.creepage import CreepForce
+from fecontact.features.creep.creep_comparison import CreepComparison
+from fecontact.features.creep.judged_force import FORCE
 from fecontact.outputs.flat_records import Record, picked, told
 from fecontact.outputs.parts import Telling
 from fecontact.outputs.tables import Column, Item, Of, Table, number, table_of, text

@@ -12,7 +12,7 @@ from fecontact.console.messages import telling_replaced
 from fecontact.console.options import CaseOptions, takes
 from fecontact.console.progress import many
 from fecontact.errors import InputError
-from fecontact.inputs import parse_numbers
+from fecontact.inputs.texts import parse_numbers
 from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import answer, count
 
@@ -94,15 +94,10 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
         Folder for curve.csv, curve.json, pictures, and positions.csv for a fleet.
     """
     from fecontact.features.curves.curve import Conditions
+    from fecontact.features.curves.pictures import curves_figure, visits_figure
+    from fecontact.features.curves.records import curve_rows, curves_record, position_rows
     from fecontact.features.curves.running import curve as run_curves
-    from fecontact.features.curves.telling import (
-        curve_rows,
-        curves_figure,
-        curves_lines,
-        curves_record,
-        position_rows,
-        visits_figure,
-    )
+    from fecontact.features.curves.terminal import curves_lines
     from fecontact.files import write_json
     from fecontact.outputs.tables import write_csv
 

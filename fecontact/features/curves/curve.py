@@ -11,7 +11,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
-from fecontact.contact_theories.rolling.laws import rolling_pair
+from fecontact.contact_theories.rolling.creepage import rolling_pair
 from fecontact.criteria import FRICTION
 from fecontact.errors import InputError
 from fecontact.features.curves.balance import Balance, Line, wheelset_states
@@ -19,7 +19,8 @@ from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle
 from fecontact.features.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, standing
 from fecontact.features.curves.steady import BASE_MM, Equilibrium, path
 from fecontact.features.curves.wheel_forces import ContactLaw, PatchForce
-from fecontact.inputs import given, inputs, number
+from fecontact.inputs.kinds import given, number
+from fecontact.inputs.slots import inputs
 from fecontact.placement.poses import search_points
 from fecontact.placement.wheel_on_rail import Pair
 from fecontact.placement.wheelset import SIDES, Wheelset

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.inputs import inputs, number, read_table
+from fecontact.inputs.kinds import number
+from fecontact.inputs.slots import inputs, read_table
 
 GRAVITY_M_S2 = 9.81
 BOGIES = ("leading", "trailing")

@@ -21,9 +21,9 @@ from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.gap_line import AtApproach, GapLine, crossings_mm, regions
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
+from fecontact.contact_theories.overlap import overlap_strips
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.strip_method import Line, Load, Search, Strips, factor_of_ellipse, solve_strips
-from fecontact.contact_theories.strips import overlap_strips
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.placement.wheel_on_rail import Pair, Placement
 from fecontact.placement.wheelset import Wheelset

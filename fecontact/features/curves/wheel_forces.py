@@ -9,8 +9,8 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
+from fecontact.contact_theories.rolling.creepage import Creepages, CurvedCreepages
 from fecontact.contact_theories.rolling.fastsim import Strips, strip_forces
-from fecontact.contact_theories.rolling.laws import Creepages, CurvedCreepages
 from fecontact.features.curves.normal import NormalTheory, Overlap, Pressed, Surfaces, press, within_reach
 
 _FASTSIM_CELLS = 30

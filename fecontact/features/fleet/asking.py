@@ -30,7 +30,7 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
     seed
         Seed of the draw; 1 if not given, or the one of earlier draws.
     """
-    from fecontact.features.fleet.running import open_fleet
+    from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.sampling import cases_of, draw, solve_sample
     from fecontact.jobs.workers import default_workers
     from fecontact.runs.cost import STUDY_FILES_S, cost_of
@@ -66,8 +66,8 @@ def report(folder: Path, /, *, json: bool = False) -> int:
         Print the answer for the whole fleet and for each group as JSON, and nothing else.
     """
     from fecontact.features.fleet.answer import answer_of
+    from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.report import answer_rows, report_parts, write_report
-    from fecontact.features.fleet.running import open_fleet
 
     found = answer_of(folder)
     page = write_report(found, folder, open_fleet(folder).case)

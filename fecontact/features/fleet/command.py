@@ -71,7 +71,7 @@ def check(file: Path) -> int:
 
 def tell_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type: ignore[no-untyped-def]
     """Say what a fleet takes."""
-    from fecontact.features.fleet.running import check_fleet
+    from fecontact.features.fleet.checking import check_fleet
     from fecontact.jobs.remaining import duration
     from fecontact.jobs.workers import default_workers
 

@@ -1,4 +1,4 @@
 """What this feature offers."""
 
 COMMANDS = {"Solve": ("command.fleet",)}
-NAMES = ("running.run_fleet", "running.check_fleet", "running.open_fleet")
+NAMES = ("running.run_fleet", "checking.check_fleet", "checking.open_fleet")

@@ -13,8 +13,9 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features.fleet.tables import rows_of, weight_of
 from fecontact.files import toml_content
-from fecontact.inputs import as_number, choice, custom, inputs, number, read_table
-from fecontact.runs.casefile import case_of
+from fecontact.inputs.kinds import as_number, choice, custom, number
+from fecontact.inputs.slots import inputs, read_table
+from fecontact.runs.toml_cases import case_of
 
 Screen = Literal["strip", "half_space"]
 Position = tuple[float, float]

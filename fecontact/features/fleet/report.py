@@ -16,11 +16,11 @@ from fecontact.features.fleet.estimate import Share
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.files import write_text
 from fecontact.outputs.case_words import SHIFT
-from fecontact.outputs.documents import REPORT, closing
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.pair_names import Row, short_name
 from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture
+from fecontact.outputs.study_report import REPORT, closing
 from fecontact.outputs.style import (
     ANSWERS,
     blank_figure,

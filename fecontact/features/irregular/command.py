@@ -13,7 +13,7 @@ from fecontact.console.messages import tell_geometry, tell_notes, telling_replac
 from fecontact.console.options import POSITION, CaseOptions, takes
 from fecontact.console.progress import many
 from fecontact.errors import InputError
-from fecontact.inputs import parse_numbers
+from fecontact.inputs.texts import parse_numbers
 from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import answer, count
 

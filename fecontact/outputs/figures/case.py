@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,25 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.patch import signed_square
-from fecontact.contact_theories.approximation import mean_pressure
-from fecontact.contact_theories.hertz import HertzContact
-from fecontact.errors import usable
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import STEPS
-from fecontact.judging.lobes import LobeJudgement
-from fecontact.outputs.case_words import SHIFT, case_words
-from fecontact.outputs.pair_names import Row
-from fecontact.outputs.series import series
+from fecontact.outputs.case_words import case_words
 from fecontact.outputs.style import (
     ANSWERS,
-    SERIES,
-    SIDES,
     Colour,
     blank_figure,
-    finish,
-    legend_beside,
     save_figure,
     save_image,
 )
@@ -42,157 +27,7 @@ from fecontact.solving.solve import CaseResult
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-
-# --- Maps of contact pressures over the rail's surface, with the outlines of both patches.
-
-# Labels of axes over the rail's surface.
-_ACROSS, _ROLLING = f"s across in mm\n{SIDES}", "x (rolling) in mm"
-# Colour maps of pressures (lighter where higher) and of signed differences.
-_PRESSURE, _DIFFERENCE = "viridis", "RdBu_r"
-# A map has room for only three numbers across if it is this many times as tall as wide.
-_NARROW = 2.2
-# Colours of a pressure map and of a difference map without pressure.
-_NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PressureFields:
-    """Both pressures (nx, ns) in MPa on the nodes of the whole contact, far enough to hold Hertz's ellipse.
-
-    `fe` are bodies that yield if there is a yield stress; `elastic` then are elastic ones, else None.
-    """
-
-    grid: ContactGrid
-    fe: Floats
-    hertz: Floats
-    ellipse: HertzContact
-    elastic: Floats | None = None
-
-    @classmethod
-    def of(cls, load: JudgedLoad) -> PressureFields:
-        """The fields of a judged load."""
-        hertz, yielded = load.hertz, load.level.yielded
-        extents = hertz.extent_x_mm, hertz.extent_y_mm
-        elastic = load.fe.even().pressure.covering(*extents)
-        fe = elastic if yielded is None else yielded.fe.even().pressure.covering(*extents)
-        return cls(
-            grid=fe.grid,
-            fe=fe.values,
-            hertz=mean_pressure(fe.grid, hertz),
-            ellipse=hertz,
-            elastic=None if yielded is None else elastic.at(fe.grid).values,
-        )
-
-    @property
-    def peak(self) -> tuple[int, int]:
-        """Indices of the highest finite-element pressure."""
-        i, j = np.unravel_index(int(np.argmax(self.fe)), self.fe.shape)
-        return int(i), int(j)
-
-    def limits_mm(self, *, across: bool) -> tuple[float, float]:
-        """Range along s (`across`) or x that shows both patches with some room, less than the whole grid."""
-        line = self.grid.s_mm if across else self.grid.x_mm
-        pressed = line[np.flatnonzero(np.any(self.fe > 0.0, axis=0 if across else 1))]
-        reach = 0.5 * (self.ellipse.extent_y_mm if across else self.ellipse.extent_x_mm)
-        low, high = min(float(pressed[0]), -reach), max(float(pressed[-1]), reach)
-        room = 0.12 * (high - low)
-        return low - room, high + room
-
-
-def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields, *, scale: bool = True) -> None:
-    """Draw a map of `finite elements`, `Hertz`, or `Hertz minus finite elements` over the rail's surface into axes.
-
-    The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
-    of the finite elements are numbered above their centres of pressure, the one with the largest force first. With
-    `scale` the colours have theirs beside the map.
-    """
-    is_difference = kind == "Hertz minus finite elements"
-    values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.hertz - fields.fe)
-    top = (float(np.abs(values).max()) or 1.0) if is_difference else float(max(fields.fe.max(), fields.hertz.max()))
-    ground = _NO_DIFFERENCE if is_difference else _NO_PRESSURE
-    image = ax.imshow(
-        values,
-        origin="lower",
-        interpolation="bilinear",
-        cmap=_DIFFERENCE if is_difference else _PRESSURE,
-        vmin=-top if is_difference else 0.0,
-        vmax=top,
-        extent=(*_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)),
-    )
-    if is_difference:
-        # in grey both ends of the colour map are dark: lines are dashed if the finite elements' pressure is larger
-        levels = top * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
-        ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
-    _draw_outlines(ax, fields)
-    _draw_lobes(ax, load)
-    for colour, width in (("black", 3.0), ("white", 1.4)):
-        ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
-    # with a given place matplotlib does not look for one in each drawing
-    ax.set_title(
-        f"{kind}, bodies that yield" if kind == "finite elements" and fields.elastic is not None else kind, y=1.0
-    )
-    ax.set(xlabel=_ACROSS, ylabel=_ROLLING, aspect="equal", facecolor=ground)
-    (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
-    ax.set(xlim=(s_low, s_high), ylim=(x_low, x_high))
-    if x_high - x_low > _NARROW * (s_high - s_low):
-        # more numbers would overlap
-        ax.locator_params(axis="x", nbins=3)
-    if scale:
-        bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
-        bar.set_label("difference in MPa" if is_difference else "pressure in MPa")
-
-
-def _cell_edges(nodes_mm: Floats) -> tuple[float, float]:
-    """Outer ends of the cells of the first and the last of equally spaced nodes."""
-    half = 0.5 * float(nodes_mm[1] - nodes_mm[0])
-    return float(nodes_mm[0]) - half, float(nodes_mm[-1]) + half
-
-
-def _draw_outlines(ax: Axes, fields: PressureFields) -> None:
-    """Edges of both patches, white on black so that they are seen on every colour; the ellipse is dashed."""
-    (hx, hs), grid = fields.grid.steps_mm, fields.grid
-    x = np.concatenate([[grid.x_mm[0] - hx], grid.x_mm, [grid.x_mm[-1] + hx]])
-    s = np.concatenate([[grid.s_mm[0] - hs], grid.s_mm, [grid.s_mm[-1] + hs]])
-    square = signed_square(fields.fe)
-    ellipse = ellipse_outline(fields.ellipse)
-    # drawn twice: with path effects SVG files would differ from one drawing to the next
-    for colour, width, name in (("black", 2.8, "_"), ("white", 1.4, "")):
-        ax.plot(*ellipse, color=colour, lw=width, ls="-" if name else (0, (4, 2)), label=f"{name}Hertz")
-        edge = ax.contour(s, x, square, levels=[0.0], colors=colour, linewidths=width)
-        edge.set(label=f"{name}finite elements")
-
-
-def ellipse_outline(hertz: HertzContact) -> tuple[Floats, Floats]:
-    """Edge of Hertz's ellipse: s and x (n,) in mm, closed."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 181)
-    first, second = hertz.a_mm * np.cos(turn), hertz.b_mm * np.sin(turn)
-    c, s = np.cos(hertz.orientation_rad), np.sin(hertz.orientation_rad)
-    return first * s + second * c, first * c - second * s
-
-
-def _lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
-    """Lobes of a contact, none of a single one."""
-    return load.lobes if len(load.lobes) > 1 else ()
-
-
-def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
-    for number, lobe in enumerate(_lobes(load), start=1):
-        x, s = lobe.centre_mm
-        around = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
-        # above the centre: the touch point may be there
-        ax.annotate(
-            str(number),
-            (s, x),
-            xytext=(0.0, 10.0),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            fontsize=8,
-            weight="bold",
-            bbox=around,
-        )
-
+from fecontact.outputs.figures.pressure_maps import ACROSS, ROLLING, PressureFields, draw_pressure, drawn_lobes
 
 # --- The picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
 
@@ -295,7 +130,7 @@ def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, 
     ax.set_title(f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", y=1.0)
     ax.set_xlim(low, high)
     if label:
-        ax.set(xlabel=_ACROSS)
+        ax.set(xlabel=ACROSS)
     else:
         ax.tick_params(labelbottom=False)
     ax.legend(loc="best", fontsize=9)
@@ -308,7 +143,7 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
     elastic = None if fields.elastic is None else fields.elastic[:, j]
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])), elastic)
     ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
-    ax.set(xlabel=_ROLLING, xlim=fields.limits_mm(across=False))
+    ax.set(xlabel=ROLLING, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
 
@@ -344,7 +179,7 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
         if np.isfinite(curvature) and right - left > 0.12 * (high - low):
             radius = radius_text(radius_mm(curvature), "R {:.4g}")
             ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
-    ax.set(xlabel=_ACROSS, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
+    ax.set(xlabel=ACROSS, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
     ax.set_xlim(low, high)
 
 
@@ -373,102 +208,9 @@ def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -
     dotted = ", dotted: rail junction" if any(low < place < high for place in _junctions(placement, "rail")) else ""
     lines += ["", f"solid: finite elements, dashed: Hertz{dotted}"]
     lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
-    for number, lobe in enumerate(_lobes(load), start=1):
+    for number, lobe in enumerate(drawn_lobes(load), start=1):
         carries = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
         lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {carries}")
     lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.pieces}")
     lines.append(f"status: {load.status}")
     return "\n".join(lines)
-
-
-# --- Further pictures for reports: the ladder over the shift, and small pictures of patches.
-
-
-def ladder_figure(rows: Sequence[Row]) -> Figure | None:
-    """Draw over the shift which step of the ladder moves the peak pressure away from Hertz; None without such rows.
-
-    A panel for each step that all rows have, in percent of the peak with its uncertainty: from Hertz's gap to the true
-    gap on a half-space, from the half-space to the finite bodies, and to bodies that yield.
-    """
-    told = [row for row in rows if usable(row)]
-    steps = {
-        step.name: step.cause
-        for step in STEPS
-        if step.shown and all(row.get(f"steps_{step.name}_p_max_percent") is not None for row in told)
-    }
-    if not told or not steps:
-        return None
-    figure = blank_figure(9.0, 2.6 * len(steps))
-    panels = figure.subplots(len(steps), 1, sharex=True)
-    found = series(told)
-    for number, one in enumerate(found):
-        colour = SERIES[number % len(SERIES)]
-        for ax, name in zip(panels, steps, strict=True):
-            label = one.label if ax is panels[0] and len(found) <= len(SERIES) else ""
-            _draw_step(ax, one.rows, name, colour, label or None)
-    for ax, cause in zip(panels, steps.values(), strict=True):
-        ax.set_ylabel(f"{cause}:\npeak changes by %")
-        ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
-    panels[-1].set_xlabel(SHIFT)
-    finish(*panels)
-    if panels[0].get_legend_handles_labels()[0]:
-        legend_beside(panels[0])
-    return figure
-
-
-def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
-    shifts = [float(row["lateral_shift_mm"]) for row in rows]
-    values = [float(row[f"steps_{name}_p_max_percent"]) for row in rows]
-    unsure = [row.get(f"steps_uncertainty_{name}_p_max_percent") for row in rows]
-    ax.plot(shifts, values, "o", color=colour, ms=5, label=label)
-    ax.vlines(shifts, 0.0, values, color=colour, lw=1.4)
-    if all(value is not None for value in unsure):
-        ax.errorbar(shifts, values, yerr=np.array(unsure, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0)
-
-
-# Of an axis of a small picture.
-_FEW_TICKS = 4
-
-
-def small_figure(load: JudgedLoad, placement: Placement) -> Figure:
-    """Draw a small picture of the pressure and the lateral cut of a load; without a layout engine, as `draw_case`.
-
-    Ticks and scales take most of the time of a picture, and a report has a hundred: the cut has the scale of the map.
-    """
-    figure = blank_figure(4.0, 5.0)
-    figure.set_layout_engine(None)
-    over, below = figure.add_axes((0.17, 0.5, 0.79, 0.45)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
-    _draw_small(over, below, load, placement)
-    return figure
-
-
-def _draw_small(over: Axes, below: Axes, load: JudgedLoad, placement: Placement) -> None:
-    fields = PressureFields.of(load)
-    for ax in (over, below):
-        # a narrow map gets fewer still
-        ax.locator_params(nbins=_FEW_TICKS)
-    draw_pressure(over, load, "finite elements", fields, scale=False)
-    draw_lateral_cut(below, placement, fields, label=True)
-    over.set(xlabel="", ylabel="x in mm")
-    below.set(title="", xlabel="s across in mm")
-
-
-def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
-    """Draw small pictures of pressure and lateral cut for several loads, each with its shift, load and verdict."""
-    columns = min(4, len(loads))
-    lines = -(-len(loads) // columns)
-    figure = blank_figure(3.9 * columns, 5.2 * lines)
-    axes = figure.subplots(2 * lines, columns, squeeze=False, height_ratios=[1.1, 1.0] * lines)
-    for ax in axes.ravel():
-        ax.set_axis_off()
-    for number, (load, placement) in enumerate(loads):
-        line, column = divmod(number, columns)
-        over, below = axes[2 * line, column], axes[2 * line + 1, column]
-        for ax in (over, below):
-            ax.set_axis_on()
-        _draw_small(over, below, load, placement)
-        shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
-        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.answer.answer}")
-        if number:
-            below.get_legend().remove()
-    return figure

@@ -8,7 +8,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.outputs.figures.case import PressureFields, ellipse_outline
+from fecontact.outputs.figures.pressure_maps import PressureFields, ellipse_outline
 from fecontact.outputs.parts import Picture
 from fecontact.outputs.style import blank_figure, image_of
 from fecontact.placement.wheel_on_rail import Placement

@@ -14,7 +14,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
 from fecontact.outputs.case_words import SHIFT, roll_words_of_rows
 from fecontact.outputs.pair_names import Row, pair_of_row
-from fecontact.outputs.records.results import asked_row
+from fecontact.outputs.records.asked import asked_row
 from fecontact.outputs.series import Series, series
 from fecontact.outputs.style import (
     ANSWERS,

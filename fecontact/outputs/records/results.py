@@ -11,18 +11,17 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias, runtime_checkable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.contact_theories.approximation import Approximation, TheoryPatch
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import offered
 from fecontact.files import read_json, write_json
@@ -30,12 +29,12 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import BODIES, PLASTIC
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.measures import MEASURES, Measures, hertz_measures
-from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Standing, Verdict, cheapest, standings
+from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Verdict
 from fecontact.outputs.flat_records import Record, flat, picked, told
 from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.own_profiles import own_profiles_record
+from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of
 from fecontact.outputs.tables import Item
-from fecontact.outputs.verdict_words import theory_words
 from fecontact.placement.irregularity import irregularity_text
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
@@ -43,89 +42,6 @@ from fecontact.solving.hertz_alone import HertzAlone
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
-
-# --- The judged theories of a load: which is the cheapest that holds, and in words.
-
-
-def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
-    """The judged theories besides Hertz's ellipse at the first touch point."""
-    return {name: one for name, one in load.judgements.items() if name not in EITHER_SIDE}
-
-
-def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
-    """Every judged theory; Hertz by the worst of both sides: who takes either curvature must be able to rely on it."""
-    worst = max(load.sides.values(), key=lambda side: side.limit_used)
-    return {HERTZ: replace(worst, verdict=load.verdict)} | other_theories(load)
-
-
-def cheapest_of(load: JudgedLoad) -> Standing:
-    """The cheapest theory of the pressure that holds."""
-    return cheapest(standings(theories_of(load)), in_range=load.case.criteria.theories_in_range)
-
-
-def cheapest_columns(column: str, found: Standing) -> Record:
-    """Columns of the cheapest theory that holds: its name, whether it is in its own range, and why not."""
-    made = found.made if found.answer == "HOLDS" else None
-    status, notes = ("", ()) if made is None else (made.status, made.notes)
-    return {column: found.label, f"{column}_status": status, f"{column}_reason": "; ".join(notes)}
-
-
-def theory_text(row: Mapping[str, Any]) -> str:
-    """What a row says of the theory to take where Hertz does not hold in its range; empty elsewhere."""
-    name = row.get("cheapest_theory")
-    if name not in THEORIES or (name == HERTZ and row.get("cheapest_theory_status") != "out of range"):
-        return ""
-    off = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
-    return (
-        f"the cheapest theory that holds: {cheapest_words(row)} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %,"
-        f" share of the limit {float(row[f'{name}_limit_used']):.2f})"
-    )
-
-
-def cheapest_words(row: Mapping[str, Any]) -> str:
-    """The cheapest theory that holds in words."""
-    return theory_words(*(row.get(f"cheapest_theory{of}") for of in ("", "_status", "_reason")))
-
-
-# --- The verdict that was asked for comes first: with a yield stress the one against bodies that yield.
-
-
-def asked_record(record: Item) -> Item:
-    """A record whose `verdict`, `fe` and Hertz are those against bodies that yield; itself without a yield stress."""
-    if (plastic := record.get("plastic")) is None:
-        return record
-    judged, theories = plastic[HERTZ], record["theories"]
-    verdict = {**record["verdict"], **judged["verdict"], "limit_used": judged["limit_used"], "side": "both"}
-    against = {name: judged[name] for name in ("deviation", "uncertainty", "verdict", "limit_used")}
-    return {
-        **record,
-        "fe": {**record["fe"], **_measures_in(plastic)},
-        "verdict": verdict,
-        "theories": {**theories, HERTZ: {**theories[HERTZ], **against}},
-    }
-
-
-def asked_row(row: Item) -> Item:
-    """A row whose verdict, deviations and measures are those against bodies that yield; itself without a yield stress.
-
-    `elastic_verdict_answer` is the verdict against elastic bodies. Other theories are judged against elastic bodies
-    alone, so that the row names none.
-    """
-    if not row.get("plastic_hertz_verdict_answer"):
-        return row
-    own = ("deviation_", "uncertainty_")
-    found: Record = {
-        name: None for name in row if name.startswith(("cheapest_theory", *(f"{HERTZ}_{of}" for of in own)))
-    }
-    for name, value in row.items():
-        of_hertz, measure = name.removeprefix("plastic_hertz_"), name.removeprefix("plastic_")
-        if name.startswith("plastic_hertz_"):
-            of = "verdict_" if of_hertz == "limit_used" else f"{HERTZ}_" if of_hertz.startswith(own) else ""
-            found[f"{of}{of_hertz}"] = value
-        elif name != measure and measure in MEASURES:
-            found[f"fe_{measure}"] = value
-    return {**row, **found, "elastic_verdict_answer": row["verdict_answer"]}
-
 
 # --- What a result says, told once: the record of a case, which is its `result.json`, and the row of it in tables.
 
@@ -245,13 +161,14 @@ def _of_profile(judged: Judgement) -> Record:
     return {name: value - judged.numerical[name] for name, value in judged.uncertainty.items()}
 
 
-def _measures_in(theory: Item) -> Record:
+def measures_in(theory: Item) -> Record:
+    """Measures of a theory in its record."""
     return {name: theory[name] for name in MEASURES if name in theory}
 
 
 def _has(theory: Item, contact: Record) -> bool:
     """Whether a theory tells the measures of a contact, up to rounding."""
-    told_there = _measures_in(theory)
+    told_there = measures_in(theory)
     return contact.keys() == told_there.keys() and all(
         math.isclose(value, told_there[name], rel_tol=1e-9) for name, value in contact.items()
     )

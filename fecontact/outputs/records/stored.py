@@ -23,7 +23,8 @@ from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.files import open_regular, write_atomically
 from fecontact.judging.solved_load import SolvedLoad
 from fecontact.outputs.flat_records import Record, picked
-from fecontact.placement.wheel_on_rail import AlongTrack, Placement
+from fecontact.placement.along_track import AlongTrack
+from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 

@@ -1,0 +1,176 @@
+"""A case in parts: the answer, Hertz's deviations, the theories, and the details."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
+from fecontact.feature_registry import offered
+from fecontact.outputs.cases import (
+    effort_table,
+    elements_table,
+    ladder_table,
+    lobes_table,
+    measures_table,
+    numbers_table,
+    peaks_table,
+    plastic_tables,
+    theories_table,
+)
+from fecontact.outputs.hertz_terminal import touch_point_table
+from fecontact.outputs.own_profiles import geometry_line
+from fecontact.outputs.parts import Details, Items, Part
+from fecontact.outputs.records.asked import asked_record
+from fecontact.outputs.tables import Item
+from fecontact.outputs.verdict_words import (
+    YIELDING,
+    band_text,
+    cheapest_text,
+    deciding,
+    elastic_words,
+    reason_of_record,
+    what_would_decide,
+)
+from fecontact.outputs.words import names_text, unknown_text
+
+
+def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[Part]:
+    """Parts of a report on a case or cell: what a user looks at first, and what is shown on demand.
+
+    The verdict on the elements' own nodes is among the details with `elements` only.
+    """
+    asked = asked_record(record)
+    measures = measures_table(asked, deciding(asked), YIELDING.capitalize() * _yields(record), judged_only=True)
+    lobes = [lobes_table(record)] if record["lobes"] else []
+    return [
+        *geometry_line(record),
+        *_answer_lines(record, title),
+        measures,
+        *lobes,
+        *_theories(record),
+        Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
+        Details("All measures", list(_details(record, elements))),
+        Details("All numbers", [numbers_table(record)]),
+    ]
+
+
+def _answer_lines(record: Item, title: str) -> Iterator[str]:
+    """What was asked, the answer, what decided it and why, and what would decide an open one."""
+    elastic, record = record, asked_record(record)
+    verdict, against = record["verdict"], f" {YIELDING}" * _yields(record)
+    yield f"{title}:" if title else ""
+    yield f"Hertz {verdict['answer']}{against}; {reason_of_record(record)}"
+    others = [name for name in verdict["failing"] if name != verdict["measure"]]
+    yield f"it fails by {names_text(others)} as well" if others else ""
+    open_ones = [name for name, one in verdict["each"].items() if one == "UNRESOLVED" and name != verdict["measure"]]
+    yield f"open are {names_text(open_ones)} as well" if open_ones else ""
+    if against:
+        yield record["plastic"][HERTZ]["cancelling"]
+        yield f"{elastic_words(elastic['verdict']['answer'])}; {reason_of_record(elastic)}"
+    yield band_text(elastic["fe"])
+    if verdict["unknown"]:
+        yield unknown_text(verdict["unknown"])
+    elif verdict["answer"] == "UNRESOLVED":
+        yield what_would_decide(record)
+
+
+def _yields(record: Item) -> bool:
+    return record.get("plastic") is not None
+
+
+def _theories(record: Item) -> Iterator[str]:
+    """The cheapest theory that holds, and in a line how every other one does."""
+    against = "against elastic bodies: " * _yields(record)
+    yield f"{against}{text}" if (text := cheapest_text(record)) else ""
+    judged = {name: one for name, one in record["theories"].items() if name != HERTZ_GAUGE and "verdict" in one}
+    by_answer: dict[str, list[str]] = {}
+    for name, one in judged.items():
+        answer = record["verdict"]["answer"] if name in EITHER_SIDE else one["verdict"]["answer"]
+        range_ = " (out of its range)" if one["status"] == "out of range" and name not in EITHER_SIDE else ""
+        by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_}")
+    yield against + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
+
+
+def _details(record: Item, elements: bool) -> Iterator[Part]:
+    """Everything else that is known of a case."""
+    if "touch_points" in record:
+        yield touch_point_table(record)
+    for name in (name for name in EITHER_SIDE if name in record["theories"]):
+        by = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
+        bodies = f"{'elastic ' * _yields(record)}finite elements"
+        title = f"Hertz against {bodies}{by if HERTZ_GAUGE in record['theories'] else ''}"
+        yield measures_table(record, record["theories"][name], title)
+    for name, theory in record["theories"].items():
+        if name not in EITHER_SIDE and "verdict" in theory:
+            yield measures_table(record, theory, THEORIES[name].words, "theory")
+    yield peaks_table(record)
+    yield theories_table(record)
+    yield Items(
+        [
+            f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}"
+            for name, theory in record["theories"].items()
+            if theory.get("notes")
+        ]
+    )
+    yield ladder_table(record)
+    yield from plastic_tables(record)
+    if elements:
+        yield elements_table(record)
+        yield _by_elements(record)
+    yield from _meshes(record)
+    for name, telling in offered("TELLINGS").items():
+        if name in record:
+            yield from telling.parts(record[name])
+    if "von_mises" in record:
+        yield "largest von Mises stress: " + ", ".join(
+            f"{name} {peak['von_mises_MPa']:.0f} MPa {peak['depth_mm']:.2f} mm below its surface"
+            for name, peak in record["von_mises"].items()
+        )
+    if "seconds" in record["solver"]:
+        yield effort_table(record["solver"])
+
+
+def _meshes(record: Item) -> Iterator[str]:
+    """On which meshes it was decided, how far the elements' own contact goes with it, and how well it was solved."""
+    elements, solver = record["elements"], record["solver"]
+    yield f"{_state(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
+    yield (
+        f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
+        f" patches {record['overlap']:.3f}"
+    )
+    off = elements["compliance_error"]
+    yield (
+        f"the elements' own, coarser nodes place {1e2 * elements['misfit']:.1f} % of the load differently; their"
+        f" compliance {'is not seen' if off is None else f'differs from a half-space by {1e2 * off:+.1f} %'}"
+    )
+    yield (
+        f"normal force {record['normal_force_N'] / 1e3:.3f} kN, Hertz stiffness"
+        f" {record['theories']['hertz']['stiffness_GN_per_m15']:.2f} GN/m^1.5"
+    )
+    degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
+    yield (
+        f"solver {solver.get('path', '')}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals"
+        f" contact {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}; balance of the"
+        f" load {solver['load_balance']:.0e}, of the force on both bodies {solver['force_balance']:.0e}, of its moment"
+        f" {solver['moment_balance']:.0e}"
+    )
+
+
+def _by_elements(record: Item) -> str:
+    """What the elements say by themselves."""
+    answer = record["elements"]["hertz"]["verdict"]["answer"]
+    asked = record.get("case", {}).get("refine", "evidence") == "evidence"
+    more = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not asked)
+    return f"the elements by themselves, on their own nodes: Hertz {answer}{more}"
+
+
+def _state(answer: str) -> str:
+    return "open" if answer == "UNRESOLVED" else "decided"
+
+
+def refinement(elements_a_semi_axis: Sequence[float]) -> str:
+    """Meshes by their elements, the finest first, and how often they were refined."""
+    elements, times = [f"{count:.1f}" for count in elements_a_semi_axis], len(elements_a_semi_axis) - 2
+    refined = ("not refined", "refined once", "refined twice")[times] if times < 3 else f"refined {times} times"
+    meshes = f"{', '.join(elements[:-1])} and {elements[-1]}"
+    return f"{len(elements)} meshes of {meshes} elements per semi-axis, {refined}"

@@ -1,0 +1,1 @@
+"""Outputs of a comparison of two tables of results."""

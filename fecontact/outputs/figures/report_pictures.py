@@ -1,0 +1,118 @@
+"""Pictures of reports: the ladder over the shift, and small pictures of patches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fecontact.errors import usable
+from fecontact.judging.judged_load import JudgedLoad
+from fecontact.judging.ladder import STEPS
+from fecontact.outputs.case_words import SHIFT
+from fecontact.outputs.pair_names import Row
+from fecontact.outputs.series import series
+from fecontact.outputs.style import (
+    SERIES,
+    blank_figure,
+    finish,
+    legend_beside,
+)
+from fecontact.placement.wheel_on_rail import Placement
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+from fecontact.outputs.figures.case import draw_lateral_cut
+from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressure
+
+
+def ladder_figure(rows: Sequence[Row]) -> Figure | None:
+    """Draw over the shift which step of the ladder moves the peak pressure away from Hertz; None without such rows.
+
+    A panel for each step that all rows have, in percent of the peak with its uncertainty: from Hertz's gap to the true
+    gap on a half-space, from the half-space to the finite bodies, and to bodies that yield.
+    """
+    told = [row for row in rows if usable(row)]
+    steps = {
+        step.name: step.cause
+        for step in STEPS
+        if step.shown and all(row.get(f"steps_{step.name}_p_max_percent") is not None for row in told)
+    }
+    if not told or not steps:
+        return None
+    figure = blank_figure(9.0, 2.6 * len(steps))
+    panels = figure.subplots(len(steps), 1, sharex=True)
+    found = series(told)
+    for number, one in enumerate(found):
+        colour = SERIES[number % len(SERIES)]
+        for ax, name in zip(panels, steps, strict=True):
+            label = one.label if ax is panels[0] and len(found) <= len(SERIES) else ""
+            _draw_step(ax, one.rows, name, colour, label or None)
+    for ax, cause in zip(panels, steps.values(), strict=True):
+        ax.set_ylabel(f"{cause}:\npeak changes by %")
+        ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
+    panels[-1].set_xlabel(SHIFT)
+    finish(*panels)
+    if panels[0].get_legend_handles_labels()[0]:
+        legend_beside(panels[0])
+    return figure
+
+
+def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
+    shifts = [float(row["lateral_shift_mm"]) for row in rows]
+    values = [float(row[f"steps_{name}_p_max_percent"]) for row in rows]
+    unsure = [row.get(f"steps_uncertainty_{name}_p_max_percent") for row in rows]
+    ax.plot(shifts, values, "o", color=colour, ms=5, label=label)
+    ax.vlines(shifts, 0.0, values, color=colour, lw=1.4)
+    if all(value is not None for value in unsure):
+        ax.errorbar(shifts, values, yerr=np.array(unsure, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0)
+
+
+# Of an axis of a small picture.
+_FEW_TICKS = 4
+
+
+def small_figure(load: JudgedLoad, placement: Placement) -> Figure:
+    """Draw a small picture of the pressure and the lateral cut of a load; without a layout engine, as `draw_case`.
+
+    Ticks and scales take most of the time of a picture, and a report has a hundred: the cut has the scale of the map.
+    """
+    figure = blank_figure(4.0, 5.0)
+    figure.set_layout_engine(None)
+    over, below = figure.add_axes((0.17, 0.5, 0.79, 0.45)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
+    _draw_small(over, below, load, placement)
+    return figure
+
+
+def _draw_small(over: Axes, below: Axes, load: JudgedLoad, placement: Placement) -> None:
+    fields = PressureFields.of(load)
+    for ax in (over, below):
+        # a narrow map gets fewer still
+        ax.locator_params(nbins=_FEW_TICKS)
+    draw_pressure(over, load, "finite elements", fields, scale=False)
+    draw_lateral_cut(below, placement, fields, label=True)
+    over.set(xlabel="", ylabel="x in mm")
+    below.set(title="", xlabel="s across in mm")
+
+
+def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
+    """Draw small pictures of pressure and lateral cut for several loads, each with its shift, load and verdict."""
+    columns = min(4, len(loads))
+    lines = -(-len(loads) // columns)
+    figure = blank_figure(3.9 * columns, 5.2 * lines)
+    axes = figure.subplots(2 * lines, columns, squeeze=False, height_ratios=[1.1, 1.0] * lines)
+    for ax in axes.ravel():
+        ax.set_axis_off()
+    for number, (load, placement) in enumerate(loads):
+        line, column = divmod(number, columns)
+        over, below = axes[2 * line, column], axes[2 * line + 1, column]
+        for ax in (over, below):
+            ax.set_axis_on()
+        _draw_small(over, below, load, placement)
+        shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
+        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.answer.answer}")
+        if number:
+            below.get_legend().remove()
+    return figure

@@ -1,0 +1,156 @@
+"""Mesh files for other programs, with the named surfaces kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.arrays import Floats, Integers
+from fecontact.errors import InputError
+from fecontact.fe.body_mesh import BodyMesh
+from fecontact.files import write_atomically
+from fecontact.outputs.decks import ELEMENT_TYPES, ElementType, write_body, write_deck
+from fecontact.solving.case_meshes import MeshedPair
+
+
+def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8") -> Path:
+    """Write one body, or both, in the format of the path's ending, in mm and in the track frame.
+
+    Surfaces are named as in `BodyMesh.surfaces`; if both bodies are written, the body's name comes first, such as
+    `rail_contact`.
+
+    ======== ================================================================================================
+    `.msh`   gmsh 4.1 as text: a physical group for each volume, named as the body, and one for each surface
+    `.inp`   CalculiX and Abaqus: a node set and an element-face surface for each surface, an element set for
+             each body; no shell elements, which would ask for a section. Both bodies make a deck with
+             materials, supports, contact and load, see `outputs.deck`
+    `.vtu`   hexahedra and the surfaces' quadrilaterals; cell array `surface_id` (0 in the volumes, then 1, 2,
+             ... in the order of the point arrays) and one point array of 0 and 1 for each surface
+    ======== ================================================================================================
+
+    Parameters
+    ----------
+    element
+        Type of the elements in `.inp`: C3D8, as in `fecontact.solve`, or C3D8I.
+
+    Raises
+    ------
+    InputError
+        If the ending is none of these, or the element is another type.
+    """
+    path = Path(path)
+    writer = _WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise InputError(
+            f"mesh file {path}: the ending {path.suffix or '(none)'} is not known; allowed are .msh (gmsh), .inp"
+            " (CalculiX, Abaqus) and .vtu (ParaView)"
+        )
+    if element not in ELEMENT_TYPES:
+        raise InputError(f"element {element!r}; allowed: {', '.join(ELEMENT_TYPES)}")
+    return write_atomically(path, lambda temporary: writer(mesh, temporary, element))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cells:
+    """Nodes (n, 3), the hexahedra of each body and the quadrilaterals of each surface."""
+
+    points: Floats
+    bodies: dict[str, Integers]
+    surfaces: dict[str, Integers]
+
+    @classmethod
+    def of(cls, mesh: BodyMesh | MeshedPair) -> _Cells:
+        if isinstance(mesh, BodyMesh):
+            return cls(points=mesh.points, bodies={mesh.name: mesh.hexes}, surfaces=mesh.surfaces)
+        rail, wheel, after = mesh.rail, mesh.wheel, len(mesh.rail.points)
+        return cls(
+            points=np.vstack([rail.points, wheel.points]),
+            bodies={"rail": rail.hexes, "wheel": wheel.hexes + after},
+            surfaces={
+                **{f"rail_{name}": quads for name, quads in rail.surfaces.items()},
+                **{f"wheel_{name}": quads + after for name, quads in wheel.surfaces.items()},
+            },
+        )
+
+    @property
+    def blocks(self) -> list[tuple[str, Integers]]:
+        """The cells in the form of meshio."""
+        return [
+            *(("hexahedron", hexes) for hexes in self.bodies.values()),
+            *(("quad", quads) for quads in self.surfaces.values()),
+        ]
+
+    @property
+    def numbers(self) -> list[int]:
+        """Number of each block among the blocks of its kind, from 1."""
+        return [*range(1, len(self.bodies) + 1), *range(1, len(self.surfaces) + 1)]
+
+
+def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
+    import meshio
+
+    cells = _Cells.of(mesh)
+    tags = [np.full(len(block), number) for (_, block), number in zip(cells.blocks, cells.numbers, strict=True)]
+    groups: dict[str, Integers] = {name: np.array([number, 3]) for number, name in enumerate(cells.bodies, start=1)}
+    groups |= {name: np.array([number, 2]) for number, name in enumerate(cells.surfaces, start=1)}
+    mesh_file = meshio.Mesh(
+        cells.points,
+        cells.blocks,
+        point_data={"gmsh:dim_tags": _entities(cells)},
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+        field_data=groups,
+    )
+    # as text: a small reference mesh under version control then shows its changes
+    meshio.write(path, mesh_file, file_format="gmsh", binary=False)
+
+
+def _entities(cells: _Cells) -> Integers:
+    """Dimension and tag (n, 2) of the geometric entity on which each node lies, as the format requires.
+
+    A node on an edge belongs to the smaller surface: a surface without nodes would lose its name.
+    """
+    entities = np.tile([3, 1], (len(cells.points), 1))
+    for number, hexes in enumerate(cells.bodies.values(), start=1):
+        entities[np.unique(hexes)] = (3, number)
+    numbered = sorted(enumerate(cells.surfaces.values(), start=1), key=lambda item: -len(item[1]))
+    for number, quads in numbered:
+        entities[np.unique(quads)] = (2, number)
+    kept = set(entities[entities[:, 0] == 2, 1].tolist())
+    assert len(kept) == len(cells.surfaces), "a surface shares all of its nodes with smaller ones"
+    return entities
+
+
+def _write_inp(mesh: BodyMesh | MeshedPair, path: Path, element: ElementType) -> None:
+    if isinstance(mesh, BodyMesh):
+        write_body(mesh, path, element)
+    else:
+        write_deck(mesh, path, element)
+
+
+def _write_vtu(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
+    import meshio
+
+    cells = _Cells.of(mesh)
+    flags: dict[str, Any] = {}
+    for name, quads in cells.surfaces.items():
+        flags[name] = np.zeros(len(cells.points), dtype=np.uint8)
+        flags[name][np.unique(quads)] = 1
+    ids = [0 if kind == "hexahedron" else number for (kind, _), number in zip(cells.blocks, cells.numbers, strict=True)]
+    made = meshio.Mesh(
+        cells.points,
+        cells.blocks,
+        point_data=flags,
+        cell_data={"surface_id": [np.full(len(b), n) for (_, b), n in zip(cells.blocks, ids, strict=True)]},
+    )
+    meshio.write(path, made, file_format="vtu")
+
+
+_WRITERS: dict[str, Callable[[BodyMesh | MeshedPair, Path, ElementType], None]] = {
+    ".msh": _write_msh,
+    ".inp": _write_inp,
+    ".vtu": _write_vtu,
+}

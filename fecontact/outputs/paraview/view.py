@@ -1,0 +1,100 @@
+"""`view.py`, which opens the ParaView files of a study or a case with cameras, colours and cuts."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from fecontact.errors import InputError
+from fecontact.files import read_json, write_text
+from fecontact.outputs.pair_names import Row
+from fecontact.outputs.paraview.vtk import COLLECTION
+from fecontact.outputs.records.results import read_row
+
+VIEW = "view.py"
+_BODY = "script.py.txt"
+# Colour scales end at a multiple of this, so that their labels are round.
+_ROUND_MPA = 100.0
+
+
+def write_view(out: Path) -> Path:
+    """Write `view.py` into the folder of a study, or of a single case, with ParaView files.
+
+    Paths in the script are relative to the script, so that the folder can be moved. The point to look at, and the
+    colour scale for all cases, are numbers at the beginning of the script.
+
+    Raises
+    ------
+    InputError
+        If the folder has no ParaView files.
+    """
+    out = Path(out)
+    collections = sorted(path.name for path in out.glob("study*.pvd"))
+    if collections:
+        document = read_json(out / "study.json")
+        rows = [row for row in document["rows"] if row.get("fe_p_max_MPa") is not None]
+        folders = [out / "cases" / str(row["id"]) for row in rows]
+    elif (out / COLLECTION).is_file():
+        collections, rows, folders = [COLLECTION], [read_row(out / "row.json")], [out]
+    else:
+        raise InputError(_without_collection(out))
+    return write_text(out / VIEW, view_script(collections, rows, folders))
+
+
+def _without_collection(out: Path) -> str:
+    """Message why there is nothing to see, and which folder to give."""
+    if single := sorted(path.parent for path in out.glob(f"cases/*/{COLLECTION}")):
+        # a .pvd holds several shifts of one pair
+        return f"{out}: its cases are no series of shifts; give the folder of one of them, such as {single[0]}"
+    return (
+        f"{out}: it has no study.pvd and no {COLLECTION}; give the folder that `fecontact run` or"
+        " `fecontact solve --out` wrote (a map keeps no meshes)"
+    )
+
+
+def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequence[Path]) -> str:
+    """The script for collections of the cases in the rows and folders."""
+    touches = np.array([_touch_mm(folder) for folder in folders])
+    low, high = touches.min(axis=0), touches.max(axis=0)
+    extent = _largest(rows, *(f"{of}_extent_{axis}_mm" for axis in "xy" for of in ("fe", "hertz")))
+    yields = all(row.get("plastic_p_max_MPa") is not None for row in rows)
+    pressure, stress = (
+        _ROUND_MPA * math.ceil(_largest(rows, *columns) / _ROUND_MPA)
+        for columns in (
+            (f"{'plastic' if yields else 'fe'}_p_max_MPa", "hertz_p_max_MPa"),
+            ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
+        )
+    )
+    return f'''"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.
+
+Start ParaView in the folder of this file: `paraview --script=view.py`. The slider of the time is the lateral
+shift. Paths are relative to this file: the whole folder can be moved.
+"""
+
+# collections beside this script; the first one is shown: put another one there
+FILES = {json.dumps(list(collections))}
+# middle of all touch points, in the track frame
+CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high)])}
+# what the cameras show: the largest patch, and how far the touch point moves
+SIZE_MM = {json.dumps(round(extent + float(np.max(high - low)), 1))}
+# what the relief shows, of bodies that yield where all cases have them
+PRESSURE = {json.dumps(f"{'plastic' if yields else 'contact'}_pressure_MPa")}
+# ends of the colour scales, the same for all cases
+PRESSURE_MPA = {json.dumps(pressure)}
+VON_MISES_MPA = {json.dumps(stress)}
+''' + (files("fecontact.outputs.paraview") / _BODY).read_text("utf-8")
+
+
+def _touch_mm(folder: Path) -> tuple[float, float, float]:
+    first = read_json(folder / "result.json")["touch_points"][0]
+    return first["x_mm"], first["y_mm"], first["z_mm"]
+
+
+def _largest(rows: Sequence[Row], *columns: str) -> float:
+    values = [float(row[column]) for row in rows for column in columns if row.get(column) is not None]
+    return max(values, default=1.0)

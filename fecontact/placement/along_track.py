@@ -1,0 +1,61 @@
+"""Irregularities of wheel and rail together, at a distance along the track."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fecontact.arrays import Floats
+from fecontact.placement.irregularity import Irregularity
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AlongTrack:
+    """Irregularities of both bodies at a distance along the track.
+
+    Attributes
+    ----------
+    distance_mm
+        Position along the irregularities at which smooth bodies touch.
+    middle_x_mm
+        This position in the track frame.
+    lowered_mm
+        How much lower than on the smooth rail the rigid wheel stands: the smallest sum of gap and irregularity.
+    """
+
+    lines: tuple[Irregularity, ...]
+    distance_mm: float
+    middle_x_mm: float
+    lowered_mm: float = 0.0
+
+    def opening_mm(self, x_mm: Floats) -> Floats:
+        """Sum of all openings at places x of the track frame."""
+        s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
+        return np.asarray(sum(line.opening_mm(s) for line in self.lines))
+
+    @property
+    def height_mm(self) -> float:
+        """Largest opening minus the smallest opening."""
+        return sum(line.height_mm for line in self.lines)
+
+    @property
+    def largest_slope(self) -> float:
+        """Largest slope of the sum of all irregularities."""
+        return sum(line.largest_slope for line in self.lines)
+
+    @property
+    def finest_mm(self) -> float:
+        """Shortest length along the track that nodes must resolve."""
+        return min(line.finest_mm for line in self.lines)
+
+    @property
+    def kinks_x_mm(self) -> tuple[float, ...]:
+        """Places in the track frame at which the slope jumps."""
+        return tuple(kink - self.distance_mm + self.middle_x_mm for line in self.lines for kink in line.kinks_mm)
+
+    def covers(self, low_x_mm: float, high_x_mm: float) -> bool:
+        """Whether all tables of irregularities reach from one place to another."""
+        shift = self.distance_mm - self.middle_x_mm
+        ends = [(line.points_mm[0][0], line.points_mm[-1][0]) for line in self.lines if line.points_mm]
+        return all(low <= low_x_mm + shift and high_x_mm + shift <= high for low, high in ends)

@@ -1,0 +1,61 @@
+"""Contact points and curvatures of a wheel on a rail with irregularities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fecontact.errors import InputError
+from fecontact.placement.along_track import AlongTrack
+from fecontact.placement.irregularity import Irregularity
+from fecontact.placement.openings import on_edge, touches
+from fecontact.placement.poses import (
+    TouchPoint,
+)
+from fecontact.placement.wheel_on_rail import REACH_MM, Placement
+
+
+def with_irregularities(placement: Placement, lines: Sequence[Irregularity], distance_mm: float) -> Placement:
+    """The rigid wheel lowered on an irregular rail, with its touch points and their curvatures.
+
+    The openings are taken along the normals of the rail. Range of validity: slopes along the track are small, so that
+    the wheel's section a few mm ahead of its lowest point equals its profile.
+
+    Raises
+    ------
+    InputError
+        If the wheel touches an edge, where there is no curvature.
+    """
+    flats = [line.on_wheel(placement.wheel.rolling_radius_mm) for line in lines]
+    along = AlongTrack(lines=tuple(flats), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
+    points = [touch for smooth in placement.touch_points for touch in _touches(smooth, along)]
+    points.sort(key=lambda touch: touch.vertical_gap_mm)
+    least = points[0].vertical_gap_mm
+    near = [touch for touch in points if touch.vertical_gap_mm <= least + REACH_MM]
+    return replace(
+        placement,
+        touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - least) for touch in near),
+        along=replace(along, lowered_mm=least),
+    )
+
+
+def _touches(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
+    """Touch points that replace a touch point of the smooth bodies, with gaps from the first touch of smooth bodies."""
+    xx, upright = smooth.curvature.xx_per_mm, float(smooth.normal[2])
+    reach = math.sqrt(2.0 * (REACH_MM + along.height_mm) / xx)
+    touched = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
+    if on_edge(touched, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
+        raise InputError(
+            f"at {along.distance_mm:g} mm the wheel stands on an edge of its irregularity, where there is no curvature"
+            " and the pressure has no bound; give a haversine, a table with the edge's radius, or another distance"
+        )
+    return [
+        replace(
+            smooth,
+            x_mm=smooth.x_mm + touch.x_mm,
+            vertical_gap_mm=smooth.vertical_gap_mm + touch.gap_mm / upright,
+            curvatures=tuple(replace(one, xx_per_mm=2.0 * touch.A_per_mm) for one in smooth.curvatures),
+        )
+        for touch in touched
+    ]
