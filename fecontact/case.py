@@ -54,6 +54,8 @@ _RAIL = "library name, profile file, circle:R, or arcs:R/R@D for two arcs whose 
 _WHEEL = "library name, profile file, or cylinder:R (flat); mm"
 _OTHER = "of the other side of the wheelset, if it is another one"
 _RADII = "railway wheels have 300 to 625 mm"
+# Of a wheel whose radius nobody says.
+_RADIUS_MM = 460.0
 
 
 def _load(
@@ -204,7 +206,12 @@ class Case:
     rail_material: Material = part(lambda: STEEL, group="material", body="rail", both=True)
     wheel_material: Material = part(lambda: STEEL, group="material", body="wheel", both=True)
     rolling_radius_mm: float = number(
-        460.0, "Rolling radius at the tape circle", usual=(100.0, 1000.0), group="wheelset", remedy=_RADII
+        _NOT_SAID,
+        "Rolling radius at the tape circle; if it is not given, the header of a MiniProf wheel file counts, if it has a"
+        " diameter",
+        usual=(100.0, 1000.0),
+        group="wheelset",
+        remedy=_RADII,
     )
     track: Track = part(Track, group="pair")
     size: BodySize = part(BodySize, group="mesh")
@@ -266,12 +273,30 @@ class Case:
             from fecontact.profiles.library import refuse_unknown
 
             refuse_unknown(spec)
+        self._choose_radius()
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
             raise InputError(
                 f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset comes from vertical wheel loads;"
                 " give load_kind = 'vertical', the wheel load as roll_load_kN, or another roll"
             )
+
+    @property
+    def is_radius_given(self) -> bool:
+        """Whether the rolling radius is given, and does not follow from the wheel."""
+        return not isinstance(self.rolling_radius_mm, _OfWheel)
+
+    def _choose_radius(self) -> None:
+        """Take the rolling radius from the wheel's file, or the usual one, where none is given."""
+        radius: Any = self.rolling_radius_mm
+        if radius is None or (isinstance(radius, _OfWheel) and radius.wheel != self.wheel):
+            of_file = None
+            if self.wheel != type(self).wheel:
+                # the readers take time to import, and the usual wheel has no file
+                from fecontact.profiles.resolve import radius_of_file_mm
+
+                of_file = radius_of_file_mm(self.wheel)
+            object.__setattr__(self, "rolling_radius_mm", _OfWheel(of_file or _RADIUS_MM, self.wheel))
 
     def _choose_roll(self) -> None:
         """Take the roll to which the numbers belong where none is said, and refuse numbers of another one."""
@@ -322,8 +347,10 @@ class Case:
         return {"rail": self.rail, "wheel": self.wheel, **other}
 
     def with_profiles(self, specs: Mapping[str, str]) -> Case:
-        """The case with other names or files of some profiles."""
+        """The case with other names or files of the same profiles; its rolling radius stays."""
         own: dict[str, Any] = {key: specs[key] for key in ("rail", "wheel") if key in specs}
+        if not self.is_radius_given:
+            own["rolling_radius_mm"] = _OfWheel(self.rolling_radius_mm, own.get("wheel", self.wheel))
         other: dict[str, Any] = {
             key: specs[f"opposite_{key}"] for key in ("rail", "wheel") if f"opposite_{key}" in specs
         }
@@ -362,6 +389,17 @@ class Case:
 
 class _OfPair(str):
     """A roll that nobody asked for: it follows from the pair, and in a case that is derived from another pair anew."""
+
+
+class _OfWheel(float):
+    """A rolling radius that nobody gave: it follows from the wheel, and from another wheel in a derived case."""
+
+    wheel: str
+
+    def __new__(cls, radius_mm: float, wheel: str = "") -> _OfWheel:
+        made = super().__new__(cls, radius_mm)
+        made.wheel = wheel
+        return made
 
 
 def _angle_text(roll_rad: float) -> str:

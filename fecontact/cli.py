@@ -39,7 +39,7 @@ app = App(
     group_commands=Group("Options", sort_key=9),
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
     help_epilogue="Exit codes: 0 solved, or the same; 1 results differ (compare); 2 bad input;"
-    " 3 a case did not converge or could not be solved.",
+    " 3 a case did not converge or could not be solved; 4 an error of the program (run, map, fleet).",
 )
 _START, _LOOK, _SOLVE, _AFTER, _DEVELOPMENT = (
     Group(name, sort_key=place) for place, name in enumerate(("Start", "Look", "Solve", "After", "Development"))

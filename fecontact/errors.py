@@ -56,6 +56,12 @@ class ConvergenceError(FecontactError):
     exit_code: ClassVar[int] = 3
 
 
+class ProgramError(FecontactError):
+    """A job ended with an error of the program, which says nothing about its inputs; finished jobs are kept."""
+
+    exit_code: ClassVar[int] = 4
+
+
 def check_positive(name: str, value: float, unit: str, remedy: str, *, zero_allowed: bool = False) -> float:
     """Return `value` if it is finite, > 0 (or >= 0 with `zero_allowed`) and not extreme, else raise `InputError`.
 

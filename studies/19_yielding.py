@@ -131,7 +131,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Two tables of two by two, against elastic bodies and against those that yield."""
     wheels = [row for row in rows if not is_sphere(row)]
     lines = []
-    for column, words in (("verdict_answer", "elastic bodies"), ("plastic_hertz_verdict_answer", "bodies that yield")):
+    for column, words in (("elastic_verdict_answer", "elastic bodies"), ("verdict_answer", "bodies that yield")):
         lines.append(f"Hertz against {words} (HOLDS, FAILS, UNRESOLVED)   nothing yields   first yield is passed")
         for junction in (False, True):
             counts = [
@@ -143,8 +143,8 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             ]
             name = "patch covers a junction" if junction else "patch covers none"
             lines.append(f"{name:50} {counts[0]:>14} {counts[1]:>23}")
-    decided = [row for row in wheels if row["plastic_hertz_verdict_answer"] in ("HOLDS", "FAILS")]
-    right = sum((row["plastic_hertz_verdict_answer"] == "FAILS") == any(box(row)) for row in decided)
+    decided = [row for row in wheels if row["verdict_answer"] in ("HOLDS", "FAILS")]
+    right = sum((row["verdict_answer"] == "FAILS") == any(box(row)) for row in decided)
     lines.append(f"The claim with both clauses is right in {right} of {len(decided)} decided cases.")
     by_chance = [row for row in wheels if row.get("plastic_hertz_cancelling")]
     lines.append(f"Hertz holds by cancellation in {len(by_chance)}.")
@@ -158,7 +158,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes = picture.add_subplot()
     for answer in ("HOLDS", "FAILS", "UNRESOLVED"):
         for junction, marker in ((False, "o"), (True, "s")):
-            own = [row for row in rows if (row["plastic_hertz_verdict_answer"], box(row)[0]) == (answer, junction)]
+            own = [row for row in rows if (row["verdict_answer"], box(row)[0]) == (answer, junction)]
             if own:
                 axes.scatter(
                     [1e3 * float(row["load_kN"]) / float(row["plastic_first_yield_N"]) for row in own],

@@ -75,6 +75,8 @@ def _act(what: str, begun: int) -> bool:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "rail.vtu")
         case ["bug"]:
             raise ZeroDivisionError("no such thing")
+        case ["wrong"]:
+            raise KeyError("area_mm2")
         case ["iteration"]:
             raise ConvergenceError("it did not converge")
         case ["memory"] if begun == 0:

@@ -86,8 +86,8 @@ ROOMS |= {
     "__main__": {"cli"},
 }
 # What one folder takes of another is counted in arrows, and in imports of single modules: 81 and 493 when features lay
-# among the folders of the core. Larger modules were divided since, each with its own imports. `inputs` was one file then,
-# which nearly all folders use, and is left out.
+# among the folders of the core. Larger modules were divided since, each with its own imports. `inputs` was a file then,
+# which nearly all folders use. It is left out.
 MOST_ARROWS = 81
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}
 

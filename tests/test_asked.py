@@ -1,6 +1,7 @@
 """With a yield stress the verdict against bodies that yield comes first, and the one against elastic bodies second."""
 
 import io
+import json
 import re
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -12,6 +13,7 @@ from rich.console import Console
 from fecontact.bodies import Material
 from fecontact.cli import call
 from fecontact.contact.grid import Rung
+from fecontact.files import json_text
 from fecontact.judging import verdict
 from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES, measures_of
@@ -23,6 +25,7 @@ from fecontact.outputs.figures.pressure_maps import PressureFields
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.paraview.contact_surface import contact_surface
 from fecontact.outputs.records.asked import asked_record, asked_row
+from fecontact.outputs.records.cheapest import theories_of
 from fecontact.outputs.records.results import case_row, result_record
 from fecontact.outputs.study_report import rows_parts, write_study_report
 from fecontact.outputs.style import blank_figure
@@ -53,7 +56,7 @@ def result(elliptic_quick):
         levels.append(replace(level, yielded=Yielded(fe=fe, nodal=nodal, bodies=bodies, path=path, by_band={})))
     case = replace(solved.case, rail_material=STEEL)
     load = judge_load(replace(solved, case=case, levels=tuple(levels)), elliptic_quick.placement)
-    assert (load.verdict.answer, load.plastic.verdict.answer) == ("HOLDS", "FAILS")
+    assert (load.elastic_verdict.answer, load.verdict.answer) == ("HOLDS", "FAILS")
     return replace(elliptic_quick, load=load)
 
 
@@ -89,7 +92,6 @@ def test_the_elements_own_verdict_is_told_where_it_is_asked_for(result):
 
 def test_tables_and_the_report_say_it_first(result, tmp_path):
     row = {"id": "one", **case_row(result)}
-    assert row["verdict_answer"] == "HOLDS"
     (line,) = [line for line in printed(rows_parts([row])).splitlines() if line.startswith("+0.00   ")]
     assert first_answer(line) == "FAILS"
     assert "HOLDS" in line
@@ -116,8 +118,47 @@ def test_what_is_asked_for_is_read_against_bodies_that_yield(result):
     assert asked_row(old)["hertz_deviation_p_max_percent"] is None
 
 
+def test_python_record_row_and_terminal_have_the_same_two_verdicts(result):
+    row, record = case_row(result), json.loads(json_text(result_record(result)))
+    for asked, elastic in (
+        (result.verdict.answer, result.elastic_verdict.answer),
+        (result.load.verdict.answer, result.load.elastic_verdict.answer),
+        (record["verdict"]["answer"], record["elastic_verdict"]["answer"]),
+        (row["verdict_answer"], row["elastic_verdict_answer"]),
+        re.findall(r"Hertz (FAILS|HOLDS|UNRESOLVED)", printed(case_parts(record)))[:2],
+    ):
+        assert (asked, elastic) == ("FAILS", "HOLDS")
+    assert "Hertz FAILS by p_max_MPa" in repr(result.load)
+    # Hertz's peak is furthest beyond its limit against bodies that yield
+    hertz, plastic = result.hertz.p0_MPa, measures_of(result.load.level.yielded.fe).p_max_MPa
+    used = (hertz / plastic - 1.0) / result.case.criteria.p_max
+    assert record["verdict"]["limit_used"] == row["verdict_limit_used"] == pytest.approx(used, rel=1e-9)
+    assert record["elastic_verdict"]["limit_used"] == row["elastic_verdict_limit_used"] == result.load.limit_used
+    assert result.load.limit_used < 1.0 < used
+    assert (record["verdict"]["measure"], record["verdict"]["cause"]) == ("p_max_MPa", "plasticity")
+    assert (row["verdict_cause"], row["elastic_verdict_cause"]) == ("plasticity", None)
+    assert record["verdict"]["each"] == dict(result.load.plastic.verdict.each)
+    assert record["verdict"]["warnings"] == record["elastic_verdict"]["warnings"] != []
+
+
+def test_the_elements_and_other_theories_are_beside_the_elastic_verdict(result):
+    said = printed(case_parts(result_record(result)), long=True)
+    assert re.search(r"The elements by themselves: Hertz \w+ \(verdict: HOLDS\)", said)
+    # Hertz is among the theories that are judged against elastic bodies
+    assert theories_of(result.load)["hertz"].verdict == result.elastic_verdict
+
+
+def test_a_result_that_must_not_be_used_leaves_both_verdicts_open(result, monkeypatch):
+    monkeypatch.setattr("fecontact.judging.judge.reference_error", lambda *_: 1.0)
+    load = judge_load(result.load.solved, result.placement)
+    assert (load.status, load.plastic.verdict.answer) == ("references disagree", "FAILS")
+    assert (load.verdict.answer, load.elastic_verdict.answer) == ("UNRESOLVED", "UNRESOLVED")
+
+
 def test_without_a_yield_stress_nothing_changes(elliptic_quick):
     row, record = case_row(elliptic_quick), result_record(elliptic_quick)
+    assert elliptic_quick.elastic_verdict is elliptic_quick.load.elastic_verdict is record["elastic_verdict"] is None
+    assert not [name for name in row if name.startswith("elastic_verdict")]
     assert asked_row(row) is row
     assert asked_record(record) is record
     assert "yield" not in printed(case_parts(record), long=True)

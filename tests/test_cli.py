@@ -16,7 +16,7 @@ from pictures import draw_nothing
 from fecontact.case import Case, Criteria, case_from_record, case_record
 from fecontact.cli import _system_error, call
 from fecontact.criteria import Creep
-from fecontact.errors import InputError
+from fecontact.errors import InputError, ProgramError
 from fecontact.files import json_text
 from fecontact.inputs.texts import parse_inclination
 from fecontact.runs.casefile import Study, load_study
@@ -287,6 +287,13 @@ def test_an_error_of_the_system_without_a_name_is_not_blamed_on_the_workers_wher
     assert "/dev/shm" not in _system_error(gone)
 
 
+def test_an_error_of_the_program_in_a_job_is_one_line_and_an_exit_code_of_its_own(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("fecontact.runs.study.run_study", raising(ProgramError("1 of 2 jobs ended so")))
+    study = Path(__file__).parents[1] / "studies" / "first_light.py"
+    assert call(["run", str(study), "--quick", "--out", str(tmp_path / "out")]) == 4
+    assert capsys.readouterr().err.splitlines()[-1] == "error: 1 of 2 jobs ended so"
+
+
 def test_too_little_memory_is_one_line_and_no_difference_of_results(monkeypatch, capsys):
     monkeypatch.setattr("fecontact.cli.page_of", raising(MemoryError()))
     # 1 would mean that both differ
@@ -296,7 +303,7 @@ def test_too_little_memory_is_one_line_and_no_difference_of_results(monkeypatch,
 
 
 def raising(error: Exception):
-    def call(*_):
+    def call(*_, **__):
         raise error
 
     return call

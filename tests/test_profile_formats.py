@@ -1,8 +1,10 @@
 """Profile files as programs and instruments write them: what is read, what is refused, and the way back."""
 
 import os
+import pickle
 import re
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,16 +13,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from points import AS_IS, profile_from_points, simpack
 
+import fecontact
+from fecontact.case import Case, Opposite
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import toml_content
+from fecontact.outputs.records.results import case_inputs
 from fecontact.profiles.examples import NOISE_MM, WEAR_MM
 from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.point_problems import out_of_order
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import radius_of_file_mm, resolve_rail, resolve_wheel
 from fecontact.profiles.writers import csv_text, points_along, refuse_other_endings
+from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.toml_cases import toml_cases
+from fecontact.solving.placing import place_case, wheelset_of_case
 
 REPAIRED = Reading(repair=True, filter_mm=0.0)
 EXACT = {"rail": "54E1", "wheel": "S1002"}
@@ -492,3 +499,126 @@ def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, cap
         angle = np.arctan(new.slope(y))
         worn = line.height(y - side * WEAR_MM * np.sin(angle))
         assert float(worn - new.height(y)) == pytest.approx(float(side * WEAR_MM * np.cos(angle)), abs=0.01)
+
+
+# --- The rolling radius in the header of a wheel's file.
+
+OF_HEADER_MM = 0.5 * 719.1924
+
+
+@pytest.fixture
+def with_diameter(write):
+    """The file of a wheel whose header has a diameter."""
+    text = of_the_instrument("wheel").replace("Chars=UTF8", "Chars=UTF8\nDiameterTaperline=719.1924")
+    return str(write("worn.whl", text))
+
+
+def test_the_rolling_radius_is_that_of_the_header_unless_one_is_given(with_diameter, write):
+    plain = str(write("plain.whl", of_the_instrument("wheel")))
+    case = Case(wheel=with_diameter, load_N=60e3)
+    assert case.rolling_radius_mm == pytest.approx(OF_HEADER_MM, abs=1e-9)
+    assert [Case(wheel=name).rolling_radius_mm for name in ("S1002", "cylinder:300", plain)] == [460.0] * 3
+    assert Case(wheel=with_diameter, rolling_radius_mm=459.0).rolling_radius_mm == 459.0
+    # a case that is derived has the radius of its own wheel, or the given one
+    assert replace(case, load_N=80e3).rolling_radius_mm == case.rolling_radius_mm
+    assert replace(case, wheel=plain).rolling_radius_mm == 460.0
+    assert replace(Case(wheel=plain), wheel=with_diameter).rolling_radius_mm == case.rolling_radius_mm
+    assert replace(Case(rolling_radius_mm=459.0), wheel=with_diameter).rolling_radius_mm == 459.0
+    again = pickle.loads(pickle.dumps(case))
+    assert (again, replace(again, wheel=plain).rolling_radius_mm) == (case, 460.0)
+
+
+def test_a_file_without_a_diameter_or_of_a_rail_gives_no_radius(write):
+    for name, diameter in (("zero.whl", "0.0"), ("empty.whl", ""), ("words.whl", "unknown")):
+        text = of_the_instrument("wheel").replace("Chars=UTF8", f"Chars=UTF8\nDiameterTaperline={diameter}")
+        assert Case(wheel=str(write(name, text))).rolling_radius_mm == 460.0
+    with pytest.raises(InputError, match="DIAMETERTAPERLINE = 'unknown'"):
+        resolve_wheel(str(write("words.whl", text)), AS_IS)
+    as_text = of_the_instrument("wheel").replace("Chars=UTF8", "Chars=UTF8\nDiameterTaperline=800")
+    assert radius_of_file_mm(str(write("a.txt", as_text))) == 400.0
+    assert radius_of_file_mm(str(write("a.ban", as_text))) is None
+    assert radius_of_file_mm(str(write("a.csv", "DiameterTaperline=800\n1,2\n3,4\n"))) is None
+
+
+def test_a_radius_that_nobody_gives_does_not_change_the_id_of_a_case(with_diameter, write):
+    plain = str(write("plain.whl", of_the_instrument("wheel")))
+    for wheel, radius in (("S1002", 460.0), (plain, 460.0), (with_diameter, OF_HEADER_MM)):
+        case, given = Case(wheel=wheel), Case(wheel=wheel, rolling_radius_mm=radius)
+        assert case == given
+        assert case_id(case) == case_id(given)
+        # results name a file by its content, and have the radius that counts
+        assert case_inputs(case)["rolling_radius_mm"] == radius
+        assert with_absolute_paths(case).rolling_radius_mm == radius
+        assert replace(case.with_profiles({"wheel": "gone.whl@01234567"}), load_N=1e4).rolling_radius_mm == radius
+    assert Case(wheel=with_diameter) != Case(wheel=with_diameter, rolling_radius_mm=460.0)
+
+
+def test_the_radius_of_the_header_counts_in_the_contact_as_a_given_one_does(with_diameter, write):
+    plain = str(write("plain.whl", of_the_instrument("wheel")))
+    of_header, given, usual = (
+        place_case(case).wheel.rolling_radius_mm
+        for case in (Case(wheel=with_diameter), Case(wheel=plain, rolling_radius_mm=OF_HEADER_MM), Case(wheel=plain))
+    )
+    assert of_header == given == pytest.approx(OF_HEADER_MM, abs=1e-9)
+    assert usual == 460.0
+    areas = [
+        fecontact.theory(Case(wheel=wheel, lateral_shift_mm=-3.0, load_N=60e3, **more), "hertz")["area_mm2"]
+        for wheel, more in (
+            *((with_diameter, {}), (plain, {"rolling_radius_mm": OF_HEADER_MM})),
+            *((with_diameter, {"rolling_radius_mm": 460.0}), (plain, {})),
+        )
+    ]
+    assert areas[0] == pytest.approx(areas[1], rel=1e-6)
+    assert areas[2] == pytest.approx(areas[3], rel=1e-6)
+    # a smaller wheel has the smaller patch
+    assert areas[0] < 0.95 * areas[2]
+
+
+def test_the_wheel_of_the_other_side_has_the_radius_of_its_own_header(with_diameter, write):
+    plain = str(write("plain.whl", of_the_instrument("wheel")))
+    for opposite, radius in (
+        (Opposite(wheel=with_diameter), OF_HEADER_MM),
+        (Opposite(wheel=with_diameter, rolling_radius_mm=450.0), 450.0),
+        (Opposite(wheel=plain), 460.0),
+    ):
+        both = wheelset_of_case(Case(wheel=plain, opposite=opposite))
+        assert (both.left.pair.rolling_radius_mm, both.right.pair.rolling_radius_mm) == pytest.approx((460.0, radius))
+    both = wheelset_of_case(Case(wheel=with_diameter, opposite=Opposite(rail="54E1")))
+    assert both.left.pair.rolling_radius_mm == both.right.pair.rolling_radius_mm == pytest.approx(OF_HEADER_MM)
+
+
+COMMANDS = (
+    ["place", "--shift", "-3"],
+    ["hertz", "--shift", "-3"],
+    ["theory", "strip", "--shift", "-3"],
+    ["geometry", "--shifts", "-3"],
+)
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [((), ""), (("460",), "the rolling radius is 460 mm as given, but 359.596 mm in the header of worn.whl"),
+     (("360.4",), "")],
+)  # fmt: skip
+def test_commands_say_which_radius_counts(command, given, said, with_diameter, capsys):
+    options = [word for radius in given for word in ("--rolling-radius-mm", radius)]
+    assert call([*command, "--wheel", with_diameter, *options]) == 0
+    lines = [line for line in "".join(capsys.readouterr()).splitlines() if line.startswith("note: wheel:")]
+    of_header = "DiameterTaperline = 719.192 mm of the header gives the rolling radius 359.596 mm, which counts unless"
+    assert [of_header in line for line in lines].count(True) == 1
+    assert [line.removeprefix("note: wheel: ") for line in lines if "as given" in line] == [said] * bool(said)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((), "the rolling radius is 359.596 mm by the header of worn.whl"),
+        (("460",), "the rolling radius is 460 mm as given, but 359.596 mm in the header of worn.whl"),
+    ],
+)
+def test_what_tells_the_geometry_of_many_cases_says_it_once(given, said, with_diameter, tmp_path, capsys):
+    options = [word for radius in given for word in ("--rolling-radius-mm", radius)]
+    command = ["table", "--wheel", with_diameter, "--shifts", "-3,0", "--loads-kn", "60", *options]
+    assert call([*command, "--out", str(tmp_path / "table.csv")]) == 0
+    assert "".join(capsys.readouterr()).splitlines().count(f"note: {said}") == 1

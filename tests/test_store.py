@@ -203,5 +203,5 @@ def test_a_row_is_read_as_it_was_written(tmp_path):
     assert row["verdict_cause"] is None
     with pytest.raises(InputError, match=r"rail\.vtu: no JSON"):
         read_row(case_folder(tmp_path, name) / "rail.vtu")
-    with pytest.raises(InputError, match=r"fecontact/row/2.*again"):
+    with pytest.raises(InputError, match=r"fecontact/row/3.*again"):
         read_row(case_folder(tmp_path, name) / MANIFEST)

@@ -28,7 +28,7 @@ from test_store import profile
 
 from fecontact.bodies import Material
 from fecontact.case import Case, Criteria
-from fecontact.errors import InputError
+from fecontact.errors import InputError, ProgramError
 from fecontact.jobs import workers
 from fecontact.jobs.engine import RunSettings, parse_part
 from fecontact.jobs.workers import Crew, Job, default_workers, groups_of, run_job, thread_environment
@@ -205,6 +205,24 @@ def test_failures_are_rows_and_the_rest_goes_on(tmp_path):
     assert statuses(run(tmp_path)) == ["converged"] * 5
     assert not trace.exists()
     assert len(fake_solve.solves(tmp_path)) == 5 + 3
+
+
+def test_an_error_of_the_program_is_no_row_and_ends_the_run_when_the_rest_is_kept(tmp_path):
+    fake_solve.plan(tmp_path, kN60="wrong", kN80="wrong", kN90="iteration")
+    bad = [case_id(case(load)) for load in (60, 80)]
+    with pytest.raises(
+        ProgramError, match=r"2 of 5 jobs ended with an error of the program.*KeyError: 'area_mm2'"
+    ) as told:
+        run(tmp_path, study(conclude=lambda rows, out: pytest.fail("concluded from a part of the rows")))
+    assert any(f"{name}.error.txt in {tmp_path / 'cases'}" in str(told.value) for name in bad)
+    assert all("fake_solve" in (tmp_path / "cases" / f"{name}.error.txt").read_text() for name in bad)
+    assert [row["load_kN"] for row in json.loads((tmp_path / "study.json").read_text())["rows"]] == [50, 70, 90]
+    assert not (tmp_path / "report.html").exists()
+    # with a corrected program the same command resumes
+    fake_solve.plan(tmp_path)
+    outcome = run(tmp_path)
+    assert statuses(outcome) == ["converged"] * 5
+    assert sorted(outcome.reused) == sorted(case_id(case(load)) for load in (50, 70))
 
 
 def test_a_full_disk_at_the_tables_does_not_end_the_run(tmp_path, monkeypatch):

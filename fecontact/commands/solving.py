@@ -144,10 +144,8 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
 
 def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
     """Keep for the log what the table shows of each case."""
-    from fecontact.outputs.records.asked import asked_row
-
     for row in rows:
-        log_only(f"{row['id']}: {asked_row(row).get('verdict_answer') or row['status']}")
+        log_only(f"{row['id']}: {row.get('verdict_answer') or row['status']}")
         for name in ("verdict_warnings", "warnings"):
             if row.get(name):
                 log_only(f"{row['id']}: {row[name]}", warning=True)

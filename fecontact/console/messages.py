@@ -57,11 +57,22 @@ def tell_notes(notes: Iterable[str]) -> None:
         _problem(f"note: {note}")
 
 
+def _tell_radii(cases: Sequence[Case]) -> None:
+    """Print each rolling radius that the header of a wheel's file gives or contradicts."""
+    from fecontact.profiles.resolve import radius_note, radius_of_file_mm
+
+    for wheel, radius_mm in dict.fromkeys((case.wheel, case.rolling_radius_mm) for case in cases):
+        if radius_of_file_mm(wheel) is not None:
+            of_header = f"the rolling radius is {radius_mm:g} mm by the header of {Path(wheel).name}"
+            tell_notes([radius_note(wheel, radius_mm) or of_header])
+
+
 def tell_geometry(cases: Sequence[Case]) -> None:
-    """Print the geometry of each pair of own profiles at its first case that has a place on the rail."""
+    """Print geometry and radius of each pair of own profiles at its first case that has a place on the rail."""
     from fecontact.outputs.own_profiles import geometry_of_cases
 
     announce(*geometry_of_cases(cases))
+    _tell_radii(cases)
 
 
 @contextmanager

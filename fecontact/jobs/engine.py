@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from fecontact.errors import InputError
+from fecontact.errors import InputError, ProgramError
 from fecontact.files import remove_unfinished
 from fecontact.jobs.remaining import Progress, duration, seconds_left
 from fecontact.jobs.store import Kept, kept_folder, locked, part_done, remove_leftovers
@@ -141,7 +141,12 @@ def finish(jobs: Sequence[Job], by: OpenRun, *, on_done: Callable[[Done], None] 
     ----------
     on_done
         Called after each job, also for jobs that were finished before. After an interruption it is called for the jobs
-        that workers finished meanwhile.
+        that workers finished meanwhile. It is not called for a job that ended with an error of the program.
+
+    Raises
+    ------
+    ProgramError
+        If jobs ended with an error of the program, when all other jobs are done and kept.
     """
     forced = [replace(job, run=by.run, force=job.force or by.settings.force) for job in jobs]
     report = _Report(forced, by, on_done)
@@ -153,6 +158,7 @@ def finish(jobs: Sequence[Job], by: OpenRun, *, on_done: Callable[[Done], None] 
         with contextlib.suppress(OSError):
             report.take_finished()
         raise
+    report.refuse_program_errors()
 
 
 class _Report:
@@ -163,6 +169,7 @@ class _Report:
         self._begun: dict[str, float] = {}
         self._durations: list[float] = []
         self._done: set[str] = set()
+        self._program_errors: list[Done] = []
         self._labels = {job.name: job.label or job.name for job in jobs}
         self._folders = {job.name: job.folder for job in jobs}
 
@@ -217,5 +224,18 @@ class _Report:
         # a job that was finished before took next to no time, which tells nothing about other jobs
         if done.seconds and done.name not in self._by.reused:
             self._durations.append(done.seconds)
-        if self._on_done is not None:
+        if done.program_error:
+            self._program_errors.append(done)
+        elif self._on_done is not None:
             self._on_done(done)
+
+    def refuse_program_errors(self) -> None:
+        """Raise `ProgramError` if jobs ended with an error of the program."""
+        if self._program_errors:
+            first = self._program_errors[0]
+            raise ProgramError(
+                f"{len(self._program_errors)} of {len(self._jobs)} jobs ended with an error of the program, the first"
+                f" one ({self._labels[first.name]}) with {first.failure} in {self._folders[first.name].parent}; such a"
+                " job has no result; please report the error with this file; all other jobs are kept, and the same"
+                " command resumes with a corrected program"
+            )

@@ -172,7 +172,7 @@ def _tried(job: Job) -> Done:
         # most often a full disk
         return _failed(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
     except Exception as error:
-        # an error of the program: the row names it, and other jobs go on
+        # other jobs go on; `finish` raises `ProgramError` for an error that no input can cause
         file = error_file(job.folder)
         with contextlib.suppress(OSError):
             write_text(file, traceback.format_exc())
@@ -540,6 +540,7 @@ def _outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tupl
     WorkersLost
         If no worker can be reached any more.
     """
+    wrong = False
     try:
         return future.result()
     except BrokenExecutor:
@@ -552,5 +553,5 @@ def _outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tupl
         failure = str(error)
     except Exception as error:
         # errors of the executor, such as a cluster that has given the job up
-        failure = f"{type(error).__name__}: {error}"
-    return tuple(Done(name=job.name, failure=failure) for job in group)
+        failure, wrong = f"{type(error).__name__}: {error}", isinstance(error, PROGRAM_ERRORS)
+    return tuple(Done(name=job.name, failure=failure, program_error=wrong) for job in group)

@@ -73,6 +73,7 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
     certain = solved.status == ELEMENTS_OFF and fails_for_certain(judged, solved.half_space)
     if solved.status == ELEMENTS_OFF and not certain:
         cause = ELEMENTS
+    elastic = replace(worst, cause=cause).usable(usable or certain)
     plastic = judge_plastic(solved, judged, ladder, geometry, at_junction=touch.at_junction)
     load = JudgedLoad(
         solved=solved,
@@ -85,9 +86,10 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         elements_uncertainty=elements_uncertainties(solved.levels),
         by_elements=replace(by_elements, verdict=by_elements.verdict.usable(usable)),
         status=status,
-        verdict=replace(worst, cause=cause).usable(usable or certain),
+        verdict=elastic if plastic is None else plastic.verdict.usable(usable),
         warnings=(),
         lobes=judge_lobes(solved, placement, usable=usable) if others else (),
+        elastic_verdict=None if plastic is None else elastic,
         plastic=plastic,
     )
     load = replace(load, warnings=tuple(warnings_of(load)))

@@ -42,11 +42,14 @@ class JudgedLoad:
     by_elements
         Hertz against the contact on the elements' own nodes alone, on the worse of both sides.
     verdict
-        Of Hertz, the worst of both sides: who takes either curvature must be able to rely on it.
+        The verdict on Hertz that was asked for: against bodies that yield if there is a yield stress, else against
+        elastic bodies. It is the worst of both sides: who takes either curvature must be able to rely on it.
     warnings
         What does not change the verdict.
     lobes
         Every lobe and separate patch by itself, in the order of their forces; none where Hertz alone was asked for.
+    elastic_verdict
+        The verdict on Hertz against elastic bodies beside it; None without a yield stress.
     plastic
         The first loading of bodies that may yield, and Hertz against it; None without a yield stress.
     features
@@ -66,11 +69,12 @@ class JudgedLoad:
     verdict: Verdict
     warnings: tuple[str, ...]
     lobes: tuple[LobeJudgement, ...] = ()
+    elastic_verdict: Verdict | None = None
     plastic: PlasticVerdict | None = None
     features: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        case, verdict = self.case, self.answer
+        case, verdict = self.case, self.verdict
         return (
             f"<JudgedLoad {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {self.load_N / 1e3:g} kN:"
             f" {self.status}, Hertz {verdict.answer} by {verdict.measure}>"
@@ -115,18 +119,14 @@ class JudgedLoad:
 
     @property
     def deciding_side(self) -> tuple[Side, Judgement]:
-        """The side that decides the load's verdict; the field side if both agree."""
-        decided = (self.verdict.each, self.verdict.measure)
+        """The side that decides the verdict against elastic bodies; the field side if both agree."""
+        verdict = self.elastic_verdict or self.verdict
+        decided = (verdict.each, verdict.measure)
         return next(
             (side, one)
             for side, one in reversed([*self.sides.items()])
             if (one.verdict.each, one.verdict.measure) == decided
         )
-
-    @property
-    def answer(self) -> Verdict:
-        """The verdict that was asked for: against bodies that yield if there is a yield stress, else `verdict`."""
-        return self.verdict if self.plastic is None else self.plastic.verdict
 
     @property
     def hertz(self) -> HertzContact:
@@ -145,5 +145,5 @@ class JudgedLoad:
 
     @property
     def limit_used(self) -> float:
-        """Largest part of a limit that Hertz uses, on the worst side; above 1 Hertz fails."""
+        """Largest part of a limit that Hertz uses against elastic bodies, on the worst side; above 1 Hertz fails."""
         return float(np.max([side.limit_used for side in self.sides.values()]))

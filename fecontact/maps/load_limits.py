@@ -59,7 +59,7 @@ class KnownLoad:
         excess, least, most = np.max([(side.limit_used, *side.limit_range) for side in sides], axis=0) - 1.0
         return cls(
             load_N=judged.load_N,
-            answer=judged.answer.answer,
+            answer=judged.verdict.answer,
             excess=float(excess),
             least=float(least),
             most=float(most),
@@ -163,7 +163,7 @@ def load_limit(
         intervals=intervals_of([(one.load_N, one.answer) for one in known]),
         reason=None if known else statuses.pop() if len(statuses) == 1 else "no load could be solved",
         note="; ".join(notes) or None,
-        tried=tuple((one.load_N, one.answer.answer) for one in tried),
+        tried=tuple((one.load_N, one.verdict.answer) for one in tried),
         narrowed=stopped is None
         and next_load(known, [cell.load_N for cell in cells], [one.load_N for one in unusable]) is None,
     )

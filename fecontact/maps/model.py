@@ -90,12 +90,12 @@ class MapCell:
     @property
     def verdict(self) -> CellVerdict:
         """The verdict, `failed` where there is none."""
-        return "failed" if self.judged is None else self.judged.answer.answer
+        return "failed" if self.judged is None else self.judged.verdict.answer
 
     @property
     def cause(self) -> str | None:
         """Why Hertz does not hold."""
-        return None if self.judged is None else self.judged.answer.cause
+        return None if self.judged is None else self.judged.verdict.cause
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -98,8 +98,8 @@ def _spoken(limit: str) -> str:
 def _because(position: MapPosition) -> str:
     """Why Hertz fails at the smallest load at which it does; empty where it nowhere does, or nobody knows."""
     loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
-    failing = [one for one in loads if one.usable and one.answer.answer == "FAILS"]
-    cause = min(failing, key=lambda one: one.load_N).answer.cause if failing else None
+    failing = [one for one in loads if one.usable and one.verdict.answer == "FAILS"]
+    cause = min(failing, key=lambda one: one.load_N).verdict.cause if failing else None
     return f", where {CAUSES[cause][1]}" if cause else ""
 
 

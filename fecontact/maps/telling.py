@@ -22,7 +22,7 @@ from fecontact.outputs.verdict_words import theory_words
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.placing import roll_of_case
 
-MAP_SCHEMA = "fecontact/map/5"
+MAP_SCHEMA = "fecontact/map/6"
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:

@@ -20,7 +20,7 @@ from fecontact.outputs.cases import (
 from fecontact.outputs.hertz_terminal import touch_point_table
 from fecontact.outputs.own_profiles import geometry_line
 from fecontact.outputs.parts import Details, Items, Part
-from fecontact.outputs.records.asked import asked_record
+from fecontact.outputs.records.asked import asked_record, elastic_record
 from fecontact.outputs.tables import Item
 from fecontact.outputs.verdict_words import (
     YIELDING,
@@ -56,7 +56,7 @@ def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[
 
 def _answer_lines(record: Item, title: str) -> Iterator[str]:
     """What was asked, the answer, what decided it and why, and what would decide an open one."""
-    elastic, record = record, asked_record(record)
+    elastic, record = elastic_record(record), asked_record(record)
     verdict, against = record["verdict"], f" {YIELDING}" * _yields(record)
     yield f"{title}:" if title else ""
     yield f"Hertz {verdict['answer']}{against}; {reason_of_record(record)}"
@@ -83,9 +83,10 @@ def _theories(record: Item) -> Iterator[str]:
     against = "against elastic bodies: " * _yields(record)
     yield f"{against}{text}" if (text := cheapest_text(record)) else ""
     judged = {name: one for name, one in record["theories"].items() if name != HERTZ_GAUGE and "verdict" in one}
+    elastic = elastic_record(record)
     by_answer: dict[str, list[str]] = {}
     for name, one in judged.items():
-        answer = record["verdict"]["answer"] if name in EITHER_SIDE else one["verdict"]["answer"]
+        answer = elastic["verdict"]["answer"] if name in EITHER_SIDE else one["verdict"]["answer"]
         range_ = " (out of its range)" if one["status"] == "out of range" and name not in EITHER_SIDE else ""
         by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_}")
     yield against + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
@@ -115,7 +116,7 @@ def _details(record: Item, elements: bool) -> Iterator[Part]:
     yield ladder_table(record)
     yield from plastic_tables(record)
     if elements:
-        yield elements_table(record)
+        yield elements_table(elastic_record(record))
         yield _by_elements(record)
     yield from _meshes(record)
     for name, telling in offered("TELLINGS").items():

@@ -13,7 +13,7 @@ from fecontact.outputs.series import series
 from fecontact.outputs.tables import write_csv
 from fecontact.profiles.curve import Profile
 
-STUDY_SCHEMA = "fecontact/study/2"
+STUDY_SCHEMA = "fecontact/study/3"
 
 
 def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> None:

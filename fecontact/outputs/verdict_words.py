@@ -124,11 +124,11 @@ def verdict_reason(load: JudgedLoad) -> str:
 
     With a yield stress this is the verdict against bodies that yield, and the one against elastic bodies comes last.
     """
-    if load.plastic is not None:
+    if load.plastic is not None and load.elastic_verdict is not None:
         decided = load.plastic.deciding
         limits = {"limits": load.case.criteria.limits, "side": "both"}
         reason = _reason({**vars(decided.verdict), **limits}, vars(decided))
-        return f"{YIELDING}, {reason}; {elastic_words(load.verdict.answer)}"
+        return f"{YIELDING}, {reason}; {elastic_words(load.elastic_verdict.answer)}"
     side, judged = load.deciding_side
     reason = _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "side": side}, vars(judged))
     if load.usable:
@@ -238,7 +238,7 @@ def case_annotation(result: CaseResult) -> str:
     fe, hertz = shown_measures(result.load).p_max_MPa, result.comparison.hertz.p_max_MPa
     told = (
         case_words(result.case, result.placement),
-        f"Hertz {result.load.answer.answer}: {verdict_reason(result.load)}",
+        f"Hertz {result.load.verdict.answer}: {verdict_reason(result.load)}",
         f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa",
     )
     return "\n".join(fill(text, _ANNOTATION_WIDTH) for text in told)

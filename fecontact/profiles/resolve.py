@@ -13,9 +13,9 @@ from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, two_arc_rail_head
-from fecontact.profiles.library import GivenProfile, find, is_known, load, may_be_file, names
+from fecontact.profiles.library import GivenProfile, find, is_known, load, may_be_file, names, profile_file
 from fecontact.profiles.points import Points
-from fecontact.profiles.readers.columns import Source, file_bytes, points_of_columns
+from fecontact.profiles.readers.columns import Source, file_bytes, header_radius_mm, points_of_columns
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
 from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face, is_short_form
 from fecontact.profiles.recognition import line_through
@@ -84,6 +84,32 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
     if has_no_gauge_face(spec):
         raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
     return WheelProfile(profile=_resolve(spec, "wheel", reading))
+
+
+# Rounding and wear between two measurements are less.
+_SAME_RADIUS_MM = 1.0
+
+
+def radius_of_file_mm(spec: str) -> float | None:
+    """Rolling radius (mm) that the header of a wheel's file gives; None without a file or such a header."""
+    if (path := profile_file(spec)) is None:
+        return None
+    state = path.stat()
+    return _radius_once(path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size))
+
+
+@lru_cache(maxsize=64)
+def _radius_once(path: Path, state: tuple[int, ...]) -> float | None:
+    """Rolling radius of a file that stays as it is: each case and each placement asks for it."""
+    return header_radius_mm(path)
+
+
+def radius_note(spec: str, radius_mm: float) -> str:
+    """What a rolling radius contradicts in the header of a wheel's file; empty for nothing."""
+    of_file = radius_of_file_mm(spec)
+    if of_file is None or abs(of_file - radius_mm) <= _SAME_RADIUS_MM:
+        return ""
+    return f"the rolling radius is {radius_mm:g} mm as given, but {of_file:g} mm in the header of {Path(spec).name}"
 
 
 # What a line of exact segments uses of a reading: it has no points to be scaled, chosen or smoothed.

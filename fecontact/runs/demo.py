@@ -127,7 +127,7 @@ def shown_case(made: ApplicabilityMap) -> Case | None:
     loads = [cell.usable for cell in made.cells if cell.usable is not None]
     if not loads:
         return None
-    worst = max(loads, key=lambda load: (load.answer.answer == "FAILS", abs(load.deviation["p_max_MPa"])))
+    worst = max(loads, key=lambda load: (load.verdict.answer == "FAILS", abs(load.deviation["p_max_MPa"])))
     return replace(BASE, lateral_shift_mm=worst.case.lateral_shift_mm, load_N=worst.load_N)
 
 

@@ -82,7 +82,7 @@ def _stretch(interval: LoadInterval, loads_N: Sequence[float]) -> str:
 def _causes(position: MapPosition) -> str:
     """The causes at all loads at which Hertz fails, by increasing load."""
     loads = sorted((load for load in position.solved if load.usable), key=lambda load: load.load_N)
-    causes = dict.fromkeys(load.answer.cause for load in loads if load.answer.answer == "FAILS")
+    causes = dict.fromkeys(load.verdict.cause for load in loads if load.verdict.answer == "FAILS")
     return join_words([CAUSES[cause][1] if cause else "of an unknown cause" for cause in causes])
 
 

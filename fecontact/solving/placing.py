@@ -20,7 +20,13 @@ from fecontact.placement.wheelset import (
 )
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.reading import CIRCLE, has_no_gauge_face, makes_a_wheelset
-from fecontact.profiles.resolve import refuse_unused_reading, resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import (
+    radius_note,
+    radius_of_file_mm,
+    refuse_unused_reading,
+    resolve_rail,
+    resolve_wheel,
+)
 from fecontact.solving.loaded_wheelset import place_loaded_wheelset
 
 # --- The wheel of a case on its rail, alone or in a wheelset; fast enough for tables.
@@ -74,12 +80,12 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
         rail or resolve_rail(case.rail, case.rail_file),
-        wheel or case_wheel.profile,
+        wheel or _with_radius_note(case_wheel.profile, case.wheel, case.rolling_radius_mm),
         inclination_rad=_inclination_rad(case, case.rail),
         lateral_shift_mm=case.lateral_shift_mm,
         roll_rad=case.roll_rad,
         yaw_rad=case.yaw_rad,
-        rolling_radius_mm=case_wheel.rolling_radius_mm or case.rolling_radius_mm,
+        rolling_radius_mm=float(case_wheel.rolling_radius_mm or case.rolling_radius_mm),
         track=_track(case, case.rail),
         side=case.side,
         flange_climb=case.flange_climb,
@@ -132,15 +138,24 @@ def _refuse_unused_readings(case: Case, rail: Profile | None, wheel: Profile | N
 
 def _pair(case: Case, side: Opposite, rail_line: Profile | None, wheel_line: Profile | None) -> Pair:
     """The pair of a side; the case gives what the side leaves open, and a side's radius overrides its wheel's text."""
-    rail, resolved = side.rail or case.rail, resolve_wheel(side.wheel or case.wheel, case.wheel_file)
+    rail, wheel = side.rail or case.rail, side.wheel or case.wheel
+    resolved = resolve_wheel(wheel, case.wheel_file)
+    of_text = resolved.rolling_radius_mm or (radius_of_file_mm(side.wheel) if side.wheel else None)
+    radius_mm = side.rolling_radius_mm or of_text or case.rolling_radius_mm
     return pair_of(
         rail_line or resolve_rail(rail, case.rail_file),
-        wheel_line or resolved.profile,
+        wheel_line or _with_radius_note(resolved.profile, wheel, radius_mm),
         inclination_rad=_inclination_rad(case, rail),
-        rolling_radius_mm=side.rolling_radius_mm or resolved.rolling_radius_mm or case.rolling_radius_mm,
+        rolling_radius_mm=float(radius_mm),
         track=_track(case, rail),
         flange_climb=case.flange_climb,
     )
+
+
+def _with_radius_note(wheel: Profile, spec: str, radius_mm: float) -> Profile:
+    """A wheel with a note if the header of its file contradicts the rolling radius."""
+    note = radius_note(spec, radius_mm)
+    return replace(wheel, notes=(*wheel.notes, note)) if note else wheel
 
 
 def _inclination_rad(case: Case, rail: str) -> float:

@@ -107,8 +107,13 @@ class CaseResult:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether Hertz holds, by which measure, and why it does not."""
+        """Whether Hertz holds, by which measure, and why it does not; with a yield stress against bodies that yield."""
         return self.load.verdict
+
+    @property
+    def elastic_verdict(self) -> Verdict | None:
+        """The verdict against elastic bodies; None without a yield stress, where `verdict` is against them."""
+        return self.load.elastic_verdict
 
     @property
     def comparison(self) -> Comparison:

@@ -21,7 +21,7 @@ import fecontact
 from fecontact import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded, of_many
-from fecontact.errors import ConvergenceError, FecontactError, InputError
+from fecontact.errors import ConvergenceError, InputError, ProgramError
 from fecontact.features.fleet import pair_jobs, reading, running, screening
 from fecontact.features.fleet.answer import answer_of
 from fecontact.features.fleet.model import read_fleet
@@ -34,8 +34,10 @@ from fecontact.features.fleet.screening_rows import COLUMN
 from fecontact.features.fleet.strip_deviations import OF_STRIPS, off_strips
 from fecontact.judging.measures import deviations_of
 from fecontact.profiles.examples import write_examples
+from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.writers import points_along
 from fecontact.solving.alone import normal_force_of
 from fecontact.solving.placing import place_case, wheelset_of_case
 from fecontact.solving.position import expect_on_half_space
@@ -297,6 +299,37 @@ def test_a_wheel_has_the_radius_of_its_table_and_no_other_than_a_case_can_have(t
     assert found.refused["wheel b"].startswith("rolling radius is -3")
 
 
+def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_one(tmp_path, monkeypatch):
+    cases = set()
+    monkeypatch.setattr(screening.ScreeningPair, "rows", lambda self: cases.add(self.case.rolling_radius_mm) or [])
+    monkeypatch.setattr(running, "write_screen", lambda *given: {"HOLDS": 1.0})
+    path = file_of(tmp_path, ["60E1"])
+    text = path.read_text().replace('["S1002", "measured/wheel.csv"]', '"wheels.csv"')
+    points = points_along(load("S1002"))
+    rows = "".join(f"{y + 70.0:.6f} {-z:.6f}\n" for y, z in points[::-1])
+    head = "ColumnDef=X,Y\nWheelDiameterTaperline=70.0\nDiameterTaperline=719.1924\n\n"
+    for name in ("a", "b"):
+        # a file with the same content would be refused
+        (tmp_path / f"{name}.whl").write_text(f"Filename={name}\n{head}{rows}")
+    (tmp_path / "wheels.csv").write_text("file,name,rolling_radius_mm\na.whl,a,\nb.whl,b,425\nS1002,c,\n")
+    path.write_text(text)
+    found = run(path, tmp_path / "out")
+    assert cases == {359.5962, 425.0, 460.0}
+    assert [note for note in found.notes["wheel b"] if "mm as given" in note] == [
+        "the rolling radius is 425 mm as given, but 359.596 mm in the header of b.whl"
+    ]
+    assert not [note for note in found.notes["wheel a"] if "mm as given" in note]
+    assert [note for note in found.notes["wheel a"] if "gives the rolling radius 359.596 mm" in note]
+    stored = duckdb.sql(f"select name, rolling_radius_mm from '{tmp_path}/out/profiles.parquet' where body = 'wheel'")
+    assert dict(stored.fetchall())["a"] == 359.5962
+    # a radius that the case of the fleet gives counts for all
+    cases.clear()
+    path.write_text(f"{text}[case]\nrolling_radius_mm = 440\n")
+    found = run(path, tmp_path / "given")
+    assert cases == {440.0, 425.0}
+    assert any("is 440 mm as given, but 359.596 mm" in note for note in found.notes["wheel a"])
+
+
 def test_few_wheels_meet_few_rails_at_a_time():
     pairs = [(f"w{wheel:02d}", f"r{rail:02d}") for wheel in range(40) for rail in range(40)]
     ordered = pair_jobs._in_tiles(pairs)
@@ -442,9 +475,7 @@ def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, 
 
     path = file_of(tmp_path)
     monkeypatch.setattr(screening, "position_row", wrong)
-    with pytest.raises(
-        FecontactError, match=rf"4 of 4 jobs ended with an error of the program.*{type(error).__name__}"
-    ):
+    with pytest.raises(ProgramError, match=rf"4 of 4 jobs ended with an error of the program.*{type(error).__name__}"):
         run(path, tmp_path / "out")
     assert not (tmp_path / "out" / "screen").exists()
     # with a mended program the same command resumes

@@ -39,7 +39,7 @@ from fecontact.cli import call
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact_theories.approximation import mean_pressure
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES
-from fecontact.errors import InputError, NotEnoughMemory
+from fecontact.errors import InputError, NotEnoughMemory, ProgramError
 from fecontact.files import json_text
 from fecontact.inputs.texts import parse_numbers
 from fecontact.jobs.engine import RunSettings
@@ -1299,6 +1299,37 @@ def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatc
     assert "faulty_position" in (tmp_path / "positions" / f"{name}.error.txt").read_text("utf-8")
 
 
+def test_an_error_of_the_program_is_no_cell(run, tmp_path, monkeypatch):
+    def wrong(case, loads_N, tell=None):
+        if case.lateral_shift_mm == 1.0:
+            raise KeyError("area_mm2")
+        return fake_position(case, loads_N)
+
+    monkeypatch.setattr(map_positions, "solve_position", wrong)
+    shifts = [3.0, 0.0, 1.0]
+    with pytest.raises(ProgramError, match=r"1 of 3 jobs ended.*\(\+1.00 mm\) with KeyError: 'area_mm2'"):
+        run(tmp_path, shifts, loads=FEW_LOADS, crew=in_process(2))
+    stored = json.loads((tmp_path / "map.json").read_text("utf-8"))
+    assert stored["lateral_shifts_mm"] == [0.0, 3.0]
+    assert not (tmp_path / "report.html").exists()
+    assert "KeyError" not in (tmp_path / "map.csv").read_text("utf-8")
+    # with a corrected program the same command resumes
+    monkeypatch.setattr(map_positions, "solve_position", fake_position)
+    outcome = run(tmp_path, shifts, loads=FEW_LOADS, crew=in_process(2))
+    assert outcome.made.lateral_shifts_mm == (0.0, 1.0, 3.0)
+    assert all(cell.usable for cell in outcome.made.cells)
+    assert len(outcome.reused) == 2
+
+
+def test_a_map_of_errors_of_the_program_alone_says_so(run, tmp_path, monkeypatch):
+    def wrong(case, loads_N, tell=None):
+        raise TypeError("no such thing")
+
+    monkeypatch.setattr(map_positions, "solve_position", wrong)
+    with pytest.raises(ProgramError, match=r"2 of 2 jobs ended.*TypeError: no such thing"):
+        run(tmp_path, [0.0, 1.0], loads=FEW_LOADS, crew=in_process(2))
+
+
 def faulty_position(case, loads_N, tell=None):
     if case.lateral_shift_mm == 1.0:
         raise RuntimeError("a fault\nof the program")
@@ -1923,9 +1954,9 @@ def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two
 
 
 def test_a_map_of_another_layout_is_refused(one):
-    edited(one / "map.json", lambda text: text.replace("fecontact/map/5", "fecontact/map/3"))
+    edited(one / "map.json", lambda text: text.replace("fecontact/map/6", "fecontact/map/3"))
     for read in (fecontact.load, lambda folder: judge_map(folder, Criteria())):
-        with pytest.raises(InputError, match="its layout is not fecontact/map/5; make the map again"):
+        with pytest.raises(InputError, match="its layout is not fecontact/map/6; make the map again"):
             read(one)
 
 
@@ -2339,6 +2370,6 @@ def test_loads_between_those_of_a_map_yield_too(tmp_path):
     for judged in (*position.tried, *(cell.judged for cell in position.cells)):
         assert judged.plastic is not None
     # yielding takes more of the peak under a larger load: what failed under 60 kN does not hold just below it
-    answers = [judged.answer.answer for judged in sorted(position.tried, key=lambda one: one.load_N)]
-    assert position.cells[-1].judged.answer.answer == "FAILS"
+    answers = [judged.verdict.answer for judged in sorted(position.tried, key=lambda one: one.load_N)]
+    assert position.cells[-1].judged.verdict.answer == "FAILS"
     assert answers[-1] != "HOLDS"

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fecontact.errors import FecontactError
 from fecontact.features.fleet.reading import origin
 from fecontact.jobs.engine import OpenRun, finish
 from fecontact.jobs.workers import Done, Job, Work
@@ -19,8 +18,8 @@ def do_jobs(
 
     Raises
     ------
-    FecontactError
-        A job ended with an error of the program, which is neither a result nor a refusal.
+    ProgramError
+        If jobs ended with an error of the program, which is neither a result nor a refusal.
     """
     found: dict[str, Done] = {}
     here = folder.absolute()
@@ -37,11 +36,4 @@ def do_jobs(
         for name, work in works.items()
     ]
     finish(jobs, by, on_done=lambda done: found.update({done.name: done}))
-    if wrong := [done for done in found.values() if done.program_error]:
-        first = wrong[0]
-        raise FecontactError(
-            f"{len(wrong)} of {len(jobs)} jobs ended with an error of the program, the first one,"
-            f" {labels[first.name]}, with {first.failure} in {here}; nothing is reported of a fleet with such errors;"
-            " report the error; with a mended program the same command resumes"
-        )
     return found

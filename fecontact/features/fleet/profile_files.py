@@ -17,6 +17,7 @@ from fecontact.inputs.kinds import as_truth
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import Done
 from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import radius_note, radius_of_file_mm
 from fecontact.runs.identity import json_digest
 
 
@@ -27,11 +28,12 @@ class ReadProfile:
     given: Candidate
     record: Mapping[str, Any]
     kept: Kept | None = None
+    radius_note: str = ""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What its reader assumed."""
-        return tuple(self.record.get("notes", ()))
+        """What its reader assumed, and what contradicts its header."""
+        return (*self.record.get("notes", ()), *filter(None, (self.radius_note,)))
 
     @property
     def row(self) -> Row:
@@ -66,6 +68,20 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
     return one
 
 
+def with_radius(fleet: Fleet, one: Candidate) -> Candidate:
+    """A wheel with the rolling radius of its file's header, where neither its table nor the case gives one."""
+    if one.body == "rail" or fleet.case.is_radius_given or one.known.get("rolling_radius_mm") is not None:
+        return one
+    radius = radius_of_file_mm(one.spec)
+    return one if radius is None else replace(one, known={**one.known, "rolling_radius_mm": radius})
+
+
+def _radius_note(fleet: Fleet, one: Candidate) -> str:
+    """What the rolling radius of a wheel contradicts in the header of its file; empty for nothing."""
+    radius = one.known.get("rolling_radius_mm")
+    return "" if one.body == "rail" else radius_note(one.spec, radius or fleet.case.rolling_radius_mm)
+
+
 def reading_of_candidate(fleet: Fleet, one: Candidate) -> Reading:
     """Reading options of a profile: those of the fleet with the side in its table."""
     base = fleet.case.wheel_file if one.body == "wheel" else fleet.case.rail_file
@@ -95,7 +111,10 @@ def read_profiles(fleet: Fleet, found: Sequence[Candidate], out: Path, by: OpenR
             works[names[-1]] = work
     folder = out / "profiles"
     done = do_jobs(works, {name: Path(work.spec).name for name, work in works.items()}, folder, read_record, by)
-    return [_kept(one, done.get(name), works.get(name), folder / name) for one, name in zip(found, names, strict=True)]
+    return [
+        replace(_kept(one, done.get(name), works.get(name), folder / name), radius_note=_radius_note(fleet, one))
+        for one, name in zip(found, names, strict=True)
+    ]
 
 
 def _kept(one: Candidate, done: Done | None, work: ReadingProfile | None, folder: Path) -> ReadProfile:

@@ -16,7 +16,7 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.pair_jobs import screen_pairs, weigh_pairs, write_screen
 from fecontact.features.fleet.population import BODIES, Pair, candidates
-from fecontact.features.fleet.profile_files import mark_unusable, read_profiles, refusal_reason
+from fecontact.features.fleet.profile_files import mark_unusable, read_profiles, refusal_reason, with_radius
 from fecontact.features.fleet.reading import origin
 from fecontact.features.fleet.tables import PROFILES, of_arrow, write_table
 from fecontact.files import write_sealed, write_text
@@ -90,7 +90,7 @@ def run_fleet(
     asked, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     if settings.part is not None:
         raise InputError("fleets have no parts; give --scheduler for many machines")
-    found = [mark_unusable(asked, one) for body in BODIES for one in candidates(asked, body)]
+    found = [mark_unusable(asked, with_radius(asked, one)) for body in BODIES for one in candidates(asked, body)]
     prepare(folder, FLEET, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as by:
         profiles = read_profiles(asked, found, folder, by)

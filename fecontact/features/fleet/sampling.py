@@ -22,6 +22,7 @@ from fecontact.jobs.remaining import Progress
 from fecontact.outputs.cases import NO_VERDICT, verdict_of
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.pair_names import Row
+from fecontact.outputs.records.asked import asked_row
 from fecontact.runs.casefile import Study
 from fecontact.runs.study import StudyOutcome, run_study
 
@@ -138,6 +139,7 @@ def _solved(row: Row) -> Record:
     A failure that is certain counts although the finite elements must not be used; how far Hertz is off is not known
     then.
     """
+    row = asked_row(row)
     answer = verdict_of(row)
     verdict = UNSOLVED if answer == NO_VERDICT else answer if answer in (HOLDS, FAILS) else OPEN
     off = {

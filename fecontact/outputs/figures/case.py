@@ -69,7 +69,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     def write(left: float, top: float, text: str, **style: Any) -> None:
         figure.text(left / width, top / height, text, va="top", **style)
 
-    answer = load.answer.answer
+    answer = load.verdict.answer
     box = {"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
     write(0.18, height - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
     after = 0.45 + 0.155 * len(f"Hertz {answer}")

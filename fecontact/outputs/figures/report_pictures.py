@@ -112,7 +112,7 @@ def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
             ax.set_axis_on()
         _draw_small(over, below, load, placement)
         shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
-        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.answer.answer}")
+        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.verdict.answer}")
         if number:
             below.get_legend().remove()
     return figure

@@ -10,27 +10,33 @@ from fecontact.outputs.tables import Item
 
 
 def asked_record(record: Item) -> Item:
-    """A record whose `verdict`, `fe` and Hertz are those against bodies that yield; itself without a yield stress."""
+    """A record whose `fe` and Hertz are those against bodies that yield, as its verdict is.
+
+    Returns the record itself without a yield stress.
+    """
     if (plastic := record.get("plastic")) is None:
         return record
     judged, theories = plastic[HERTZ], record["theories"]
-    verdict = {**record["verdict"], **judged["verdict"], "limit_used": judged["limit_used"], "side": "both"}
     against = {name: judged[name] for name in ("deviation", "uncertainty", "verdict", "limit_used")}
     return {
         **record,
         "fe": {**record["fe"], **measures_in(plastic)},
-        "verdict": verdict,
         "theories": {**theories, HERTZ: {**theories[HERTZ], **against}},
     }
 
 
-def asked_row(row: Item) -> Item:
-    """A row whose verdict, deviations and measures are those against bodies that yield; itself without a yield stress.
+def elastic_record(record: Item) -> Item:
+    """A record with the verdict against elastic bodies; itself without a yield stress."""
+    return {**record, "verdict": record["elastic_verdict"]} if record.get("plastic") is not None else record
 
-    `elastic_verdict_answer` is the verdict against elastic bodies. Other theories are judged against elastic bodies
-    alone, so that the row names none.
+
+def asked_row(row: Item) -> Item:
+    """A row whose deviations and measures are those against bodies that yield, as its verdict is.
+
+    Other theories are judged against elastic bodies alone, so that the row names none. Returns the row itself without a
+    yield stress.
     """
-    if not row.get("plastic_hertz_verdict_answer"):
+    if not row.get("elastic_verdict_answer"):
         return row
     own = ("deviation_", "uncertainty_")
     found: Record = {
@@ -38,9 +44,8 @@ def asked_row(row: Item) -> Item:
     }
     for name, value in row.items():
         of_hertz, measure = name.removeprefix("plastic_hertz_"), name.removeprefix("plastic_")
-        if name.startswith("plastic_hertz_"):
-            of = "verdict_" if of_hertz == "limit_used" else f"{HERTZ}_" if of_hertz.startswith(own) else ""
-            found[f"{of}{of_hertz}"] = value
+        if name.startswith("plastic_hertz_") and of_hertz.startswith(own):
+            found[f"{HERTZ}_{of_hertz}"] = value
         elif name != measure and measure in MEASURES:
             found[f"fe_{measure}"] = value
-    return {**row, **found, "elastic_verdict_answer": row["verdict_answer"]}
+    return {**row, **found}

@@ -19,9 +19,12 @@ def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
 
 
 def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
-    """Every judged theory; Hertz by the worst of both sides: who takes either curvature must be able to rely on it."""
+    """Every judged theory, against elastic bodies; Hertz by the worst of both sides.
+
+    Who takes either curvature must be able to rely on it.
+    """
     worst = max(load.sides.values(), key=lambda side: side.limit_used)
-    return {HERTZ: replace(worst, verdict=load.verdict)} | other_theories(load)
+    return {HERTZ: replace(worst, verdict=load.elastic_verdict or load.verdict)} | other_theories(load)
 
 
 def cheapest_of(load: JudgedLoad) -> Standing:

@@ -47,8 +47,8 @@ from fecontact.solving.solve import CaseResult
 
 Row: TypeAlias = Record
 
-RESULT_SCHEMA = "fecontact/result/5"
-ROW_SCHEMA = "fecontact/row/2"
+RESULT_SCHEMA = "fecontact/result/6"
+ROW_SCHEMA = "fecontact/row/3"
 FOUND_INPUTS = ("roll_mrad",)
 """What a record of a case has beside its inputs: the roll as it stands, found or given."""
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
@@ -63,6 +63,7 @@ _LEFT_OUT = (
     *("solver_elements_*", "solver_node*", "solver_zone*", "solver_[cp]*", "von_mises_*_[xy]_mm"),
     *("solver_force_balance", "solver_moment_balance"),
     *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "*verdict_lines_*"),
+    *("elastic_verdict", "elastic_verdict_warnings"),
 )
 _OF_CHEAP_THEORIES = (
     *("status", "verdict_answer", "verdict_measure", "limit_used"),
@@ -116,15 +117,7 @@ def load_record(load: JudgedLoad) -> Record:
     plastic = contacts.pop(PLASTIC.end, None)
     return {
         "status": load.status,
-        "verdict": {
-            **told(load.verdict),
-            **_share(load.verdict),
-            "limit_used": load.limit_used,
-            # with whose curvature, where the touch point lies at a junction
-            "side": load.deciding_side[0],
-            "limits": dict(load.case.criteria.limits),
-            "warnings": list(load.warnings),
-        },
+        **_verdict_records(load),
         **cheapest_columns("cheapest_theory", cheapest_of(load)),
         "normal_force_N": load.normal_force_N,
         # separate patches of the half-space are read one by one as a theory, and together as a rung
@@ -147,6 +140,22 @@ def load_record(load: JudgedLoad) -> Record:
             if name in load.features
         },
         "solver": _solver_record(load),
+    }
+
+
+def _verdict_records(load: JudgedLoad) -> Record:
+    """The verdict that was asked for, and beside it the verdict against elastic bodies; None without a yield stress."""
+    more = {"limits": dict(load.case.criteria.limits), "warnings": list(load.warnings)}
+    of_elastic = load.elastic_verdict or load.verdict
+    # with whose curvature, where the touch point lies at a junction
+    used = {"limit_used": load.limit_used, "side": load.deciding_side[0]}
+    elastic = {**told(of_elastic), **_share(of_elastic), **used, **more}
+    if load.plastic is None:
+        return {"verdict": elastic, "elastic_verdict": None}
+    used = {"limit_used": load.plastic.deciding.limit_used, "side": "both"}
+    return {
+        "verdict": {**told(load.verdict), **_share(load.verdict), **used, **more},
+        "elastic_verdict": elastic,
     }
 
 

@@ -370,7 +370,7 @@ _OWN_KEY = re.compile(
 _OFFSETS = (("xoffset", "xoff"), ("yoffset", "yoff"))
 _ALIGNMENT = ("aligndx", "aligndy", "alignda")
 _KINDS: dict[str, Kind] = {".ban": "rail", ".whl": "wheel"}
-_TAPERLINE = "wheeldiametertaperline"
+_TAPERLINE, _DIAMETER = "wheeldiametertaperline", "diametertaperline"
 # Where the tip of a flange lies over the back of the flange (mm): 15.5 mm on the S1002.
 _TIP_OVER_BACK_MM = (5.0, 30.0)
 _TAPE_CIRCLE_MM = (40.0, 100.0)
@@ -459,13 +459,30 @@ def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> t
 
 def _diameter(keys: dict[str, str], source: Source) -> list[str]:
     """What the header says of the diameter at the tape circle, which belongs to the case."""
-    diameter = _value(keys.get("diametertaperline", ""), "DiameterTaperline", source)
+    diameter = _value(keys.get(_DIAMETER, ""), "DiameterTaperline", source)
     if source.kind == "rail" or diameter <= 0.0:
         return []
     return [
-        f"DiameterTaperline = {diameter:g} mm of the header is not applied: --rolling-radius-mm {0.5 * diameter:g}"
-        " gives the wheel this radius"
+        f"DiameterTaperline = {diameter:g} mm of the header gives the rolling radius {0.5 * diameter:g} mm, which"
+        " counts unless another one is given"
     ]
+
+
+def header_radius_mm(path: Path) -> float | None:
+    """Rolling radius (mm) from the header of a MiniProf wheel file; None of any other file.
+
+    A file that cannot be read has none: whoever reads its points says why.
+    """
+    kind = _KINDS.get(path.suffix.lower())
+    if kind == "rail" or (kind is None and not is_miniprof(path)):
+        return None
+    try:
+        keys, _ = _split_header(read_text(path))
+        source = Source(what=str(path), kind="wheel", reading=Reading())
+        diameter = _value(keys.get(_DIAMETER, ""), "DiameterTaperline", source)
+    except InputError:
+        return None
+    return 0.5 * diameter if diameter > 0.0 else None
 
 
 def _split_header(text: str) -> tuple[dict[str, str], str]:
