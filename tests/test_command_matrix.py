@@ -3,12 +3,16 @@
 import json
 import math
 import random
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 from command_matrix import FAST, SOLVING, ending, irregular, pair, try_lines
 
+from fecontact.case import Case
 from fecontact.contact_theories.registry import THEORIES
+from fecontact.inputs.texts import parse_inclination
+from fecontact.solving.solve import solve
 
 # what is the same from the other side
 MIRRORED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm", "normal_force_N")
@@ -110,3 +114,53 @@ def test_patches_share_the_whole_normal_force(seed):
             # along the normal of each: together they carry the wheel
             vertical = sum(patch["normal_force_N"] * math.cos(patch["contact_angle_rad"]) for patch in told["patches"])
             assert vertical == pytest.approx(50e3, rel=1e-3)
+
+
+# --- what solved cases have in common --------------------------------------------------------------------------------
+
+OF_FE = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(6))
+def test_solved_cases_balance_mirror_and_press_deeper(seed):
+    rng = random.Random(seed)
+    rail, wheel, inclination = (word.split("=")[1] for word in pair(rng))
+    left = Case(
+        rail=rail,
+        wheel=wheel,
+        inclination_rad=parse_inclination(inclination),
+        lateral_shift_mm=round(rng.uniform(-6.0, 5.0), 2),
+        load_N=1e3 * rng.choice((20, 60)),
+        load_kind="normal",
+        resolution="quick",
+        refine="never",
+    )
+    right = replace(left, side="right", lateral_shift_mm=-left.lateral_shift_mm)
+    one, mirrored, heavier = (solve(case) for case in (left, right, replace(left, load_N=1.8 * left.load_N)))
+    for result in (one, mirrored, heavier):
+        field = result.load.fe.pressure.whole()
+        if result.load.comparison.patch.pieces == 1:
+            # where the surface turns below the patch, less of the pressure counts along the normal at first touch; in
+            # planes of their own patches do so too
+            area = field.grid.weights * math.prod(field.grid.steps_mm)
+            assert float((area * field.values).sum()) == pytest.approx(result.normal_force_N, rel=2e-3)
+            assert result.normal_force_N == pytest.approx(result.case.load_N, rel=1e-6)
+        verdict, limits = result.verdict, result.case.criteria.limits
+        each = {name: answer_of_numbers(result.load, name, limit) for name, limit in limits.items()}
+        assert dict(verdict.each) == each
+    own, other = (result.comparison.fe.as_dict() for result in (one, mirrored))
+    for measure in OF_FE:
+        # the mesh is mirrored too, up to the rounding of its nodes
+        assert other[measure] == pytest.approx(own[measure], rel=1e-4), measure
+    assert mirrored.verdict.each == one.verdict.each
+    for measure in ("p_max_MPa", "area_mm2", "approach_mm"):
+        assert heavier.comparison.fe.as_dict()[measure] > own[measure], measure
+
+
+def answer_of_numbers(load, measure: str, limit: float) -> str:
+    """The answer that deviation, uncertainty and limit of a measure give."""
+    off, unsure = abs(load.deviation[measure]), load.uncertainty[measure]
+    if off - unsure > limit:
+        return "FAILS"
+    return "HOLDS" if off + unsure < limit else "UNRESOLVED"

@@ -14,7 +14,7 @@ from fecontact.case import Case, Track
 from fecontact.errors import InputError
 from fecontact.placement.carrying import climbs_at
 from fecontact.placement.poses import RailPose, WheelPose, place_rail
-from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, place
+from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, place, possible_shifts
 from fecontact.profiles.curve import Profile, circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Line, Polynomial
@@ -580,3 +580,20 @@ def test_a_circle_has_no_inclination(radius_mm):
         assert placed.rail.inclination_rad == 0.0
         assert placed.first.rail_y_mm == pytest.approx(0.0, abs=1e-6)
         assert placed.first.contact_angle_rad == pytest.approx(0.0, abs=1e-9)
+
+
+def test_possible_shifts_leave_out_those_between_that_are_not():
+    # a wheel stands on a crane rail beyond the corner of its tread, and on its tread, and not between
+    case = Case(rail="A120", wheel="EN15302_A", inclination_rad=1 / 30, lateral_shift_mm=-3.64)
+    with pytest.raises(InputError, match="the corner of its tread") as refused:
+        place_case(case)
+    possible = "shifts between -40 and -23 mm and between 3 and 7.5 mm (in steps of 0.5 mm) are possible"
+    assert possible in str(refused.value)
+    for shift in (-23.0, 3.0, 7.5):
+        assert place_case(replace(case, lateral_shift_mm=shift)).touch_points
+    for shift in (-22.5, 2.5):
+        with pytest.raises(InputError, match="lateral shift"):
+            place_case(replace(case, lateral_shift_mm=shift))
+    only = possible_shifts(lambda shift: "no" if shift not in (-1.0, 4.0, 4.5) else None)
+    assert only == "shifts of -1 mm and between 4 and 4.5 mm (in steps of 0.5 mm) are possible"
+    assert possible_shifts(lambda shift: "no").startswith("no shift between -40 and 40 mm")

@@ -40,7 +40,8 @@ def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bo
     Class of cost: one sum over the strips for each approach. Source: Kik and Piotrowski (1996); Piotrowski and Kik
     (2008), eqs 7 and 13. Modified: several regions are treated one by one, each with the approach of its deepest point,
     and their forces are added. The shape correction follows citations of the 2008 paper; neither paper was seen in
-    print. Range: not Hertz for constant curvature, where the peak is 6 to 11 % low and the area 7 to 12 % large.
+    print. Range: not Hertz for constant curvature, where the peak is 6 to 11 % low and the area 7 to 12 % large
+    for a/b from 0.3 to 3; at 0.1 and 10 the peak is 19 % low and the area 24 % large.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     level = VIRTUAL_PENETRATION * approach_mm

@@ -28,7 +28,7 @@ from fecontact.contact_theories.stripes import stripes_at
 from fecontact.contact_theories.strips import gap_line_under_load, strip
 from fecontact.contact_theories.touch_hertz import ends_beneath, hertz_points
 from fecontact.errors import InputError
-from fecontact.placement.poses import RelativeCurvature
+from fecontact.placement.poses import RelativeCurvature, TouchPoint
 from fecontact.placement.wheel_on_rail import Placement
 
 
@@ -99,13 +99,30 @@ def _outside_hertz(placement: Placement, hertz: HertzContact) -> tuple[str, ...]
     notes = [end] if (end := ends_beneath(placement, first, hertz)) else []
     if first.at_junction:
         notes.append("the touch point lies at a curvature junction: the ellipse has the curvature of one side")
-    closed = sum(
-        hertz.approach_mm * float(touch.normal @ first.normal) > touch.vertical_gap_mm * float(touch.normal[2])
-        for touch in placement.touch_points
-    )
+    closed = len(_closed_touches(placement, hertz.approach_mm))
     if closed > 1:
         notes.append(f"at its approach {closed} touch points are closed, of which it has one")
     return tuple(notes)
+
+
+def _closed_touches(placement: Placement, approach_mm: float) -> list[TouchPoint]:
+    """The touch points that an approach along the normal at first touch closes."""
+    return [
+        touch
+        for touch in placement.touch_points
+        if approach_mm * float(touch.normal @ placement.first.normal) > touch.vertical_gap_mm * float(touch.normal[2])
+    ]
+
+
+def _beyond_line(placement: Placement, line: GapLine, approach_mm: float) -> tuple[str, ...]:
+    """Why a theory of a gap line is out of its range: closed touch points that the line does not reach."""
+    low, high = line.surface_mm[0], line.surface_mm[-1]
+    beyond = [touch for touch in _closed_touches(placement, approach_mm) if not low <= placement.arc_mm(touch) <= high]
+    return tuple(
+        f"at its approach the touch point at y = {touch.rail_y_mm:+z.2f} mm on the rail is closed too, which its line"
+        " does not reach"
+        for touch in beyond
+    )
 
 
 def _at_first_touch(loaded: Loaded) -> Approximation:
@@ -158,7 +175,12 @@ def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bo
             return str(error)
         if not (found.half_length_mm > 0.0).any():
             return "; ".join(found.notes) or "no strip is in contact"
-        return of_strips(_on_surface(found, line) if in_plane else found)
+        contact = of_strips(_on_surface(found, line) if in_plane else found)
+        beyond = _beyond_line(loaded.placement, line, contact.approach_mm)
+        if not beyond:
+            return contact
+        status = "out of range" if contact.status == "solved" else contact.status
+        return replace(contact, status=status, notes=(*contact.notes, *beyond))
 
     return approximate
 

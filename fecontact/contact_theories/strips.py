@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from fecontact.contact_theories.gap_line import (
     GapLine,
@@ -21,6 +22,9 @@ STRIPS = 100
 _FEWEST_STRIPS = 20
 # They give the approach within 0.02 % of 100.
 _STRIPS_OF_SLIDE = 32
+# Strips narrower than half a step of the line see the kinks between its places: with five strips a step the peak of a
+# patch that is 0.4 mm wide and 15 times as long is 6.6 % too high, on a smooth curve 0.5 %.
+_MOST_STRIPS_A_STEP = 2
 
 
 def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> StripContact:
@@ -46,20 +50,24 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
     return _solved(line, strips, Load(approach=approach_mm))
 
 
+def _line_of(line: GapLine, finer: int = 1) -> Line:
+    """A gap line for the strip method, with so many places for each of its own, on a smooth curve through these."""
+    t = np.linspace(line.t_mm[0], line.t_mm[-1], finer * (line.t_mm.size - 1) + 1)
+    surface, f, turned = (
+        values if finer == 1 else CubicSpline(line.t_mm, values)(t)
+        for values in (line.surface_mm, line.f_mm, line.turned_rad)
+    )
+    return Line(t=surface, f=f, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.cos(turned))
+
+
 def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
     if strips < _FEWEST_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: {_FEWEST_STRIPS} and more; 100 are good to 0.1 %")
-    solved = solve_strips(
-        Line(
-            t=line.surface_mm,
-            f=line.f_mm,
-            A=line.A_per_mm,
-            E=line.contact_modulus_MPa,
-            closing=np.cos(line.turned_rad),
-        ),
-        load,
-        Search(strips=strips),
-    )
+    search = Search(strips=strips)
+    solved = solve_strips(_line_of(line), load, search)
+    finer = math.ceil(line.step_mm / float(solved.h.min()))
+    if finer > _MOST_STRIPS_A_STEP:
+        solved = solve_strips(_line_of(line, finer), load, search)
     half_length = np.sqrt(solved.q)
     notes = []
     if solved.at_end:

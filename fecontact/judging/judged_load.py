@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
-
-import numpy as np
 
 from fecontact.case import Case
 from fecontact.contact.grid import Rung
@@ -19,7 +17,7 @@ from fecontact.judging.comparison import Comparison
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.solved_load import Level, SolvedLoad, Status
-from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict
+from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict, worst_judgement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,15 +116,15 @@ class JudgedLoad:
         return {"both": field} if gauge is None else {"gauge": gauge, "field": field}
 
     @property
-    def deciding_side(self) -> tuple[Side, Judgement]:
-        """The side that decides the verdict against elastic bodies; the field side if both agree."""
-        verdict = self.elastic_verdict or self.verdict
-        decided = (verdict.each, verdict.measure)
-        return next(
-            (side, one)
-            for side, one in reversed([*self.sides.items()])
-            if (one.verdict.each, one.verdict.measure) == decided
-        )
+    def deciding_side(self) -> Side:
+        """Side of a junction that decides the verdict against elastic bodies; the field side for equal answers."""
+        worst = worst_judgement(self.sides)
+        return next(side for side, judged in self.sides.items() if judged is worst)
+
+    @property
+    def deciding(self) -> Judgement:
+        """Hertz against elastic bodies, with the curvature of the side that decides, and the verdict of the load."""
+        return replace(self.sides[self.deciding_side], verdict=self.elastic_verdict or self.verdict)
 
     @property
     def hertz(self) -> HertzContact:
@@ -135,15 +133,15 @@ class JudgedLoad:
 
     @property
     def deviation(self) -> Mapping[str, float]:
-        """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`."""
-        return self.judgements[HERTZ].deviation
+        """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`, on the side that decides."""
+        return self.deciding.deviation
 
     @property
     def uncertainty(self) -> Mapping[str, float]:
-        """Numerical uncertainty of the deviations, of those where it is known."""
-        return self.judgements[HERTZ].uncertainty
+        """Numerical uncertainty of the deviations, of those where it is known, on the side that decides."""
+        return self.deciding.uncertainty
 
     @property
     def limit_used(self) -> float:
-        """Largest part of a limit that Hertz uses against elastic bodies, on the worst side; above 1 Hertz fails."""
-        return float(np.max([side.limit_used for side in self.sides.values()]))
+        """Limit utilisation of Hertz against elastic bodies, on the side that decides; above 1 Hertz fails."""
+        return self.deciding.limit_used

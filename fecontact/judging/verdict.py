@@ -12,6 +12,8 @@ import numpy as np
 from fecontact.contact.grid import Rung
 from fecontact.contact_theories.approximation import Approximation
 from fecontact.contact_theories.hertz import HertzContact
+from fecontact.contact_theories.registry import HERTZ_GAUGE
+from fecontact.contact_theories.touch_hertz import Side
 from fecontact.criteria import Criteria
 from fecontact.judging.causes import PatchGeometry, cause_of
 from fecontact.judging.ladder import PLASTIC, STEPS, Ladder
@@ -239,7 +241,7 @@ class Judgement:
         return float(np.max((used - unsure) / limits)), float(np.max((used + unsure) / limits))
 
 
-def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:
+def worst_judgement(judged: Mapping[str, Judgement] | Mapping[Side, Judgement]) -> Judgement:
     """The worst judgement of both sides; the field side's if both are equal."""
     return max(reversed([*judged.values()]), key=lambda one: FROM_BEST.index(one.verdict.answer))
 
@@ -317,8 +319,14 @@ class PlasticVerdict:
     @property
     def deciding(self) -> Judgement:
         """Hertz on the side that decided, against bodies that yield, with the verdict."""
-        worst = next(one for one in self.judgements.values() if one.verdict.each == self.verdict.each)
-        return replace(worst, verdict=self.verdict)
+        return replace(worst_judgement(self.judgements), verdict=self.verdict)
+
+    @property
+    def deciding_side(self) -> Side:
+        """The side that decided; `both` where the curvature is the same on both."""
+        if len(self.judgements) == 1:
+            return "both"
+        return "gauge" if worst_judgement(self.judgements) is self.judgements[HERTZ_GAUGE] else "field"
 
     @property
     def has_yielded(self) -> bool:

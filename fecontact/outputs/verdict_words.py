@@ -126,11 +126,11 @@ def verdict_reason(load: JudgedLoad) -> str:
     """
     if load.plastic is not None and load.elastic_verdict is not None:
         decided = load.plastic.deciding
-        limits = {"limits": load.case.criteria.limits, "side": "both"}
+        limits = {"limits": load.case.criteria.limits, "side": load.plastic.deciding_side}
         reason = _reason({**vars(decided.verdict), **limits}, vars(decided))
         return f"{YIELDING}, {reason}; {elastic_words(load.elastic_verdict.answer)}"
-    side, judged = load.deciding_side
-    reason = _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "side": side}, vars(judged))
+    limits = {"limits": load.case.criteria.limits, "side": load.deciding_side}
+    reason = _reason({**vars(load.verdict), **limits}, vars(load.deciding))
     if load.usable:
         return reason
     sure = f"certain by the half-space alone, {reason}; numbers of the finite elements are "
@@ -163,7 +163,7 @@ def cheapest_text(record: Record) -> str:
         return f"the cheapest theory that may hold: {THEORIES[first].words} {share_text(lines)}" if lines else ""
     if name not in THEORIES or (name == HERTZ and status[0] != "out of range"):
         return ""
-    found = record["theories"][name]
+    found = deciding(record) if name == HERTZ else record["theories"][name]
     shown = {WORDS[one].short: WORDS[one].off(found["deviation"][one]) for one in ("p_max_MPa", "area_mm2")}
     off = ", ".join(f"{short} {value}" for short, value in shown.items())
     words = theory_words(name, *status)

@@ -338,10 +338,14 @@ def place(
 
 def possible_shifts(at: Callable[[float], object]) -> str:
     """Possible shifts in words: the shifts at which `at` does not return a reason against them."""
-    good = [shift for shift in EVERY_SHIFT if not isinstance(at(float(shift)), str)]
+    good = [float(shift) for shift in EVERY_SHIFT if not isinstance(at(float(shift)), str)]
     if not good:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
-    return f"shifts between {min(good):g} and {max(good):g} mm (in steps of 0.5 mm) are possible"
+    # a crane wheel may stand on its tread and beyond the corner of it, and not between
+    step = float(EVERY_SHIFT[1] - EVERY_SHIFT[0])
+    ends = np.split(np.array(good), np.flatnonzero(np.diff(good) > 1.5 * step) + 1)
+    runs = [f"of {run[0]:g} mm" if run.size == 1 else f"between {run[0]:g} and {run[-1]:g} mm" for run in ends]
+    return f"shifts {' and '.join(runs)} (in steps of {step:g} mm) are possible"
 
 
 def _axes(roll: float, yaw: float) -> Floats:

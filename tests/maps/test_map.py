@@ -2362,7 +2362,7 @@ def test_loads_with_refinement():
 
 @pytest.mark.slow
 def test_loads_between_those_of_a_map_yield_too(tmp_path):
-    steel = Material(yield_MPa=400.0, tangent_MPa=4200.0)
+    steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=400.0, tangent_MPa=4200.0)
     case = Case(lateral_shift_mm=3.0, rail_material=steel, wheel_material=steel)
     made = fecontact.map(case, [3.0], [10e3, 60e3], tmp_path, workers=1).made
     (position,) = made.positions

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fecontact.contact_theories.registry import HERTZ
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.records.results import measures_in
@@ -17,25 +17,32 @@ def asked_record(record: Item) -> Item:
     if (plastic := record.get("plastic")) is None:
         return record
     judged, theories = plastic[HERTZ], record["theories"]
+    side = record["verdict"]["side"]
     against = {name: judged[name] for name in ("deviation", "uncertainty", "verdict", "limit_used")}
+    name = HERTZ_GAUGE if side == "gauge" else HERTZ
     return {
         **record,
         "fe": {**record["fe"], **measures_in(plastic)},
-        "theories": {**theories, HERTZ: {**theories[HERTZ], **against}},
+        "theories": {**theories, name: {**theories[name], **against}},
     }
 
 
 def elastic_record(record: Item) -> Item:
-    """A record with the verdict against elastic bodies; itself without a yield stress."""
+    """A record with the verdict against elastic bodies; the record itself without a yield stress."""
     return {**record, "verdict": record["elastic_verdict"]} if record.get("plastic") is not None else record
 
 
 def asked_row(row: Item) -> Item:
-    """A row whose deviations and measures are those against bodies that yield, as its verdict is.
+    """A row as it is shown: verdict and numbers of Hertz belong to one side and to equal bodies.
 
-    Other theories are judged against elastic bodies alone, so that the row names none. Returns the row itself without a
-    yield stress.
+    At a curvature junction the columns of Hertz have the curvature of the side that decided. With a yield stress
+    deviations and measures are against bodies that yield, as the verdict is. All other theories are judged against
+    elastic bodies alone, so the row names none of them. Without both it is the row itself.
     """
+    if row.get("verdict_side") == "gauge":
+        gauge = f"{HERTZ_GAUGE}_"
+        of_gauge = {name.removeprefix(gauge): value for name, value in row.items() if name.startswith(gauge)}
+        row = {**row, **{f"{HERTZ}_{name}": value for name, value in of_gauge.items()}}
     if not row.get("elastic_verdict_answer"):
         return row
     own = ("deviation_", "uncertainty_")

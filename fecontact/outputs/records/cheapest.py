@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
@@ -19,12 +18,8 @@ def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
 
 
 def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
-    """Every judged theory, against elastic bodies; Hertz by the worst of both sides.
-
-    Who takes either curvature must be able to rely on it.
-    """
-    worst = max(load.sides.values(), key=lambda side: side.limit_used)
-    return {HERTZ: replace(worst, verdict=load.elastic_verdict or load.verdict)} | other_theories(load)
+    """Every judged theory against elastic bodies; Hertz with numbers and verdict of the side that decides."""
+    return {HERTZ: load.deciding} | other_theories(load)
 
 
 def cheapest_of(load: JudgedLoad) -> Standing:

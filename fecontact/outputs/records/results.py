@@ -127,7 +127,7 @@ def load_record(load: JudgedLoad) -> Record:
         "steps_uncertainty": {BODIES.name: load.bodies_step_uncertainty}
         | ({} if load.plastic is None else {PLASTIC.name: load.plastic.step_uncertainty}),
         # the part of the uncertainty that is the measured profile's, and no mesh takes away; None of exact lines
-        "uncertainty_of_profile": None if load.solved.lines is None else _of_profile(load.deciding_side[1]),
+        "uncertainty_of_profile": None if load.solved.lines is None else _of_profile(load.deciding),
         **picked(comparison, "pressure_l2 overlap"),
         "geometry": told(load.geometry),
         "slide_mm": load.level.slide_mm,
@@ -148,11 +148,11 @@ def _verdict_records(load: JudgedLoad) -> Record:
     more = {"limits": dict(load.case.criteria.limits), "warnings": list(load.warnings)}
     of_elastic = load.elastic_verdict or load.verdict
     # with whose curvature, where the touch point lies at a junction
-    used = {"limit_used": load.limit_used, "side": load.deciding_side[0]}
+    used = {"limit_used": load.limit_used, "side": load.deciding_side}
     elastic = {**told(of_elastic), **_share(of_elastic), **used, **more}
     if load.plastic is None:
         return {"verdict": elastic, "elastic_verdict": None}
-    used = {"limit_used": load.plastic.deciding.limit_used, "side": "both"}
+    used = {"limit_used": load.plastic.deciding.limit_used, "side": load.plastic.deciding_side}
     return {
         "verdict": {**told(load.verdict), **_share(load.verdict), **used, **more},
         "elastic_verdict": elastic,
@@ -242,7 +242,10 @@ def _plastic_record(found: PlasticVerdict) -> Record:
         },
         "bodies": told(found.yielded.bodies),
         "path": told(found.yielded.path),
-        HERTZ: picked(found.deciding, "deviation uncertainty verdict limit_used") | picked(found, "cancelling"),
+        HERTZ: picked(found.deciding, "deviation uncertainty verdict limit_used")
+        | picked(found, "cancelling")
+        # with whose curvature, where the touch point lies at a junction
+        | ({"side": found.deciding_side} if len(found.judgements) > 1 else {}),
     }
 
 

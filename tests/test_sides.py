@@ -1,0 +1,133 @@
+"""At a curvature junction the verdict and the numbers that are shown with it belong to one side."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from fecontact.bodies import Material
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
+from fecontact.criteria import Criteria
+from fecontact.judging.judge import judge_load
+from fecontact.judging.measures import MEASURES
+from fecontact.judging.verdict import answer_of, judge
+from fecontact.judging.yielded import PathPoint, Yielded, YieldedBody
+from fecontact.outputs.case_parts import case_parts
+from fecontact.outputs.records.asked import asked_record, asked_row
+from fecontact.outputs.records.cheapest import theories_of
+from fecontact.outputs.records.results import case_row, result_record
+from fecontact.outputs.study_report import rows_parts
+from fecontact.outputs.terminal import show
+from fecontact.outputs.verdict_words import BY_EACH_LINE, deciding, verdict_reason
+from fecontact.outputs.verdict_words import decided as decided_text
+
+LIMITS = Criteria().limits
+# curvature of the rail on the gauge side; the field side has R 300, with which Hertz holds
+SHARPER_MM = 150.0
+
+
+def at_junction(result, solved=None):
+    """A result whose touch point lies at a junction, judged again with both curvatures."""
+    touch = result.placement.first
+    sharper = replace(touch.curvatures[0], rail_per_mm=1.0 / SHARPER_MM, yy_per_mm=1.0 / SHARPER_MM)
+    first = replace(touch, curvatures=(sharper, touch.curvatures[0]))
+    placement = replace(result.placement, touch_points=(first,))
+    return replace(result, load=judge_load(solved or result.load.solved, placement), placement=placement)
+
+
+@pytest.fixture(scope="module")
+def gauge_decides(elliptic_quick):
+    result = at_junction(elliptic_quick)
+    assert [side.verdict.answer for side in result.load.sides.values()] == ["FAILS", "HOLDS"]
+    assert (result.load.verdict.answer, result.load.deciding_side) == ("FAILS", "gauge")
+    return result
+
+
+@pytest.fixture(scope="module")
+def gauge_decides_in_yielding(elliptic_quick):
+    """Bodies that may yield, and do not: the same contact under a yield stress."""
+    steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=450.0, tangent_MPa=4200.0)
+    solved, body = elliptic_quick.load.solved, YieldedBody(yield_MPa=450.0, tangent_MPa=4200.0, first_yield_N=24e3)
+    path = (
+        PathPoint(load_N=100e3, steps=dict.fromkeys(MEASURES, 0.0), largest_strain=0.0, corrections=1, change=1e-9),
+    )
+    levels = tuple(
+        replace(level, yielded=Yielded(fe=level.fe, nodal=level.nodal, bodies={"rail": body}, path=path, by_band={}))
+        for level in solved.levels
+    )
+    result = at_junction(elliptic_quick, replace(solved, case=replace(solved.case, rail_material=steel), levels=levels))
+    assert (result.load.plastic.verdict.answer, result.load.plastic.deciding_side) == ("FAILS", "gauge")
+    return result
+
+
+def printed(parts) -> str:
+    text = io.StringIO()
+    show(parts, Console(file=text, width=200, no_color=True))
+    return text.getvalue()
+
+
+def check_one_side(result):
+    """Deviations are those of the ellipse beside them, and give the verdict."""
+    row, record = asked_row(case_row(result)), asked_record(result_record(result))
+    hertz = deciding(record)
+    for of_hertz, of_fe, deviation in (
+        (row["hertz_p_max_MPa"], row["fe_p_max_MPa"], 1e-2 * row["hertz_deviation_p_max_percent"]),
+        (hertz["p_max_MPa"], record["fe"]["p_max_MPa"], hertz["deviation"]["p_max_MPa"]),
+    ):
+        assert of_hertz / of_fe - 1.0 == pytest.approx(deviation, rel=1e-9)
+    measure, answer = record["verdict"]["measure"], record["verdict"]["answer"]
+    assert (row["verdict_measure"], row["verdict_answer"]) == (measure, answer)
+    assert answer_of(hertz["deviation"][measure], hertz["uncertainty"][measure], LIMITS[measure]) == answer
+    used = max(abs(hertz["deviation"][name]) / limit for name, limit in LIMITS.items())
+    assert row["verdict_limit_used"] == record["verdict"]["limit_used"] == pytest.approx(used, rel=1e-12)
+    # the words have the same numbers, and give no reason for a contradiction
+    text = decided_text(row, LIMITS)
+    assert BY_EACH_LINE not in text
+    assert text in verdict_reason(result.load)
+    assert "with the curvature of the gauge side" in verdict_reason(result.load)
+    (line, *_) = [
+        one for one in printed(rows_parts([{"id": "one", **case_row(result)}])).splitlines() if "FAILS" in one
+    ]
+    assert f"{1e2 * hertz['deviation']['p_max_MPa']:+.1f}" in line
+    assert text in printed(case_parts(result_record(result)))
+
+
+def test_row_record_and_terminal_are_of_the_side_that_decides(gauge_decides):
+    check_one_side(gauge_decides)
+
+
+def test_bodies_that_yield_are_judged_on_one_side_too(gauge_decides_in_yielding):
+    check_one_side(gauge_decides_in_yielding)
+
+
+def test_numbers_in_python_are_of_the_side_that_decides(gauge_decides):
+    load = gauge_decides.load
+    gauge = load.judgements[HERTZ_GAUGE]
+    assert (load.deviation, load.uncertainty) == (gauge.deviation, gauge.uncertainty)
+    assert load.limit_used == theories_of(load)[HERTZ].limit_used == gauge.limit_used
+    for measure, answer in load.verdict.each.items():
+        assert answer_of(load.deviation[measure], load.uncertainty[measure], LIMITS[measure]) == answer
+
+
+def test_the_side_that_is_open_decides_although_the_other_one_uses_more_of_a_limit(gauge_decides):
+    load = gauge_decides.load
+
+    def with_peak(name: str, deviation: float, uncertainty: float):
+        off = dict.fromkeys(load.deviation, 0.0) | {"p_max_MPa": deviation}
+        unsure = dict.fromkeys(off, 1e-4) | {"p_max_MPa": uncertainty}
+        verdict = judge(off, unsure, Criteria())
+        return replace(load.judgements[name], deviation=off, uncertainty=unsure, verdict=verdict)
+
+    gauge, field = with_peak(HERTZ_GAUGE, 0.045, 0.001), with_peak(HERTZ, 0.04, 0.02)
+    open_ = replace(load, judgements={HERTZ_GAUGE: gauge, HERTZ: field}, verdict=field.verdict)
+    assert (open_.deciding_side, open_.verdict.answer) == ("field", "UNRESOLVED")
+    (shown,) = [one for name, one in theories_of(open_).items() if name == HERTZ]
+    assert (shown.limit_used, shown.verdict.answer) == (pytest.approx(0.8), "UNRESOLVED")
+    assert shown.limit_range == (pytest.approx(0.4), pytest.approx(1.2))
+
+
+def test_without_a_junction_a_row_is_shown_as_it_is(elliptic_quick):
+    row = case_row(elliptic_quick)
+    assert row["verdict_side"] == "both"
+    assert asked_row(row) is row

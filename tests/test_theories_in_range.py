@@ -1,0 +1,216 @@
+"""Theories of the contact against the half-space, over the library at random: each as exact as its range promises.
+
+A theory that claims Hertz for constant curvature is held to it where the curvature is constant over the patch, and
+Kik-Piotrowski to its closed form there. The strip method claims 5 % of the peak and 10 % of the area anywhere in its
+range (study 15). Of the others no accuracy is stated where the curvature varies. What is out of a range is looked at on
+the half-space.
+"""
+
+import math
+import random
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.special import elliprf
+
+from fecontact.case import Case
+from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.gap_line import LEAST_B_PER_MM, GapLine, regions
+from fecontact.contact_theories.hertz import ellipse_shape
+from fecontact.contact_theories.kik_piotrowski import VIRTUAL_PENETRATION
+from fecontact.contact_theories.registry import THEORIES, Loaded, gap_line_of
+from fecontact.contact_theories.strips import strip
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.inputs.texts import parse_inclination
+from fecontact.judging.measures import measures_of_theory
+from fecontact.profiles.library import names
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+
+MEASURES = ("p_max_MPa", "area_mm2")
+EXACT = ("hertz", "equivalent_ellipse", "stripes", "analyn", "kpec")
+STRIPS = {"p_max_MPa": 0.05, "area_mm2": 0.10}
+# the curvature across counts as constant if it varies by less over the patch; peak and area vary by less than that
+CONSTANT = 0.02
+# of a theory on constant curvature; and of the half-space, whose area is read from 16 nodes per semi-axis to 0.33 %
+OF_THEORY, OF_READING = 0.003, {"p_max_MPa": 0.001, "area_mm2": 0.0035}
+# a part of the load on a patch, or of the places in a patch, that decides whether a range is left
+NOTABLE = 0.05
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A position with the half-space and the gap line, and all theories under the force of the half-space."""
+
+    case: Case
+    line: GapLine
+    exact: Approximation
+    theories: dict[str, Approximation]
+
+    @property
+    def inside(self) -> np.ndarray:
+        """Places of the line that are well within a patch of the half-space."""
+        inside = np.zeros(self.line.t_mm.size, bool)
+        for patch in self.exact.patches:
+            low, high = patch.low_mm[1], patch.high_mm[1]
+            room = 0.1 * (high - low)
+            inside |= (self.line.surface_mm > low + room) & (self.line.surface_mm < high - room)
+        return inside
+
+    @property
+    def variation(self) -> float:
+        """How much the curvature across varies over the whole patch, relative to its mean."""
+        (_, low), (_, high) = self.exact.box_mm
+        B = self.line.B_per_mm[(self.line.surface_mm > low) & (self.line.surface_mm < high)]
+        return float(np.ptp(B) / B.mean()) if B.size and B.min() > 0.0 else math.inf
+
+    def off(self, name: str) -> dict[str, float]:
+        """Relative deviations of a theory from the half-space."""
+        of_theory, exact = (measures_of_theory(one).as_dict() for one in (self.theories[name], self.exact))
+        return {measure: of_theory[measure] / exact[measure] - 1.0 for measure in MEASURES}
+
+
+def drawn(rng: random.Random) -> Drawn | None:
+    """A position of the library; None where it is refused."""
+    case = Case(
+        rail=rng.choice(names("rail")),
+        wheel=rng.choice(names("wheel")),
+        inclination_rad=parse_inclination(rng.choice(("1:20", "1:30", "1:40", "none"))),
+        lateral_shift_mm=round(rng.uniform(-8.0, 7.0), 2),
+        load_N=1e3 * rng.choice((2, 20, 60, 100, 160, 250)),
+        side=rng.choice(("left", "right")),
+        load_kind=rng.choice(("vertical", "normal")),
+    )
+    try:
+        placement = place_case(case)
+        rung = expect_on_half_space(case, placement)[1].half_space
+    except (InputError, ConvergenceError):
+        return None
+    loaded = Loaded(placement=placement, case=case, normal_force_N=rung.normal_force_N, half_space=rung)
+    answers = {name: theory.approximate(loaded) for name, theory in THEORIES.items()}
+    theories = {name: one for name, one in answers.items() if isinstance(one, Approximation)}
+    return Drawn(case, gap_line_of(loaded), theories.pop("half_space"), theories)
+
+
+def kik_piotrowski(line: GapLine, B_per_mm: float) -> dict[str, float]:
+    """Deviations of Kik-Piotrowski's contact from Hertz's ellipse, in closed form."""
+    own, ratio = ellipse_shape(line.A_per_mm, B_per_mm), math.sqrt(B_per_mm / line.A_per_mm)
+    integral = float(elliprf(0.0, ratio**2, 1.0) / own.integral)
+    approach = (math.sqrt(float(own.part_t) / VIRTUAL_PENETRATION) * integral) ** (2.0 / 3.0)
+    area = VIRTUAL_PENETRATION * approach / math.sqrt(float(own.part_x * own.part_t))
+    return {"p_max_MPa": 1.0 / area - 1.0, "area_mm2": area - 1.0}
+
+
+def wrong_numbers(at: Drawn, seen: Counter[str]) -> Iterator[str]:
+    """Theories in their range that are further off than they say."""
+    constant = at.variation < CONSTANT and len(at.exact.patches) == 1
+    ellipse = at.theories["hertz"].single
+    held = (*EXACT, "kik_piotrowski", "strip") if constant else ("strip",)
+    for name in (name for name in held if name in at.theories and at.theories[name].status == "solved"):
+        seen[f"{name}, constant curvature" if constant else name] += 1
+        # its sweeps say little of patches that are longer than that
+        close = constant and (name != "strip" or 0.1 < ellipse.a_mm / ellipse.b_mm < 4.5)
+        off, expected = at.off(name), dict.fromkeys(MEASURES, 0.0)
+        if name == "kik_piotrowski":
+            expected = kik_piotrowski(at.line, float(np.mean(at.line.B_per_mm[at.inside])))
+        for measure in MEASURES:
+            allowed = OF_THEORY + OF_READING[measure] + at.variation if close else STRIPS[measure]
+            if not abs(off[measure] - expected[measure]) < allowed:
+                yield f"{name} {measure} {off[measure]:+.4f}, {expected[measure]:+.4f} within {allowed:.4f}: {at.case}"
+
+
+def silent(at: Drawn, seen: Counter[str]) -> Iterator[str]:
+    """Theories that are out of their range, by the half-space, and do not say so."""
+    approach, f = at.exact.approach_mm, at.line.f_mm
+    beside = sum(one.normal_force_N for one in at.exact.patches[1:]) / at.exact.normal_force_N
+    flat = np.mean(at.line.B_per_mm[at.inside] < LEAST_B_PER_MM)
+    levels = {"equivalent_ellipse": VIRTUAL_PENETRATION, "kik_piotrowski": VIRTUAL_PENETRATION, "kpec": 0.5}
+    # the approach of a theory differs from that of the half-space by some per cent
+    several = {
+        name: min(len(regions(f < factor * level * approach)) for factor in (0.9, 1.0, 1.1)) > 1
+        for name, level in levels.items()
+    }
+    left = {
+        "hertz": beside > NOTABLE,
+        **dict.fromkeys(("stripes", "analyn"), flat > NOTABLE),
+        **several,
+    }
+    for name, is_left in left.items():
+        if is_left and name in at.theories:
+            seen[name] += 1
+            if at.theories[name].status == "solved":
+                yield f"{name} does not say that it is out of its range: {at.case}"
+
+
+def check(seed: int, count: int) -> tuple[Counter[str], Counter[str]]:
+    """Draw positions until so many have a contact; what was held to its accuracy, and what was out of range."""
+    rng, within, beyond, answered = random.Random(seed), Counter(), Counter(), 0
+    problems = []
+    while answered < count:
+        at = drawn(rng)
+        if at is not None:
+            answered += 1
+            problems += [*wrong_numbers(at, within), *silent(at, beyond)]
+    assert problems == []
+    return within, beyond
+
+
+def test_theories_are_as_exact_as_their_ranges_promise():
+    within, beyond = check(seed=1, count=60)
+    # of each there is enough, so that all rules are used
+    for name in (*EXACT, "kik_piotrowski", "strip"):
+        assert within[f"{name}, constant curvature"] >= 20, name
+    assert within["strip"] >= 20
+    assert min(beyond[name] for name in ("stripes", "analyn")) >= 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 8))
+def test_theories_are_as_exact_as_their_ranges_promise_elsewhere(seed):
+    check(seed, 100)
+
+
+# --- strips narrower than the steps of their line ----------------------------------------------------------------
+
+
+def test_strips_do_not_see_the_kinks_of_a_coarse_line():
+    # a patch 0.38 mm wide and 15 times as long, on a line with 19 places in it: gauge corners under light loads
+    case = Case(rail="A65", wheel="EN15302_B", inclination_rad=1 / 30, lateral_shift_mm=1.46, load_N=2e3, side="right")
+    placement = place_case(case)
+    loaded = Loaded(placement=placement, case=case, normal_force_N=2e3 / float(placement.first.normal[2]))
+    line, hertz = gap_line_of(loaded), THEORIES["hertz"].approximate(loaded).single
+    assert hertz.b_mm / line.step_mm < 10.0
+    found = strip(line, loaded.normal_force_N)
+    # measured 0.5 and -0.4 %; between kinks the peak is 6.6 % too high
+    assert found.p_max_MPa == pytest.approx(hertz.p_max_MPa, rel=0.015)
+    assert found.area_mm2 == pytest.approx(hertz.area_mm2, rel=0.015)
+    # the same line without every other place, and a part of the strips
+    sparse = replace(
+        line,
+        t_mm=line.t_mm[::2],
+        f_mm=line.f_mm[::2],
+        B_per_mm=line.B_per_mm[::2],
+        surface_mm=line.surface_mm[::2],
+        turned_rad=line.turned_rad[::2],
+    )
+    assert strip(sparse, loaded.normal_force_N).p_max_MPa == pytest.approx(hertz.p_max_MPa, rel=0.03)
+
+
+def test_theories_of_a_line_say_that_another_touch_point_is_closed_beyond_it():
+    # the flange carries 8 % of the load, 46 mm beside the first touch point
+    case = Case(rail="A100", wheel="EN15302_B", inclination_rad=1 / 30, lateral_shift_mm=-1.76, load_N=60e3)
+    placement = place_case(case)
+    loaded = Loaded(placement=placement, case=case, normal_force_N=60e3)
+    line = gap_line_of(loaded)
+    away = [placement.arc_mm(touch) for touch in placement.touch_points[1:]]
+    assert away
+    assert not any(line.surface_mm[0] <= arc <= line.surface_mm[-1] for arc in away)
+    for name in ("equivalent_ellipse", "kik_piotrowski", "stripes", "analyn", "kpec", "strip"):
+        contact = THEORIES[name].approximate(loaded)
+        assert contact.status == "out of range", name
+        assert any("which its line does not reach" in note for note in contact.notes), name
+        light = THEORIES[name].approximate(replace(loaded, normal_force_N=100.0))
+        assert not any("which its line does not reach" in note for note in light.notes), name
