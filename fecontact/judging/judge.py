@@ -12,6 +12,7 @@ from fecontact.errors import CONVERGED
 from fecontact.feature_registry import offered
 from fecontact.judging.causes import cause_of, patch_geometry
 from fecontact.judging.comparison import compare
+from fecontact.judging.gap_faults import gap_faults
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
@@ -106,7 +107,7 @@ def _status(solved: SolvedLoad, ladder: Ladder, placement: Placement, answers: s
     """Whether a load may be used: its solutions and elements, its references, and the answers of both verdicts."""
     if not solved.usable:
         return solved.status
-    if not reference_error(ladder, placement) <= REFERENCE_LIMIT:
+    if gap_faults(solved) or not reference_error(ladder, placement) <= REFERENCE_LIMIT:
         return REFERENCES_OFF
     return CONTRADICTION if {"HOLDS", "FAILS"} <= answers else solved.status
 

@@ -8,7 +8,10 @@ from collections.abc import Iterator
 from fecontact.contact.elements import UNSEEN_COMPLIANCE
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.comparison import Comparison
+from fecontact.judging.gap_faults import gap_faults
 from fecontact.judging.judged_load import JudgedLoad
+from fecontact.judging.patch_loads import PATCH_LOADS_LIMIT
+from fecontact.judging.solved_load import compare_patch_loads
 from fecontact.judging.uncertainty import of_turned_force
 from fecontact.judging.verdict import plastic_warnings
 from fecontact.placement.wheel_on_rail import Placement
@@ -30,6 +33,15 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
         )
         yield f"the curvature is undefined at the touch point: {'; '.join(said)}"
     yield from load.solved.limits
+    yield from gap_faults(load.solved)
+    for loads in compare_patch_loads(load.solved.levels):
+        if loads.difference > PATCH_LOADS_LIMIT:
+            yield (
+                f"separate patches: {loads.on_elements:.2%} of the load is on the gauge side of a free strip on the"
+                f" elements' nodes and {loads.on_finer_nodes:.2%} on the finer nodes; at most"
+                f" {loads.uncertainty:.2%} of the load may lie between both: how the bodies share the load between the"
+                " patches is not known"
+            )
     moves = load.judgements[HERTZ].moves
     if moves.other_patches:
         labels = [label for label in moves.by_line if label in moves.other_patches]

@@ -19,7 +19,16 @@ from fecontact.contact.patch import lobe_windows
 from fecontact.errors import CONVERGED
 from fecontact.judging.lines import Lines
 from fecontact.judging.measures import MEASURES, measures_of, patch_of
-from fecontact.judging.uncertainty import HALF_AS_MANY_MORE, MESH_RATIO, Solved, elements_uncertainty, uncertainty
+from fecontact.judging.patch_loads import ELEMENT_LOAD_PART, PATCH_LOADS_LIMIT, PatchLoads, free_strips_mm, load_parts
+from fecontact.judging.uncertainty import (
+    HALF_AS_MANY_MORE,
+    MESH_RATIO,
+    Solved,
+    change_between_meshes,
+    elements_uncertainty,
+    share_uncertainty,
+    uncertainty,
+)
 from fecontact.judging.yielded import Yielded
 
 # --- A load as it was solved, on all its meshes: fields and numbers alone, with nothing that needs finite elements.
@@ -42,7 +51,7 @@ _CENTRES_APART, _CENTRE = 1.0, "centre_over_b"
 ELEMENTS_OFF: Status = "elements too soft or too stiff"
 """Status of a load whose elements do not behave as the bodies' material does, or have too poor a shape."""
 REFERENCES_OFF: Status = "references disagree"
-"""Status of a load on which Hertz, the half-space or the gap are wrong (`ladder.reference_error`)."""
+"""Status of a load on which Hertz, the half-space or the gap are wrong (`ladder.reference_error`, `gap_faults`)."""
 CONTRADICTION: Status = "verdicts contradict"
 """Status of a load on which the elements' nodes decide for the other verdict than the finer nodes."""
 
@@ -79,6 +88,9 @@ class Level:
     turned_force
         By how much more force the load takes along the normal at the weighted centre of a single patch than along that
         at first touch, relative (`solving.plane_angles.turned_force`).
+    gap_distance_error_mm
+        Largest difference between the gap on the nodes of `fe` and the distance of the meshes' surfaces; None if it was
+        not measured.
     """
 
     nodal: Rung
@@ -95,6 +107,7 @@ class Level:
     more_nodes: Mapping[str, float] = field(default_factory=dict)
     turned_force: float = 0.0
     yielded: Yielded | None = None
+    gap_distance_error_mm: float | None = None
 
     @property
     def rungs(self) -> dict[str, Rung]:
@@ -144,6 +157,9 @@ class SolvedLoad:
         What stopped a refinement.
     short_of_memory
         Whether the machine had too little memory for what the case asks for.
+    gap_curvature_error
+        Error of the second differences of the gap on the nodes of `half_space` at the contact point, relative to the
+        largest curvature; None if it was not measured.
     """
 
     case: Case
@@ -154,6 +170,7 @@ class SolvedLoad:
     lines: Lines | None
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
+    gap_curvature_error: float | None = None
 
     @property
     def rungs(self) -> tuple[tuple[str, Rung], ...]:
@@ -187,7 +204,8 @@ def elements_off(levels: Sequence[Level]) -> bool:
     """Whether the elements of the finest meshes do not behave as their material.
 
     Seen by their compliance far from a pressure, or by their own contact: it is the finer nodes' one but for what its
-    meshes leave open. Of 24 contacts with healthy elements it stays within half of that.
+    meshes leave open. Of 24 contacts with healthy elements it stays within half of that. Of several patches each must
+    have the same part of the load in both contacts.
     """
     finest, coarser = levels[:2]
     if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
@@ -195,10 +213,38 @@ def elements_off(levels: Sequence[Level]) -> bool:
     read = with_centre(finest)
     own, fine, before = (read(rung) for rung in (finest.on_elements, finest.fe, coarser.fe))
     unsure = elements_uncertainties(levels, read)
+    if any(loads.difference > PATCH_LOADS_LIMIT for loads in compare_patch_loads(levels)):
+        return True
     return centres_apart(levels, unsure) > _CENTRES_APART or any(
         abs(own[name] / fine[name] - 1.0) > _APART * (unsure[name] + abs(before[name] / fine[name] - 1.0))
         for name in ("p_max_MPa", "a_mm", "b_mm")
     )
+
+
+def compare_patch_loads(levels: Sequence[Level]) -> list[PatchLoads]:
+    """Loads on separate patches by the elements' nodes and by the finer nodes, one for each strip between patches.
+
+    It sees what finite bodies add to the finer nodes if it is left out, doubled or of the wrong sign. Peaks and areas
+    of separate patches hardly show that.
+    """
+    strips_mm = free_strips_mm(levels[0].fe)
+    if not strips_mm:
+        return []
+    own = [load_parts(level.nodal, strips_mm) for level in levels]
+    fine = [load_parts(level.fe, strips_mm) for level in levels]
+    otherwise, solved = load_parts(finest_otherwise(levels), strips_mm), as_solved(levels)
+    compared = []
+    for number, other in enumerate(otherwise):
+        on_elements, on_finer_nodes = [parts[number] for parts in own], [parts[number] for parts in fine]
+        of_fine = share_uncertainty(on_finer_nodes, solved, otherwise=other)
+        compared.append(
+            PatchLoads(
+                on_elements=on_elements[0],
+                on_finer_nodes=on_finer_nodes[0],
+                uncertainty=of_fine + ELEMENT_LOAD_PART + change_between_meshes(on_elements),
+            )
+        )
+    return compared
 
 
 def with_centre(level: Level) -> Callable[[Rung], dict[str, float]]:

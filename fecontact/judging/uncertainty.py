@@ -173,7 +173,7 @@ def step_uncertainty(
     if not all(math.isfinite(value) for value in (*values, other)):
         return math.nan
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change, told_apart = _change(values) / size, abs(values[0] - other) / size
+    change, told_apart = change_between_meshes(values) / size, abs(values[0] - other) / size
     of_change = _WHERE_PATCHES_PART if solved.parting else _OF_THE_CHANGE
     # what Hertz has no value of may be nothing at all, on soft elements too
     of_elements = _OF_THE_COMPLIANCE * _at_most(solved.compliance_error, UNSEEN_COMPLIANCE) * abs(values[0]) / size
@@ -199,7 +199,13 @@ def share_uncertainty(values: Sequence[float], solved: Solved = _EXACTLY, *, oth
         return math.nan
     of_elements = _OF_THE_COMPLIANCE * _at_most(solved.compliance_error, UNSEEN_COMPLIANCE) * values[0]
     told_apart = _OF_THE_PARTING * abs(values[0] - other)
-    return _READING_SHARE + _OF_CHANGE_OF_SHARE * _change(values) + told_apart + of_elements + solved.residual
+    return (
+        _READING_SHARE
+        + _OF_CHANGE_OF_SHARE * change_between_meshes(values)
+        + told_apart
+        + of_elements
+        + solved.residual
+    )
 
 
 def cut_planes_share(value: float) -> float:
@@ -207,7 +213,7 @@ def cut_planes_share(value: float) -> float:
     return _OF_SEPARATE_LOAD * min(value, 1.0 - value)
 
 
-def _change(values: Sequence[float]) -> float:
+def change_between_meshes(values: Sequence[float]) -> float:
     """Change between two meshes, of those before the last one what is left where errors fall with the elements' size.
 
     A last change that is small by chance does not hide them.
@@ -263,7 +269,7 @@ def elements_uncertainty(
         return None
     reading = floor * (_ELEMENTS / elements) ** (1 if measure in _WITH_THEIR_NUMBER else 2)
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change = _change(values) / size
+    change = change_between_meshes(values) / size
     # more would show in this contact beside that of the finer nodes (`elements_off`)
     of_elements = _OF_MODULUS[measure] * _at_most(compliance_error, COMPLIANCE_LIMIT) * abs(values[0]) / size
     return reading + change + CUT_PLANES[measure] + of_elements + residual

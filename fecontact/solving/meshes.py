@@ -43,6 +43,7 @@ from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.cost import cpu_seconds
 from fecontact.solving.expected_patch import followed_mm
 from fecontact.solving.fine_zone import EDGE_ELEMENTS, MARGIN_ELEMENTS, Room, fine_zone, more_room
+from fecontact.solving.gap_checks import gap_curvature_error, gap_distance_error_mm, solved_gap
 from fecontact.solving.lobe_sizes import lobe_sizes
 from fecontact.solving.plane_angles import angle_of_normals
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
@@ -385,6 +386,7 @@ class CoupledMesh:
             moment_balance=moment_balance,
             enlarged=self.enlarged,
             at_edge=at_edge,
+            gap_distance_error_mm=gap_distance_error_mm(gap, solved_gap(gap, fe, added[0]), bodies),
         )
 
 
@@ -503,6 +505,7 @@ class Meshes:
                     *(() if stop is None else (f"refinement stopped: {stop}",)),
                 ),
                 short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop)),
+                gap_curvature_error=gap_curvature_error(position.true_gap, position.expected.half_space.grid),
             )
 
     def bodies_of(self, solved: SolvedLoad) -> SolvedBodies:

@@ -1712,7 +1712,8 @@ def test_what_was_stored_before_is_found_by_its_names():
     parts = ("x_mm", "s_mm", "pressure_MPa", "gap_mm")
     assert set(arrays) == {f"load0_{rung}_{part}" for rung in rungs for part in parts}
     assert list(record) == [
-        *("load_N", "levels", "half_space", "turned", "quadratic", "lines", "limits", "short_of_memory")
+        *("load_N", "levels", "half_space", "turned", "quadratic", "lines", "limits", "short_of_memory"),
+        "gap_curvature_error",
     ]
     assert set(record["lines"]["own"]) == {"label", "p_max_MPa", "deviations", "patches", "lobes"}
     assert "yielded" not in record["levels"][0]

@@ -39,6 +39,8 @@ _RUNG_FIELDS = ("pressure_MPa", "gap_mm")
 _RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_RUNG_FIELDS))
 # Fields with another name among the arrays.
 _NAMES = {"levels": "level"}
+# Fields of a solved load that earlier versions did not store.
+_ADDED_LATER = ("gap_curvature_error",)
 
 
 def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Record:
@@ -59,7 +61,11 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     KeyError, TypeError
         If the record has another layout.
     """
-    own = {one.name: record[one.name] for one in fields(SolvedLoad) if one.name != "case"}
+    own = {
+        one.name: record[one.name]
+        for one in fields(SolvedLoad)
+        if one.name != "case" and (one.name in record or one.name not in _ADDED_LATER)
+    }
     found: SolvedLoad = _value(SolvedLoad, {**own, "case": case}, arrays)
     return found
 
