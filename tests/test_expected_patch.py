@@ -342,3 +342,22 @@ def test_a_position_under_its_own_load_is_itself():
     assert other.case.load_N == 30e3
     # along the normal there is a little more than the wheel's load
     assert other.expected.half_space.normal_force_N == pytest.approx(30e3, rel=2e-3)
+
+
+def test_a_side_of_the_head_that_faces_away_from_the_approach_has_no_nodes():
+    """The vertical side of a crane rail, seen along a normal of 44 degrees, had gaps of -50 mm, and no pressure."""
+    case = Case(
+        rail="A45",
+        wheel="EN15302_H",
+        lateral_shift_mm=-3.79,
+        load_N=250e3,
+        side="right",
+        load_kind="normal",
+        roll="given",
+    )
+    placement = place_case(case)
+    half_space = expect_on_half_space(case, placement)[1].half_space
+    _, normals = placement.surface(0.0, half_space.grid.s_mm)
+    assert (normals @ placement.first.normal > 0.0).all()
+    # a patch of 33 mm by 1.6 mm, nearly Hertz's: 8632 MPa
+    assert measures_of(half_space).p_max_MPa == pytest.approx(9035.0, rel=2e-3)
