@@ -28,7 +28,7 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.judging.verdict import answer_of
 from fecontact.profiles.library import names
 
-SLOWEST_S = 120.0
+SLOWEST_S = 400.0
 INCLINATIONS = ("1:20", "1:30", "1:40", "none")
 IRREGULARITIES = (
     "sine:wavelength_mm=30,amplitude_um=25,phase_deg=90",

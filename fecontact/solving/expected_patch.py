@@ -283,7 +283,7 @@ def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, f
     s = np.arange(1e-6, profile.length_mm, _COARSE_STEP_S_MM) - origin
     _, normals = placement.surface(0.0, s)
     # nothing is near where the gap is twice as wide in the middle: a yawed wheel is lowest by a millimetre beside it
-    # a surface that faces away from the approach opens when the bodies approach, and gaps along its normals mean nothing
+    # surfaces that face away from the approach open when the bodies approach; gaps along their normals mean nothing
     closing = normals @ true_gap.direction
     columns = np.flatnonzero((closing > 0.0) & (true_gap.gap(0.0, s) <= 2.0 * (reach + height)))
     near = true_gap.gap(x[:, None], s[None, columns]) <= reach * closing[columns]
