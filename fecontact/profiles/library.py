@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from fecontact.errors import InputError
 from fecontact.files import sha256
 from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.readers.formats import parse_own
+from fecontact.profiles.readers.formats import parse_library_file
 from fecontact.profiles.reading import is_short_form
 
 # Names of the UIC, of DIN, and of British standards for rails that EN 13674-1 has under another one.
@@ -32,7 +32,7 @@ _DATA = resources.files("fecontact.profiles") / "data"
 
 
 @cache
-def _kinds() -> dict[str, Kind]:
+def _read_library_kinds() -> dict[str, Kind]:
     """Kind of each library profile by its name."""
     files = sorted(_DATA.iterdir(), key=lambda entry: entry.name)
     return {f.name[:-5]: tomllib.loads(f.read_text("utf-8"))["kind"] for f in files if f.name.endswith(".toml")}
@@ -40,7 +40,7 @@ def _kinds() -> dict[str, Kind]:
 
 def names(kind: Kind | None = None) -> tuple[str, ...]:
     """Names in the library, of all kinds or of one kind."""
-    return tuple(name for name, its_kind in _kinds().items() if kind in (None, its_kind))
+    return tuple(name for name, its_kind in _read_library_kinds().items() if kind in (None, its_kind))
 
 
 def in_folder(name: str, folder: str | Path) -> str:
@@ -113,14 +113,14 @@ def load(name: str) -> Profile:
         There is no such name; the message has near ones.
     """
     name = find(name)
-    return parse_own(toml_text(name), name=name)
+    return parse_library_file(toml_text(name), name=name)
 
 
 # --- Profiles that are given as arrays in Python: a value that stands where the name of a file does.
 
 # 32 bits: two of a user's thousand versions of one file share an identity once in some ten thousand such users.
-SHOWN_DIGITS = 8
-_NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,59}", re.ASCII)
+HASH_DIGITS = 8
+_NAME_PATTERN = re.compile(r"[A-Za-z0-9][\w.-]{0,59}", re.ASCII)
 
 
 class GivenProfile(str):
@@ -188,12 +188,12 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenP
     if not np.isfinite(y + z).all():
         at = int(np.flatnonzero(~np.isfinite(y + z))[0])
         raise InputError(f"profile {name!r}: point {at + 1} is ({y[at]}, {z[at]}) mm; leave out what is not finite")
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
+    if not isinstance(name, str) or not _NAME_PATTERN.fullmatch(name):
         raise InputError(
             f"profile name is {str(name)[:80]!r}; allowed: up to 60 letters, digits, dots, hyphens and underscores"
         )
     text = "y [mm],z [mm]\n" + "".join(f"{a!r},{b!r}\n" for a, b in zip(y.tolist(), z.tolist(), strict=True))
-    return GivenProfile(f"{name}.csv@{hashlib.sha256(text.encode()).hexdigest()[:SHOWN_DIGITS]}", text)
+    return GivenProfile(f"{name}.csv@{hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]}", text)
 
 
 # --- What a profile is called in results: a name that says the same wherever the files of its user lie.
@@ -211,7 +211,7 @@ def profile_file(spec: str) -> Path | None:
     return Path(spec) if not is_short_form(spec) and not is_known(spec) and os.path.isfile(spec) else None
 
 
-def may_be_file(spec: str) -> bool:
+def can_be_file(spec: str) -> bool:
     """Whether a text is a file that may be there later, or elsewhere: it has an ending, a folder or a hash."""
     return bool(Path(spec).suffix) or any(sign in spec for sign in "/\\") or file_of_identity(spec) is not None
 
@@ -225,7 +225,7 @@ def refuse_unknown(spec: str) -> None:
         With near names of the library.
     """
     # unlike Path.exists, os.path.exists never raises
-    if may_be_file(spec) or is_short_form(spec) or is_known(spec) or os.path.exists(spec):
+    if can_be_file(spec) or is_short_form(spec) or is_known(spec) or os.path.exists(spec):
         return
     try:
         find(spec)
@@ -247,14 +247,14 @@ def profile_identity(spec: str) -> str:
         # a path of either kind of system, from a record that was made on another machine
         return PureWindowsPath(spec).name or spec
     try:
-        return f"{path.name}@{sha256(path)[:SHOWN_DIGITS]}"
+        return f"{path.name}@{sha256(path)[:HASH_DIGITS]}"
     except OSError:
         return path.name
 
 
 def file_of_identity(identity: str) -> str | None:
     """Own name of the file that an identity stands for, without folder and hash; None where it stands for none."""
-    file = re.fullmatch(rf"(.+)@[0-9a-f]{{{SHOWN_DIGITS}}}", identity)
+    file = re.fullmatch(rf"(.+)@[0-9a-f]{{{HASH_DIGITS}}}", identity)
     return file[1] if file else None
 
 

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 # Gauss-Newton steps; from 5 mm and 50 mrad off they end after eight.
 _MOST_STEPS = 20
 # Points that lie off by more than so many times the usual are worn and count less (Huber 1964).
-_HUBER = 2.0
+_HUBER_FACTOR = 2.0
 # How far off points may be that still count beside wear, at first and at last (in parts of their noise), and how it
 # falls; and within how much of their noise nearly all unworn ones lie.
-_FIRST_REACH_MM, _REACH, _REACH_FALLS, _WITHIN = 0.3, 1.5, 0.8, 3.0
+_FIRST_REACH_MM, _LAST_REACH_OVER_NOISE, _REACH_FACTOR, _UNWORN_OVER_NOISE = 0.3, 1.5, 0.8, 3.0
 # Lines of the library are drawings, and no surface is made to less.
 LEAST_NOISE_MM = 0.001
 # Of a Gauss-Newton step, across, upwards (mm) and turned (rad).
@@ -35,7 +35,7 @@ _FOOT_STEPS = 8
 # While the line still moves, fewer do: each begins at the feet of the one before.
 _FIRST_FOOT_STEPS = 3
 # Points whose nearest ones are looked up together, and of which ends of pieces.
-_AT_ONCE, _APART = 500, 4
+_POINTS_PER_BLOCK, _SAMPLE_STRIDE = 500, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,7 +69,7 @@ class Lines:
         u = np.concatenate([one.u + by for one, by in zip(pieces, begin, strict=True)])
         curve = pieces[0].curve
         if len(pieces) > 1:
-            powers = [np.concatenate((one.curve.c, _end_of(one.curve)), axis=1) for one in pieces]
+            powers = [np.concatenate((one.curve.c, _extend_end(one.curve)), axis=1) for one in pieces]
             curve = type(curve)(np.concatenate(powers, axis=1)[:, :-1], u)
         return cls(
             lines=lines,
@@ -80,19 +80,19 @@ class Lines:
             last_mm=(first + lengths)[:, None],
         )
 
-    def near(self, points: Floats) -> Floats:
+    def find_nearest_samples(self, points: Floats) -> Floats:
         """Arc lengths (k, n) of the nearest of some places on each line to points (k, n, 2)."""
         found = []
         for line, of_line, first in zip(self.lines, points, self.first_mm, strict=True):
             ends, lengths = line._pieces.ends, line._pieces.arc.values
-            y, z, far = ends.y[::_APART], ends.z[::_APART], first + lengths[::_APART]
-            parts = np.array_split(of_line, max(1, len(of_line) // _AT_ONCE))
+            y, z, far = ends.y[::_SAMPLE_STRIDE], ends.z[::_SAMPLE_STRIDE], first + lengths[::_SAMPLE_STRIDE]
+            parts = np.array_split(of_line, max(1, len(of_line) // _POINTS_PER_BLOCK))
             nearest = [((part[:, :1] - y) ** 2 + (part[:, 1:] - z) ** 2).argmin(axis=1) for part in parts]
             found.append(far[np.concatenate(nearest)])
         return np.stack(found)
 
 
-def _end_of(curve: PPoly) -> Floats:
+def _extend_end(curve: PPoly) -> Floats:
     """Powers of a piece that stays at the end of a curve."""
     stays = np.zeros_like(curve.c[:, :1])
     stays[-1] = curve(curve.x[-1])
@@ -126,7 +126,7 @@ class FootPoints:
     @property
     def usual_mm(self) -> list[float]:
         """How far the points lie off each of the lines, usually."""
-        return [usual_distance(off[inside]) for off, inside in zip(self.off_mm, self.inside, strict=True)]
+        return [estimate_distance_mm(off[inside]) for off, inside in zip(self.off_mm, self.inside, strict=True)]
 
 
 def foot_points(line: Profile, points: Floats) -> FootPoints:
@@ -138,7 +138,7 @@ def _foot_points(
     lines: Lines, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
     """The nearest points of k lines to points (k, n, 2); `near` has places to begin at."""
-    s = lines.near(points) if near is None else near.s_mm + lines.first_mm
+    s = lines.find_nearest_samples(points) if near is None else near.s_mm + lines.first_mm
     for _ in range(steps):
         # as far along the line as its table knows: the point itself lies on the line
         at = lines.curve(np.interp(s, lines.s_mm, lines.u))
@@ -177,9 +177,9 @@ def register_all(
     for _ in range(steps):
         moved = _to_references(found, points)
         feet = _foot_points(lines, moved, near=feet, steps=_FIRST_FOOT_STEPS)
-        reach = _HUBER * np.array(feet.usual_mm)[:, None]
+        reach = _HUBER_FACTOR * np.array(feet.usual_mm)[:, None]
         weight = np.where(feet.inside, np.minimum(1.0, reach / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
-        further, size = _moved_by(found, moved, feet, weight)
+        further, size = _improve_registrations(found, moved, feet, weight)
         found = [then if goes_on else one for one, then, goes_on in zip(found, further, moves, strict=True)]
         # one that has arrived stays: along a straight line rounding alone would carry it away
         moves &= size >= 1e-7
@@ -196,7 +196,7 @@ def _to_references(found: Sequence[Registration], points: Floats) -> Floats:
     return np.stack([one.to_reference(points) for one in found])
 
 
-def _moved_by(
+def _improve_registrations(
     found: Sequence[Registration], moved: Floats, feet: FootPoints, weight: Floats
 ) -> tuple[list[Registration], Floats]:
     """A Gauss-Newton step from each registration by which points are moved onto a line, and how far it goes."""
@@ -208,7 +208,7 @@ def _moved_by(
     further = []
     for one, step in zip(found, steps, strict=True):
         turn = min(max(one.turn_rad + float(step[2]), -_LARGEST_TURN_RAD), _LARGEST_TURN_RAD)
-        added = one.turned(step[None, :2])[0]
+        added = one.rotate(step[None, :2])[0]
         further.append(Registration(turn_rad=turn, shift=(one.shift[0] + added[0], one.shift[1] + added[1])))
     return further, np.abs(steps).max(axis=1)
 
@@ -222,18 +222,18 @@ def select_unworn(
     noise ends up not counting at all (Geman and McClure 1987), from some tenths of a millimetre down.
     """
     found, feet, reach = list(begin), None, _FIRST_REACH_MM
-    while reach > _REACH * noise_mm:
+    while reach > _LAST_REACH_OVER_NOISE * noise_mm:
         moved = _to_references(found, points)
         feet = _foot_points(lines, moved, near=feet, steps=_FIRST_FOOT_STEPS)
         weight = np.where(feet.inside, 1.0 / (1.0 + (feet.off_mm / reach) ** 2) ** 2, 0.0)
-        found, _ = _moved_by(found, moved, feet, weight)
-        reach *= _REACH_FALLS
+        found, _ = _improve_registrations(found, moved, feet, weight)
+        reach *= _REACH_FACTOR
     feet = _foot_points(lines, _to_references(found, points))
-    unworn = (feet.inside & (np.abs(feet.off_mm) < _WITHIN * noise_mm)).mean(axis=1)
+    unworn = (feet.inside & (np.abs(feet.off_mm) < _UNWORN_OVER_NOISE * noise_mm)).mean(axis=1)
     return feet, [float(part) for part in unworn]
 
 
-def usual_distance(off: Floats) -> float:
+def estimate_distance_mm(off: Floats) -> float:
     """Standard deviation of distances (n,) in mm by their median, so that worn points hardly count."""
     return float(np.median(np.abs(off))) / 0.6745 + 1e-9 if off.size else math.inf
 

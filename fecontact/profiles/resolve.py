@@ -12,11 +12,11 @@ from functools import lru_cache
 from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, two_arc_rail_head
-from fecontact.profiles.library import GivenProfile, find, is_known, load, may_be_file, names
+from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, make_two_arc_rail_head
+from fecontact.profiles.library import GivenProfile, can_be_file, find, is_known, load, names
 from fecontact.profiles.points import Points
-from fecontact.profiles.readers.columns import Source, file_bytes, points_of_columns
-from fecontact.profiles.readers.formats import DEFAULT, reader_of
+from fecontact.profiles.readers.columns import Source, file_bytes, parse_points
+from fecontact.profiles.readers.formats import DEFAULT_READER, reader_of
 from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face, is_short_form
 from fecontact.profiles.recognition import line_through
 
@@ -26,7 +26,7 @@ class WrongKindError(InputError):
 
 
 # Control signs, signs that format, and separators of lines and paragraphs, by their category in Unicode.
-_NOT_SHOWN = ("Cc", "Cf", "Zl", "Zp")
+_HIDDEN_CATEGORIES = ("Cc", "Cf", "Zl", "Zp")
 _NO_RADIUS = " has no number after the colon; give a radius in mm, as in {}"
 _NO_ARCS = (
     ": give the radii on the field and on the gauge side and the junction's distance from the crown in mm, as in"
@@ -61,9 +61,9 @@ def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
         No such name or file, or the file does not hold a rail.
     """
     if spec.lower().startswith(CIRCLE):
-        return circular_rail_head(*_numbers(spec, r"circle:([^:]*)", _NO_RADIUS.format("circle:300")))
+        return circular_rail_head(*_parse_numbers(spec, r"circle:([^:]*)", _NO_RADIUS.format("circle:300")))
     if spec.lower().startswith(ARCS):
-        return two_arc_rail_head(*_numbers(spec, r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", _NO_ARCS))
+        return make_two_arc_rail_head(*_parse_numbers(spec, r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", _NO_ARCS))
     if spec.lower().startswith(CYLINDER):
         raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
     return _resolve(spec, "rail", reading)
@@ -78,7 +78,7 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
         No such name or file, or the file does not hold a wheel.
     """
     if spec.lower().startswith(CYLINDER):
-        radius, *_ = _numbers(spec, r"cylinder:([^:]*)", _NO_RADIUS.format("cylinder:460"))
+        radius, *_ = _parse_numbers(spec, r"cylinder:([^:]*)", _NO_RADIUS.format("cylinder:460"))
         check_positive("radius of the wheel", radius, "mm", "for example cylinder:460")
         return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
@@ -87,7 +87,7 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
 
 
 # What a line of exact segments uses of a reading: it has no points to be scaled, chosen or smoothed.
-_OF_EXACT_FILES = ("mirror", "tape_circle_mm", "tape_circle_z_mm")
+_EXACT_FILE_OPTIONS = ("mirror", "tape_circle_mm", "tape_circle_z_mm")
 
 
 def used_reading(spec: str, reading: Reading) -> Reading:
@@ -99,7 +99,7 @@ def used_reading(spec: str, reading: Reading) -> Reading:
         if is_known(spec) or is_short_form(spec):
             return PLAIN
         if Path(spec).suffix.lower() == ".toml":
-            return replace(PLAIN, **{name: getattr(reading, name) for name in _OF_EXACT_FILES})
+            return replace(PLAIN, **{name: getattr(reading, name) for name in _EXACT_FILE_OPTIONS})
     return reading
 
 
@@ -123,7 +123,7 @@ def refuse_unused_reading(kind: Kind, specs: Iterable[str], reading: Reading) ->
             )
 
 
-def _numbers(spec: str, form: str, otherwise: str) -> list[float]:
+def _parse_numbers(spec: str, form: str, otherwise: str) -> list[float]:
     match = re.fullmatch(form, spec.lower())
     try:
         if match:
@@ -133,7 +133,7 @@ def _numbers(spec: str, form: str, otherwise: str) -> list[float]:
     raise InputError(f"{spec!r}{otherwise}")
 
 
-def _read(spec: str, kind: Kind, reading: Reading) -> Profile:
+def _read_file(spec: str, kind: Kind, reading: Reading) -> Profile:
     """A file, read once as long as its content stays the same: the smoothing of a measurement takes half a second."""
     # of one that is not there its reader says so
     content = hashlib.sha256(file_bytes(Path(spec))).hexdigest() if os.path.exists(spec) else ""
@@ -156,7 +156,7 @@ def content_of_file(spec: str, kind: Kind, reading: Reading) -> Profile | Points
         terminals, tables and pages would show as they are.
     """
     path = Path(spec)
-    if any(unicodedata.category(sign) in _NOT_SHOWN for sign in path.name):
+    if any(unicodedata.category(sign) in _HIDDEN_CATEGORIES for sign in path.name):
         raise InputError(f"{spec!r}: its name has signs that are not shown, such as a line's end; rename the file")
     read = reader_of(path)(path, kind, reading)
     _check_kind(read, spec, kind)
@@ -164,9 +164,9 @@ def content_of_file(spec: str, kind: Kind, reading: Reading) -> Profile | Points
 
 
 @lru_cache(maxsize=16)
-def _read_given(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
+def _read_given_profile(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
     source = Source(what=str(given), kind=kind, reading=reading)
-    return line_through(points_of_columns(given.text, Path(given.file).stem, source), reading)
+    return line_through(parse_points(given.text, Path(given.file).stem, source), reading)
 
 
 def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
@@ -183,10 +183,10 @@ def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
         _check_kind(load(find(spec)), spec, kind)
         return load(find(spec))
     if isinstance(spec, GivenProfile):
-        return _read_given(spec, kind, reading)
+        return _read_given_profile(spec, kind, reading)
     # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
-    if reader_of(path) is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
-        return _read(spec, kind, reading)
-    if may_be_file(spec):
+    if reader_of(path) is not DEFAULT_READER or os.path.exists(spec):  # unlike Path.exists, never raises
+        return _read_file(spec, kind, reading)
+    if can_be_file(spec):
         raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
     return load(find(spec, kind))

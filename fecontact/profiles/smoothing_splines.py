@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # 15 times as long, and its equations lose so many digits that over waves of 500 mm it lies 0.0002 mm off.
 
 # How much a displacement along the line counts beside one across it: so little that it is free.
-_ALONG = 1e-5
+_ALONG_WEIGHT = 1e-5
 
 
 def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats | None = None) -> PPoly:
@@ -78,7 +78,7 @@ def least_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float
             entries = penalty * between * second[i] * second[i + k]
             for axis in range(2):
                 upper[4 - 2 * k, 2 * (i + k) + axis : 2 * (n - 2 + i + k) + axis : 2] += entries
-    across = normals[:, :, None] * normals[:, None, :] * (1.0 - _ALONG) + _ALONG * np.eye(2)
+    across = normals[:, :, None] * normals[:, None, :] * (1.0 - _ALONG_WEIGHT) + _ALONG_WEIGHT * np.eye(2)
     upper[4] += across[:, (0, 1), (0, 1)].ravel()
     upper[3, 1::2] += across[:, 0, 1]
     right = np.einsum("nij,nj->ni", across, values).ravel()

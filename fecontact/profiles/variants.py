@@ -11,21 +11,30 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.segments import Arc, Held, Line, Measured, Polynomial, Segment, Smoothed, polynomial_arc
+from fecontact.profiles.segments import (
+    Arc,
+    Held,
+    Line,
+    Measured,
+    Polynomial,
+    Segment,
+    SmoothedSegment,
+    integrate_polynomial_length,
+)
 from fecontact.profiles.smoothing import (
     PRACTICE_MM,
     SEED,
-    alone,
     draw_noise,
     fit_deviation,
-    on_running_part,
-    slid,
-    smoothed,
+    frame_on_chords,
+    select_running_part,
+    slide_along_nominal,
+    smooth_frame,
 )
 from fecontact.profiles.smoothing_splines import smoothed_by
 
 
-def segments_of(measured: Measured) -> tuple[Segment, ...]:
+def make_segments(measured: Measured) -> tuple[Segment, ...]:
     """The pieces of a smoothed line."""
     return pieces_of(measured.held, measured.filter_mm)
 
@@ -35,18 +44,18 @@ def pieces_of(held: Held, filter_mm: float) -> tuple[Segment, ...]:
     field = smoothed_by(held.s_mm, held.values, filter_mm, held.relative_filter)
     first, last = float(held.s_mm[0]), float(held.s_mm[-1])
     if not held.reference:
-        return (Smoothed(field=field, s_from=first, s_to=last),)
+        return (SmoothedSegment(field=field, s_from=first, s_to=last),)
     made: list[Segment] = []
     start = 0.0
     for base in held.reference:
         assert isinstance(base, Line | Arc | Polynomial)
-        whole = Smoothed(
+        whole = SmoothedSegment(
             field=field, s_from=start, s_to=start + _length(base), base=base, registration=held.registration
         )
         low, high = max(first, whole.s_from), min(last, whole.s_to)
         start = whole.s_to
         if high - low > 1e-6:
-            v_from, v_to = (float(v) for v in whole.local(np.array([low, high])))
+            v_from, v_to = (float(v) for v in whole.local_parameters(np.array([low, high])))
             made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
     return tuple(made)
 
@@ -66,14 +75,14 @@ def scaled(profile: Profile, part: float) -> Profile:
         )
     segments = []
     for segment in profile.segments:
-        assert isinstance(segment, Smoothed)
+        assert isinstance(segment, SmoothedSegment)
         field = segment.field
         segments.append(replace(segment, field=type(field)(part * field.c, field.x)))
     return replace(profile, segments=tuple(segments), name=f"{profile.name} times {part:g}", measured=None)
 
 
 @dataclass(frozen=True, kw_only=True)
-class OtherLine:
+class ProfileVariant:
     """Another line that the points of a smoothed profile allow.
 
     Attributes
@@ -93,20 +102,20 @@ class OtherLine:
 
 
 # Draws of other noise among the lines that the points allow.
-_OTHER_DRAWS = 4
+_VARIANT_DRAWS = 4
 # How much worse than the own line, by Akaike's criterion, a line may be that points allow (Burnham and Anderson 2002,
 # section 2.6: beyond 10 it has essentially no support).
 _NO_SUPPORT = 10.0
 
 
-def other_lines(profile: Profile) -> tuple[OtherLine, ...]:
+def other_lines(profile: Profile) -> tuple[ProfileVariant, ...]:
     """Lines that the points of a smoothed profile allow beside its own; none for exact lines.
 
     Smoothed over 4, 5.7 and 8 mm, or where the deviation from a profile of the library is smoothed over longer waves,
     over 0.71 and 1.41 times its own length, and without that profile unless the points speak against it; and from
     points with other draws of equally large noise. The draws are reproducible.
     """
-    return _other_lines(_ByContent(profile=profile)) if profile.measured is not None else ()
+    return _make_variants(_ByContent(profile=profile)) if profile.measured is not None else ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +138,7 @@ class _ByContent:
 
 
 @lru_cache(maxsize=16)
-def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
+def _make_variants(one: _ByContent) -> tuple[ProfileVariant, ...]:
     profile, measured = one.profile, one.profile.measured
     assert measured is not None
     own, (low, high) = measured.filter_mm, PRACTICE_MM
@@ -137,13 +146,13 @@ def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
     lengths = (low, math.sqrt(low * high), high) if usual else (math.sqrt(0.5) * own, math.sqrt(2.0) * own)
     changed = [(replace(measured, filter_mm=length), -1) for length in lengths if abs(length - own) > 0.05 * own]
     if measured.nominal:
-        by_itself, score = smoothed(alone(measured.points), filter_mm=None, noise_mm=None)
+        by_itself, score = smooth_frame(frame_on_chords(measured.points), filter_mm=None, noise_mm=None)
         if _is_supported(score, measured):
             changed.append((by_itself, -1))
-    changed += [(_drawn(profile, measured, k), k) for k in range(_OTHER_DRAWS)]
-    found = ((_other(profile, line), line, draw) for line, draw in changed)
+    changed += [(_redraw_noise(profile, measured, k), k) for k in range(_VARIANT_DRAWS)]
+    found = ((_build_variant(profile, line), line, draw) for line, draw in changed)
     return tuple(
-        OtherLine(profile=made, filter_mm=line.filter_mm, nominal=line.nominal, draw=draw)
+        ProfileVariant(profile=made, filter_mm=line.filter_mm, nominal=line.nominal, draw=draw)
         for made, line, draw in found
         if made is not None
     )
@@ -155,50 +164,50 @@ def _is_supported(score: float, measured: Measured) -> bool:
     Waves that neighbouring points have together count as the fewer points that they are.
     """
     *_, own = fit_deviation(measured.held, measured.filter_mm, None)
-    by_itself = min(1.0, (measured.white_mm / measured.noise_mm) ** 2) * np.count_nonzero(
-        on_running_part(measured.held)
+    by_itself = min(1.0, (measured.independent_noise_mm / measured.noise_mm) ** 2) * np.count_nonzero(
+        select_running_part(measured.held)
     )
     return bool(by_itself * math.log(score / own) <= _NO_SUPPORT)
 
 
-def _other(profile: Profile, changed: Measured) -> Profile | None:
+def _build_variant(profile: Profile, changed: Measured) -> Profile | None:
     """The line of differently smoothed points; None if they no longer lie over their nominal profile."""
     try:
-        made = replace(changed, held=slid(changed.held, changed.filter_mm))
+        made = replace(changed, held=slide_along_nominal(changed.held, changed.filter_mm))
     except np.linalg.LinAlgError:
         return None
-    return replace(profile, segments=segments_of(made), measured=made)
+    return replace(profile, segments=make_segments(made), measured=made)
 
 
-def _drawn(profile: Profile, measured: Measured, number: int) -> Measured:
+def _redraw_noise(profile: Profile, measured: Measured, number: int) -> Measured:
     """Points of a smoothed line with another draw of equally large noise."""
-    points, normals = _at(profile, measured.s_mm)
+    points, normals = _evaluate_normals(profile, measured.s_mm)
     seed = [SEED, number, 0 if profile.kind == "rail" else 1]
     noise = draw_noise(measured, seed, 1)
-    return replace(measured, held=_moved_to(points + noise * normals, measured.held))
+    return replace(measured, held=_replace_points(points + noise * normals, measured.held))
 
 
-def _moved_to(points: Floats, held: Held) -> Held:
+def _replace_points(points: Floats, held: Held) -> Held:
     """Other points (n, 2) at the same places, held against the same line."""
     return replace(held, points=points, values=held.values + (points - held.points))
 
 
-def _at(profile: Profile, s: Floats) -> tuple[Floats, Floats]:
+def _evaluate_normals(profile: Profile, s: Floats) -> tuple[Floats, Floats]:
     """Points and normals (n, 2) of a smoothed line at places s of what it was smoothed over."""
     points, normals = np.empty((s.size, 2)), np.empty((s.size, 2))
     for segment in profile.segments:
-        assert isinstance(segment, Smoothed)
+        assert isinstance(segment, SmoothedSegment)
         here = (s >= segment.s_from - 1e-9) & (s <= segment.s_to + 1e-9)
-        v = np.clip(_local(segment, s[here]), 0.0, 1.0)
+        v = np.clip(_invert_arc_length(segment, s[here]), 0.0, 1.0)
         p = segment.evaluate(v)
         points[here] = np.column_stack((p.y, p.z))
         normals[here] = np.column_stack((-p.dz, p.dy)) / np.hypot(p.dy, p.dz)[:, None]
     return points, normals
 
 
-def _local(segment: Smoothed, s: Floats) -> Floats:
+def _invert_arc_length(segment: SmoothedSegment, s: Floats) -> Floats:
     grid = np.linspace(0.0, 1.0, 257)
-    return np.interp(s, segment._arc(grid), grid)
+    return np.interp(s, segment._arc_length(grid), grid)
 
 
 def _length(base: Line | Arc | Polynomial) -> float:
@@ -206,4 +215,4 @@ def _length(base: Line | Arc | Polynomial) -> float:
         return math.hypot(base.end[0] - base.start[0], base.end[1] - base.start[1])
     if isinstance(base, Arc):
         return base.radius * abs(base.angle_to - base.angle_from)
-    return float(polynomial_arc(base, 0.0, 1.0)(1.0))
+    return float(integrate_polynomial_length(base, 0.0, 1.0)(1.0))
