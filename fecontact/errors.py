@@ -175,7 +175,7 @@ UNUSABLE = {
 
 
 def failed(cause: object) -> str:
-    """Status of a case without any numbers, in one line.
+    """Status of a case without any numbers, in a single line.
 
     Parameters
     ----------

@@ -137,14 +137,14 @@ class Profile:
     def __post_init__(self) -> None:
         if not self.segments:
             raise InputError(f"{self.name}: the running surface has no segments; give at least one")
-        for what, chain, closed in (("running surface", self.segments, False), ("outline", self.outline, True)):
+        for chain_name, chain, closed in (("running surface", self.segments, False), ("outline", self.outline, True)):
             ends = [segment.evaluate(np.array([0.0, 1.0])) for segment in chain]
             for i, end in enumerate(ends if closed else ends[:-1]):
                 j = (i + 1) % len(ends)
                 gap = math.hypot(ends[j].y[0] - end.y[1], ends[j].z[0] - end.z[1])
                 if not gap <= JOINT_GAP_MM:
                     raise InputError(
-                        f"{self.name}: {what}: segment {i + 1} ends at ({end.y[1]:.6g}, {end.z[1]:.6g}) mm but "
+                        f"{self.name}: {chain_name}: segment {i + 1} ends at ({end.y[1]:.6g}, {end.z[1]:.6g}) mm but "
                         f"segment {j + 1} starts at ({ends[j].y[0]:.6g}, {ends[j].z[0]:.6g}) mm; the gap of {gap:.3g} "
                         f"mm may be at most {JOINT_GAP_MM:g} mm; make the two points the same"
                     )
@@ -248,7 +248,7 @@ class Profile:
         return self.evaluate(self.locate(y)).z
 
     def slope(self, y: ArrayLike, side: Side = "right") -> Floats:
-        """Slope dz/dy at y (mm), one-sided at a junction.
+        """Slope dz/dy at y (mm), with a choice of side at a junction.
 
         Parameters
         ----------
@@ -267,7 +267,7 @@ class Profile:
             return np.asarray(points.dz / points.dy)
 
     def curvature(self, y: ArrayLike, side: Side = "right") -> Floats:
-        """Curvature (1/mm) at y (mm), one-sided at a junction.
+        """Curvature (1/mm) at y (mm), with a choice of side at a junction.
 
         It is positive where the body is convex.
         """
@@ -357,7 +357,7 @@ def _find_stretch(profile: Profile, angle_rad: float) -> MonotoneFunction | None
 Point = tuple[float, float]
 
 
-def make_arc(start: Point, end: Point, *, centre: Point, radius: float, what: str = "arc") -> Arc:
+def make_arc(start: Point, end: Point, *, centre: Point, radius: float, label: str = "arc") -> Arc:
     """Make the shorter arc between two points about a centre.
 
     The points only define its two angles.
@@ -370,7 +370,7 @@ def make_arc(start: Point, end: Point, *, centre: Point, radius: float, what: st
         Centre (y, z) (mm).
     radius
         Radius (mm).
-    what
+    label
         Subject of a message.
 
     Returns
@@ -385,11 +385,11 @@ def make_arc(start: Point, end: Point, *, centre: Point, radius: float, what: st
     """
     angles = []
     for point in (start, end):
-        off = math.hypot(point[0] - centre[0], point[1] - centre[1]) - radius
-        if not abs(off) <= JOINT_GAP_MM:
+        distance_mm = math.hypot(point[0] - centre[0], point[1] - centre[1]) - radius
+        if not abs(distance_mm) <= JOINT_GAP_MM:
             raise InputError(
-                f"{what}: the point {point} mm lies {off:.3g} mm off the circle of radius {radius:g} mm about {centre} "
-                f"mm; allowed: {JOINT_GAP_MM:g} mm; correct the point, the centre or the radius"
+                f"{label}: the point {point} mm lies {distance_mm:.3g} mm off the circle of radius {radius:g} mm "
+                f"about {centre} mm; allowed: {JOINT_GAP_MM:g} mm; correct the point, the centre or the radius"
             )
         angles.append(math.atan2(point[1] - centre[1], point[0] - centre[0]))
     turn = math.remainder(angles[1] - angles[0], math.tau)
@@ -485,7 +485,7 @@ def mirror_segments(segments: Sequence[Segment]) -> list[Segment]:
 
 
 def circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile:
-    """Rail head of one arc with its crown at (0, 0), for comparisons with closed forms.
+    """Circular rail head with its crown at (0, 0), for comparisons with closed forms.
 
     The arc reaches to |y| = min(half_width_mm, 0.95 radius_mm).
 
@@ -615,7 +615,7 @@ _LARGEST_DIP_MM = 8.0
 _LEAST_HEAD_WIDTH_MM = 20.0
 
 
-def check_size(y: Floats, z: Floats, *, kind: Kind, what: str, unit: str = "mm") -> None:
+def check_size(y: Floats, z: Floats, *, kind: Kind, label: str, unit: str = "mm") -> None:
     """Check the size of a profile.
 
     Parameters
@@ -624,7 +624,7 @@ def check_size(y: Floats, z: Floats, *, kind: Kind, what: str, unit: str = "mm")
         Coordinates (n,) in mm.
     kind
         `rail` or `wheel`.
-    what
+    label
         Subject of the message.
     unit
         Unit in which the file was read.
@@ -641,7 +641,7 @@ def check_size(y: Floats, z: Floats, *, kind: Kind, what: str, unit: str = "mm")
     likely = min(MM, key=lambda unit_name: abs(math.log(in_file * MM[unit_name] / usual)))
     advice = f"the file looks like {likely}: {remedy(kind, 'units', likely)}"
     raise InputError(
-        f"{what}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; "
+        f"{label}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; "
         + (advice if likely != unit else f"give the running surface of the {kind} alone, whole")
     )
 
@@ -678,7 +678,7 @@ def check_shape(
     InputError
         The size is implausible, z points down, or a wheel has its flange on the field side.
     """
-    check_size(y, z, kind=kind, what=what, unit=unit)
+    check_size(y, z, kind=kind, label=what, unit=unit)
     if kind == "rail":
         dip, at = _find_deepest_dip(z)
         sides = [(y[side], z[side]) for side in (slice(at), slice(at, None))]

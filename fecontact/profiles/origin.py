@@ -25,7 +25,7 @@ _TIP_OVER_BACK_MM = (5.0, 30.0)
 _LARGEST_HEIGHT_MM, _NOTED_HEIGHT_MM = 0.5, 0.1
 
 
-def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> list[str]:
+def check_origin(points: Floats, kind: Kind, reading: Reading, label: str) -> list[str]:
     """Check the origin of points.
 
     Parameters
@@ -36,7 +36,7 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> lis
         `rail` or `wheel`.
     reading
         Options of the file.
-    what
+    label
         Subject of the message.
 
     Returns
@@ -51,7 +51,7 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> lis
         at z = 0. The message has the option that answers the question.
     """
     if kind == "rail":
-        return _check_rail_origin(points, reading, what)
+        return _check_rail_origin(points, reading, label)
     y, z = points.T
     inside = y.min() + _LEAST_INSIDE_MM <= 0.0 <= y.max() - _LEAST_INSIDE_MM
     height = float(np.interp(0.0, np.maximum.accumulate(y), z))
@@ -64,14 +64,15 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> lis
         # users who give the tape circle are aware of an unusual flange
         if reading.tape_circle_mm is None:
             raise InputError(
-                f"{what}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}, or"
+                f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}, or"
                 f" {remedy('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
             )
         notes.append(f"{tip_text}; usual are {usual_text}")
     if not inside:
         ends = sorted(_locate_in_file(float(end), reading) for end in (y.min(), y.max()))
         raise InputError(
-            f"{what}: the tape circle y = 0 lies outside the line or at its end, y = {y.min():.4g} to {y.max():.4g} mm;"
+            f"{label}: the tape circle y = 0 lies outside the line or at its end, y = {y.min():.4g} to "
+            f"{y.max():.4g} mm;"
             f" allowed: at least {_LEAST_INSIDE_MM:g} mm within it; give the y of the file at which the rolling radius"
             f" is measured, {ends[0] + _LEAST_INSIDE_MM:.4g} to {ends[1] - _LEAST_INSIDE_MM:.4g} mm, by"
             " --wheel-tape-circle-mm (tape_circle_mm in [wheel_file])"
@@ -80,7 +81,8 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, what: str) -> lis
         return [*notes, f"z = {reading.tape_circle_z_mm:g} mm of the file has the rolling radius"]
     if abs(height) > _LARGEST_HEIGHT_MM:
         raise InputError(
-            f"{what}: the line passes the tape circle y = 0 at z = {height:.4g} mm; allowed: {-_LARGEST_HEIGHT_MM:g} to"
+            f"{label}: the line passes the tape circle y = 0 at z = {height:.4g} mm; allowed: "
+            f"{-_LARGEST_HEIGHT_MM:g} to"
             f" {_LARGEST_HEIGHT_MM:g} mm; {remedy(kind, 'tape_circle_z_mm', round(height, 4))} if the rolling radius is"
             f" that of the line there, or {remedy(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
         )
@@ -129,7 +131,7 @@ def _suggest_tape_circle(tip_mm: float, reading: Reading) -> str:
     return f"{remedy('wheel', 'tape_circle_mm', rounded_mm)} for the usual {-_USUAL_TIP_MM:g} mm from the tip"
 
 
-def _check_rail_origin(points: Floats, reading: Reading, what: str) -> list[str]:
+def _check_rail_origin(points: Floats, reading: Reading, label: str) -> list[str]:
     """Check that a rail has no tape circle, and note an unusual highest point.
 
     Parameters
@@ -138,7 +140,7 @@ def _check_rail_origin(points: Floats, reading: Reading, what: str) -> list[str]
         Points (n, 2) in mm.
     reading
         Options of the file.
-    what
+    label
         Subject of the message.
 
     Returns
@@ -157,7 +159,8 @@ def _check_rail_origin(points: Floats, reading: Reading, what: str) -> list[str]
     ):
         if position_mm:
             raise InputError(
-                f"{what}: {position_mm:g} mm is given for a tape circle, but a rail has none; leave out --rail-{option}"
+                f"{label}: {position_mm:g} mm is given for a tape circle, but a rail has none; leave out "
+                f"--rail-{option}"
             )
     top = points[points[:, 1].argmax()]
     if abs(top[0]) > 1.0 or abs(top[1]) > 0.1:

@@ -49,11 +49,11 @@ def estimate_scatter(points: Floats, missed: Floats) -> Floats:
         Standard deviations (n - 4,) of the inner points (mm).
     """
     along = points[4:] - points[:-4]
-    steep = np.abs(along[:, 1]) > np.abs(along[:, 0])
-    parts = (~steep, steep)
-    if any(np.count_nonzero(part) < _FEWEST_FOR_SCATTER for part in parts):
+    is_steep = np.abs(along[:, 1]) > np.abs(along[:, 0])
+    masks = (~is_steep, is_steep)
+    if any(np.count_nonzero(mask) < _FEWEST_FOR_SCATTER for mask in masks):
         return np.full(missed.size, _estimate_robust_deviation(missed))
-    flat_scatter, side_scatter = (_estimate_robust_deviation(missed[part]) for part in parts)
+    flat_scatter, side_scatter = (_estimate_robust_deviation(missed[mask]) for mask in masks)
     scatter = np.hypot(flat_scatter * along[:, 0], side_scatter * along[:, 1])
     return np.asarray(scatter / np.maximum(np.hypot(*along.T), 1e-12))
 

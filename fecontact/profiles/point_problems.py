@@ -41,8 +41,8 @@ class Problem:
     size_mm: float
 
     @classmethod
-    def from_point(cls, what: ProblemType, index: int, point: Floats, size_mm: float) -> Problem:
-        """Make a problem of a point (2,) in mm."""
+    def make_at(cls, what: ProblemType, index: int, point: Floats, size_mm: float) -> Problem:
+        """Make the problem of a point (2,) in mm."""
         return cls(what=what, index=index, y_mm=float(point[0]), z_mm=float(point[1]), size_mm=size_mm)
 
     @property
@@ -97,7 +97,7 @@ def out_of_order(points: Floats, noise_mm: Floats) -> list[Problem]:
         )
     )
     return [
-        Problem.from_point("out of order", int(i), points[i], float(sizes[i]))
+        Problem.make_at("out of order", int(i), points[i], float(sizes[i]))
         for i in sorted(sizes, key=lambda i: -sizes[i])
     ]
 
@@ -130,5 +130,5 @@ def crossings(points: Floats) -> list[Problem]:
             t = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
             u = (off[:, 0] * d[i, 1] - off[:, 1] * d[i, 0]) / cross
         if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):
-            problems.append(Problem.from_point("crosses itself", int(i), a[i], float(np.hypot(*d[i]))))
+            problems.append(Problem.make_at("crosses itself", int(i), a[i], float(np.hypot(*d[i]))))
     return problems

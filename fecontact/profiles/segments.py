@@ -47,8 +47,8 @@ class CurvePoints:
     ddz: Floats
 
     @classmethod
-    def from_vectors(cls, position: Floats, first: Floats, second: Floats) -> CurvePoints:
-        """Make curve points from vectors (y, z).
+    def split_vectors(cls, position: Floats, first: Floats, second: Floats) -> CurvePoints:
+        """Split vectors (y, z) into the coordinates of curve points.
 
         Parameters
         ----------
@@ -258,7 +258,7 @@ class Spline:
         CurvePoints
             Points (mm) in the shape of v.
         """
-        return CurvePoints.from_vectors(self._spline(v), self._spline(v, 1), self._spline(v, 2))
+        return CurvePoints.split_vectors(self._spline(v), self._spline(v, 1), self._spline(v, 2))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -408,10 +408,10 @@ class SmoothedSegment:
         if isinstance(self.base, Polynomial):
             dd = dd + first * self._arc_length(v, 2)[..., None]
         if self.base is None:
-            return CurvePoints.from_vectors(p, d, dd)
+            return CurvePoints.split_vectors(p, d, dd)
         span, pose = self.v_to - self.v_from, self.registration
         b = self.base.evaluate(self.v_from + span * v)
-        return CurvePoints.from_vectors(
+        return CurvePoints.split_vectors(
             pose.from_reference(np.stack((b.y, b.z), axis=-1)) + p,
             span * pose.rotate(np.stack((b.dy, b.dz), axis=-1)) + d,
             span**2 * pose.rotate(np.stack((b.ddy, b.ddz), axis=-1)) + dd,

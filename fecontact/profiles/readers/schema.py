@@ -1,4 +1,4 @@
-"""What a profile file in TOML may hold; any other key is an error."""
+"""Schema of a profile file in TOML; any other key is an error."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ Point = tuple[Coordinate, Coordinate]
 
 
 class _StrictModel(BaseModel):
+    """Model without additional keys."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
 
 
@@ -56,7 +58,7 @@ Entries = list[Annotated[Entry, Field(discriminator="type")]]
 
 
 class Head(_StrictModel):
-    """Mirror-symmetric rail head of tangent arcs with straight sides, crown at (0, 0)."""
+    """Symmetric rail head of tangent arcs with straight sides and its crown at (0, 0)."""
 
     radii: Annotated[list[Positive], Field(min_length=1)]
     half_widths: list[Positive]
@@ -73,7 +75,7 @@ class Head(_StrictModel):
 
 
 class ProfileFile(_StrictModel):
-    """A whole file."""
+    """Complete profile file."""
 
     kind: Literal["rail", "wheel"]
     units: Literal["mm"]
