@@ -92,8 +92,8 @@ class MonotoneFunction:
         for _ in range(60):
             value_and_rate = self.function(u)
             step = (target - value_and_rate[..., 0]) / np.maximum(value_and_rate[..., 1], _LEAST_RATE)
-            before, u = u, np.minimum(np.maximum(u + step, low), high)
-            if not (np.abs(u - before) > _NEWTON_TOLERANCE).any():
+            previous, u = u, np.minimum(np.maximum(u + step, low), high)
+            if not (np.abs(u - previous) > _NEWTON_TOLERANCE).any():
                 break
         return np.where((t >= first - _END_SLACK_MM) & (t <= last + _END_SLACK_MM), u, np.nan)
 
@@ -150,7 +150,7 @@ class Pieces:
             axis=2,
         )[..., :-1]
         first = _integrate_powers(derivatives[:, :2], np.stack((begin.dy, begin.dz)))
-        place = _integrate_powers(first, np.stack((begin.y, begin.z)))
+        position = _integrate_powers(first, np.stack((begin.y, begin.z)))
         speed = derivatives[:, 2:]
         steps = polyval(np.diff(u), _integrate_powers(speed, np.zeros((1, u.size - 1)))[:, 0], tensor=False)
         lengths = np.append(0.0, np.cumsum(steps))
@@ -158,7 +158,7 @@ class Pieces:
         return cls(
             u=u,
             ends=ends,
-            curve=_join_polynomials(u, place, first, derivatives[:, :2]),
+            curve=_join_polynomials(u, position, first, derivatives[:, :2]),
             arc=MonotoneFunction(function=arc, u=u, values=lengths),
         )
 

@@ -26,11 +26,11 @@ def noise_of(points: Floats) -> float:
     float
         Standard deviation (mm), from the distance of each point to the cubic through its four neighbours.
     """
-    missed, weight = missed_by_neighbours(points)
-    return float(estimate_scatter(points, missed / weight).max()) if missed.size else 0.0
+    distances, weight = missed_by_neighbours(points)
+    return float(estimate_scatter(points, distances / weight).max()) if distances.size else 0.0
 
 
-def estimate_scatter(points: Floats, missed: Floats) -> Floats:
+def estimate_scatter(points: Floats, distances: Floats) -> Floats:
     """Estimate the standard deviation of points across their profile.
 
     An instrument may have errors in the height alone, or in the lateral position alone. So flat and steep points are
@@ -40,7 +40,7 @@ def estimate_scatter(points: Floats, missed: Floats) -> Floats:
     ----------
     points
         Points (n, 2) in mm, in the order along the profile.
-    missed
+    distances
         Distances (n - 4,) of the inner points from the cubic through their neighbours (mm).
 
     Returns
@@ -52,15 +52,15 @@ def estimate_scatter(points: Floats, missed: Floats) -> Floats:
     is_steep = np.abs(along[:, 1]) > np.abs(along[:, 0])
     masks = (~is_steep, is_steep)
     if any(np.count_nonzero(mask) < _FEWEST_FOR_SCATTER for mask in masks):
-        return np.full(missed.size, _estimate_robust_deviation(missed))
-    flat_scatter, side_scatter = (_estimate_robust_deviation(missed[mask]) for mask in masks)
+        return np.full(distances.size, _estimate_robust_deviation(distances))
+    flat_scatter, side_scatter = (_estimate_robust_deviation(distances[mask]) for mask in masks)
     scatter = np.hypot(flat_scatter * along[:, 0], side_scatter * along[:, 1])
     return np.asarray(scatter / np.maximum(np.hypot(*along.T), 1e-12))
 
 
-def _estimate_robust_deviation(missed: Floats) -> float:
+def _estimate_robust_deviation(distances: Floats) -> float:
     # the median ignores corners, junctions and spikes; division by 0.6745 makes it a standard deviation
-    return float(np.median(np.abs(missed))) / 0.6745
+    return float(np.median(np.abs(distances))) / 0.6745
 
 
 def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[Floats, Floats]:
@@ -76,7 +76,7 @@ def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[F
 
     Returns
     -------
-    missed (n - 4,)
+    distances (n - 4,)
         Distances across the profile, positive to the left (mm).
     weight (n - 4,)
         Standard deviations of the distances if each point has a standard deviation of 1.

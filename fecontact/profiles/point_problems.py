@@ -125,10 +125,10 @@ def crossings(points: Floats) -> list[Problem]:
     for i in np.flatnonzero(least_later_y[: len(a) - 2] < np.maximum(a[:-2, 0], b[:-2, 0])):
         c, e = a[i + 2 :], d[i + 2 :]
         cross = d[i, 0] * e[:, 1] - d[i, 1] * e[:, 0]
-        off = c - a[i]
+        offset = c - a[i]
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            t = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
-            u = (off[:, 0] * d[i, 1] - off[:, 1] * d[i, 0]) / cross
+            t = (offset[:, 0] * e[:, 1] - offset[:, 1] * e[:, 0]) / cross
+            u = (offset[:, 0] * d[i, 1] - offset[:, 1] * d[i, 0]) / cross
         if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):
             problems.append(Problem.make_at("crosses itself", int(i), a[i], float(np.hypot(*d[i]))))
     return problems

@@ -38,7 +38,8 @@ _ROUNDING_STEPS, _ROUNDED_SHARE = 1.5, 0.9
 # A spike of the size e among points with a spacing h changes the curvature of a spline by 4.4 e / h^2. A smaller change
 # has no effect: 3 % of R 300 mm.
 _SPIKE_BEND, _HARMLESS_BEND_PER_MM = 4.4, 1e-4
-# A junction from straight to R 10 mm is off the cubic by up to this factor times the square of the spacing (1/mm).
+# A junction from straight to R 10 mm is off the cubic by up to the second number (1/mm) times the square of the
+# spacing. The first number is added.
 _JUNCTION_MISS_MM, _JUNCTION_MISS_PER_MM = 0.003, 0.012
 # After the removal of a spike, its neighbours are off by less than this fraction of it: for a spike that is too large
 # for a junction, and for a smaller spike.
@@ -65,8 +66,8 @@ def spikes(points: Floats) -> list[Problem]:
     problems: list[Problem] = []
     remaining, index = points, np.arange(len(points))
     while len(problems) < _LARGEST_SPIKE_COUNT and (spike := _find_largest_spike(remaining)) is not None:
-        k, missed = spike
-        problems.append(Problem.make_at("spike", int(index[k]), remaining[k], missed))
+        k, distance = spike
+        problems.append(Problem.make_at("spike", int(index[k]), remaining[k], distance))
         remaining, index = np.delete(remaining, k, axis=0), np.delete(index, k)
     return problems
 
@@ -113,17 +114,17 @@ def _find_largest_spike(points: Floats) -> tuple[int, float] | None:
     tuple of int and float, or None
         Index of the point, and its distance from the cubic through its neighbours (mm); None without a spike.
     """
-    missed, weight = missed_by_neighbours(points)
-    if missed.size < _FEWEST_LOCAL_POINTS + 1:
+    distances, weight = missed_by_neighbours(points)
+    if distances.size < _FEWEST_LOCAL_POINTS + 1:
         return None
     rounding = _ROUNDING_STEPS * _estimate_resolution_mm(points)
-    usual = estimate_scatter(points, missed / weight)
-    limit = _compute_miss_limits(missed, weight, rounding, _harmless_sizes(points), usual)
+    usual = estimate_scatter(points, distances / weight)
+    limit = _compute_miss_limits(distances, weight, rounding, _harmless_sizes(points), usual)
     everywhere = np.maximum(_SPIKE_SIGMAS * usual, rounding) * weight
     beyond_junctions = np.maximum(everywhere, _JUNCTION_MISS_MM + _JUNCTION_MISS_PER_MM * _mean_spacing(points) ** 2)
-    over = np.abs(missed) / np.minimum(limit, beyond_junctions)
+    over = np.abs(distances) / np.minimum(limit, beyond_junctions)
     for k in (int(i) for i in np.argsort(-over)[: np.count_nonzero(over > 1.0)]):
-        size = abs(float(missed[k]))
+        size = abs(float(distances[k]))
         # a corner or a junction causes the distances next to it
         around = slice(max(k - 4, 0), k + 9)
         position = k - around.start
@@ -133,7 +134,7 @@ def _find_largest_spike(points: Floats) -> tuple[int, float] | None:
         large = size > beyond_junctions[k] and near.size > 0 and near.max() < largest_remainder
         small = size > limit[k] and near.size == 4 and near.max() < min(_REMAINDER_OF_SMALL * size, limit[k])
         if (large and _is_outlier(points, k + 2)) or (small and _is_outlier(points, k + 2, bent=True)):
-            return k + 2, float(missed[k])
+            return k + 2, float(distances[k])
     return None
 
 
@@ -147,12 +148,14 @@ def _harmless_sizes(points: Floats) -> Floats:
     return np.asarray(_HARMLESS_BEND_PER_MM / _SPIKE_BEND * _mean_spacing(points) ** 2)
 
 
-def _compute_miss_limits(missed: Floats, weight: Floats, rounding: float, harmless_mm: Floats, usual: Floats) -> Floats:
+def _compute_miss_limits(
+    distances: Floats, weight: Floats, rounding: float, harmless_mm: Floats, usual: Floats
+) -> Floats:
     """Compute the largest distances from the cubic that scatter and rounding explain.
 
     Parameters
     ----------
-    missed, weight
+    distances, weight
         Distances (n,) in mm from the cubic through the neighbours, and their error factors.
     rounding
         Distance (mm) that rounding of the coordinates causes.
@@ -168,17 +171,18 @@ def _compute_miss_limits(missed: Floats, weight: Floats, rounding: float, harmle
     """
     return np.asarray(
         np.maximum(
-            np.maximum(_SPIKE_SIGMAS * _estimate_local_scatter(missed / weight, usual), rounding) * weight, harmless_mm
+            np.maximum(_SPIKE_SIGMAS * _estimate_local_scatter(distances / weight, usual), rounding) * weight,
+            harmless_mm,
         )
     )
 
 
-def _estimate_local_scatter(missed: Floats, usual: Floats) -> Floats:
+def _estimate_local_scatter(distances: Floats, usual: Floats) -> Floats:
     """Estimate the standard deviation of points from distances to the cubic through their neighbours.
 
     Parameters
     ----------
-    missed
+    distances
         Distances (n,) divided by their error factors (mm).
     usual
         Usual standard deviation (n,) in mm.
@@ -188,8 +192,8 @@ def _estimate_local_scatter(missed: Floats, usual: Floats) -> Floats:
     ndarray
         Standard deviation (n,) in mm: the usual value, or a larger local value.
     """
-    n, reach = missed.size, _LOCAL_POINTS
-    padded = np.concatenate((np.full(reach, np.nan), np.abs(missed), np.full(reach, np.nan)))
+    n, reach = distances.size, _LOCAL_POINTS
+    padded = np.concatenate((np.full(reach, np.nan), np.abs(distances), np.full(reach, np.nan)))
     windows = np.lib.stride_tricks.sliding_window_view(padded, reach - 2)
     # a spike moves the cubics of its two neighbours on each side too
     sides = [_LOCAL_WEIGHT * _compute_window_medians(windows[start : start + n]) for start in (0, reach + 3)]
@@ -257,19 +261,24 @@ def _compare_with_both_sides(points: Floats, rounding: float, harmless_mm: Float
 
     Returns
     -------
-    off, limit
+    smaller_distances, limit
         The smaller of both distances (n - 4,), and its limit (n - 4,), in mm.
     """
     (right, right_limit), (left, left_limit) = (
-        (missed, _compute_miss_limits(missed, weight, rounding, harmless_mm, estimate_scatter(points, missed / weight)))
-        for missed, weight in (missed_by_neighbours(points, place) for place in (0, 4))
+        (
+            distances,
+            _compute_miss_limits(
+                distances, weight, rounding, harmless_mm, estimate_scatter(points, distances / weight)
+            ),
+        )
+        for distances, weight in (missed_by_neighbours(points, place) for place in (0, 4))
     )
-    off, limit = np.zeros(right.size), np.full(right.size, np.inf)
+    smaller_distances, limit = np.zeros(right.size), np.full(right.size, np.inf)
     # the first of five points is compared with the points on its right, the last with the points on its left
     inner = slice(2, right.size - 2)
-    off[inner] = np.where(np.abs(right[4:]) < np.abs(left[:-4]), right[4:], left[:-4])
+    smaller_distances[inner] = np.where(np.abs(right[4:]) < np.abs(left[:-4]), right[4:], left[:-4])
     limit[inner] = np.maximum(right_limit[4:], left_limit[:-4])
-    return off, limit
+    return smaller_distances, limit
 
 
 def _limit_two_junctions(points: Floats) -> Floats:
@@ -680,12 +689,12 @@ def _estimate_local_noise(points: Floats) -> Floats:
     ndarray
         Displacements (n,) in mm.
     """
-    missed, weight = missed_by_neighbours(points)
+    distances, weight = missed_by_neighbours(points)
     usual = noise_of(points)
-    if not missed.size:
+    if not distances.size:
         return np.zeros(len(points))
     local = np.clip(
-        _estimate_local_scatter(missed / weight, np.full(missed.size, usual)),
+        _estimate_local_scatter(distances / weight, np.full(distances.size, usual)),
         usual,
         max(usual, _LARGEST_LOCAL_NOISE_MM),
     )

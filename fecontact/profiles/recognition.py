@@ -54,9 +54,9 @@ _LARGEST_TYPICAL_WEAR_MM = 0.5
 # The points belong to a profile if this share of them is on it. Profiles with a smaller share, by more than the margin,
 # are excluded: under 3 mm of wear the next profile is equally near to all points, and its deviation equally smooth.
 _UNWORN_SHARE, _UNWORN_SHARE_MARGIN = 0.65, 0.1
-# A head is worn and canted to the gauge side. It is mirrored if it leans outwards by more, is much lower near its field
-# side or has lost more material there, unless it has lost an equal surplus on its gauge side. A new head that is canted
-# by 1:40 is lower by 1.1 mm. Worn heads with at least 0.5 mm lean by at least 6 mrad.
+# A head is worn and canted to the gauge side. It may be mirrored if it leans outwards by more, is much lower near its
+# field side or has lost more material there, unless it has lost an equal surplus on its gauge side. A new head that is
+# canted by 1:40 is lower by 1.1 mm. Worn heads with at least 0.5 mm lean by at least 6 mrad.
 _OUTWARDS_RAD, _SIDE_LOSS_MM = 0.005, 0.5
 # The loss of a side is the 0.9 quantile of its points. They are beyond this distance from the middle, and down to the
 # depth below the top (mm) to which both sides are measured. The loss is undefined if a side ends above the least depth.
@@ -344,19 +344,19 @@ def _smooth_points(file_points: Points, reading: Reading, matches: Sequence[Near
         return requested[0][0]
     near_matches = [match for match in matches if match.farthest_mm < _LARGEST_WEAR_MM]
     smoothed_matches = [
-        (match, *made)
+        (match, *smoothing)
         for match in near_matches
-        if (made := _smooth_deviation(match, file_points.points, smooth)) is not None
+        if (smoothing := _smooth_deviation(match, file_points.points, smooth)) is not None
     ]
     certain_candidates = [
-        (match.usual_mm, made, score)
-        for match, made, score in smoothed_matches
-        if match.farthest_mm < _UNWORN_MM or made.filter_mm >= _median_running_filter_mm(free_smoothing[0])
+        (match.usual_mm, smoothing, score)
+        for match, smoothing, score in smoothed_matches
+        if match.farthest_mm < _UNWORN_MM or smoothing.filter_mm >= _median_running_filter_mm(free_smoothing[0])
     ]
     candidates = [*certain_candidates, (0.0, *free_smoothing)]
     best = min(score for *_, score in candidates)
     # the first of several equally good smoothings
-    usual, measured = next((usual, made) for usual, made, score in candidates if score <= best * (1.0 + 1e-9))
+    usual, measured = next((usual, smoothing) for usual, smoothing, score in candidates if score <= best * (1.0 + 1e-9))
     return measured if usual < _LARGEST_TYPICAL_WEAR_MM else free_smoothing[0]
 
 

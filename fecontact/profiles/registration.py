@@ -380,14 +380,14 @@ def select_unworn(
     return feet, [float(share) for share in unworn]
 
 
-def estimate_distance_mm(off: Floats) -> float:
+def estimate_distance_mm(distances_mm: Floats) -> float:
     """Estimate the standard deviation of distances by their median.
 
     So worn points have little influence.
 
     Parameters
     ----------
-    off
+    distances_mm
         Distances (n,) in mm.
 
     Returns
@@ -395,7 +395,7 @@ def estimate_distance_mm(off: Floats) -> float:
     float
         Standard deviation (mm); infinite without distances.
     """
-    return float(np.median(np.abs(off))) / 0.6745 + 1e-9 if off.size else math.inf
+    return float(np.median(np.abs(distances_mm))) / 0.6745 + 1e-9 if distances_mm.size else math.inf
 
 
 def first_shift(profile: Profile, points: Floats) -> tuple[float, float]:

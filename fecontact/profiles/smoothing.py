@@ -137,14 +137,14 @@ def slide_along_nominal(frame: Held, filter_mm: float) -> Held:
     if not frame.reference:
         return frame
     nominal_profile, s_mm = make_nominal_profile(frame.reference), frame.s_mm
-    beside_end = 1e-3 * np.arange(s_mm.size)
+    end_margin = 1e-3 * np.arange(s_mm.size)
     for _ in range(_SLIDE_STEPS):
         values, tangent = _measure_deviations(nominal_profile, frame, s_mm)
         normals = np.column_stack((-tangent[:, 1], tangent[:, 0]))
         remainder = values - least_bending(s_mm, values, normals, filter_mm)
         next_s = s_mm + np.clip((remainder * tangent).sum(axis=1), -1.0, 1.0)
         # there is no position beyond an end: the last points stay next to the end, one after another
-        next_s = np.clip(next_s, beside_end, nominal_profile.length_mm - beside_end[::-1])
+        next_s = np.clip(next_s, end_margin, nominal_profile.length_mm - end_margin[::-1])
         if np.diff(next_s).min() <= 1e-9:
             break
         s_mm = next_s
@@ -267,10 +267,10 @@ def select_running_part(frame: Held) -> NDArray[np.bool_]:
     return is_flat if np.count_nonzero(is_flat) >= _FEWEST_RUNNING else np.ones_like(is_flat)
 
 
-def _limit_outliers(off: Floats) -> Floats:
+def _limit_outliers(distances_mm: Floats) -> Floats:
     """Limit distances (n,) to a multiple of the usual distance."""
-    largest = _DENT_RATIO * estimate_distance_mm(off)
-    return np.clip(off, -largest, largest)
+    largest = _DENT_RATIO * estimate_distance_mm(distances_mm)
+    return np.clip(distances_mm, -largest, largest)
 
 
 def fit_deviation(frame: Held, filter_mm: float, noise: float | None) -> tuple[Floats, float, float]:
@@ -297,10 +297,10 @@ def fit_deviation(frame: Held, filter_mm: float, noise: float | None) -> tuple[F
     # the trace of the smoother (Hutchinson) is its number of degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:])[running]))
     residual = np.asarray(((values - fitted[:, :2]) * frame.normals).sum(axis=1))
-    score = float((_limit_outliers(residual[running]) ** 2).mean())
+    mean_square = float((_limit_outliers(residual[running]) ** 2).mean())
     if noise is None:
-        return residual, freedom, score / max(1.0 - _FREEDOM_COST * freedom, 1e-3) ** 2
-    return residual, freedom, score + 2.0 * _FREEDOM_COST * noise**2 * freedom
+        return residual, freedom, mean_square / max(1.0 - _FREEDOM_COST * freedom, 1e-3) ** 2
+    return residual, freedom, mean_square + 2.0 * _FREEDOM_COST * noise**2 * freedom
 
 
 @lru_cache(maxsize=8)

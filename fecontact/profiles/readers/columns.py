@@ -954,7 +954,7 @@ def read_simpack(path: Path, reading: Reading) -> Points:
             "sign of z"
         )
     table, notes = _process_points(keys, rows)
-    keeps_sign = reading.columns == "1,-2"
+    is_sign_kept = reading.columns == "1,-2"
     factor = keys.number("units.len.f", 1000.0)
     if not _ALLOWED_LENGTH_FACTORS[0] <= factor <= _ALLOWED_LENGTH_FACTORS[1]:
         raise InputError(
@@ -966,10 +966,14 @@ def read_simpack(path: Path, reading: Reading) -> Points:
         notes += [] if factor == 1000.0 else [f"turned into mm: the file has {factor:g} units in a metre"]
     source = Source(what=label, kind=kind, reading=reading)
     points, conversion_notes = convert_to_mm(
-        table[:, 0], table[:, 1] if keeps_sign else -table[:, 1], reading.units, source
+        table[:, 0], table[:, 1] if is_sign_kept else -table[:, 1], reading.units, source
     )
-    remarks = (f"SIMPACK file: {'the sign of z as it is' if keeps_sign else 'z turned up'}", *notes, *conversion_notes)
-    flipped = "1,2" if keeps_sign else "1,-2"
+    remarks = (
+        f"SIMPACK file: {'the sign of z as it is' if is_sign_kept else 'z turned up'}",
+        *notes,
+        *conversion_notes,
+    )
+    flipped = "1,2" if is_sign_kept else "1,-2"
     return Points(points=points, kind=kind, name=path.stem, source=label, notes=remarks, flipped_columns=flipped)
 
 
