@@ -126,7 +126,7 @@ class Material:
 
     @property
     def lame_MPa(self) -> float:
-        """First Lame constant lambda = E nu / ((1 + nu) (1 - 2 nu)) in MPa."""
+        """First Lame constant in MPa: lambda = E nu / ((1 + nu) (1 - 2 nu))."""
         return self.young_MPa * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
 
 
@@ -214,6 +214,12 @@ class BodySize:
         Thickness of the wheel's rim.
     half_length_mm
         Length of rail and rim on each side of the contact.
+
+    Examples
+    --------
+    >>> from fecontact.bodies import BodySize
+    >>> BodySize().at_radius(100.0).rim_thickness_mm
+    60.0
     """
 
     rail_depth_mm: float = number(60.0, "Depth of the rail's base below its crown", remedy=_CUT_REMEDY)
@@ -269,6 +275,12 @@ class Track:
 
     The gauge is measured `gauge_depth_mm` below the highest point of the inclined rail. For heads without a gauge face,
     `rail_crown_y_mm` is the distance of the rail's crown from the track centre, and the gauge is not used.
+
+    Examples
+    --------
+    >>> from fecontact.bodies import Track
+    >>> Track().tape_circle_y_mm
+    750.0
     """
 
     gauge_mm: float = number(1435.0, "Track gauge", remedy="usually 1435 mm")

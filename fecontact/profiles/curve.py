@@ -86,7 +86,9 @@ class Junction:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
-    """Running surface as a chain of segments, from the gauge side (small y) to the field side.
+    """Running surface as a chain of segments.
+
+    The segments go from the gauge side (small y) to the field side.
 
     Attributes
     ----------
@@ -583,7 +585,9 @@ def make_two_arc_rail_head(
 
 
 def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
-    """Wheel with a straight tread at z = 0 and no flange, for comparisons with closed forms.
+    """Wheel with a straight tread at z = 0 and no flange.
+
+    It serves for comparisons with closed forms.
 
     Parameters
     ----------

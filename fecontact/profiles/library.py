@@ -34,8 +34,10 @@ _DATA = resources.files("fecontact.profiles") / "data"
 @cache
 def _read_library_kinds() -> dict[str, Kind]:
     """Kind of each library profile by its name."""
-    files = sorted(_DATA.iterdir(), key=lambda entry: entry.name)
-    return {f.name[:-5]: tomllib.loads(f.read_text("utf-8"))["kind"] for f in files if f.name.endswith(".toml")}
+    files = sorted(_DATA.iterdir(), key=lambda file: file.name)
+    return {
+        file.name[:-5]: tomllib.loads(file.read_text("utf-8"))["kind"] for file in files if file.name.endswith(".toml")
+    }
 
 
 def names(kind: Kind | None = None) -> tuple[str, ...]:
@@ -308,7 +310,7 @@ def can_be_file(spec: str) -> bool:
 
 
 def refuse_unknown(spec: str) -> None:
-    """Refuse a text that is neither in the library nor a short form, and cannot be a file.
+    """Refuse a text other than a library name, a short form or a possible file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Checks of the origin of a profile, and of the position of a wheel's tape circle.
+"""Checks of a profile's origin and of a wheel's tape circle.
 
 A verdict needs the tape circle, so a doubtful position is refused with the remedy.
 """
@@ -103,7 +103,7 @@ def _is_flange(y: Floats, z: Floats, tread: float) -> bool:
 
 
 def _locate_in_file(y_mm: float, reading: Reading) -> float:
-    """Position in the y of the file (mm) of a position from the tape circle (mm)."""
+    """Convert a lateral position from the tape circle to the file's y (mm)."""
     return (reading.tape_circle_mm or 0.0) + (-y_mm if reading.mirror else y_mm)
 
 

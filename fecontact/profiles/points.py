@@ -144,7 +144,7 @@ def _mean_spacing(points: Floats) -> Floats:
 
 
 def _harmless_sizes(points: Floats) -> Floats:
-    """Sizes (n - 4,) of spikes in mm that are too small to matter for the curvature."""
+    """Sizes (n - 4,) of spikes in mm that do not affect the curvature."""
     return np.asarray(_HARMLESS_BEND_PER_MM / _SPIKE_BEND * _mean_spacing(points) ** 2)
 
 
@@ -248,7 +248,7 @@ def _is_outlier(points: Floats, k: int, *, bent: bool = False) -> bool:
 
 
 def _compare_with_both_sides(points: Floats, rounding: float, harmless_mm: Floats) -> tuple[Floats, Floats]:
-    """Compare each inner point with the profile that is extrapolated from its left and its right.
+    """Compare each inner point with the profiles extrapolated from both sides.
 
     Parameters
     ----------
@@ -559,7 +559,7 @@ def drop_close_points(points: Floats, closest_mm: float) -> Floats:
 
 
 def _cut_turned_in_ends(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
-    """Cut the ends of a profile that turn in beyond the widest points of both sides.
+    """Cut the ends of a profile that turn in beyond its widest points.
 
     A wheel or a rail that approaches from above or below does not touch such an end behind the widest point.
 
@@ -595,7 +595,7 @@ def _cut_turned_in_ends(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
 
 
 def _find_widest(y: Floats, near: int, side: float) -> int:
-    """Find the index of the least `side` times y, a few points around an approximate index.
+    """Find the index of the least `side` times y near an approximate index.
 
     The approximate index ignores single points.
     """
@@ -864,7 +864,7 @@ def measure_field_side_drop_mm(points: Floats) -> float | None:
 
 
 def _describe_noise(points: Floats) -> str:
-    """Describe the scatter of the points across the profile, and the curvature error of a spline.
+    """Describe the scatter of the points and the curvature error of a spline.
 
     Parameters
     ----------

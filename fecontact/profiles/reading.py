@@ -29,6 +29,12 @@ class Reading:
         Settings of the smoothing of measured points (`profiles.smoothing`).
     repair
         Whether wrong points are left out instead of refused (`profiles.segments`).
+
+    Examples
+    --------
+    >>> from fecontact.profiles.reading import Reading
+    >>> Reading(units="cm", filter_mm=4.0).units
+    'cm'
     """
 
     units: str | None = choice(None, "Unit of the points in a file", tuple(MM), label="units of the profile file")

@@ -212,7 +212,9 @@ def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
 
 
 def _check_mirroring(file_points: Points, reading: Reading, matches: Sequence[Nearest] = ()) -> list[str]:
-    """Check whether a head that is canted or worn to the field side may be mirrored.
+    """Check whether a head may be mirrored.
+
+    Such a head is canted or worn to the field side.
 
     Parameters
     ----------
@@ -309,7 +311,7 @@ def line_through(file_points: Points, reading: Reading) -> Profile:
 
 
 def _smooth_points(file_points: Points, reading: Reading, matches: Sequence[Nearest]) -> Measured:
-    """Smooth points as a deviation from their certain profile of the library, or without a profile.
+    """Smooth points, as a deviation from a library profile if it is certain.
 
     Parameters
     ----------

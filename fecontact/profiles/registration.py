@@ -162,7 +162,7 @@ class FootPoints:
 
 
 def foot_points(profile: Profile, points: Floats) -> FootPoints:
-    """Nearest points of a profile for points that are at most a few mm off it.
+    """Nearest points of a profile for points within a few mm.
 
     Parameters
     ----------
@@ -399,7 +399,7 @@ def estimate_distance_mm(distances_mm: Floats) -> float:
 
 
 def first_shift(profile: Profile, points: Floats) -> tuple[float, float]:
-    """Displacement that moves the crowns of two rails, or the flange tips of two wheels, together.
+    """Displacement that aligns the crowns of two rails or the flange tips of two wheels.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ from fecontact.profiles.recognition import line_through
 
 
 class WrongKindError(InputError):
-    """Error for a wheel in place of a rail, or a rail in place of a wheel."""
+    """Error for a wheel in place of a rail, or the reverse."""
 
 
 # Unicode categories of control characters, format characters, and separators of lines and paragraphs.
@@ -213,7 +213,10 @@ def _parse_numbers(spec: str, pattern: str, complaint: str) -> list[float]:
 
 
 def _read_file(spec: str, kind: Kind, reading: Reading) -> Profile:
-    """Read a file, once per content, because the smoothing of a measurement takes half a second."""
+    """Read a file, once per content.
+
+    The smoothing of a measurement takes half a second.
+    """
     # the reader of a missing file raises the error
     content = hashlib.sha256(file_bytes(Path(spec))).hexdigest() if os.path.exists(spec) else ""
     return _read_once(spec, kind, reading, content)

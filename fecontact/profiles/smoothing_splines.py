@@ -24,7 +24,9 @@ _ALONG_WEIGHT = 1e-5
 
 
 def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats | None = None) -> PPoly:
-    """Cubic smoothing spline that halves a wave of a given length, for any spacing of points.
+    """Cubic smoothing spline that halves a wave of a given length.
+
+    The length does not depend on the spacing of the points.
 
     It minimises the sum of the squared distances from the points, each times the local spacing, plus (filter / 2 pi)^4
     times the integral of the squared second derivative.

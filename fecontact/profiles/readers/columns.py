@@ -172,14 +172,14 @@ def read_text(path: Path) -> str:
     InputError
         The file cannot be read, or is not a text.
     """
-    data = file_bytes(path)
-    if b"\0" in data:
+    content = file_bytes(path)
+    if b"\0" in content:
         raise InputError(f"{path} is not plain text (a table file or UTF-16?); save it as text of two columns")
     try:
-        return data.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         # comments may have an older encoding; the numbers are checked below
-        return data.decode("latin-1")
+        return content.decode("latin-1")
 
 
 def shorten_text(text: object) -> str:
@@ -282,7 +282,7 @@ def _has_decimal_commas(lines: Sequence[str]) -> bool:
 
 
 def _are_pairs_with_commas(lines: Sequence[tuple[int, str]]) -> bool:
-    """Whether each line is two numbers with decimal commas and a comma between them, as `1,5,-2,25`."""
+    """Whether each line has two numbers with decimal commas, as `1,5,-2,25`."""
     numeric = [line for _, line in lines if re.match(r"[-+]?\d", line)]
     return len(numeric) >= FEWEST_POINTS and all(map(_PAIR_WITH_COMMAS.fullmatch, numeric))
 

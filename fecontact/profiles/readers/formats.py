@@ -146,12 +146,12 @@ def parse_library_file(text: str, *, name: str) -> Profile:
     return _build_profile(_make_namespace(toml_content(text, f"profile {name}")), name, PLAIN)
 
 
-def _make_namespace(entry: Any) -> Any:
+def _make_namespace(content: Any) -> Any:
     """Make objects with attributes from dictionaries, as the schema does.
 
     Parameters
     ----------
-    entry
+    content
         Dictionary, list, number or text.
 
     Returns
@@ -159,13 +159,13 @@ def _make_namespace(entry: Any) -> Any:
     object
         Object with the attributes of the schema.
     """
-    if isinstance(entry, dict):
-        entries = {key: _make_namespace(value) for key, value in entry.items()}
+    if isinstance(content, dict):
+        entries = {key: _make_namespace(value) for key, value in content.items()}
         return SimpleNamespace(**_DEFAULT_ENTRIES | entries, from_=entries.get("from"))
-    if isinstance(entry, list):
-        values = [_make_namespace(value) for value in entry]
+    if isinstance(content, list):
+        values = [_make_namespace(value) for value in content]
         return tuple(values) if isinstance(values[0], float) else values
-    return float(entry) if isinstance(entry, int) else entry
+    return float(content) if isinstance(content, int) else content
 
 
 def _build_profile(file: schema.ProfileFile, name: str, reading: Reading) -> Profile:
