@@ -28,7 +28,7 @@ class Reading:
     filter_mm, noise_mm, nominal
         Settings of the smoothing of measured points (`profiles.smoothing`).
     repair
-        Whether wrong points are left out instead of refused (`profiles.segments`).
+        Whether wrong points are left out instead of refused (`profiles.points`).
 
     Examples
     --------
