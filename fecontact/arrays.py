@@ -1,4 +1,4 @@
-"""Types of NumPy arrays."""
+"""Type aliases of NumPy arrays."""
 
 from typing import TypeAlias
 

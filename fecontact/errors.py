@@ -1,4 +1,7 @@
-"""Errors with the exit code of the command line, the words of a status, and whether numbers may be used."""
+"""Errors with their exit codes, and the status texts of results.
+
+The functions at the end answer whether the numbers of a row may be used.
+"""
 
 from __future__ import annotations
 
@@ -13,45 +16,79 @@ SMALLEST, LARGEST = 1e-30, 1e20
 EXTREME = f"no body, load or material has that, and it could not be computed with; allowed: {SMALLEST:g} to {LARGEST:g}"
 
 
-# Letters of a word that are shown, of one that is longer than a path usually is.
-_SHOWN, _ENDLESS = 80, re.compile(r"[^\s'\"]{300,}")
+# Words of 300 letters or more are longer than a path usually is. Messages show their first 80 letters.
+_LETTERS_SHOWN, _LONG_WORD = 80, re.compile(r"[^\s'\"]{300,}")
 
 
 def shortened(text: str) -> str:
-    """A text in which of a word that nobody reads to its end, which a value may be, the beginning is left."""
-    return _ENDLESS.sub(lambda word: f"{word[0][:_SHOWN]}...", text)
+    """Shorten words of 300 letters or more to their first 80.
+
+    Nobody reads such a word to its end. It may be a value that a user gave.
+
+    Parameters
+    ----------
+    text
+        A message.
+
+    Returns
+    -------
+    str
+        The message, with `...` for the omitted letters.
+
+    Examples
+    --------
+    >>> from fecontact.errors import shortened
+    >>> len(shortened("x" * 500))
+    83
+    """
+    return _LONG_WORD.sub(lambda word: f"{word[0][:_LETTERS_SHOWN]}...", text)
 
 
 class FecontactError(Exception):
-    """Base of every error that the package raises on purpose."""
+    """Base class of every error that the package raises on purpose."""
 
     exit_code: ClassVar[int] = 1
 
     def __str__(self) -> str:
-        """The message, without endless words."""
+        """Message without very long words."""
         return shortened(super().__str__())
 
 
 class InputError(FecontactError, ValueError):
-    """A value given by the caller is outside its allowed range; the message says which, and what to do."""
+    """Error for a value outside its allowed range.
+
+    The message has the value, the allowed range and the remedy.
+    """
 
     exit_code: ClassVar[int] = 2
 
 
 class FoldedMesh(InputError):
-    """A mesh has an element that is turned inside out; other element sizes may avoid it."""
+    """Error for a mesh with an element that is turned inside out.
+
+    Different element sizes may avoid it.
+    """
 
 
 class NotCovered(InputError):
-    """A body's surface, or the wheel's surface opposite, does not cover the contact zone; a narrower zone may work."""
+    """Error for a surface of a body that does not cover the contact zone.
+
+    It is raised for the wheel's surface opposite the rail too. A narrower zone may work.
+    """
 
 
 class NotEnoughMemory(InputError):
-    """The machine does not have the memory that is needed now; the work may succeed when it runs alone."""
+    """Error for work that needs more memory than the machine has free.
+
+    The work may succeed if it runs alone.
+    """
 
 
 class ConvergenceError(FecontactError):
-    """An iteration did not reach its tolerance; the message gives the cause and the remedy."""
+    """Error for an iteration that did not reach its tolerance.
+
+    The message has the cause and the remedy.
+    """
 
     exit_code: ClassVar[int] = 3
 
@@ -63,71 +100,125 @@ class ProgramError(FecontactError):
 
 
 def check_positive(name: str, value: float, unit: str, remedy: str, *, zero_allowed: bool = False) -> float:
-    """Return `value` if it is finite, > 0 (or >= 0 with `zero_allowed`) and not extreme, else raise `InputError`.
+    """Return a quantity as a float if it is finite, positive and not extreme.
+
+    Parameters
+    ----------
+    name
+        Name of the quantity in the message.
+    value
+        Value, in `unit`.
+    unit
+        Unit in the message.
+    remedy
+        End of the message: the action that the user can take.
+    zero_allowed
+        Whether 0 is allowed too.
+
+    Returns
+    -------
+    float
+        `value`, in `unit`.
 
     Raises
     ------
     InputError
-        The message names the value, its unit, the allowed range and the remedy.
+        The message has the name, the value, its unit, the allowed range and the remedy.
+
+    Examples
+    --------
+    >>> from fecontact.errors import check_positive
+    >>> check_positive("radius", 300, "mm", "for example 300")
+    300.0
     """
     if SMALLEST <= value <= LARGEST or (zero_allowed and value == 0.0):
         return float(value)
     if value > 0.0 and math.isfinite(value):
         raise InputError(f"{name} is {float(value)!r} {unit}; {EXTREME}; {remedy}")
-    allowed = "finite and >= 0" if zero_allowed else "finite and > 0"
-    raise InputError(f"{name} is {float(value)!r} {unit}; allowed: {allowed}; {remedy}")
+    allowed_range = "finite and >= 0" if zero_allowed else "finite and > 0"
+    raise InputError(f"{name} is {float(value)!r} {unit}; allowed: {allowed_range}; {remedy}")
 
 
-# --- The status of a result, in the words of rows and records: `converged`, or why the result must not be used.
+# --- The status of a result, in the words of rows and records: `converged`, or the reason not to use the result.
 
 CONVERGED = "converged"
 
 
 @dataclass(frozen=True)
-class Unusable:
-    """Words for a result whose numbers must not be used: `short` is for tables."""
+class UnusableStatus:
+    """Texts for a status of results that must not be used.
+
+    Attributes
+    ----------
+    short
+        Text for tables.
+    remedy
+        Text for messages: the action that may help.
+    """
 
     short: str
     remedy: str
 
 
 UNUSABLE = {
-    "elements too soft or too stiff": Unusable(
+    "elements too soft or too stiff": UnusableStatus(
         "elements off",
         "finer ones tell whether they are only too coarse: --resolution standard, or --refine verdict",
     ),
-    "references disagree": Unusable(
+    "references disagree": UnusableStatus(
         "references",
         "Hertz, half-space and gap contradict each other where they are one: its numbers are wrong, report the case",
     ),
-    "verdicts contradict": Unusable(
+    "verdicts contradict": UnusableStatus(
         "contradict", "finer elements tell which verdict is right: --resolution standard, or --refine evidence"
     ),
-    "patch at the edge of the fine mesh": Unusable(
+    "patch at the edge of the fine mesh": UnusableStatus(
         "at edge", "a note says what keeps the mesh from growing; another lateral shift or a smaller load may work"
     ),
-    "not converged": Unusable("not conv.", "a lateral shift 0.2 mm beside it, or another load, may work"),
+    "not converged": UnusableStatus("not conv.", "a lateral shift 0.2 mm beside it, or another load, may work"),
 }
-"""Words for each status except `CONVERGED`."""
+"""Texts for each status except `CONVERGED`."""
 
 
-def failed(why: object) -> str:
-    """The status, in one line, of a case without any numbers."""
-    return " ".join(f"failed: {why}".split())
+def failed(cause: object) -> str:
+    """Status of a case without any numbers, in a single line.
+
+    Parameters
+    ----------
+    cause
+        The error, or its message.
+
+    Returns
+    -------
+    str
+        The status.
+    """
+    return " ".join(f"failed: {cause}".split())
 
 
 def usable(row: Mapping[str, object]) -> bool:
-    """Whether the numbers of a row, or of a record, may be used."""
+    """Whether the numbers of a row or a record may be used."""
     return row["status"] == CONVERGED
 
 
 def has_numbers(row: Mapping[str, object]) -> bool:
-    """Whether a row has numbers, also if they must not be used."""
+    """Whether a row has numbers, even if they must not be used."""
     return not str(row["status"]).startswith("failed")
 
 
 def short_status(row: Mapping[str, object]) -> str:
-    """The status of a row that must not be used, for a table."""
+    """Status of a row that must not be used, for a table.
+
+    Parameters
+    ----------
+    row
+        Row with the key `status`.
+
+    Returns
+    -------
+    str
+        Short text of the status, or the status if it has no short text.
+    """
     status = str(row["status"])
     if not has_numbers(row):
         return "no result"
@@ -135,6 +226,17 @@ def short_status(row: Mapping[str, object]) -> str:
 
 
 def with_remedy(row: Mapping[str, object]) -> str:
-    """The status of a row or record that must not be used, with a remedy."""
+    """Status of a row or record that must not be used, with its remedy.
+
+    Parameters
+    ----------
+    row
+        Row or record with the key `status`.
+
+    Returns
+    -------
+    str
+        Status, with its remedy if there is one.
+    """
     status = str(row["status"])
     return f"{status}; {UNUSABLE[status].remedy}" if status in UNUSABLE else status

@@ -1,1 +1,1 @@
-"""Rail and wheel lines of exact segments, the library of standard ones, and readers of files."""
+"""Rail and wheel profiles: exact segments, the library of standard profiles, and readers of files."""

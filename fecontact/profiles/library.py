@@ -1,6 +1,6 @@
-"""The standard rails and wheels, profiles given as arrays, and what a profile is called in results.
+"""Standard rails and wheels, profiles from arrays, and the names of profiles in results.
 
-The files in `data/` are the library and also the pattern for a profile of one's own: copy one, change it and give its
+The files in `data/` are the library. They are also examples for your own profile: copy a file, change it, and give its
 path instead of a name.
 """
 
@@ -21,121 +21,193 @@ from numpy.typing import ArrayLike
 from fecontact.errors import InputError
 from fecontact.files import sha256
 from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.readers.formats import parse_own
+from fecontact.profiles.readers.formats import parse_library_file
 from fecontact.profiles.reading import is_short_form
 
-# Names of the UIC, of DIN, and of British standards for rails that EN 13674-1 has under another one.
+# Names of the UIC, of DIN, and of British standards for rails that have a different name in EN 13674-1.
 ALIASES = {"UIC60": "60E1", "UIC54": "54E1", "S49": "49E1", "U55": "55E1", "BS113A": "56E1"}
-"""Other names of rails, which each file's source says."""
+"""Alternative names of rails. The source of each file has them."""
 _BY_ALIAS = {alias.lower(): name for alias, name in ALIASES.items()}
 _DATA = resources.files("fecontact.profiles") / "data"
 
 
 @cache
-def _kinds() -> dict[str, Kind]:
+def _read_library_kinds() -> dict[str, Kind]:
     """Kind of each library profile by its name."""
-    files = sorted(_DATA.iterdir(), key=lambda entry: entry.name)
-    return {f.name[:-5]: tomllib.loads(f.read_text("utf-8"))["kind"] for f in files if f.name.endswith(".toml")}
+    files = sorted(_DATA.iterdir(), key=lambda file: file.name)
+    return {
+        file.name[:-5]: tomllib.loads(file.read_text("utf-8"))["kind"] for file in files if file.name.endswith(".toml")
+    }
 
 
 def names(kind: Kind | None = None) -> tuple[str, ...]:
-    """Names in the library, of all kinds or of one kind."""
-    return tuple(name for name, its_kind in _kinds().items() if kind in (None, its_kind))
+    """Names of all library profiles, or of the profiles of a kind.
+
+    Parameters
+    ----------
+    kind
+        `rail`, `wheel`, or None for both.
+
+    Returns
+    -------
+    tuple of str
+        Names in alphabetical order.
+    """
+    return tuple(name for name, its_kind in _read_library_kinds().items() if kind in (None, its_kind))
 
 
 def in_folder(name: str, folder: str | Path) -> str:
-    """Path of a profile in a user's folder, by its name with or without ending; the name itself if no file has it.
+    """Path of a profile in a user's folder, by its name with or without ending.
+
+    Parameters
+    ----------
+    name
+        Name of a file.
+    folder
+        Folder of profile files.
+
+    Returns
+    -------
+    str
+        Path; `name` if no file has it.
 
     Raises
     ------
     InputError
-        There is no such folder, or two files of it have the name.
+        The folder does not exist, or two of its files have the name.
     """
     folder = Path(folder)
     try:
         files = sorted(path for path in folder.iterdir() if path.is_file())
     except OSError as error:
         raise InputError(f"library {folder}: {error.strerror or error}; give a folder of profile files") from None
-    found = [path for path in files if name.lower() in (path.name.lower(), path.stem.lower())]
-    exact = [path for path in found if path.name == name]
-    if len(exact) != 1 and len(found) > 1:
+    matches = [path for path in files if name.lower() in (path.name.lower(), path.stem.lower())]
+    exact = [path for path in matches if path.name == name]
+    if len(exact) != 1 and len(matches) > 1:
         raise InputError(
-            f"library {folder}: {name!r} may be {' or '.join(path.name for path in found)}; give it with its ending"
+            f"library {folder}: {name!r} may be {' or '.join(path.name for path in matches)}; give it with its ending"
         )
-    return str((exact or found)[0]) if found else name
+    return str((exact or matches)[0]) if matches else name
 
 
-# a fleet makes some hundred thousand cases
+# cached: a fleet has several hundred thousand cases
 @lru_cache(maxsize=1024)
 def is_known(name: str) -> bool:
     """Whether the library has a profile of this name, in any case of letters."""
-    return name.lower() in {known.lower() for known in names()} | _BY_ALIAS.keys()
+    return name.lower() in {library_name.lower() for library_name in names()} | _BY_ALIAS.keys()
 
 
 def find(name: str, kind: Kind | None = None) -> str:
-    """Name of a profile as the library writes it, from any case of letters or another name of the same rail.
+    """Name of a profile in the spelling of the library.
 
-    It is looked for among all names or the names of one kind.
+    Parameters
+    ----------
+    name
+        Name in any case of letters, or an alternative name of the rail.
+    kind
+        Kind of the profile; None searches all kinds.
+
+    Returns
+    -------
+    str
+        Name in the library.
 
     Raises
     ------
     InputError
-        There is no such name; the message has near ones.
+        The name does not exist; the message has similar names.
     """
-    among = names(kind)
-    by_lower = {known.lower(): known for known in among}
-    wanted = _BY_ALIAS.get(name.lower(), name).lower()
-    if wanted in by_lower:
-        return by_lower[wanted]
+    library_names = names(kind)
+    by_lower = {library_name.lower(): library_name for library_name in library_names}
+    lower_name = _BY_ALIAS.get(name.lower(), name).lower()
+    if lower_name in by_lower:
+        return by_lower[lower_name]
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=3, cutoff=0.5)
-    hint = f"did you mean {' or '.join(by_lower[n] for n in near)}?" if near else f"the library has {', '.join(among)}"
+    hint = (
+        f"did you mean {' or '.join(by_lower[n] for n in near)}?"
+        if near
+        else f"the library has {', '.join(library_names)}"
+    )
     raise InputError(f"there is no profile {name!r}; {hint}")
 
 
 def toml_text(name: str) -> str:
     """Text of a library file, to copy and change.
 
+    Parameters
+    ----------
+    name
+        Name in the library.
+
+    Returns
+    -------
+    str
+        Text in TOML.
+
     Raises
     ------
     InputError
-        There is no such name; the message has near ones.
+        The name does not exist; the message has similar names.
     """
     return (_DATA / f"{find(name)}.toml").read_text("utf-8")
 
 
 @cache
 def load(name: str) -> Profile:
-    """Profile of the library by its name, in any case of letters.
+    """Load a profile of the library by its name, in any case of letters.
+
+    Parameters
+    ----------
+    name
+        Name in the library.
+
+    Returns
+    -------
+    Profile
+        Exact profile.
 
     Raises
     ------
     InputError
-        There is no such name; the message has near ones.
+        The name does not exist; the message has similar names.
+
+    Examples
+    --------
+    >>> from fecontact.profiles.library import load
+    >>> load("uic60").name
+    '60E1'
     """
     name = find(name)
-    return parse_own(toml_text(name), name=name)
+    return parse_library_file(toml_text(name), name=name)
 
 
-# --- Profiles that are given as arrays in Python: a value that stands where the name of a file does.
+# --- Profiles from arrays in Python: values that can replace the name of a file.
 
-# 32 bits: two of a user's thousand versions of one file share an identity once in some ten thousand such users.
-SHOWN_DIGITS = 8
-_NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,59}", re.ASCII)
+# 32 bits: if each user has a thousand versions of a file, two versions share an identity for about one user of ten
+# thousand.
+HASH_DIGITS = 8
+_NAME_PATTERN = re.compile(r"[A-Za-z0-9][\w.-]{0,59}", re.ASCII)
 
 
 class GivenProfile(str):
-    """Points that were given in Python: the identity of the file that they would be, NAME.csv@HASH, with its text.
+    """Profile from arrays in Python.
 
-    It goes wherever a case goes, also to another process; a result has the file beside it.
+    Its text is the identity of the file that it would be, NAME.csv@HASH. It can be passed wherever a case can, also to
+    another process. A result has the file too.
+
+    Attributes
+    ----------
+    text
+        Content of the file.
     """
 
     __slots__ = ("text",)
     text: str
 
     def __new__(cls, identity: str, text: str) -> GivenProfile:  # noqa: D102
-        made = super().__new__(cls, identity)
-        made.text = text
-        return made
+        instance = super().__new__(cls, identity)
+        instance.text = text
+        return instance
 
     def __reduce__(self) -> tuple[type[GivenProfile], tuple[str, str]]:
         return GivenProfile, (str(self), self.text)
@@ -152,16 +224,23 @@ class GivenProfile(str):
 
 
 def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenProfile:
-    """Profile of points, as `Case(rail=...)` and `Case(wheel=...)` take it beside names and files.
+    """Profile from arrays, for `Case(rail=...)` and `Case(wheel=...)`.
+
+    The points are treated as points from a file: checked, and smoothed if they are noisy, with the settings `rail_file`
+    and `wheel_file` of the case.
 
     Parameters
     ----------
     y_mm, z_mm (n,)
-        In the order along the running surface: y positive to the field side, z up; a rail has its crown and a wheel its
-        tape circle at (0, 0). The points are treated as points from a file: checked, and smoothed where they are noisy,
-        both as `rail_file` and `wheel_file` of the case say.
+        Coordinates in mm in the order along the running surface: y positive to the field side, z up. A rail has its
+        crown and a wheel its tape circle at (0, 0).
     name
-        What it is called in results.
+        Name in results.
+
+    Returns
+    -------
+    GivenProfile
+        Value that replaces the name of a file.
 
     Raises
     ------
@@ -171,6 +250,7 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenP
     Examples
     --------
     >>> import numpy as np
+    >>> from fecontact.profiles.library import profile
     >>> y = np.linspace(-35.0, 35.0, 351)
     >>> profile(y, np.sqrt(300.0**2 - y**2) - 300.0, name="R300").file
     'R300.csv'
@@ -188,44 +268,62 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenP
     if not np.isfinite(y + z).all():
         at = int(np.flatnonzero(~np.isfinite(y + z))[0])
         raise InputError(f"profile {name!r}: point {at + 1} is ({y[at]}, {z[at]}) mm; leave out what is not finite")
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
+    if not isinstance(name, str) or not _NAME_PATTERN.fullmatch(name):
         raise InputError(
             f"profile name is {str(name)[:80]!r}; allowed: up to 60 letters, digits, dots, hyphens and underscores"
         )
     text = "y [mm],z [mm]\n" + "".join(f"{a!r},{b!r}\n" for a, b in zip(y.tolist(), z.tolist(), strict=True))
-    return GivenProfile(f"{name}.csv@{hashlib.sha256(text.encode()).hexdigest()[:SHOWN_DIGITS]}", text)
+    return GivenProfile(f"{name}.csv@{hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]}", text)
 
 
-# --- What a profile is called in results: a name that says the same wherever the files of its user lie.
+# --- Identity of a profile in results: a name that does not depend on the folders of a user.
 
 
 def profile_file(spec: str) -> Path | None:
-    """Path of the file that the text of the command line names, or None where it names none that is there.
+    """Path of the file that a text of the command line refers to.
 
-    As in `resolve_rail` and `resolve_wheel` a short form or a name of the library comes first, in any case of letters:
-    a file 60E1 in the current folder is reached as ./60E1.
+    As in `resolve_rail` and `resolve_wheel`, a short form or a name of the library has priority, in any case of
+    letters. Use ./60E1 for a file 60E1 in the current folder.
+
+    Parameters
+    ----------
+    spec
+        Text of the command line, or a profile from arrays.
+
+    Returns
+    -------
+    Path or None
+        Path; None if the text does not refer to an existing file.
     """
     if isinstance(spec, GivenProfile):
         return None
-    # unlike Path.is_file, os.path.isfile never raises
+    # os.path.isfile never raises, in contrast to Path.is_file
     return Path(spec) if not is_short_form(spec) and not is_known(spec) and os.path.isfile(spec) else None
 
 
-def may_be_file(spec: str) -> bool:
-    """Whether a text is a file that may be there later, or elsewhere: it has an ending, a folder or a hash."""
+def can_be_file(spec: str) -> bool:
+    """Whether a text can be a file that appears later or is in another place.
+
+    Such a text has an ending, a folder or a hash.
+    """
     return bool(Path(spec).suffix) or any(sign in spec for sign in "/\\") or file_of_identity(spec) is not None
 
 
 def refuse_unknown(spec: str) -> None:
-    """Refuse what is neither in the library nor a short form, and can be no file.
+    """Refuse a text other than a library name, a short form or a possible file.
+
+    Parameters
+    ----------
+    spec
+        Text of the command line.
 
     Raises
     ------
     InputError
-        With near names of the library.
+        The message has similar names of the library.
     """
-    # unlike Path.exists, os.path.exists never raises
-    if may_be_file(spec) or is_short_form(spec) or is_known(spec) or os.path.exists(spec):
+    # os.path.exists never raises, in contrast to Path.exists
+    if can_be_file(spec) or is_short_form(spec) or is_known(spec) or os.path.exists(spec):
         return
     try:
         find(spec)
@@ -234,32 +332,52 @@ def refuse_unknown(spec: str) -> None:
 
 
 def profile_identity(spec: str) -> str:
-    """The text that stands for a profile in results.
+    """Text that identifies a profile in results.
 
-    A library name or a short form stands for itself. A file is `NAME.ext@HASH`: its own name without any folder, and
-    the beginning of the hash of its content, so that a copy in another folder is the same profile and a changed file is
-    another one. A file that cannot be read is its name alone.
+    A library name or a short form is its identity. The identity of a file is `NAME.ext@HASH`: its name without folder,
+    and the beginning of the hash of its content. So a copy in another folder is an equal profile, and a changed file is
+    a different profile. The identity of an unreadable file is its name alone.
+
+    Parameters
+    ----------
+    spec
+        Text of the command line, or a profile from arrays.
+
+    Returns
+    -------
+    str
+        Identity.
     """
     if is_short_form(spec) or is_known(spec) or isinstance(spec, GivenProfile):
         return str(spec)
     path = profile_file(spec)
     if path is None:
-        # a path of either kind of system, from a record that was made on another machine
+        # a path of Windows or POSIX, from a record of another machine
         return PureWindowsPath(spec).name or spec
     try:
-        return f"{path.name}@{sha256(path)[:SHOWN_DIGITS]}"
+        return f"{path.name}@{sha256(path)[:HASH_DIGITS]}"
     except OSError:
         return path.name
 
 
 def file_of_identity(identity: str) -> str | None:
-    """Own name of the file that an identity stands for, without folder and hash; None where it stands for none."""
-    file = re.fullmatch(rf"(.+)@[0-9a-f]{{{SHOWN_DIGITS}}}", identity)
+    """Name of the file in an identity, without folder and hash; None for other identities."""
+    file = re.fullmatch(rf"(.+)@[0-9a-f]{{{HASH_DIGITS}}}", identity)
     return file[1] if file else None
 
 
 def content_of(spec: str) -> tuple[str, bytes] | None:
-    """Name and content of the file that a text or a value stands for; None where it stands for none.
+    """Name and content of the file that a text or a value refers to.
+
+    Parameters
+    ----------
+    spec
+        Text of the command line, or a profile from arrays.
+
+    Returns
+    -------
+    tuple of str and bytes, or None
+        Name and content; None if there is no file.
 
     Raises
     ------

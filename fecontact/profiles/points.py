@@ -1,7 +1,7 @@
-"""Profiles from measured or tabulated points, and single points that lie off their line.
+"""Profiles from measured or tabulated points, and single points that are off their profile.
 
-A file that looks wrong is refused with the remedy rather than repaired in silence: half of all trouble with profiles is
-a unit, a sign or an order. What had to be assumed is written into the notes of the profile.
+A suspicious file is refused with a remedy, and not repaired without notice: half of all problems with profiles are a
+unit, a sign or an order. The notes of the profile contain all assumptions.
 """
 
 from __future__ import annotations
@@ -14,219 +14,347 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
-from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile, check_shape
+from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Kind, Profile, check_shape
 from fecontact.profiles.origin import check_origin
-from fecontact.profiles.point_noise import missed_by_neighbours, noise_of, scatter_of
-from fecontact.profiles.point_problems import Problem, crossings, out_of_order, turning_angles
+from fecontact.profiles.point_noise import estimate_scatter, missed_by_neighbours, noise_of
+from fecontact.profiles.point_problems import Problem, compute_turning_angles, crossings, out_of_order
 from fecontact.profiles.reading import Reading, remedy
 from fecontact.profiles.segments import Line, Measured, Segment, Spline
 
-# --- Single points that lie off their line: spikes of a measurement, and wrong digits in a table of exact points.
+# --- Single points that are off their profile: spikes of a measurement, and wrong digits in a table of exact points.
 #
-# Each point is compared with the cubic through its neighbours, in units of what the points about it scatter: one of
-# 0.001 mm stands out of a table of exact points, and none does of one that is rounded to 0.001 mm. A corner or a
-# junction makes points miss as well; what tells a spike is that nothing misses any more without it.
+# Each point is compared with the cubic through its neighbours, in units of the scatter of the points around it. A spike
+# of 0.001 mm is visible in a table of exact points, and invisible in a table that is rounded to 0.001 mm. Corners and
+# junctions are off the cubic too. The criterion of a spike is that no point is off the cubic after its removal.
 
-# A spike lies off by so many times the scatter of its neighbours: beyond what noise does in some thousand points.
-_SIGMAS = 7.0
-# Where they scatter more than elsewhere, so many points on either side say how much. Few points do not know it well, so
-# only this part of what they say counts.
-_LOCAL_REACH, _FEWEST_LOCAL, _LOCAL_TRUST = 12, 4, 0.7
-# Rounding makes a point miss by the step that coordinates are rounded to at most, in units of the weight of its guess.
-_ROUNDING_STEPS, _ROUNDED_PART = 1.5, 0.9
-# A spike of the size e among points a step h apart bends a spline by 4.4 e / h^2. One that bends it by less changes
-# nothing: 3 % of R 300 mm.
-_BEND, _LEAST_BEND_PER_MM = 4.4, 1e-4
-# A junction from straight to R 10 mm misses by up to so much of the square of the spacing (1/mm).
-_LEAST_MM, _JUNCTION_PER_MM = 0.003, 0.012
-# Without a spike its neighbours miss less than this part of it: one that no junction can be, and a smaller one.
-_LEFT_OF_LARGE, _LEFT_OF_SMALL = 0.35, 0.2
-_MOST = 50
-# Two junctions within four points look like a spike by this part of the square of the spacing times the curvature
-# there; so do any where the spacing changes by more than this factor.
-_TWO_JUNCTIONS, _EVEN = 0.75, 1.6
+# Least distance of a spike, in multiples of the scatter of its neighbours. Noise of some thousand points stays below.
+_SPIKE_SIGMAS = 7.0
+# Where points scatter more than elsewhere, this number of points on each side gives the local scatter. Its estimate
+# from few points is inaccurate, so it is multiplied by a weight.
+_LOCAL_POINTS, _FEWEST_LOCAL_POINTS, _LOCAL_WEIGHT = 12, 4, 0.7
+# Rounding moves a point off the cubic by at most the rounding step of the coordinates, in units of the error factor of
+# the cubic.
+_ROUNDING_STEPS, _ROUNDED_SHARE = 1.5, 0.9
+# A spike of the size e among points with a spacing h changes the curvature of a spline by 4.4 e / h^2. A smaller change
+# has no effect: 3 % of R 300 mm.
+_SPIKE_BEND, _HARMLESS_BEND_PER_MM = 4.4, 1e-4
+# A junction from straight to R 10 mm is off the cubic by up to the second number (1/mm) times the square of the
+# spacing. The first number is added.
+_JUNCTION_MISS_MM, _JUNCTION_MISS_PER_MM = 0.003, 0.012
+# After the removal of a spike, its neighbours are off by less than this fraction of it: for a spike that is too large
+# for a junction, and for a smaller spike.
+_REMAINDER_OF_LARGE, _REMAINDER_OF_SMALL = 0.35, 0.2
+_LARGEST_SPIKE_COUNT = 50
+# Two junctions within four points look like a spike of this factor times the square of the spacing times the local
+# curvature. So do all junctions where the spacing changes by more than the second factor.
+_TWO_JUNCTIONS_FACTOR, _EVEN_SPACING_RATIO = 0.75, 1.6
 
 
 def spikes(points: Floats) -> list[Problem]:
-    """Single points (n, 2) that lie off the line through their neighbours, the largest first."""
-    found: list[Problem] = []
-    left, index = points, np.arange(len(points))
-    while len(found) < _MOST and (at := _largest_spike(left)) is not None:
-        k, missed = at
-        found.append(Problem.at("spike", int(index[k]), left[k], missed))
-        left, index = np.delete(left, k, axis=0), np.delete(index, k)
-    return found
+    """Single points that are off the profile through their neighbours.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    list of Problem
+        Spikes, the largest first.
+    """
+    problems: list[Problem] = []
+    remaining, index = points, np.arange(len(points))
+    while len(problems) < _LARGEST_SPIKE_COUNT and (spike := _find_largest_spike(remaining)) is not None:
+        k, distance = spike
+        problems.append(Problem.make_at("spike", int(index[k]), remaining[k], distance))
+        remaining, index = np.delete(remaining, k, axis=0), np.delete(index, k)
+    return problems
 
 
 def unclear(points: Floats) -> list[Problem]:
-    """Points (n, 2) beside a corner or a junction that may be spikes: off the lines on their left and on their right.
+    """Points near a corner or a junction that may be spikes.
 
-    A junction is on one side only; two junctions within a few points may look the same.
+    They are off the profile on their left and off the profile on their right. A junction is off one side only, but two
+    junctions within a few points may look like a spike.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    list of Problem
+        Doubtful points, in the order along the profile.
     """
-    if len(points) < 2 * _LOCAL_REACH:
+    if len(points) < 2 * _LOCAL_POINTS:
         return []
-    rounding, least = _ROUNDING_STEPS * _resolution_mm(points), _least(points)
-    off, limit = _from_either_side(points, rounding, least)
-    limit = np.maximum(limit, _of_two_junctions(points))
-    found = []
-    for k in (int(i) for i in np.flatnonzero(np.abs(off) > limit)):
-        rest, _ = _from_either_side(np.delete(points, k + 2, axis=0), rounding, np.delete(least, k))
-        if np.abs(rest[max(k - 4, 0) : k + 4]).max() < min(_LEFT_OF_SMALL * abs(off[k]), limit[k]):
-            found.append(Problem.at("unclear", k + 2, points[k + 2], float(off[k])))
-    return found
+    rounding, harmless_mm = _ROUNDING_STEPS * _estimate_resolution_mm(points), _harmless_sizes(points)
+    distances, limit = _compare_with_both_sides(points, rounding, harmless_mm)
+    limit = np.maximum(limit, _limit_two_junctions(points))
+    problems = []
+    for k in (int(i) for i in np.flatnonzero(np.abs(distances) > limit)):
+        remaining, _ = _compare_with_both_sides(np.delete(points, k + 2, axis=0), rounding, np.delete(harmless_mm, k))
+        if np.abs(remaining[max(k - 4, 0) : k + 4]).max() < min(_REMAINDER_OF_SMALL * abs(distances[k]), limit[k]):
+            problems.append(Problem.make_at("unclear", k + 2, points[k + 2], float(distances[k])))
+    return problems
 
 
-def _largest_spike(points: Floats) -> tuple[int, float] | None:
-    """Index of the point (n, 2) that stands out most among its neighbours, and by how much; None if none does."""
-    missed, weight = missed_by_neighbours(points)
-    if missed.size < _FEWEST_LOCAL + 1:
+def _find_largest_spike(points: Floats) -> tuple[int, float] | None:
+    """Find the point that differs most from its neighbours.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    tuple of int and float, or None
+        Index of the point, and its distance from the cubic through its neighbours (mm); None without a spike.
+    """
+    distances, weight = missed_by_neighbours(points)
+    if distances.size < _FEWEST_LOCAL_POINTS + 1:
         return None
-    rounding = _ROUNDING_STEPS * _resolution_mm(points)
-    usual = scatter_of(points, missed / weight)
-    limit = _limit(missed, weight, rounding, _least(points), usual)
-    everywhere = np.maximum(_SIGMAS * usual, rounding) * weight
-    beyond_junctions = np.maximum(everywhere, _LEAST_MM + _JUNCTION_PER_MM * _step(points) ** 2)
-    over = np.abs(missed) / np.minimum(limit, beyond_junctions)
+    rounding = _ROUNDING_STEPS * _estimate_resolution_mm(points)
+    usual = estimate_scatter(points, distances / weight)
+    limit = _compute_miss_limits(distances, weight, rounding, _harmless_sizes(points), usual)
+    everywhere = np.maximum(_SPIKE_SIGMAS * usual, rounding) * weight
+    beyond_junctions = np.maximum(everywhere, _JUNCTION_MISS_MM + _JUNCTION_MISS_PER_MM * _mean_spacing(points) ** 2)
+    over = np.abs(distances) / np.minimum(limit, beyond_junctions)
     for k in (int(i) for i in np.argsort(-over)[: np.count_nonzero(over > 1.0)]):
-        size = abs(float(missed[k]))
-        # a corner or a junction causes the misses next to it
+        size = abs(float(distances[k]))
+        # a corner or a junction causes the distances next to it
         around = slice(max(k - 4, 0), k + 9)
-        place = k - around.start
-        rest, _ = missed_by_neighbours(np.delete(points[around], place + 2, axis=0))
-        near = np.abs(rest[max(place - 2, 0) : place + 2])
-        allowed = max(_LEFT_OF_LARGE * size, everywhere[k])
-        large = size > beyond_junctions[k] and near.size > 0 and near.max() < allowed
-        small = size > limit[k] and near.size == 4 and near.max() < min(_LEFT_OF_SMALL * size, limit[k])
-        if (large and _stands_out(points, k + 2)) or (small and _stands_out(points, k + 2, bent=True)):
-            return k + 2, float(missed[k])
+        position = k - around.start
+        rest, _ = missed_by_neighbours(np.delete(points[around], position + 2, axis=0))
+        near = np.abs(rest[max(position - 2, 0) : position + 2])
+        largest_remainder = max(_REMAINDER_OF_LARGE * size, everywhere[k])
+        large = size > beyond_junctions[k] and near.size > 0 and near.max() < largest_remainder
+        small = size > limit[k] and near.size == 4 and near.max() < min(_REMAINDER_OF_SMALL * size, limit[k])
+        if (large and _is_outlier(points, k + 2)) or (small and _is_outlier(points, k + 2, bent=True)):
+            return k + 2, float(distances[k])
     return None
 
 
-def _step(points: Floats) -> Floats:
-    """Mean spacing of every five points (n, 2)."""
+def _mean_spacing(points: Floats) -> Floats:
+    """Mean spacing of every five points (n, 2), in mm."""
     return np.asarray(0.25 * np.hypot(*(points[4:] - points[:-4]).T))
 
 
-def _least(points: Floats) -> Floats:
-    return np.asarray(_LEAST_BEND_PER_MM / _BEND * _step(points) ** 2)
+def _harmless_sizes(points: Floats) -> Floats:
+    """Sizes (n - 4,) of spikes in mm that do not affect the curvature."""
+    return np.asarray(_HARMLESS_BEND_PER_MM / _SPIKE_BEND * _mean_spacing(points) ** 2)
 
 
-def _limit(missed: Floats, weight: Floats, rounding: float, least: Floats, usual: Floats) -> Floats:
-    """What a point may miss by for the scatter and the rounding of the points about it."""
-    return np.asarray(np.maximum(np.maximum(_SIGMAS * _scatter(missed / weight, usual), rounding) * weight, least))
+def _compute_miss_limits(
+    distances: Floats, weight: Floats, rounding: float, harmless_mm: Floats, usual: Floats
+) -> Floats:
+    """Compute the largest distances from the cubic that scatter and rounding explain.
+
+    Parameters
+    ----------
+    distances, weight
+        Distances (n,) in mm from the cubic through the neighbours, and their error factors.
+    rounding
+        Distance (mm) that rounding of the coordinates causes.
+    harmless_mm
+        Distances (n,) that do not matter for the curvature (mm).
+    usual
+        Usual scatter (n,) in mm.
+
+    Returns
+    -------
+    ndarray
+        Limits (n,) in mm.
+    """
+    return np.asarray(
+        np.maximum(
+            np.maximum(_SPIKE_SIGMAS * _estimate_local_scatter(distances / weight, usual), rounding) * weight,
+            harmless_mm,
+        )
+    )
 
 
-def _scatter(missed: Floats, usual: Floats) -> Floats:
-    """Standard deviation that points have by their misses (n,), at each: the usual one, or more that is about it."""
-    n, reach = missed.size, _LOCAL_REACH
-    padded = np.concatenate((np.full(reach, np.nan), np.abs(missed), np.full(reach, np.nan)))
+def _estimate_local_scatter(distances: Floats, usual: Floats) -> Floats:
+    """Estimate the standard deviation of points from distances to the cubic through their neighbours.
+
+    Parameters
+    ----------
+    distances
+        Distances (n,) divided by their error factors (mm).
+    usual
+        Usual standard deviation (n,) in mm.
+
+    Returns
+    -------
+    ndarray
+        Standard deviation (n,) in mm: the usual value, or a larger local value.
+    """
+    n, reach = distances.size, _LOCAL_POINTS
+    padded = np.concatenate((np.full(reach, np.nan), np.abs(distances), np.full(reach, np.nan)))
     windows = np.lib.stride_tricks.sliding_window_view(padded, reach - 2)
-    # a spike makes its two neighbours on each side miss as well
-    sides = [_LOCAL_TRUST * _median(windows[start : start + n]) for start in (0, reach + 3)]
+    # a spike moves the cubics of its two neighbours on each side too
+    sides = [_LOCAL_WEIGHT * _compute_window_medians(windows[start : start + n]) for start in (0, reach + 3)]
     return np.asarray(np.fmax.reduce([usual, *(side / 0.6745 for side in sides)]))
 
 
-def _median(windows: Floats) -> Floats:
-    known = np.count_nonzero(np.isfinite(windows), axis=1) >= _FEWEST_LOCAL
-    out = np.full(len(windows), np.nan)
-    out[known] = np.nanmedian(windows[known], axis=1)
-    return out
+def _compute_window_medians(windows: Floats) -> Floats:
+    is_sufficient = np.count_nonzero(np.isfinite(windows), axis=1) >= _FEWEST_LOCAL_POINTS
+    medians = np.full(len(windows), np.nan)
+    medians[is_sufficient] = np.nanmedian(windows[is_sufficient], axis=1)
+    return medians
 
 
-def _resolution_mm(points: Floats) -> float:
-    """The power of ten that the coordinates are rounded to, but for a few; 0 if to more than nine digits."""
+def _estimate_resolution_mm(points: Floats) -> float:
+    """Estimate the power of ten to which the coordinates are rounded, except for a few.
+
+    The result is 0 for more than nine digits.
+    """
     for digits in range(1, 10):
         rounded = np.abs(points - np.round(points, digits)) < 1e-10
-        if rounded.mean() > _ROUNDED_PART:
+        if rounded.mean() > _ROUNDED_SHARE:
             return float(10.0**-digits)
     return 0.0
 
 
-def _stands_out(points: Floats, k: int, *, bent: bool = False) -> bool:
-    """Whether point k stands out of a line that goes on in its direction, or in its bend, as no corner does."""
-    angles = turning_angles(points[max(k - 3, 0) : k + 4])
+def _is_outlier(points: Floats, k: int, *, bent: bool = False) -> bool:
+    """Whether point k differs from a profile that continues in its direction or its curvature.
+
+    A corner does not differ in this way.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    k
+        Index of the point.
+    bent
+        Whether the profile continues in its curvature.
+
+    Returns
+    -------
+    bool
+        Whether the angles at the point and its neighbours nearly cancel.
+    """
+    angles = compute_turning_angles(points[max(k - 3, 0) : k + 4])
     middle = k - max(k - 3, 0) - 1
-    before, own, after = angles[middle - 1 : middle + 2]
-    # what a spike does not touch says how the line itself bends
-    others = [*angles[: middle - 1], *angles[middle + 2 :]]
-    bend = float(np.mean(others)) if bent and others else 0.0
-    return bool(abs(before + own + after - 3.0 * bend) < 0.5 * abs(own - bend))
+    before, middle_angle, after = angles[middle - 1 : middle + 2]
+    # the angles that the spike does not change give the curvature of the profile
+    other_angles = [*angles[: middle - 1], *angles[middle + 2 :]]
+    bend = float(np.mean(other_angles)) if bent and other_angles else 0.0
+    return bool(abs(before + middle_angle + after - 3.0 * bend) < 0.5 * abs(middle_angle - bend))
 
 
-def _from_either_side(points: Floats, rounding: float, least: Floats) -> tuple[Floats, Floats]:
-    """How far each inner point lies off the line continued from its left or right, the less of both; and the limit."""
+def _compare_with_both_sides(points: Floats, rounding: float, harmless_mm: Floats) -> tuple[Floats, Floats]:
+    """Compare each inner point with the profiles extrapolated from both sides.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    rounding
+        Distance (mm) that rounding of the coordinates causes.
+    harmless_mm
+        Distances (n - 4,) that do not matter for the curvature (mm).
+
+    Returns
+    -------
+    smaller_distances, limit
+        The smaller of both distances (n - 4,), and its limit (n - 4,), in mm.
+    """
     (right, right_limit), (left, left_limit) = (
-        (missed, _limit(missed, weight, rounding, least, scatter_of(points, missed / weight)))
-        for missed, weight in (missed_by_neighbours(points, place) for place in (0, 4))
+        (
+            distances,
+            _compute_miss_limits(
+                distances, weight, rounding, harmless_mm, estimate_scatter(points, distances / weight)
+            ),
+        )
+        for distances, weight in (missed_by_neighbours(points, place) for place in (0, 4))
     )
-    off, limit = np.zeros(right.size), np.full(right.size, np.inf)
-    # the first of five points is compared with those on its right, the last with those on its left
-    whole = slice(2, right.size - 2)
-    off[whole] = np.where(np.abs(right[4:]) < np.abs(left[:-4]), right[4:], left[:-4])
-    limit[whole] = np.maximum(right_limit[4:], left_limit[:-4])
-    return off, limit
+    smaller_distances, limit = np.zeros(right.size), np.full(right.size, np.inf)
+    # the first of five points is compared with the points on its right, the last with the points on its left
+    inner = slice(2, right.size - 2)
+    smaller_distances[inner] = np.where(np.abs(right[4:]) < np.abs(left[:-4]), right[4:], left[:-4])
+    limit[inner] = np.maximum(right_limit[4:], left_limit[:-4])
+    return smaller_distances, limit
 
 
-def _of_two_junctions(points: Floats) -> Floats:
-    """How far off two junctions close to one another may make a point seem; infinite where points are not even."""
+def _limit_two_junctions(points: Floats) -> Floats:
+    """Compute the largest apparent distances that two close junctions cause.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    ndarray
+        Distances (n - 4,) in mm; infinite where the spacing of the points is uneven.
+    """
     chord = np.hypot(*np.diff(points, axis=0).T)
     around = np.lib.stride_tricks.sliding_window_view(chord, 8)
     low, high = around.min(axis=1), around.max(axis=1)
-    # a spike turns the line itself by twice its size over the spacing, at its place and half as much beside it
-    turning = np.lib.stride_tricks.sliding_window_view(np.abs(turning_angles(points)), 7)
+    # a spike turns the chords by twice its size divided by the spacing, and by half of this at its neighbours
+    turning = np.lib.stride_tricks.sliding_window_view(np.abs(compute_turning_angles(points)), 7)
     turning = np.maximum(0.35 * turning.max(axis=1), turning[:, [0, 1, 5, 6]].max(axis=1))
-    out = np.full(len(points) - 4, np.inf)
-    out[2:-2] = np.where(high < _EVEN * low, _TWO_JUNCTIONS * turning * high, np.inf)
-    return out
+    limits = np.full(len(points) - 4, np.inf)
+    limits[2:-2] = np.where(high < _EVEN_SPACING_RATIO * low, _TWO_JUNCTIONS_FACTOR * turning * high, np.inf)
+    return limits
 
 
 # --- Profiles from measured or tabulated points.
 
-# Angle between neighbouring chords that is a corner of the body and not a coarsely sampled fillet (rad, 20 degrees).
-SPLIT_RAD = 0.35
+# Least angle between neighbouring chords at a corner of the body (rad, 20 degrees). A coarsely sampled fillet has less.
+SPLIT_ANGLE_RAD = 0.35
 # Root mean square of the curvature of a cubic spline through independent errors e at spacing h, in e / h^2: the
 # transfer function 12 (1 - cos w) / (4 + 2 cos w) of the spline averaged over all waves.
 SPLINE_NOISE = 6.0
 FEWEST_POINTS = 10
-# A spline through points with less noise in its curvature than this is as good as the points (1/mm): 1 % of R 300.
+# A spline is used if the noise of its curvature is smaller (1/mm): 1 % of R 300.
 _CURVATURE_NOISE_PER_MM = 3e-5
-# Spikes up to this are left out without being asked, in tables of exact points and in measured ones: the line misses
-# nothing without them.
-_TINY_MM = 0.002, 0.01
-# The largest part of the points that a repair may leave out.
-_MOST_LEFT_OUT = 0.05
-_MOST_POINTS = 10_000
-# A kink turns by so much, and by so many times as much as the points beside it.
-_KINK_RAD, _KINK_TIMES = 0.01, 8.0
-# Of a rail's head no more is looked at for its widest points; a side that turns in by less is a steep side.
-_HEAD_MM, _TURNED_IN_MM = 45.0, 0.02
-# Neighbours that differ by less are in no order: two points of a thousand differ by four of these. Where two scans of
-# an instrument meet, points scatter by up to so much.
-_NOISE_SIGMAS, _MOST_LOCAL_MM = 8.0, 0.05
-# Both shoulders of a head that is so wide are compared, so far beside its sides, which are looked for so deep below its
-# top.
-_WHOLE_HEAD_MM, _SIDE_MM, _DEEP_MM, _LEAST_DEEP_MM = 50.0, 8.0, 14.0, 4.0
-# No rail reaches a chamfer beyond this place of a tread, which rises by 0.07; nor any wheel a side of a head so deep.
+# Spikes up to this size are left out without a request, in tables of exact points and in measured points. The profile
+# does not need them.
+_TINY_SPIKE_MM = 0.002, 0.01
+# Largest fraction of the points that a repair may leave out.
+_LARGEST_OMITTED_SHARE = 0.05
+_LARGEST_POINT_COUNT = 10_000
+# Least angle of a kink, and its least ratio to the angles at the neighbours.
+_KINK_RAD, _KINK_RATIO = 0.01, 8.0
+# Depth of the part of a rail's head in which the widest points are searched. A side that turns in by less is a steep
+# side.
+_HEAD_DEPTH_MM, _LEAST_TURN_IN_MM = 45.0, 0.02
+# Neighbours that differ by less have no order: two points of a thousand differ by four standard deviations. Where two
+# scans of an instrument meet, points scatter by up to the second number.
+_NOISE_SIGMAS, _LARGEST_LOCAL_NOISE_MM = 8.0, 0.05
+# The shoulders of a head are compared if the head has this width. They are at this distance from its sides. The sides
+# are searched at this depth below the top.
+_WHOLE_HEAD_WIDTH_MM, _SHOULDER_OFFSET_MM, _SHOULDER_DEPTH_MM, _LEAST_SHOULDER_DEPTH_MM = 50.0, 8.0, 14.0, 4.0
+# No rail touches a chamfer beyond this position on a tread; a tread rises by 0.07. No wheel touches a side of a head at
+# this depth.
 _TREAD_END_MM, _CHAMFER_RAD = 45.0, 0.35
-_SIDE_DEPTH_MM, _SIDE_RAD = 16.0, 1.0
-# Points nearer than this are one: far below any instrument, and far above what arithmetic loses in some 100 mm.
-_SAME_MM = 1e-9
+_SIDE_DEPTH_MM, _SIDE_SLOPE_RAD = 16.0, 1.0
+# Points that are closer are equal: far below the resolution of instruments, and far above rounding errors of some
+# 100 mm.
+_REPEATED_POINT_MM = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Points:
-    """Points along a running surface, before a line is made of them.
+    """Points along a running surface, before a profile is made of them.
 
     Attributes
     ----------
     points (n, 2)
-        y and z in mm, in the order along the line.
+        y and z in mm, in the order along the profile.
     kind, name, source
-        Of the profile that is made of them.
+        Properties of the profile.
     notes, problems
-        What was assumed; points that were left out, and doubtful ones.
-    turned_columns
-        What to ask the columns of the file to be so that the sign of z is turned.
+        Assumptions; points that were left out, and doubtful points.
+    flipped_columns
+        Columns option for the file with the opposite sign of z.
     """
 
     points: Floats
@@ -235,298 +363,519 @@ class Points:
     source: str = ""
     notes: tuple[str, ...] = ()
     problems: tuple[Problem, ...] = ()
-    turned_columns: str = "1,-2"
+    flipped_columns: str = "1,-2"
 
 
-def checked(given: Points, reading: Reading) -> Points:
-    """Points of a running surface in the axes of the library, from small to large y.
+def checked(file_points: Points, reading: Reading) -> Points:
+    """Check the points of a running surface, and put them in order.
+
+    Parameters
+    ----------
+    file_points
+        Points of a file.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Points
+        Points in the axes of the library, from small to large y, with notes.
 
     Raises
     ------
     InputError
         The points do not look like a running surface.
     """
-    points, said, name = given.points, list(given.notes), given.name
-    # also false for NaN
-    bad = np.flatnonzero(~(np.abs(points) <= FARTHEST_MM).all(axis=1))
-    if bad.size:
+    points, remarks, name = file_points.points, list(file_points.notes), file_points.name
+    # the comparison is also false for NaN
+    invalid = np.flatnonzero(~(np.abs(points) <= LARGEST_COORDINATE_MM).all(axis=1))
+    if invalid.size:
         raise InputError(
-            f"{name}: point {bad[0] + 1} is {_at(points[bad[0]])}; allowed: -{FARTHEST_MM:g} to {FARTHEST_MM:g} mm; "
+            f"{name}: point {invalid[0] + 1} is {_format_point(points[invalid[0]])}; allowed: "
+            f"-{LARGEST_COORDINATE_MM:g} to {LARGEST_COORDINATE_MM:g} mm; "
             "remove it, or move the origin to the crown of the rail or the tape circle of the wheel"
         )
 
-    points, repeated = _different(points)
+    points, repeated = _drop_repeated_points(points)
     if repeated:
-        said.append(f"{counted(repeated, 'repeated point')} dropped")
-    if not FEWEST_POINTS <= len(points) <= _MOST_POINTS:
+        remarks.append(f"{format_count(repeated, 'repeated point')} dropped")
+    if not FEWEST_POINTS <= len(points) <= _LARGEST_POINT_COUNT:
         raise InputError(
-            f"{name}: there are {counted(len(points), 'different point')}; at least {FEWEST_POINTS} are needed, "
-            f"{_MOST_POINTS} are allowed, better one every 0.1 to 0.5 mm"
+            f"{name}: there are {format_count(len(points), 'different point')}; at least {FEWEST_POINTS} are needed, "
+            f"{_LARGEST_POINT_COUNT} are allowed, better one every 0.1 to 0.5 mm"
         )
     if points[-1, 0] < points[0, 0]:
         points = points[::-1]
-        said.append("the points ran towards small y: their order was reversed")
+        remarks.append("the points ran towards small y: their order was reversed")
 
-    points, cut = _between_widest(points, given.kind)
-    # a line that turns back has no shape to speak of
-    points, problems, repaired = _without_wrong_ones(points, given, repair=reading.repair)
+    points, cut_remarks = _cut_turned_in_ends(points, file_points.kind)
+    # the shape of a profile that turns back is undefined, so wrong points are removed first
+    points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
     check_shape(
         *points.T,
-        kind=given.kind,
+        kind=file_points.kind,
         what=name,
-        turned_columns=given.turned_columns,
+        flipped_columns=file_points.flipped_columns,
         unit=reading.units or "mm",
-        turned_over=bool(reading.mirror),
+        is_mirrored=bool(reading.mirror),
     )
     points = points - (0.0, reading.tape_circle_z_mm or 0.0)
-    said += [*cut, *repaired, *_check_spacing(points, given.kind, name)]
-    said += [*_assumptions(given.kind), *check_origin(points, given.kind, reading, name), *_kinks(points)]
-    return replace(given, points=points, notes=tuple(said), problems=problems)
+    remarks += [*cut_remarks, *repair_remarks, *_check_spacing(points, file_points.kind, name)]
+    remarks += [
+        *_describe_assumptions(file_points.kind),
+        *check_origin(points, file_points.kind, reading, name),
+        *_describe_kinks(points),
+    ]
+    return replace(file_points, points=points, notes=tuple(remarks), problems=problems)
 
 
 def spacing_mm(points: Floats) -> float:
-    """The usual distance of neighbours among points (n, 2)."""
+    """Median distance of neighbours among points (n, 2), in mm."""
     return float(np.median(np.hypot(*np.diff(points, axis=0).T)))
 
 
 def is_exact(points: Floats) -> bool:
-    """Whether the noise of points (n, 2) does not show in the curvature of a spline through them."""
+    """Whether the noise of points (n, 2) is invisible in the curvature of a spline."""
     return SPLINE_NOISE * noise_of(points) / spacing_mm(points) ** 2 < _CURVATURE_NOISE_PER_MM
 
 
-def spline_through(given: Points) -> Profile:
-    """Cubic splines through points that were checked, between their corners."""
-    points, corners, said = given.points, _corners(given.points), []
+def fit_splines(file_points: Points) -> Profile:
+    """Fit cubic splines through checked points, between their corners.
+
+    Parameters
+    ----------
+    file_points
+        Checked points.
+
+    Returns
+    -------
+    Profile
+        Profile through all points.
+    """
+    points, corners, remarks = file_points.points, _find_corners(file_points.points), []
     if corners.size:
         where = ", ".join(f"{points[i, 0]:.2f}" for i in corners[:6]) + (" ..." if corners.size > 6 else "")
-        said.append(f"split at {counted(corners.size, 'corner')}: y = {where} mm")
-    said.append(_noise(points))
+        remarks.append(f"split at {format_count(corners.size, 'corner')}: y = {where} mm")
+    remarks.append(_describe_noise(points))
     pieces = np.split(np.arange(len(points)), corners)
-    return profile_of(given, tuple(_piece(points[piece[0] : piece[-1] + 2]) for piece in pieces), said)
-
-
-def profile_of(
-    given: Points, segments: tuple[Segment, ...], said: Sequence[str], measured: Measured | None = None
-) -> Profile:
-    """The profile of a line that was made of points, with what is said of it."""
-    return Profile(
-        name=given.name,
-        kind=given.kind,
-        segments=segments,
-        source=given.source,
-        notes=(*given.notes, *said),
-        measured=measured,
-        points=given.points,
-        problems=given.problems,
+    return build_profile(
+        file_points, tuple(_make_segment(points[piece[0] : piece[-1] + 2]) for piece in pieces), remarks
     )
 
 
-def _corners(points: Floats) -> Integers:
-    return np.flatnonzero(np.abs(turning_angles(points)) > SPLIT_RAD) + 1
+def build_profile(
+    file_points: Points, segments: tuple[Segment, ...], remarks: Sequence[str], measured: Measured | None = None
+) -> Profile:
+    """Build the profile of segments that were made of points.
+
+    Parameters
+    ----------
+    file_points
+        Checked points.
+    segments
+        Segments of the profile.
+    remarks
+        Notes on the profile.
+    measured
+        Smoothing; None for a profile through the points.
+
+    Returns
+    -------
+    Profile
+        Profile with all notes.
+    """
+    return Profile(
+        name=file_points.name,
+        kind=file_points.kind,
+        segments=segments,
+        source=file_points.source,
+        notes=(*file_points.notes, *remarks),
+        measured=measured,
+        points=file_points.points,
+        problems=file_points.problems,
+    )
 
 
-def _kinks(points: Floats) -> list[str]:
-    """Where a line turns, within two points, that does not turn beside them: no junction does so, a lost sign does."""
-    turning = turning_angles(points)
+def _find_corners(points: Floats) -> Integers:
+    """Find the indices of the points with an angle of a corner."""
+    return np.flatnonzero(np.abs(compute_turning_angles(points)) > SPLIT_ANGLE_RAD) + 1
+
+
+def _describe_kinks(points: Floats) -> list[str]:
+    """Describe kinks: large angles within two points, with small angles at the neighbours.
+
+    Junctions have no such angles, but a lost sign has.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    list of str
+        Notes.
+    """
+    turning = compute_turning_angles(points)
     if turning.size < 6:
         return []
-    both = np.abs(turning[2:-3] + turning[3:-2])
-    beside = np.max(np.abs([turning[:-5], turning[1:-4], turning[4:-1], turning[5:]]), axis=0)
-    found = np.flatnonzero((both > _KINK_RAD) & (both < SPLIT_RAD) & (both > _KINK_TIMES * beside)) + 2
-    # the sharper one of both, and each once
-    places = dict.fromkeys(int(i) + int(abs(turning[i + 1]) > abs(turning[i])) for i in found)
-    return [f"a kink at {_at(points[i + 1])}: a corner of the body, or a wrong sign" for i in places]
+    turns = np.abs(turning[2:-3] + turning[3:-2])
+    neighbour_turns = np.max(np.abs([turning[:-5], turning[1:-4], turning[4:-1], turning[5:]]), axis=0)
+    kinks = (
+        np.flatnonzero((turns > _KINK_RAD) & (turns < SPLIT_ANGLE_RAD) & (turns > _KINK_RATIO * neighbour_turns)) + 2
+    )
+    # the point with the larger angle of two, and each point once
+    places = dict.fromkeys(int(i) + int(abs(turning[i + 1]) > abs(turning[i])) for i in kinks)
+    return [f"a kink at {_format_point(points[i + 1])}: a corner of the body, or a wrong sign" for i in places]
 
 
-def _different(points: Floats) -> tuple[Floats, int]:
-    """Points (n, 2) without those that repeat the one before, and how many those are."""
-    same = np.zeros(len(points), bool)
-    same[1:] = np.hypot(*np.diff(points, axis=0).T) < _SAME_MM
-    return points[~same], int(same.sum())
+def _drop_repeated_points(points: Floats) -> tuple[Floats, int]:
+    """Drop points (n, 2) that repeat the point before, and count them."""
+    is_repeated = np.zeros(len(points), bool)
+    is_repeated[1:] = np.hypot(*np.diff(points, axis=0).T) < _REPEATED_POINT_MM
+    return points[~is_repeated], int(is_repeated.sum())
 
 
-def apart(points: Floats, closest_mm: float) -> Floats:
-    """Points (n, 2) without those that lie closer than this to the one before that is kept."""
-    kept = points[:1].tolist()
-    for point in points[1:]:
-        if np.hypot(*(point - kept[-1])) >= closest_mm:
-            kept.append(point)
-    return np.array(kept)
+def drop_close_points(points: Floats, closest_mm: float) -> Floats:
+    """Drop points that are close to the previous point that is kept.
 
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    closest_mm
+        Least distance (mm).
 
-def _between_widest(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
-    """Points (n, 2) between the widest of both sides, where the line turns in behind them; and what was cut off.
-
-    A wheel or a rail that comes from above or below touches nothing behind the widest point of the other.
+    Returns
+    -------
+    ndarray
+        Remaining points (m, 2) in mm.
     """
-    y = _without_single(points[:, 0])
-    # a whole section has a foot that is wider than its head
-    near = np.flatnonzero((points[:, 1] > points[:, 1].max() - _HEAD_MM) | (kind == "wheel"))
-    low, high = (_widest(points[:, 0], int(near[np.argmin(side * y[near])]), side) for side in (1.0, -1.0))
-    middle, turned_in = 0.5 * (y[low] + y[high]), max(_TURNED_IN_MM, _NOISE_SIGMAS * noise_of(points))
-    first, last, said = 0, len(points) - 1, []
+    kept_points = points[:1].tolist()
+    for point in points[1:]:
+        if np.hypot(*(point - kept_points[-1])) >= closest_mm:
+            kept_points.append(point)
+    return np.array(kept_points)
+
+
+def _cut_turned_in_ends(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
+    """Cut the ends of a profile that turn in beyond its widest points.
+
+    A wheel or a rail that approaches from above or below does not touch such an end behind the widest point.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    kind
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    points, notes
+        Remaining points (m, 2) in mm, and notes on the omitted ends.
+    """
+    y = _filter_single_points(points[:, 0])
+    # the foot of a complete section is wider than its head
+    near = np.flatnonzero((points[:, 1] > points[:, 1].max() - _HEAD_DEPTH_MM) | (kind == "wheel"))
+    low, high = (_find_widest(points[:, 0], int(near[np.argmin(side * y[near])]), side) for side in (1.0, -1.0))
+    middle, turned_in = 0.5 * (y[low] + y[high]), max(_LEAST_TURN_IN_MM, _NOISE_SIGMAS * noise_of(points))
+    first, last, remarks = 0, len(points) - 1, []
     if low < high and y[low] + turned_in < y[: low + 1].max() < middle:
         first = low
     if low < high and y[high] - turned_in > y[high:].min() > middle:
         last = high
-    for at, off in ((first, first), (last, len(points) - 1 - last)):
-        if off:
-            said.append(f"the line turns in beyond its widest point {_at(points[at])}: {counted(off, 'point')} cut off")
-    return points[first : last + 1], said
+    for end, omitted in ((first, first), (last, len(points) - 1 - last)):
+        if omitted:
+            remarks.append(
+                f"the line turns in beyond its widest point {_format_point(points[end])}: "
+                f"{format_count(omitted, 'point')} cut off"
+            )
+    return points[first : last + 1], remarks
 
 
-def _widest(y: Floats, near: int, side: float) -> int:
-    """Index of the least `side` times y a few points about one that is the least but for single points."""
+def _find_widest(y: Floats, near: int, side: float) -> int:
+    """Find the index of the least `side` times y near an approximate index.
+
+    The approximate index ignores single points.
+    """
     start = max(near - 3, 0)
     return start + int(np.argmin(side * y[start : near + 4]))
 
 
-def _without_single(values: Floats) -> Floats:
-    """Values (n,) in which a point or two that stand out are levelled: the middle one of every five."""
+def _filter_single_points(values: Floats) -> Floats:
+    """Filter single outlying points, or pairs, from values (n,) by the median of every five."""
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(np.pad(values, 2, "reflect"), 5), axis=1))
 
 
-def _without_wrong_ones(
-    points: Floats, given: Points, *, repair: bool
+def _remove_wrong_points(
+    points: Floats, file_points: Points, *, repair: bool
 ) -> tuple[Floats, tuple[Problem, ...], list[str]]:
-    """The points without those that are wrong, where leaving out is asked for; those, and what is to be said."""
+    """Remove wrong points, if it is requested.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    file_points
+        Points of the file, for messages.
+    repair
+        Whether wrong points may be removed.
+
+    Returns
+    -------
+    points, problems, notes
+        Remaining points (m, 2) in mm, problems of removed and doubtful points, and notes.
+
+    Raises
+    ------
+    InputError
+        Points are wrong and may not be removed, or too many points are wrong.
+    """
     left_out: list[Problem] = []
-    tiny = _TINY_MM[0] if is_exact(points) else _TINY_MM[1]
-    for find in (_out_of_order, spikes, _crossings):
-        while problems := find(points):
-            large = [one for one in problems if one.what != "spike" or abs(one.size_mm) > tiny]
-            too_many = len(left_out) + len(problems) > _MOST_LEFT_OUT * len(points)
+    tiny = _TINY_SPIKE_MM[0] if is_exact(points) else _TINY_SPIKE_MM[1]
+    for find_problems in (_find_disorder_beyond_noise, spikes, _find_crossings_beyond_noise):
+        while problems := find_problems(points):
+            large = [problem for problem in problems if problem.what != "spike" or abs(problem.size_mm) > tiny]
+            too_many = len(left_out) + len(problems) > _LARGEST_OMITTED_SHARE * len(points)
             if large and (too_many or not repair):
-                raise InputError(_refusal(large, given, repair=repair, too_many=too_many))
+                raise InputError(_explain_refusal(large, file_points, repair=repair, too_many=too_many))
             if too_many:
                 break
-            # points out of order are found once more from their new neighbours
-            gone = problems if find is spikes else problems[:1]
-            left_out += gone
-            # what stood between two equal points may be gone
-            points, _ = _different(np.delete(points, [problem.index for problem in gone], axis=0))
-    said = _listed([problem.text for problem in left_out])
-    notes = [f"{counted(len(left_out), 'point')} left out: {said}"] if left_out else []
+            # points out of order are searched again among their new neighbours
+            removed = problems if find_problems is spikes else problems[:1]
+            left_out += removed
+            # a removed point may have been between two equal points
+            points, _ = _drop_repeated_points(np.delete(points, [problem.index for problem in removed], axis=0))
+    omitted_text = _list_texts([problem.text for problem in left_out])
+    notes = [f"{format_count(len(left_out), 'point')} left out: {omitted_text}"] if left_out else []
     if doubtful := unclear(points):
         notes.append(
-            f"{_listed([problem.text for problem in doubtful])}: wrong, or at two junctions close to one another; a"
+            f"{_list_texts([problem.text for problem in doubtful])}: wrong, or at two junctions close to one another; a"
             " spline bends there"
         )
-    back = np.diff(points[:, 0]) <= 0.0
-    if back.any():
-        notes.append(f"the line is vertical or overhangs at {counted(int(back.sum()), 'point')}: kept as a steep side")
+    is_backward = np.diff(points[:, 0]) <= 0.0
+    if is_backward.any():
+        notes.append(
+            f"the line is vertical or overhangs at {format_count(int(is_backward.sum()), 'point')}: kept as a steep "
+            "side"
+        )
     return points, (*left_out, *doubtful), notes
 
 
-def _out_of_order(points: Floats) -> list[Problem]:
-    return out_of_order(points, _local_noise(points))
+def _find_disorder_beyond_noise(points: Floats) -> list[Problem]:
+    """Find points at which the profile turns back by more than the local noise."""
+    return out_of_order(points, _estimate_local_noise(points))
 
 
-def _crossings(points: Floats) -> list[Problem]:
-    noise = _local_noise(points)
-    return [one for one in crossings(points) if one.size_mm > noise[one.index]]
+def _find_crossings_beyond_noise(points: Floats) -> list[Problem]:
+    """Find points at which the profile crosses itself by more than the local noise."""
+    noise = _estimate_local_noise(points)
+    return [problem for problem in crossings(points) if problem.size_mm > noise[problem.index]]
 
 
-def _local_noise(points: Floats) -> Floats:
-    """What each of n points may be moved by for the scatter of the points about it, in which there is no order."""
-    missed, weight = missed_by_neighbours(points)
+def _estimate_local_noise(points: Floats) -> Floats:
+    """Estimate the displacement of each point that the local scatter allows.
+
+    Points that differ by less have no order.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    ndarray
+        Displacements (n,) in mm.
+    """
+    distances, weight = missed_by_neighbours(points)
     usual = noise_of(points)
-    if not missed.size:
+    if not distances.size:
         return np.zeros(len(points))
-    local = np.clip(_scatter(missed / weight, np.full(missed.size, usual)), usual, max(usual, _MOST_LOCAL_MM))
+    local = np.clip(
+        _estimate_local_scatter(distances / weight, np.full(distances.size, usual)),
+        usual,
+        max(usual, _LARGEST_LOCAL_NOISE_MM),
+    )
     return _NOISE_SIGMAS * np.pad(local, 2, "edge")
 
 
-def _refusal(problems: list[Problem], given: Points, *, repair: bool, too_many: bool) -> str:
-    said = f"{given.name}: {_listed([problem.text for problem in problems])}"
+def _explain_refusal(problems: list[Problem], file_points: Points, *, repair: bool, too_many: bool) -> str:
+    """Explain the refusal of wrong points, with the remedy.
+
+    Parameters
+    ----------
+    problems
+        Problems of points.
+    file_points
+        Points of the file.
+    repair
+        Whether the removal was requested.
+    too_many
+        Whether more points are wrong than may be removed.
+
+    Returns
+    -------
+    str
+        Message.
+    """
+    text = f"{file_points.name}: {_list_texts([problem.text for problem in problems])}"
     if too_many:
-        said += f"; that is more than {100 * _MOST_LEFT_OUT:g} % of the points"
-        if not _out_of_order(given.points[:, ::-1]):
-            y, z = given.turned_columns.replace("-", "").split(",")
-            return f"{said}; the columns are y and z the other way round: {remedy(given.kind, 'columns', f'{z},{y}')}"
-    mend = f", or {remedy(given.kind, 'repair', 'yes')} to leave such points out" * (not (repair or too_many))
+        text += f"; that is more than {100 * _LARGEST_OMITTED_SHARE:g} % of the points"
+        if not _find_disorder_beyond_noise(file_points.points[:, ::-1]):
+            y, z = file_points.flipped_columns.replace("-", "").split(",")
+            return (
+                f"{text}; the columns are y and z the other way round:"
+                f" {remedy(file_points.kind, 'columns', f'{z},{y}')}"
+            )
+    mend = f", or {remedy(file_points.kind, 'repair', 'yes')} to leave such points out" * (not (repair or too_many))
     if problems[0].what == "spike":
-        return f"{said}; {'correct the file' if mend else 'measure the profile again'}{mend}"
+        return f"{text}; {'correct the file' if mend else 'measure the profile again'}{mend}"
     return (
-        f"{said}; give the points of the running surface in their order along the line, once, without the inside of the"
+        f"{text}; give the points of the running surface in their order along the line, once, without the inside of the"
         f" body{mend}"
     )
 
 
-def counted(number: int, noun: str) -> str:
-    """A number of things in words."""
+def format_count(number: int, noun: str) -> str:
+    """Format a number with its noun."""
     return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
-def _listed(texts: list[str]) -> str:
+def _list_texts(texts: list[str]) -> str:
     return "; ".join(texts[:4]) + (f" and {len(texts) - 4} more" if len(texts) > 4 else "")
 
 
-def _at(point: Floats) -> str:
+def _format_point(point: Floats) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g}) mm"
 
 
 def _check_spacing(points: Floats, kind: Kind, name: str) -> list[str]:
+    """Check the gaps between points.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    kind
+        `rail` or `wheel`.
+    name
+        Name in the message.
+
+    Returns
+    -------
+    list of str
+        Notes.
+
+    Raises
+    ------
+    InputError
+        A gap is too wide.
+    """
     chord = np.hypot(*np.diff(points, axis=0).T)
-    # a face between two corners needs only its ends
+    # a straight face between two corners needs only its ends
     is_end = np.ones(len(points), dtype=bool)
     is_end[1:-1] = False
-    is_end[_corners(points)] = True
+    is_end[_find_corners(points)] = True
     chord[is_end[:-1] & is_end[1:]] = 0.0
     typical = float(np.median(chord))
-    most = max(2.0, 10.0 * typical)
-    said = []
-    for gap in np.flatnonzero((chord > most) & _is_out_of_reach(points, kind)):
-        said.append(
-            f"a gap of {chord[gap]:.2f} mm after {_at(points[gap])}, out of reach of a contact: a straight piece"
+    largest_gap_mm = max(2.0, 10.0 * typical)
+    remarks = []
+    for gap in np.flatnonzero((chord > largest_gap_mm) & _is_out_of_reach(points, kind)):
+        remarks.append(
+            f"a gap of {chord[gap]:.2f} mm after {_format_point(points[gap])}, out of reach of a contact: a "
+            "straight piece"
         )
         chord[gap] = 0.0
-    i = int(chord.argmax())
-    if chord[i] > most:
+    widest = int(chord.argmax())
+    if chord[widest] > largest_gap_mm:
         raise InputError(
-            f"{name}: a gap of {chord[i]:.2f} mm after {_at(points[i])}, where points are usually {typical:.2g} mm "
-            f"apart; allowed: {most:.3g} mm; add points there or cut the file at the gap"
+            f"{name}: a gap of {chord[widest]:.2f} mm after {_format_point(points[widest])}, where points are usually "
+            f"{typical:.2g} mm apart; allowed: {largest_gap_mm:.3g} mm; add points there or cut the file at the gap"
         )
-    if chord[i] > 2.0:
-        said.append(f"points are up to {chord[i]:.2g} mm apart, at {_at(points[i])}: a smaller feature is not seen")
-    return said
+    if chord[widest] > 2.0:
+        remarks.append(
+            f"points are up to {chord[widest]:.2g} mm apart, at {_format_point(points[widest])}: a smaller feature "
+            "is not seen"
+        )
+    return remarks
 
 
 def _is_out_of_reach(points: Floats, kind: Kind) -> NDArray[np.bool_]:
-    """Whether chords of points (n, 2) lie where nothing touches: chamfers, sides of heads, backs of flanges."""
+    """Whether chords of points (n, 2) are where no contact can be.
+
+    Such chords are on chamfers, sides of heads and backs of flanges.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    kind
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    ndarray of bool
+        Answer (n - 1,) for each chord.
+    """
     (y, z), (dy, dz) = points.T, np.diff(points, axis=0).T
     steep = np.arctan2(np.abs(dz), np.abs(dy))
     if kind == "rail":
         deep = z < z.max() - _SIDE_DEPTH_MM
-        return np.asarray(deep[:-1] & deep[1:] & (steep > _SIDE_RAD))
+        return np.asarray(deep[:-1] & deep[1:] & (steep > _SIDE_SLOPE_RAD))
     behind = y <= y[np.argmin(z)]
     return np.asarray(((y[:-1] > _TREAD_END_MM) & (steep > _CHAMFER_RAD)) | (behind[:-1] & behind[1:]))
 
 
-def _assumptions(kind: Kind) -> list[str]:
+def _describe_assumptions(kind: Kind) -> list[str]:
     across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
     canted = ", not canted" if kind == "rail" else ""
     return [f"taken as: mm, {across}, z up{canted}"]
 
 
-# A new head that is canted outwards by 1:40 is so much lower beside its field side, and a little more.
-LOWER_MM = 1.0
+# A new head that is canted outwards by 1:40 is lower near its field side by slightly more.
+LARGEST_FIELD_SIDE_DROP_MM = 1.0
 
 
-def lower_on_field_side_mm(points: Floats) -> float | None:
-    """By how much points (n, 2) of a whole head lie lower beside its field side than beside its gauge side."""
+def measure_field_side_drop_mm(points: Floats) -> float | None:
+    """Measure the drop of a head near its field side relative to its gauge side.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    float or None
+        Drop (mm), positive if the field side is lower; None for an incomplete head.
+    """
     y, z = points.T
-    # both sides of the head as deep below its top as both are there
-    level = max(z.max() - _DEEP_MM, z[0], z[-1])
-    above = y[z >= level]
-    if np.ptp(above) < _WHOLE_HEAD_MM or level > z.max() - _LEAST_DEEP_MM:
+    # both sides of the head at the depth below its top that both sides reach
+    level = max(z.max() - _SHOULDER_DEPTH_MM, z[0], z[-1])
+    head_y = y[z >= level]
+    if np.ptp(head_y) < _WHOLE_HEAD_WIDTH_MM or level > z.max() - _LEAST_SHOULDER_DEPTH_MM:
         return None
-    gauge, field = np.interp((above[0] + _SIDE_MM, above[-1] - _SIDE_MM), np.maximum.accumulate(y), z)
+    gauge, field = np.interp(
+        (head_y[0] + _SHOULDER_OFFSET_MM, head_y[-1] - _SHOULDER_OFFSET_MM), np.maximum.accumulate(y), z
+    )
     return float(gauge - field)
 
 
-def _noise(points: Floats) -> str:
-    """Scatter of the points across the line, and the curvature error that a spline through them has from it."""
+def _describe_noise(points: Floats) -> str:
+    """Describe the scatter of the points and the curvature error of a spline.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    str
+        Note.
+    """
     scatter = noise_of(points)
     spacing = spacing_mm(points)
     noise = SPLINE_NOISE * scatter / spacing**2
@@ -536,7 +885,7 @@ def _noise(points: Floats) -> str:
     )
 
 
-def _piece(points: Floats) -> Segment:
+def _make_segment(points: Floats) -> Segment:
     if len(points) == 2:
         return Line(start=(float(points[0, 0]), float(points[0, 1])), end=(float(points[1, 0]), float(points[1, 1])))
     return Spline(points=points)

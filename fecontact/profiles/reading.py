@@ -1,4 +1,4 @@
-"""How a profile file is to be read and smoothed, and profiles that are told by their radii."""
+"""Options for reading and smoothing a profile file, and profiles that are defined by radii."""
 
 from __future__ import annotations
 
@@ -8,27 +8,33 @@ from fecontact.inputs.kinds import choice, flag, number, text
 from fecontact.inputs.slots import inputs
 
 MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
-"""Units of length that a file may be in, and how many mm each is."""
+"""Units of length that a file may have, with their size in mm."""
 
 
 @inputs
 class Reading:
-    """What is known about a profile file beside its content; None is what the file says or the points show.
+    """Options for a profile file; None leaves the choice to the file or the points.
 
     Attributes
     ----------
     units, columns
-        Of the points in the file.
+        Unit and columns of the points in the file.
     mirror
-        Whether the line is of the other side of the track.
+        Whether the profile belongs to the other side of the track.
     tape_circle_mm
-        Where the tape circle of a wheel lies in the file's own y.
+        Position of a wheel's tape circle in the y of the file.
     tape_circle_z_mm
-        Height in the file's own z at which a wheel has its rolling radius.
+        Height at which a wheel has its rolling radius, in the z of the file.
     filter_mm, noise_mm, nominal
-        How measured points are smoothed (`profiles.smoothing`).
+        Settings of the smoothing of measured points (`profiles.smoothing`).
     repair
-        Whether points that are wrong are left out instead of refused (`profiles.segments`).
+        Whether wrong points are left out instead of refused (`profiles.points`).
+
+    Examples
+    --------
+    >>> from fecontact.profiles.reading import Reading
+    >>> Reading(units="cm", filter_mm=4.0).units
+    'cm'
     """
 
     units: str | None = choice(None, "Unit of the points in a file", tuple(MM), label="units of the profile file")
@@ -82,27 +88,45 @@ class Reading:
 
 
 PLAIN = Reading()
-"""A file as it is."""
+"""Options of a file that is read without changes."""
 
 
 def remedy(kind: str, key: str, value: str | float) -> str:
-    """The exact option that settles a question about a file, on the command line and in study files."""
-    shown = f"{value:g}" if isinstance(value, float) else {"yes": "true"}.get(value, f'"{value}"')
-    said = shown if isinstance(value, float) else value
-    return f"give --{kind}-{key.replace('_', '-')} {said} ({key} = {shown} in [{kind}_file])"
+    """Option that answers a question about a file, for command line and study file.
+
+    Parameters
+    ----------
+    kind
+        `rail` or `wheel`.
+    key
+        Name of the option in a study file.
+    value
+        Suggested value.
+
+    Returns
+    -------
+    str
+        End of a message.
+    """
+    quoted_value = f"{value:g}" if isinstance(value, float) else {"yes": "true"}.get(value, f'"{value}"')
+    plain_value = quoted_value if isinstance(value, float) else value
+    return f"give --{kind}-{key.replace('_', '-')} {plain_value} ({key} = {quoted_value} in [{kind}_file])"
 
 
-def mirror_settled(kind: str) -> str:
-    """The option that says that a line is not of the other side of the track."""
+def suggest_unmirrored(kind: str) -> str:
+    """Option for a profile that is not mirrored."""
     return f"give --{kind}-mirror no (mirror = false in [{kind}_file])"
 
 
-def mirror_remedy(kind: str, *, mirrored: bool) -> str:
-    """The option that turns a line over, or the one to leave out where it is turned over already."""
+def suggest_mirroring(kind: str, *, mirrored: bool) -> str:
+    """Option that mirrors a profile.
+
+    If the profile is mirrored already, the text suggests to leave out the option.
+    """
     return f"leave out --{kind}-mirror (mirror in [{kind}_file])" if mirrored else remedy(kind, "mirror", "yes")
 
 
-# --- Profiles that are told by their radii, such as `circle:300`, and which lines a wheelset on a track may have.
+# --- Profiles that are defined by their radii, such as `circle:300`, and profiles that a wheelset on a track may have.
 
 CIRCLE, ARCS, CYLINDER = "circle:", "arcs:", "cylinder:"
 # DIN 536-1, form A: symmetric heads without a gauge face
@@ -110,24 +134,40 @@ _CRANE_RAIL = re.compile(r"A\d{2,3}", re.IGNORECASE)
 
 
 def is_short_form(spec: str) -> bool:
-    """Whether a text gives a profile by its radii, such as `circle:300`: neither a name nor a file."""
+    """Whether a text defines a profile by its radii, such as `circle:300`.
+
+    Such a text is neither a name nor a file.
+    """
     return spec.lower().startswith((CIRCLE, ARCS, CYLINDER))
 
 
 def has_no_gauge_face(spec: str) -> bool:
-    """Whether a rail is given by its radii alone: it has no gauge face, its crown lies under the tape circle."""
+    """Whether a rail is defined by its radii alone.
+
+    It has no gauge face, and its crown lies under the tape circle.
+    """
     return spec.lower().startswith((CIRCLE, ARCS))
 
 
 def makes_a_wheelset(rail: str, wheel: str) -> bool:
     """Whether rail and wheel may belong to a wheelset on its track.
 
-    A line that is given by its radii (`circle:300`, `arcs:300/80@2.5`, `cylinder:460`) is a body for a test: it has
-    neither gauge face nor flange that would say how a wheelset stands. Nor has the wheelset of a crane.
+    A profile that is defined by its radii (`circle:300`, `arcs:300/80@2.5`, `cylinder:460`) is a test body: it has
+    neither gauge face nor flange, which would define the position of a wheelset. Nor has the wheelset of a crane.
+
+    Parameters
+    ----------
+    rail, wheel
+        Texts of the command line.
+
+    Returns
+    -------
+    bool
+        False if a profile is a short form, or if the rail is a crane rail.
     """
     return not (is_short_form(rail) or is_short_form(wheel) or is_crane_rail(rail))
 
 
 def is_crane_rail(rail: str) -> bool:
-    """Whether a rail is one of the library's crane rails."""
+    """Whether a rail is a crane rail of the library."""
     return _CRANE_RAIL.fullmatch(rail) is not None

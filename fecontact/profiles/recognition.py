@@ -1,4 +1,4 @@
-"""Recognition of the library profile that measured points belong to, and the profile smoothed through them."""
+"""Recognition of the library profile of measured points, and the smoothed profile."""
 
 from __future__ import annotations
 
@@ -14,64 +14,77 @@ from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
 from fecontact.profiles.point_noise import noise_of
 from fecontact.profiles.points import (
-    LOWER_MM,
+    LARGEST_FIELD_SIDE_DROP_MM,
     Points,
-    apart,
+    build_profile,
     checked,
-    counted,
+    drop_close_points,
+    fit_splines,
+    format_count,
     is_exact,
-    lower_on_field_side_mm,
-    profile_of,
+    measure_field_side_drop_mm,
     spacing_mm,
-    spline_through,
 )
-from fecontact.profiles.reading import Reading, mirror_remedy, mirror_settled
+from fecontact.profiles.reading import Reading, suggest_mirroring, suggest_unmirrored
 from fecontact.profiles.registration import LEAST_NOISE_MM, FootPoints, Lines, first_shift, register_all, select_unworn
 from fecontact.profiles.segments import Held, Measured, Registration
-from fecontact.profiles.smoothing import FEW_POINTS, MOST_CLOSE, PRACTICE_MM, against, alone, on_running_part, smoothed
-from fecontact.profiles.variants import segments_of
+from fecontact.profiles.smoothing import (
+    FIRST_LOOK_POINTS,
+    PRACTICE_MM,
+    SECOND_LOOK_PROFILES,
+    frame_on_chords,
+    frame_on_reference,
+    select_running_part,
+    smooth_frame,
+)
+from fecontact.profiles.variants import make_segments
 
-# Steps of that: from 50 mrad and some mm off the true one of all rails is nearest after four.
+# Registration steps of the first look: from 50 mrad and some mm, the correct rail is the nearest of all after four.
 _FIRST_STEPS = 6
-# Digits (of mm) of how near profiles are.
-_DIGITS = 9
-# A profile that the points are usually farther off is another one.
-_FARTHEST_MM = 2.0
-# One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
-# their deviation has shorter waves than they have themselves.
-_MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
-# Nor is one that most points are off: where all that runs is worn, another profile of the same kind fits as well.
-_MOST_WORN_ALL_OVER_MM = 0.5
-# A profile that so many of the points lie on is theirs, and none that fewer lie on by more than the other part: under
-# 3 mm of wear the next one is as near to all of them, and what is off it as smooth.
-_UNWORN_PART, _FEWER = 0.65, 0.1
-# A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
-# or has lost so much more there is mirrored, unless it has lost as much more on its gauge side. A new one canted by
-# 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
-_OUTWARDS_RAD, _LOST_MM = 0.005, 0.5
-# What a side has lost, nine tenths of its points have at most: from so far beside the middle, down to as deep below the
-# top (mm) as both sides are measured, and that is nothing where one of them ends sooner.
-_BESIDE_MM, _DEEPEST_MM, _LEAST_DEEP_MM, _OF_A_SIDE = 6.0, 14.0, 4.0, 0.9
-# Cants of rails (1:n), and how near to one a turn (as a part of it) makes one ask for it.
-_USUAL_CANT, _CANT_CLOSE = (20, 30, 40), 0.12
-# Points closer than this part of the usual spacing tell nothing about the line between them.
-_CLOSE_TO_SPACING = 0.2
+# Digits (of mm) of the distances by which profiles are ranked.
+_RANKING_DIGITS = 9
+# Largest usual distance of points from their profile.
+_LARGEST_DISTANCE_MM = 2.0
+# A profile is uncertain if a point is farther off than the first distance. It is also uncertain if a point is farther
+# off than the second distance and the deviation of the points has shorter waves than the points.
+_LARGEST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
+# A profile is uncertain too if most points are off it: where the whole running surface is worn, a different profile of
+# an equal kind fits equally well.
+_LARGEST_TYPICAL_WEAR_MM = 0.5
+# The points belong to a profile if this share of them is on it. Profiles with a smaller share, by more than the margin,
+# are excluded: under 3 mm of wear the next profile is equally near to all points, and its deviation equally smooth.
+_UNWORN_SHARE, _UNWORN_SHARE_MARGIN = 0.65, 0.1
+# A head is worn and canted to the gauge side. It may be mirrored if it leans outwards by more, is much lower near its
+# field side or has lost more material there, unless it has lost an equal surplus on its gauge side. A new head that is
+# canted by 1:40 is lower by 1.1 mm. Worn heads with at least 0.5 mm lean by at least 6 mrad.
+_OUTWARDS_RAD, _SIDE_LOSS_MM = 0.005, 0.5
+# The loss of a side is the 0.9 quantile of its points. They are beyond this distance from the middle, and down to the
+# depth below the top (mm) to which both sides are measured. The loss is undefined if a side ends above the least depth.
+_SIDE_START_MM, _SIDE_DEPTH_MM, _LEAST_SIDE_DEPTH_MM, _SIDE_QUANTILE = 6.0, 14.0, 4.0, 0.9
+# Cants of rails (1:n), and the relative difference between a turn and a cant at which the user is asked.
+_USUAL_CANT, _CANT_TOLERANCE = (20, 30, 40), 0.12
+# Points that are closer than this fraction of the usual spacing have no information about the profile between them.
+_CLOSEST_OVER_SPACING = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
 class Nearest:
-    """A profile of the library beside measured points.
+    """Profile of the library that measured points may belong to.
 
     Attributes
     ----------
+    name
+        Name of the profile.
+    registration
+        Rigid displacement of the profile onto the points.
     usual_mm, farthest_mm
-        How far the points lie off it, usually (as a standard deviation) and at most.
+        Usual distance of the points from the profile (as a standard deviation), and the largest distance.
     at_y_mm
-        Where that is the most.
+        Lateral position of the largest distance.
     unworn
-        The part of the points that lie on it beside their wear.
+        Share of the points that are on the profile outside their wear.
     lost_on_field_side_mm
-        How much more of its field side than of its gauge side they have lost; None where one of them is not measured.
+        Loss of material on the field side minus the loss on the gauge side; None if a side is not measured.
     """
 
     name: str
@@ -84,204 +97,375 @@ class Nearest:
 
 
 def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
-    """Profiles of the library that points (n, 2) may be, the nearest first."""
-    known, noise = names(kind) if among is None else among, max(noise_of(points), LEAST_NOISE_MM)
-    first = _at_first(points[:: max(1, len(points) // FEW_POINTS)], known, noise)
-    if not first:
+    """Profiles of the library that points may belong to, the nearest first.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    kind
+        `rail` or `wheel`.
+    among
+        Names of profiles; None for all profiles of the kind.
+
+    Returns
+    -------
+    list of Nearest
+        Profiles with a usual distance of at most 2 mm.
+    """
+    library_names, noise = names(kind) if among is None else among, max(noise_of(points), LEAST_NOISE_MM)
+    starts = _select_candidates(points[:: max(1, len(points) // FIRST_LOOK_POINTS)], library_names, noise)
+    if not starts:
         return []
-    lines = Lines.of(*map(load, first))
-    registrations, usual, over = register_all(lines, points, list(first.values()))
-    beside, unworn = select_unworn(lines, points, registrations, noise)
-    found = []
-    for number, name in enumerate(first):
-        if usual[number] > _FARTHEST_MM:
+    lines = Lines.of(*map(load, starts))
+    registrations, usual, all_feet = register_all(lines, points, list(starts.values()))
+    unworn_feet, unworn = select_unworn(lines, points, registrations, noise)
+    matches = []
+    for number, name in enumerate(starts):
+        if usual[number] > _LARGEST_DISTANCE_MM:
             continue
-        feet = over.of(number)
-        off = np.where(feet.inside, np.abs(feet.off_mm), 0.0)
-        at = int(np.argmax(off))
-        is_beside = unworn[number] > _UNWORN_PART
-        found.append(
+        feet = all_feet.of(number)
+        distances = np.where(feet.inside, np.abs(feet.off_mm), 0.0)
+        farthest_index = int(np.argmax(distances))
+        has_unworn_feet = unworn[number] > _UNWORN_SHARE
+        matches.append(
             Nearest(
                 name=name,
                 registration=registrations[number],
                 usual_mm=usual[number],
-                farthest_mm=float(off[at]),
-                at_y_mm=float(points[at, 0]),
+                farthest_mm=float(distances[farthest_index]),
+                at_y_mm=float(points[farthest_index, 0]),
                 unworn=unworn[number],
-                lost_on_field_side_mm=_lost_on_field_side_mm(beside.of(number) if is_beside else feet),
+                lost_on_field_side_mm=_lost_on_field_side_mm(unworn_feet.of(number) if has_unworn_feet else feet),
             )
         )
-    most = max((one.unworn for one in found), default=0.0)
-    if most > _UNWORN_PART:
-        found = [one for one in found if one.unworn > most - _FEWER]
-    return sorted(found, key=lambda one: (round(one.usual_mm, _DIGITS), known.index(one.name)))
+    largest_share = max((match.unworn for match in matches), default=0.0)
+    if largest_share > _UNWORN_SHARE:
+        matches = [match for match in matches if match.unworn > largest_share - _UNWORN_SHARE_MARGIN]
+    return sorted(matches, key=lambda match: (round(match.usual_mm, _RANKING_DIGITS), library_names.index(match.name)))
 
 
-def _at_first(few: Floats, known: Sequence[str], noise_mm: float) -> dict[str, Registration]:
-    """Profiles that get a second look, the nearest first, and where they lie on few points (n, 2)."""
-    profiles = [load(name) for name in known]
-    begin = [Registration(shift=first_shift(one, few)) for one in profiles]
-    registrations, usual, _ = register_all(Lines.of(*profiles), few, begin, steps=_FIRST_STEPS)
-    lies, off = dict(zip(known, registrations, strict=True)), dict(zip(known, usual, strict=True))
-    close = [name for name in known if len(known) <= MOST_CLOSE or off[name] < 2.0 * _FARTHEST_MM]
-    # two drawings of one profile are as near, but for rounding: their order is that of the library
-    close.sort(key=lambda name: round(off[name], _DIGITS))
-    chosen, others = close[:MOST_CLOSE], close[MOST_CLOSE:]
-    if others:
-        # deep wear pulls a profile far off its points, and others nearer
-        _, parts = select_unworn(Lines.of(*map(load, others)), few, [lies[name] for name in others], noise_mm)
-        chosen += [name for name, part in zip(others, parts, strict=True) if part > _UNWORN_PART]
-    return {name: lies[name] for name in chosen}
+def _select_candidates(few_points: Floats, library_names: Sequence[str], noise_mm: float) -> dict[str, Registration]:
+    """Select the profiles for the second look, the nearest first, with their registrations.
+
+    Parameters
+    ----------
+    few_points
+        Some of the points (n, 2) in mm.
+    library_names
+        Names of profiles.
+    noise_mm
+        Standard deviation of the noise of the points (mm).
+
+    Returns
+    -------
+    dict of str to Registration
+        Registrations on the points.
+    """
+    profiles = [load(name) for name in library_names]
+    start = [Registration(shift=first_shift(profile, few_points)) for profile in profiles]
+    registrations, usual, _ = register_all(Lines.of(*profiles), few_points, start, steps=_FIRST_STEPS)
+    registration_by_name, usual_by_name = (
+        dict(zip(library_names, registrations, strict=True)),
+        dict(zip(library_names, usual, strict=True)),
+    )
+    close = [
+        name
+        for name in library_names
+        if len(library_names) <= SECOND_LOOK_PROFILES or usual_by_name[name] < 2.0 * _LARGEST_DISTANCE_MM
+    ]
+    # two drawings of a profile have equal distances except for rounding: they keep the order of the library
+    close.sort(key=lambda name: round(usual_by_name[name], _RANKING_DIGITS))
+    chosen, other_names = close[:SECOND_LOOK_PROFILES], close[SECOND_LOOK_PROFILES:]
+    if other_names:
+        # deep wear moves a profile away from its points, and different profiles nearer
+        _, shares = select_unworn(
+            Lines.of(*map(load, other_names)),
+            few_points,
+            [registration_by_name[name] for name in other_names],
+            noise_mm,
+        )
+        chosen += [name for name, share in zip(other_names, shares, strict=True) if share > _UNWORN_SHARE]
+    return {name: registration_by_name[name] for name in chosen}
 
 
 def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
-    """How much more points have lost of the field side of a head than of its gauge side; None without both sides."""
+    """Loss of a head on its field side minus the loss on its gauge side.
+
+    Parameters
+    ----------
+    feet
+        Foot points (n,) on a rail.
+
+    Returns
+    -------
+    float or None
+        Difference (mm); None if a side is not measured.
+    """
     y, z = feet.points.T
-    sides = [feet.inside & (side * y > _BESIDE_MM) for side in (-1.0, 1.0)]
-    level = max(-_DEEPEST_MM, *(float(z[side].min(initial=0.0)) for side in sides))
-    if level > -_LEAST_DEEP_MM:
+    sides = [feet.inside & (side * y > _SIDE_START_MM) for side in (-1.0, 1.0)]
+    level = max(-_SIDE_DEPTH_MM, *(float(z[side].min(initial=0.0)) for side in sides))
+    if level > -_LEAST_SIDE_DEPTH_MM:
         return None
-    gauge, field = (np.quantile(-feet.off_mm[side & (z >= level)], _OF_A_SIDE) for side in sides)
+    gauge, field = (np.quantile(-feet.off_mm[side & (z >= level)], _SIDE_QUANTILE) for side in sides)
     return float(field - gauge)
 
 
-def _mirrored(given: Points, reading: Reading, close: Sequence[Nearest] = ()) -> list[str]:
-    """What is to be said of a head that is canted or worn to the field side, once it is said whether it is mirrored.
+def _check_mirroring(file_points: Points, reading: Reading, matches: Sequence[Nearest] = ()) -> list[str]:
+    """Check whether a head may be mirrored.
+
+    Such a head is canted or worn to the field side.
+
+    Parameters
+    ----------
+    file_points
+        Checked points.
+    reading
+        Options of the file.
+    matches
+        Profiles that the points may belong to.
+
+    Returns
+    -------
+    list of str
+        Notes, if the options answer the question.
 
     Raises
     ------
     InputError
-        Nothing is said about it; with the options that settle it.
+        The options do not answer the question. The message has the options that do.
     """
-    if given.kind == "wheel":
+    if file_points.kind == "wheel":
         return []
-    lower = lower_on_field_side_mm(given.points) or 0.0
-    near = next((one for one in close if one.lost_on_field_side_mm is not None or one.farthest_mm < _UNWORN_MM), None)
-    turn, lost = (near.registration.turn_rad, near.lost_on_field_side_mm or 0.0) if near else (0.0, 0.0)
-    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or lower > LOWER_MM)):
-        found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] * (lower > 0.0)
-        found += [f"{near.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if near else []
-        found += [f"its field side has lost {lost:.1f} mm more than its gauge side"] * (lost > _LOST_MM)
-        said = f"{', and '.join(found)}: it may be worn or canted and mirrored"
+    drop_mm = measure_field_side_drop_mm(file_points.points) or 0.0
+    best_match = next(
+        (match for match in matches if match.lost_on_field_side_mm is not None or match.farthest_mm < _UNWORN_MM), None
+    )
+    turn, lost_mm = (
+        (best_match.registration.turn_rad, best_match.lost_on_field_side_mm or 0.0) if best_match else (0.0, 0.0)
+    )
+    if lost_mm > _SIDE_LOSS_MM or (
+        lost_mm > -_SIDE_LOSS_MM and (turn < -_OUTWARDS_RAD or drop_mm > LARGEST_FIELD_SIDE_DROP_MM)
+    ):
+        observations = [f"the head is {drop_mm:.1f} mm lower on its field side than on its gauge side"] * (
+            drop_mm > 0.0
+        )
+        observations += [f"{best_match.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if best_match else []
+        observations += [f"its field side has lost {lost_mm:.1f} mm more than its gauge side"] * (
+            lost_mm > _SIDE_LOSS_MM
+        )
+        observation_text = f"{', and '.join(observations)}: it may be worn or canted and mirrored"
         if reading.mirror is None:
             raise InputError(
-                f"{given.name}: {said}; a head wears and is canted to its gauge side, y < 0;"
-                f" {mirror_remedy(given.kind, mirrored=False)} if it is mirrored, or {mirror_settled(given.kind)} if it"
-                " is not"
+                f"{file_points.name}: {observation_text}; a head wears and is canted to its gauge side, y < 0;"
+                f" {suggest_mirroring(file_points.kind, mirrored=False)} if it is mirrored, or "
+                f"{suggest_unmirrored(file_points.kind)} if it is not"
             )
-        return [f"{said}; {mirror_remedy(given.kind, mirrored=True)} if it is" if reading.mirror else said]
+        return [
+            f"{observation_text}; {suggest_mirroring(file_points.kind, mirrored=True)} if it is"
+            if reading.mirror
+            else observation_text
+        ]
     return []
 
 
-def line_through(given: Points, reading: Reading) -> Profile:
-    """The line through points that are checked here: smoothed, or splines where they have no noise or are to be exact.
+def line_through(file_points: Points, reading: Reading) -> Profile:
+    """Profile through points, which are checked here.
+
+    The points are smoothed. If they have no noise or are declared exact, splines go through them.
+
+    Parameters
+    ----------
+    file_points
+        Points of a file.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Profile
+        Rail or wheel.
 
     Raises
     ------
     InputError
-        The points do not look like a running surface; or the nominal profile that is asked for is not in the library,
-        or they do not lie over it.
+        The points do not look like a running surface, the requested nominal profile is not in the library, or the
+        points are not over it.
     """
-    given = checked(given, reading)
-    if reading.filter_mm == 0.0 or len(given.points) < 20:
-        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, reading))))
-    points = apart(given.points, _CLOSE_TO_SPACING * spacing_mm(given.points))
-    asked = reading.filter_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
-    if not asked and is_exact(points):
-        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, reading))))
-    named = reading.nominal not in ("auto", "none")
-    close = nearest(points, given.kind, (find(reading.nominal, given.kind),) if named else None)
-    measured = _smoothed(replace(given, points=points), reading, close)
-    crowded = len(given.points) - len(points)
-    said = [*_mirrored(given, reading, close), *_left_out(given, measured, crowded)]
-    said += [_note(measured, reading), *_choices(measured, given.kind)]
-    return profile_of(given, segments_of(measured), said, measured)
+    file_points = checked(file_points, reading)
+    if reading.filter_mm == 0.0 or len(file_points.points) < 20:
+        return fit_splines(replace(file_points, notes=(*file_points.notes, *_check_mirroring(file_points, reading))))
+    points = drop_close_points(file_points.points, _CLOSEST_OVER_SPACING * spacing_mm(file_points.points))
+    is_requested = (
+        reading.filter_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
+    )
+    if not is_requested and is_exact(points):
+        return fit_splines(replace(file_points, notes=(*file_points.notes, *_check_mirroring(file_points, reading))))
+    is_named = reading.nominal not in ("auto", "none")
+    matches = nearest(points, file_points.kind, (find(reading.nominal, file_points.kind),) if is_named else None)
+    measured = _smooth_points(replace(file_points, points=points), reading, matches)
+    crowded = len(file_points.points) - len(points)
+    remarks = [*_check_mirroring(file_points, reading, matches), *_describe_omissions(file_points, measured, crowded)]
+    remarks += [_describe_smoothing(measured, reading), *_choices(measured, file_points.kind)]
+    return build_profile(file_points, make_segments(measured), remarks, measured)
 
 
-def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measured:
-    """Points as a smoothed deviation from a profile of the library that is theirs for certain, or by themselves."""
-    smooth = partial(smoothed, filter_mm=reading.filter_mm, noise_mm=reading.noise_mm)
-    by_itself = smooth(alone(given.points))
+def _smooth_points(file_points: Points, reading: Reading, matches: Sequence[Nearest]) -> Measured:
+    """Smooth points, as a deviation from a library profile if it is certain.
+
+    Parameters
+    ----------
+    file_points
+        Checked points.
+    reading
+        Options of the file.
+    matches
+        Profiles that the points may belong to, the nearest first.
+
+    Returns
+    -------
+    Measured
+        Smoothing with the best score.
+
+    Raises
+    ------
+    InputError
+        The points are not over the requested nominal profile.
+    """
+    smooth = partial(smooth_frame, filter_mm=reading.filter_mm, noise_mm=reading.noise_mm)
+    free_smoothing = smooth(frame_on_chords(file_points.points))
     if reading.nominal == "none":
-        return by_itself[0]
+        return free_smoothing[0]
     if reading.nominal != "auto":
-        named = [_deviation(one, given.points, smooth) for one in near]
-        if not named or named[0] is None:
+        requested = [_smooth_deviation(match, file_points.points, smooth) for match in matches]
+        if not requested or requested[0] is None:
             raise InputError(
-                f"{given.name}: the points do not lie over {reading.nominal} within {_FARTHEST_MM:g} mm, or reach"
-                " beyond its ends; give another nominal profile, or none"
+                f"{file_points.name}: the points do not lie over {reading.nominal} within {_LARGEST_DISTANCE_MM:g} mm,"
+                " or reach beyond its ends; give another nominal profile, or none"
             )
-        return named[0][0]
-    close = [one for one in near if one.farthest_mm < _MOST_WEAR_MM]
-    over = [(one, *made) for one in close if (made := _deviation(one, given.points, smooth)) is not None]
-    certain = [
-        (one.usual_mm, made, score)
-        for one, made, score in over
-        if one.farthest_mm < _UNWORN_MM or made.filter_mm >= _on_running_part_mm(by_itself[0])
+        return requested[0][0]
+    near_matches = [match for match in matches if match.farthest_mm < _LARGEST_WEAR_MM]
+    smoothed_matches = [
+        (match, *smoothing)
+        for match in near_matches
+        if (smoothing := _smooth_deviation(match, file_points.points, smooth)) is not None
     ]
-    lines = [*certain, (0.0, *by_itself)]
-    best = min(score for *_, score in lines)
-    # the first one of those that are as good
-    usual, measured = next((usual, made) for usual, made, score in lines if score <= best * (1.0 + 1e-9))
-    return measured if usual < _MOST_WORN_ALL_OVER_MM else by_itself[0]
+    certain_candidates = [
+        (match.usual_mm, smoothing, score)
+        for match, smoothing, score in smoothed_matches
+        if match.farthest_mm < _UNWORN_MM or smoothing.filter_mm >= _median_running_filter_mm(free_smoothing[0])
+    ]
+    candidates = [*certain_candidates, (0.0, *free_smoothing)]
+    best = min(score for *_, score in candidates)
+    # the first of several equally good smoothings
+    usual, measured = next((usual, smoothing) for usual, smoothing, score in candidates if score <= best * (1.0 + 1e-9))
+    return measured if usual < _LARGEST_TYPICAL_WEAR_MM else free_smoothing[0]
 
 
-def _on_running_part_mm(line: Measured) -> float:
-    """The filter length that half of the running part of a line has at most."""
-    relative = line.held.relative_filter
-    return line.filter_mm * (1.0 if relative is None else float(np.median(relative[on_running_part(line.held)])))
+def _median_running_filter_mm(measured: Measured) -> float:
+    """Median filter length on the running part of a profile (mm)."""
+    relative = measured.held.relative_filter
+    return measured.filter_mm * (
+        1.0 if relative is None else float(np.median(relative[select_running_part(measured.held)]))
+    )
 
 
-def _deviation(
-    one: Nearest, points: Floats, smooth: Callable[[Held], tuple[Measured, float]]
+def _smooth_deviation(
+    match: Nearest, points: Floats, smooth: Callable[[Held], tuple[Measured, float]]
 ) -> tuple[Measured, float] | None:
-    """Points smoothed as their deviation from a profile; None where they do not lie over it."""
-    held = against(load(one.name), one.registration, points)
+    """Smooth points as their deviation from a profile.
+
+    Parameters
+    ----------
+    match
+        Profile that the points may belong to.
+    points
+        Points (n, 2) in mm.
+    smooth
+        Function that smooths deviations.
+
+    Returns
+    -------
+    tuple of Measured and float, or None
+        Smoothing and its score; None if the points are not over the profile.
+    """
+    frame = frame_on_reference(load(match.name), match.registration, points)
     try:
-        return None if held is None else smooth(held)
+        return None if frame is None else smooth(frame)
     except np.linalg.LinAlgError:
         return None
 
 
-def _choices(made: Measured, kind: Kind) -> list[str]:
-    """What is taken for granted of points that are held against a profile of the library, and how to take it back."""
-    if not made.nominal:
+def _choices(measured: Measured, kind: Kind) -> list[str]:
+    """Describe assumptions about points with a nominal profile, and the options against them.
+
+    Parameters
+    ----------
+    measured
+        Smoothing.
+    kind
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    list of str
+        Notes.
+    """
+    if not measured.nominal:
         return []
-    said = []
-    if load(made.nominal).junctions:
-        said.append(
-            f"where the curvature of {made.nominal} jumps, the curvature of the {kind} is taken to jump too:"
+    remarks = []
+    if load(measured.nominal).junctions:
+        remarks.append(
+            f"where the curvature of {measured.nominal} jumps, the curvature of the {kind} is taken to jump too:"
             f" --{kind}-nominal none takes the points alone"
         )
-    turn_rad = made.held.registration.turn_rad
-    near = [one for one in _USUAL_CANT if abs(abs(turn_rad) * one - 1.0) < _CANT_CLOSE]
-    if kind == "rail" and near:
-        said.append(
-            f"{made.nominal} lies on the points turned by {1e3 * turn_rad:+.1f} mrad, near 1:{near[0]}:"
+    turn_rad = measured.held.registration.turn_rad
+    near_cants = [cant for cant in _USUAL_CANT if abs(abs(turn_rad) * cant - 1.0) < _CANT_TOLERANCE]
+    if kind == "rail" and near_cants:
+        remarks.append(
+            f"{measured.nominal} lies on the points turned by {1e3 * turn_rad:+.1f} mrad, near 1:{near_cants[0]}:"
             f" is the rail canted in the file already? Then give --inclination none"
         )
-    return said
+    return remarks
 
 
-def _left_out(given: Points, made: Measured, crowded: int) -> list[str]:
-    """How many points tell the line nothing, and why."""
-    beside = len(given.points) - crowded - len(made.points)
-    said = [f"{crowded} that nearly repeat the one before"] * (crowded > 0)
-    said += [f"{beside} beyond the ends of {made.nominal}"] * (beside > 0)
-    return [f"of {counted(len(given.points), 'point')} left out: {', '.join(said)}"] if said else []
+def _describe_omissions(file_points: Points, measured: Measured, crowded: int) -> list[str]:
+    """Describe the number of points that the smoothing ignores, with the reasons."""
+    beyond_ends = len(file_points.points) - crowded - len(measured.points)
+    reasons = [f"{crowded} that nearly repeat the one before"] * (crowded > 0)
+    reasons += [f"{beyond_ends} beyond the ends of {measured.nominal}"] * (beyond_ends > 0)
+    return [f"of {format_count(len(file_points.points), 'point')} left out: {', '.join(reasons)}"] if reasons else []
 
 
-def _note(made: Measured, reading: Reading) -> str:
-    # across the line: along it they have only been slid to where they come from
-    largest = float(np.abs((made.held.values * made.held.normals).sum(axis=1)).max())
-    of = f"its deviation from {made.nominal} (at most {largest:.2g} mm across it)" if made.nominal else "the line"
-    how = "as given" if reading.filter_mm is not None else "from the scatter of the points"
-    if not made.nominal and reading.filter_mm is None and made.filter_mm == PRACTICE_MM[0]:
-        how = "the least that is usual"
-    if made.held.relative_filter is not None:
-        how = f"from the noise of the points; {PRACTICE_MM[0]:g} mm and more where the line bends"
-    middle = float(np.median(made.curvature_noise_per_mm))
+def _describe_smoothing(measured: Measured, reading: Reading) -> str:
+    """Describe the noise, the filter length and the uncertainty of a smoothing.
+
+    Parameters
+    ----------
+    measured
+        Smoothing.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    str
+        Note.
+    """
+    # across the profile: along it, the points were only moved to their positions on the nominal profile
+    largest = float(np.abs((measured.held.values * measured.held.normals).sum(axis=1)).max())
+    subject = (
+        f"its deviation from {measured.nominal} (at most {largest:.2g} mm across it)"
+        if measured.nominal
+        else "the line"
+    )
+    reason = "as given" if reading.filter_mm is not None else "from the scatter of the points"
+    if not measured.nominal and reading.filter_mm is None and measured.filter_mm == PRACTICE_MM[0]:
+        reason = "the least that is usual"
+    if measured.held.relative_filter is not None:
+        reason = f"from the noise of the points; {PRACTICE_MM[0]:g} mm and more where the line bends"
+    middle = float(np.median(measured.curvature_noise_per_mm))
     return (
-        f"smoothed from {len(made.points)} points that scatter by {1e3 * made.noise_mm:.2g} um: {of}, over waves of"
-        f" {made.filter_mm:.3g} mm ({how}); curvature uncertain by {middle:.1g} /mm from that"
+        f"smoothed from {len(measured.points)} points that scatter by {1e3 * measured.noise_mm:.2g} um: {subject}, "
+        f"over waves of {measured.filter_mm:.3g} mm ({reason}); curvature uncertain by {middle:.1g} /mm from that"
     )

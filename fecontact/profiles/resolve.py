@@ -1,4 +1,4 @@
-"""A profile from what a user writes for it: a library name, a short form such as circle:300, or a file."""
+"""Profile from a user's text: a library name, a short form such as circle:300, or a file."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from functools import lru_cache
 from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, two_arc_rail_head
-from fecontact.profiles.library import GivenProfile, find, is_known, load, may_be_file, names, profile_file
+from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, make_two_arc_rail_head
+from fecontact.profiles.library import GivenProfile, can_be_file, find, is_known, load, names, profile_file
 from fecontact.profiles.points import Points
-from fecontact.profiles.readers.columns import Source, file_bytes, header_radius_mm, points_of_columns
-from fecontact.profiles.readers.formats import DEFAULT, reader_of
+from fecontact.profiles.readers.columns import Source, file_bytes, header_radius_mm, parse_points
+from fecontact.profiles.readers.formats import DEFAULT_READER, reader_of
 from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face, is_short_form
 from fecontact.profiles.recognition import line_through
 
 
 class WrongKindError(InputError):
-    """A wheel where a rail is wanted, or the other way round."""
+    """Error for a wheel in place of a rail, or the reverse."""
 
 
-# Control signs, signs that format, and separators of lines and paragraphs, by their category in Unicode.
-_NOT_SHOWN = ("Cc", "Cf", "Zl", "Zp")
+# Unicode categories of control characters, format characters, and separators of lines and paragraphs.
+_HIDDEN_CATEGORIES = ("Cc", "Cf", "Zl", "Zp")
 _NO_RADIUS = " has no number after the colon; give a radius in mm, as in {}"
 _NO_ARCS = (
     ": give the radii on the field and on the gauge side and the junction's distance from the crown in mm, as in"
@@ -36,14 +36,14 @@ _NO_ARCS = (
 
 @dataclass(frozen=True, kw_only=True)
 class WheelProfile:
-    """A wheel as it is written on the command line.
+    """Wheel from a text of the command line.
 
     Attributes
     ----------
     profile
-        The line across the tread.
+        Profile across the tread.
     rolling_radius_mm
-        Radius at the tape circle (y = 0) in mm, or None if the text names the line only.
+        Radius at the tape circle (y = 0) in mm, or None if the text has no radius.
     """
 
     profile: Profile
@@ -51,34 +51,70 @@ class WheelProfile:
 
 
 def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
-    """Rail from the text of the command line: a library name, `circle:R`, `arcs:R/R@D` (mm), or a profile file.
+    """Rail from a text of the command line.
 
     Measured points in a file are smoothed (`profiles.smoothing`).
+
+    Parameters
+    ----------
+    spec
+        Library name, `circle:R`, `arcs:R/R@D` (mm), or path of a profile file.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Profile
+        Rail.
 
     Raises
     ------
     InputError
-        No such name or file, or the file does not hold a rail.
+        The name or file does not exist, or the file does not contain a rail.
+
+    Examples
+    --------
+    >>> from fecontact.profiles.resolve import resolve_rail
+    >>> round(1.0 / float(resolve_rail("circle:300").curvature(0.0)))
+    300
     """
     if spec.lower().startswith(CIRCLE):
-        return circular_rail_head(*_numbers(spec, r"circle:([^:]*)", _NO_RADIUS.format("circle:300")))
+        return circular_rail_head(*_parse_numbers(spec, r"circle:([^:]*)", _NO_RADIUS.format("circle:300")))
     if spec.lower().startswith(ARCS):
-        return two_arc_rail_head(*_numbers(spec, r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", _NO_ARCS))
+        return make_two_arc_rail_head(*_parse_numbers(spec, r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", _NO_ARCS))
     if spec.lower().startswith(CYLINDER):
         raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
     return _resolve(spec, "rail", reading)
 
 
 def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
-    """Wheel from the text of the command line: a library name, `cylinder:R` (mm), or the path of a profile file.
+    """Wheel from a text of the command line.
+
+    Parameters
+    ----------
+    spec
+        Library name, `cylinder:R` (mm), or path of a profile file.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    WheelProfile
+        Wheel, with its radius if the text has it.
 
     Raises
     ------
     InputError
-        No such name or file, or the file does not hold a wheel.
+        The name or file does not exist, or the file does not contain a wheel.
+
+    Examples
+    --------
+    >>> from fecontact.profiles.resolve import resolve_wheel
+    >>> resolve_wheel("cylinder:460").rolling_radius_mm
+    460.0
     """
     if spec.lower().startswith(CYLINDER):
-        radius, *_ = _numbers(spec, r"cylinder:([^:]*)", _NO_RADIUS.format("cylinder:460"))
+        radius, *_ = _parse_numbers(spec, r"cylinder:([^:]*)", _NO_RADIUS.format("cylinder:460"))
         check_positive("radius of the wheel", radius, "mm", "for example cylinder:460")
         return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
@@ -86,56 +122,78 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
     return WheelProfile(profile=_resolve(spec, "wheel", reading))
 
 
-# Rounding and wear between two measurements are less.
-_SAME_RADIUS_MM = 1.0
+# Rounding and wear between two measurements are smaller.
+_RADIUS_TOLERANCE_MM = 1.0
 
 
 def radius_of_file_mm(spec: str) -> float | None:
-    """Rolling radius (mm) that the header of a wheel's file gives; None without a file or such a header."""
+    """Rolling radius (mm) in the header of a wheel file; None without a file or such a header."""
     if (path := profile_file(spec)) is None:
         return None
     state = path.stat()
-    return _radius_once(path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size))
+    return _read_radius_once(path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size))
 
 
 @lru_cache(maxsize=64)
-def _radius_once(path: Path, state: tuple[int, ...]) -> float | None:
-    """Rolling radius of a file that stays as it is: each case and each placement asks for it."""
+def _read_radius_once(path: Path, state: tuple[int, ...]) -> float | None:
+    """Rolling radius (mm) of a file in this state; each case and each placement needs it."""
     return header_radius_mm(path)
 
 
 def radius_note(spec: str, radius_mm: float) -> str:
-    """What a rolling radius contradicts in the header of a wheel's file; empty for nothing."""
-    of_file = radius_of_file_mm(spec)
-    if of_file is None or abs(of_file - radius_mm) <= _SAME_RADIUS_MM:
+    """Contradiction between a rolling radius (mm) and the header of a wheel file; empty if there is none."""
+    header_mm = radius_of_file_mm(spec)
+    if header_mm is None or abs(header_mm - radius_mm) <= _RADIUS_TOLERANCE_MM:
         return ""
-    return f"the rolling radius is {radius_mm:g} mm as given, but {of_file:g} mm in the header of {Path(spec).name}"
+    return f"the rolling radius is {radius_mm:g} mm as given, but {header_mm:g} mm in the header of {Path(spec).name}"
 
 
-# What a line of exact segments uses of a reading: it has no points to be scaled, chosen or smoothed.
-_OF_EXACT_FILES = ("mirror", "tape_circle_mm", "tape_circle_z_mm")
+# Options that a profile of exact segments uses. It has no points to scale, select or smooth.
+_EXACT_FILE_OPTIONS = ("mirror", "tape_circle_mm", "tape_circle_z_mm")
 
 
 def used_reading(spec: str, reading: Reading) -> Reading:
-    """The options of a reading that a profile uses; the others are as if they were not given.
+    """Options that a profile uses, with defaults for all unused options.
 
-    A name of the library or a short form uses none, a TOML file those of an exact line, and another file all.
+    A name of the library or a short form uses no option. A TOML file uses the options of an exact profile. All other
+    files use all options.
+
+    Parameters
+    ----------
+    spec
+        Text of the command line, or a profile from arrays.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Reading
+        Used options.
     """
     if not isinstance(spec, GivenProfile):
         if is_known(spec) or is_short_form(spec):
             return PLAIN
         if Path(spec).suffix.lower() == ".toml":
-            return replace(PLAIN, **{name: getattr(reading, name) for name in _OF_EXACT_FILES})
+            return replace(PLAIN, **{name: getattr(reading, name) for name in _EXACT_FILE_OPTIONS})
     return reading
 
 
 def refuse_unused_reading(kind: Kind, specs: Iterable[str], reading: Reading) -> None:
-    """Refuse options of a reading that none of its profiles uses.
+    """Refuse options that no profile uses.
+
+    Parameters
+    ----------
+    kind
+        `rail` or `wheel`.
+    specs
+        Texts of the command line.
+    reading
+        Options of the files.
 
     Raises
     ------
     InputError
-        For the first of these options; the message has its value.
+        An option is unused; the message has its value.
     """
     specs = tuple(specs)
     for option in fields(Reading):
@@ -149,70 +207,145 @@ def refuse_unused_reading(kind: Kind, specs: Iterable[str], reading: Reading) ->
             )
 
 
-def _numbers(spec: str, form: str, otherwise: str) -> list[float]:
-    match = re.fullmatch(form, spec.lower())
+def _parse_numbers(spec: str, pattern: str, complaint: str) -> list[float]:
+    """Parse the numbers of a short form.
+
+    Parameters
+    ----------
+    spec
+        Text of the command line.
+    pattern
+        Regular expression with a group for each number.
+    complaint
+        End of the message.
+
+    Returns
+    -------
+    list of float
+        Numbers.
+
+    Raises
+    ------
+    InputError
+        The text does not match the pattern.
+    """
+    match = re.fullmatch(pattern, spec.lower())
     try:
         if match:
             return [float(number) for number in match.groups()]
     except ValueError:
         pass
-    raise InputError(f"{spec!r}{otherwise}")
+    raise InputError(f"{spec!r}{complaint}")
 
 
-def _read(spec: str, kind: Kind, reading: Reading) -> Profile:
-    """A file, read once as long as its content stays the same: the smoothing of a measurement takes half a second."""
-    # of one that is not there its reader says so
+def _read_file(spec: str, kind: Kind, reading: Reading) -> Profile:
+    """Read a file, once per content.
+
+    The smoothing of a measurement takes half a second.
+    """
+    # the reader of a missing file raises the error
     content = hashlib.sha256(file_bytes(Path(spec))).hexdigest() if os.path.exists(spec) else ""
     return _read_once(spec, kind, reading, content)
 
 
 @lru_cache(maxsize=16)
 def _read_once(spec: str, kind: Kind, reading: Reading, content: str) -> Profile:
-    read = content_of_file(spec, kind, reading)
-    return read if isinstance(read, Profile) else line_through(read, reading)
+    content_or_points = content_of_file(spec, kind, reading)
+    return content_or_points if isinstance(content_or_points, Profile) else line_through(content_or_points, reading)
 
 
 def content_of_file(spec: str, kind: Kind, reading: Reading) -> Profile | Points:
-    """What a file has: a line of exact segments, or points, which are not checked yet.
+    """Content of a file: a profile of exact segments, or unchecked points.
+
+    Parameters
+    ----------
+    spec
+        Path of the file.
+    kind
+        `rail` or `wheel`.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Profile or Points
+        Content.
 
     Raises
     ------
     InputError
-        The file cannot be read, or holds the other body; or its name has signs that move a cursor or turn a text, which
-        terminals, tables and pages would show as they are.
+        The file cannot be read, or contains the other kind of body. Or its name has characters that move a cursor or
+        turn a text, which terminals, tables and pages would execute.
     """
     path = Path(spec)
-    if any(unicodedata.category(sign) in _NOT_SHOWN for sign in path.name):
+    if any(unicodedata.category(sign) in _HIDDEN_CATEGORIES for sign in path.name):
         raise InputError(f"{spec!r}: its name has signs that are not shown, such as a line's end; rename the file")
-    read = reader_of(path)(path, kind, reading)
-    _check_kind(read, spec, kind)
-    return read
+    content = reader_of(path)(path, kind, reading)
+    _check_kind(content, spec, kind)
+    return content
 
 
 @lru_cache(maxsize=16)
-def _read_given(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
-    source = Source(what=str(given), kind=kind, reading=reading)
-    return line_through(points_of_columns(given.text, Path(given.file).stem, source), reading)
+def _read_given_profile(given_profile: GivenProfile, kind: Kind, reading: Reading) -> Profile:
+    source = Source(what=str(given_profile), kind=kind, reading=reading)
+    return line_through(parse_points(given_profile.text, Path(given_profile.file).stem, source), reading)
 
 
-def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
-    if read.kind != kind:
+def _check_kind(content: Profile | Points, spec: str, kind: Kind) -> None:
+    """Check that a file has a profile of the wanted kind.
+
+    Parameters
+    ----------
+    content
+        Profile or points.
+    spec
+        Text of the command line.
+    kind
+        Wanted kind.
+
+    Raises
+    ------
+    WrongKindError
+        The kinds differ.
+    """
+    if content.kind != kind:
         raise WrongKindError(
-            f"{spec!r} is a {read.kind} but a {kind} is wanted; give it as the {read.kind} (--{read.kind}, or --kind"
-            f" {read.kind}), or as the {kind} one of {', '.join(names(kind))}"
+            f"{spec!r} is a {content.kind} but a {kind} is wanted; give it as the {content.kind} (--{content.kind}, "
+            f"or --kind {content.kind}), or as the {kind} one of {', '.join(names(kind))}"
         )
 
 
 def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
+    """Resolve a library name, a profile from arrays or a file.
+
+    Parameters
+    ----------
+    spec
+        Text of the command line, or a profile from arrays.
+    kind
+        `rail` or `wheel`.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Profile
+        Profile of the kind.
+
+    Raises
+    ------
+    InputError
+        The name or file does not exist, or has the wrong kind.
+    """
     path = Path(spec)
     if is_known(spec):
         _check_kind(load(find(spec)), spec, kind)
         return load(find(spec))
     if isinstance(spec, GivenProfile):
-        return _read_given(spec, kind, reading)
-    # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
-    if reader_of(path) is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
-        return _read(spec, kind, reading)
-    if may_be_file(spec):
+        return _read_given_profile(spec, kind, reading)
+    # A text with the ending of a special reader is a file, and the reader explains errors.
+    if reader_of(path) is not DEFAULT_READER or os.path.exists(spec):  # in contrast to Path.exists, it never raises
+        return _read_file(spec, kind, reading)
+    if can_be_file(spec):
         raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
     return load(find(spec, kind))

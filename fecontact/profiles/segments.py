@@ -1,6 +1,6 @@
-"""The pieces of a profile line, exact or through points, and the points that a line is made from.
+"""Segments of a profile, and the measured points of a smoothed profile.
 
-A segment is evaluated at the local parameter v from 0 to 1: position and both derivatives, in mm.
+A segment is evaluated at the local parameter v from 0 to 1. It returns the position and both derivatives in mm.
 """
 
 from __future__ import annotations
@@ -19,16 +19,25 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline, PPoly
 
 
-# Longest step of the table of a smoothed line: the least width is some points, and those are 0.1 mm apart and more.
+# Longest step of the table of a smoothed segment: the shortest filter spans some points, which are at least 0.1 mm
+# apart.
 _TABLE_STEP_MM = 0.25
-# A cubic spline with not-a-knot ends needs as many points.
+# Fewest points of a cubic spline with not-a-knot ends.
 _FEWEST_KNOTS = 4
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 @dataclass(frozen=True, eq=False)
 class CurvePoints:
-    """Points of a curve with their first and second derivatives by the parameter u (mm)."""
+    """Points of a curve with their first and second derivatives with respect to a parameter.
+
+    Attributes
+    ----------
+    y, z
+        Coordinates (mm), in any shape.
+    dy, dz, ddy, ddz
+        First and second derivatives with respect to the parameter u (mm), in the shape of y.
+    """
 
     y: Floats
     z: Floats
@@ -38,14 +47,25 @@ class CurvePoints:
     ddz: Floats
 
     @classmethod
-    def of(cls, place: Floats, first: Floats, second: Floats) -> CurvePoints:
-        """Of positions and derivatives (..., 2)."""
-        (y, z), (dy, dz), (ddy, ddz) = (np.moveaxis(both, -1, 0) for both in (place, first, second))
+    def split_vectors(cls, position: Floats, first: Floats, second: Floats) -> CurvePoints:
+        """Split vectors (y, z) into the coordinates of curve points.
+
+        Parameters
+        ----------
+        position, first, second
+            Positions, first and second derivatives, shape (..., 2) (mm).
+
+        Returns
+        -------
+        CurvePoints
+            Points in the shape (...).
+        """
+        (y, z), (dy, dz), (ddy, ddz) = (np.moveaxis(vectors, -1, 0) for vectors in (position, first, second))
         return cls(y=y, z=z, dy=dy, dz=dz, ddy=ddy, ddz=ddz)
 
-    def taken(self, which: Integers | slice) -> CurvePoints:
-        """Some of the points."""
-        return CurvePoints(**{name: values[which] for name, values in vars(self).items()})
+    def taken(self, index: Integers | slice) -> CurvePoints:
+        """Selected points."""
+        return CurvePoints(**{name: values[index] for name, values in vars(self).items()})
 
     @property
     def angle_rad(self) -> Floats:
@@ -54,20 +74,42 @@ class CurvePoints:
 
     @property
     def curvature_per_mm(self) -> Floats:
-        """Signed curvature of the curve, positive when it turns to the left (upwards for growing y)."""
+        """Signed curvature (1/mm).
+
+        It is positive where the curve turns to the left (upwards for growing y).
+        """
         speed2 = self.dy * self.dy + self.dz * self.dz
         return np.asarray((self.dy * self.ddz - self.dz * self.ddy) / (speed2 * np.sqrt(speed2)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """Straight segment from `start` to `end` (mm)."""
+    """Straight segment from `start` to `end` (mm).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.profiles.segments import Line
+    >>> Line(start=(0.0, 0.0), end=(4.0, 2.0)).evaluate(np.array([0.5])).y
+    array([2.])
+    """
 
     start: tuple[float, float]
     end: tuple[float, float]
 
     def evaluate(self, v: Floats) -> CurvePoints:
-        """Points at the local parameter v in [0, 1]."""
+        """Points at the local parameter v.
+
+        Parameters
+        ----------
+        v
+            Local parameters in [0, 1], in any shape.
+
+        Returns
+        -------
+        CurvePoints
+            Points (mm) in the shape of v.
+        """
         dy, dz = self.end[0] - self.start[0], self.end[1] - self.start[1]
         zero = np.zeros_like(v)
         return CurvePoints(
@@ -77,7 +119,10 @@ class Line:
 
 @dataclass(frozen=True, kw_only=True)
 class Arc:
-    """Circular segment (mm, rad): from `angle_from` to `angle_to` about `centre`, the parameter is the angle."""
+    """Circular segment about `centre` (mm), from `angle_from` to `angle_to` (rad).
+
+    The parameter is proportional to the angle.
+    """
 
     centre: tuple[float, float]
     radius: float
@@ -85,7 +130,18 @@ class Arc:
     angle_to: float
 
     def evaluate(self, v: Floats) -> CurvePoints:
-        """Points at the local parameter v in [0, 1]."""
+        """Points at the local parameter v.
+
+        Parameters
+        ----------
+        v
+            Local parameters in [0, 1], in any shape.
+
+        Returns
+        -------
+        CurvePoints
+            Points (mm) in the shape of v.
+        """
         turn = self.angle_to - self.angle_from
         c, s = self.radius * np.cos(self.angle_from + turn * v), self.radius * np.sin(self.angle_from + turn * v)
         return CurvePoints(
@@ -108,21 +164,35 @@ class Polynomial:
 
     @cached_property
     def _centred(self) -> tuple[np.polynomial.Polynomial, np.polynomial.Polynomial, np.polynomial.Polynomial]:
-        """The polynomial and its first and second derivatives."""
-        # Published coefficients are powers about a far origin and cancel by six digits (S1002, section C), so they are
-        # moved to the middle of the segment in exact arithmetic; the variable runs from -1 to 1.
+        """Polynomial about the middle of the segment, with its first and second derivatives.
+
+        The variable runs from -1 to 1.
+        """
+        # Published coefficients are powers about a distant origin and lose six digits by cancellation (S1002, section
+        # C). So they are moved to the middle of the segment in exact arithmetic. The variable runs from -1 to 1.
         middle = (Fraction(self.y_from) + Fraction(self.y_to)) / 2
         half = (Fraction(self.y_to) - Fraction(self.y_from)) / 2
         powers = range(len(self.coefficients))
-        moved = [
+        shifted = [
             half**k * sum(math.comb(n, k) * Fraction(self.coefficients[n]) * middle ** (n - k) for n in powers[k:])
             for k in powers
         ]
-        centred = np.polynomial.Polynomial([float(value) for value in moved])
+        centred = np.polynomial.Polynomial([float(value) for value in shifted])
         return centred, centred.deriv(), centred.deriv(2)
 
     def evaluate(self, v: Floats) -> CurvePoints:
-        """Points at the local parameter v in [0, 1]."""
+        """Points at the local parameter v.
+
+        Parameters
+        ----------
+        v
+            Local parameters in [0, 1], in any shape.
+
+        Returns
+        -------
+        CurvePoints
+            Points (mm) in the shape of v.
+        """
         span = self.y_to - self.y_from
         x, (p, first, second) = 2.0 * v - 1.0, self._centred
         zero = np.zeros_like(v)
@@ -133,16 +203,32 @@ class Polynomial:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spline:
-    """Cubic spline through points (n, 2) (mm) over their cumulative chord length, not-a-knot ends.
+    """Cubic spline through points over their cumulative chord length, with not-a-knot ends.
 
     The curvature of an interpolating spline carries the noise of its points (about 6 e / h^2 for independent errors e
-    and a spacing h), so results on such a profile depend on how well the points were measured.
+    and a spacing h). So results on such a profile depend on the accuracy of the points.
+
+    Attributes
+    ----------
+    points
+        Points (n, 2) in mm.
     """
 
     points: Floats
 
     def thinned(self, first: Literal[0, 1] = 0) -> Spline:
-        """The spline through every second point, from this one on, and both ends; itself if those are too few."""
+        """Spline through every second point and both ends.
+
+        Parameters
+        ----------
+        first
+            Index of the first point that is kept besides the end, 0 or 1.
+
+        Returns
+        -------
+        Spline
+            Thinned spline, or the spline itself if fewer than four points would be left.
+        """
         keep = np.arange(len(self.points)) % 2 == first
         keep[[0, -1]] = True
         return Spline(points=self.points[keep]) if np.count_nonzero(keep) >= _FEWEST_KNOTS else self
@@ -155,56 +241,100 @@ class Spline:
 
     @cached_property
     def knots(self) -> Floats:
-        """Local parameters of the points."""
+        """Local parameters (n,) of the points."""
         chord = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(self.points, axis=0).T))))
         return np.asarray(chord / chord[-1])
 
     def evaluate(self, v: Floats) -> CurvePoints:
-        """Points at the local parameter v in [0, 1]."""
-        return CurvePoints.of(self._spline(v), self._spline(v, 1), self._spline(v, 2))
+        """Points at the local parameter v.
+
+        Parameters
+        ----------
+        v
+            Local parameters in [0, 1], in any shape.
+
+        Returns
+        -------
+        CurvePoints
+            Points (mm) in the shape of v.
+        """
+        return CurvePoints.split_vectors(self._spline(v), self._spline(v, 1), self._spline(v, 2))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Registration:
-    """How a reference line is turned about its origin (rad), and then moved (mm), to lie on points."""
+    """Rigid displacement of a reference profile onto points.
+
+    The reference is turned about its origin first, and then moved.
+
+    Attributes
+    ----------
+    turn_rad
+        Angle, positive to the left (rad).
+    shift
+        Displacement (y, z) after the turn (mm).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.profiles.segments import Registration
+    >>> Registration(shift=(1.0, -2.0)).from_reference(np.array([3.0, 4.0]))
+    array([4., 2.])
+    """
 
     turn_rad: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
 
-    def turned(self, vectors: Floats) -> Floats:
-        """Directions (..., 2) of the reference, as they lie on the points."""
+    def rotate(self, vectors: Floats) -> Floats:
+        """Rotate directions of the reference into the axes of the points.
+
+        Parameters
+        ----------
+        vectors
+            Directions (..., 2) in the axes of the reference.
+
+        Returns
+        -------
+        ndarray
+            Directions (..., 2) in the axes of the points.
+        """
         c, s = math.cos(self.turn_rad), math.sin(self.turn_rad)
         y, z = vectors[..., 0], vectors[..., 1]
         return np.stack((y * c - z * s, y * s + z * c), axis=-1)
 
     def from_reference(self, points: Floats) -> Floats:
-        """Points (..., 2) of the reference, as they lie on the points."""
-        return np.asarray(self.turned(points) + np.array(self.shift))
+        """Points of the reference in the axes of the measured points, shape (..., 2) (mm)."""
+        return np.asarray(self.rotate(points) + np.array(self.shift))
 
     def to_reference(self, points: Floats) -> Floats:
-        """The way back."""
-        return Registration(turn_rad=-self.turn_rad).turned(points - np.array(self.shift))
+        """Measured points in the axes of the reference, shape (..., 2) (mm).
+
+        This is the inverse of `from_reference`.
+        """
+        return Registration(turn_rad=-self.turn_rad).rotate(points - np.array(self.shift))
 
 
-IN_PLACE = Registration()
-"""Neither turned nor moved."""
+IDENTITY_REGISTRATION = Registration()
+"""Registration without turn and displacement."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Smoothed:
-    """A piece of a line that was smoothed from measured points: a part of an exact segment, moved by a smooth field.
+class SmoothedSegment:
+    """Segment of a profile that was smoothed from measured points.
+
+    It is a part of an exact segment that is moved by a smooth field.
 
     Attributes
     ----------
     field
-        Displacement (y, z) in mm over the arc length s of the line that the points were held against; where there is no
+        Displacement (y, z) in mm over the arc length s of the profile to which the points were assigned. Without a
         `base`, the position itself.
     s_from, s_to
-        Its part of s (mm).
+        Range of s on this segment (mm).
     base, v_from, v_to
-        Exact segment below it and the part of its parameter.
+        Exact segment that is moved, and the range of its parameter.
     registration
-        How the exact segment was turned and moved to lie on the points.
+        Rigid displacement of the exact segment onto the points.
     """
 
     field: PPoly
@@ -213,69 +343,125 @@ class Smoothed:
     base: Line | Arc | Polynomial | None = None
     v_from: float = 0.0
     v_to: float = 1.0
-    registration: Registration = IN_PLACE
+    registration: Registration = IDENTITY_REGISTRATION
 
     @cached_property
     def knots(self) -> Floats:
-        """Local parameters between which the line is as good as a polynomial, close enough for a table of it."""
+        """Local parameters between which the segment is nearly a polynomial.
+
+        It is close enough to a polynomial for a table.
+        """
         even = np.linspace(0.0, 1.0, max(3, math.ceil((self.s_to - self.s_from) / _TABLE_STEP_MM)))
         fields = self.field.x[(self.field.x > self.s_from) & (self.field.x < self.s_to)]
-        v = np.sort(np.concatenate((even, self.local(fields), self._arc.x[1:-1])))
-        inner = v[1:-1][np.diff(v)[:-1] > _SAME_PARAMETER]
-        return np.concatenate(([0.0], inner[inner < 1.0 - _SAME_PARAMETER], [1.0]))
+        v = np.sort(np.concatenate((even, self.local_parameters(fields), self._arc_length.x[1:-1])))
+        inner = v[1:-1][np.diff(v)[:-1] > _PARAMETER_TOLERANCE]
+        return np.concatenate(([0.0], inner[inner < 1.0 - _PARAMETER_TOLERANCE], [1.0]))
 
-    def local(self, s: Floats) -> Floats:
-        """Local parameters of places s (mm) on its part, by Newton's steps."""
+    def local_parameters(self, s: Floats) -> Floats:
+        """Local parameters of arc lengths, by Newton's method.
+
+        Parameters
+        ----------
+        s
+            Arc lengths on this segment (mm), in any shape.
+
+        Returns
+        -------
+        ndarray
+            Local parameters in [0, 1], in the shape of s.
+        """
         v = np.interp(s, (self.s_from, self.s_to), (0.0, 1.0))
         for _ in range(20 if isinstance(self.base, Polynomial) else 1):
-            before, v = v, np.clip(v - (self._arc(v) - s) / self._arc(v, 1), 0.0, 1.0)
-            if np.array_equal(before, v):
+            previous, v = v, np.clip(v - (self._arc_length(v) - s) / self._arc_length(v, 1), 0.0, 1.0)
+            if np.array_equal(previous, v):
                 break
         return v
 
     @cached_property
-    def _arc(self) -> PPoly:
-        """Arc length s over the local parameter; a polynomial does not run at one speed."""
+    def _arc_length(self) -> PPoly:
+        """Arc length s over the local parameter.
+
+        The speed along a polynomial is not constant.
+        """
         from scipy.interpolate import PPoly
 
         if isinstance(self.base, Polynomial):
-            return polynomial_arc(self.base, self.v_from, self.v_to, self.s_from)
+            return integrate_polynomial_length(self.base, self.v_from, self.v_to, self.s_from)
         return PPoly([[self.s_to - self.s_from], [self.s_from]], [0.0, 1.0])
 
     def evaluate(self, v: Floats) -> CurvePoints:
-        """Points at the local parameter v in [0, 1]."""
-        s, rate = self._arc(v), self._arc(v, 1)[..., None]
+        """Points at the local parameter v.
+
+        Parameters
+        ----------
+        v
+            Local parameters in [0, 1], in any shape.
+
+        Returns
+        -------
+        CurvePoints
+            Points (mm) in the shape of v.
+        """
+        s, rate = self._arc_length(v), self._arc_length(v, 1)[..., None]
         p, first, second = self.field(s), self.field(s, 1), self.field(s, 2)
         d, dd = first * rate, second * rate**2
         if isinstance(self.base, Polynomial):
-            dd = dd + first * self._arc(v, 2)[..., None]
+            dd = dd + first * self._arc_length(v, 2)[..., None]
         if self.base is None:
-            return CurvePoints.of(p, d, dd)
-        part, lies = self.v_to - self.v_from, self.registration
-        b = self.base.evaluate(self.v_from + part * v)
-        return CurvePoints.of(
-            lies.from_reference(np.stack((b.y, b.z), axis=-1)) + p,
-            part * lies.turned(np.stack((b.dy, b.dz), axis=-1)) + d,
-            part**2 * lies.turned(np.stack((b.ddy, b.ddz), axis=-1)) + dd,
+            return CurvePoints.split_vectors(p, d, dd)
+        span, pose = self.v_to - self.v_from, self.registration
+        b = self.base.evaluate(self.v_from + span * v)
+        return CurvePoints.split_vectors(
+            pose.from_reference(np.stack((b.y, b.z), axis=-1)) + p,
+            span * pose.rotate(np.stack((b.dy, b.dz), axis=-1)) + d,
+            span**2 * pose.rotate(np.stack((b.ddy, b.ddz), axis=-1)) + dd,
         )
 
 
-def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float = 0.0) -> CubicSpline:
-    """Arc length (mm) along a part of a polynomial segment, over a parameter from 0 to 1, beginning with `s_from`."""
+def integrate_polynomial_length(base: Polynomial, v_from: float, v_to: float, s_from: float = 0.0) -> CubicSpline:
+    """Integrate the arc length along a part of a polynomial segment.
+
+    Parameters
+    ----------
+    base
+        Polynomial segment.
+    v_from, v_to
+        Range of its local parameter.
+    s_from
+        Arc length at the beginning (mm).
+
+    Returns
+    -------
+    CubicSpline
+        Arc length (mm) over a parameter from 0 to 1.
+    """
     from scipy.interpolate import CubicSpline
 
     v = np.linspace(0.0, 1.0, 65)
-    half, part = 0.5 * np.diff(v)[:, None], v_to - v_from
-    points = base.evaluate(v_from + part * (v[:-1, None] + half * (1.0 + _GAUSS_NODES)))
-    steps = (half * part * np.hypot(points.dy, points.dz)) @ _GAUSS_WEIGHTS
+    half, span = 0.5 * np.diff(v)[:, None], v_to - v_from
+    points = base.evaluate(v_from + span * (v[:-1, None] + half * (1.0 + _GAUSS_NODES)))
+    steps = (half * span * np.hypot(points.dy, points.dz)) @ _GAUSS_WEIGHTS
     return CubicSpline(v, s_from + np.concatenate(([0.0], np.cumsum(steps))))
 
 
-Segment: TypeAlias = Line | Arc | Polynomial | Spline | Smoothed
+Segment: TypeAlias = Line | Arc | Polynomial | Spline | SmoothedSegment
 
 
-def moved_by(segment: Segment, dy_mm: float, dz_mm: float) -> Segment:
-    """A line, arc or polynomial moved across and upwards (mm)."""
+def translate_segment(segment: Segment, dy_mm: float, dz_mm: float) -> Segment:
+    """Translate a line, arc or polynomial.
+
+    Parameters
+    ----------
+    segment
+        Exact segment.
+    dy_mm, dz_mm
+        Displacement across and upwards (mm).
+
+    Returns
+    -------
+    Segment
+        Segment of the same kind.
+    """
     if isinstance(segment, Polynomial):
         shifted = np.polynomial.Polynomial(segment.coefficients)(np.polynomial.Polynomial([-dy_mm, 1.0])).coef
         constant, *rest = map(float, shifted if dy_mm else segment.coefficients)
@@ -288,32 +474,38 @@ def moved_by(segment: Segment, dy_mm: float, dz_mm: float) -> Segment:
     return Line(start=(y0 + dy_mm, z0 + dz_mm), end=(y1 + dy_mm, z1 + dz_mm))
 
 
-# Local parameters closer than this are one.
-_SAME_PARAMETER = 1e-9
+# Local parameters that differ by less are equal.
+_PARAMETER_TOLERANCE = 1e-9
 
 
-# --- The points behind a smoothed line.
+# --- The measured points of a smoothed profile.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Held:
-    """Points held against a line, which may be their own.
+    """Measured points as deviations from a reference.
+
+    The reference is a nominal profile, or the chain of chords through the points.
 
     Attributes
     ----------
     points (n, 2)
-        In mm, without those that were left out.
+        Points in mm, without those that were left out.
     s_mm (n,)
-        Arc length of each point along the line that it is held against.
+        Arc length of each point along the reference.
     values (n, 2)
-        What is smoothed: how far the points lie off their nominal profile, or the points themselves.
+        Smoothed quantity (mm): the deviations of the points from their nominal profile, or the points themselves.
     normals (n, 2)
-        Of the line, to its left.
+        Normals of the reference, to its left.
     relative_filter (n,)
-        Filter length at each point over the whole one, where it follows the curvature.
-    nominal, registration, reference
-        Name of the profile that the points are held against, if any; how that was turned and moved to lie on the
-        points; its segments.
+        Filter length at each point divided by the full filter length, where it follows the curvature; None if it is
+        constant.
+    nominal
+        Name of the nominal profile; empty if there is none.
+    registration
+        Rigid displacement of the nominal profile onto the points.
+    reference
+        Segments of the nominal profile.
     """
 
     points: Floats
@@ -322,50 +514,52 @@ class Held:
     normals: Floats
     relative_filter: Floats | None = None
     nominal: str = ""
-    registration: Registration = IN_PLACE
+    registration: Registration = IDENTITY_REGISTRATION
     reference: tuple[Segment, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
-    """The points behind a smoothed line, and how it was made from them.
+    """Measured points of a smoothed profile, with the settings and results of the smoothing.
 
     Attributes
     ----------
     held
-        The points and what they were held against.
+        Points and their reference.
     residual_mm (n,)
-        How far each point lies to the left of the smoothed line.
+        Distance of each point to the left of the smoothed profile.
     noise_mm
-        Standard deviation of the points across the line, which is no part of the line.
-    white_mm, waves_mm (n,)
-        What of that each point has by itself, and what is alike in neighbours: an instrument's waves, or the line's
-        own, shorter than its filter.
+        Standard deviation of the noise of the points, across the profile.
+    independent_noise_mm
+        Standard deviation of the noise that is independent in each point.
+    correlated_noise_mm (n,)
+        Noise that neighbours have in common: waves of an instrument, or waves of the profile that are shorter than its
+        filter.
     filter_mm
-        Wave length of which the smoothing leaves half, where the line is flat if that follows the curvature.
+        Wave length that the smoothing halves; in flat parts, if the filter follows the curvature.
     curvature_noise_per_mm (n,)
-        Standard deviation of the line's curvature from the noise of the points.
+        Standard deviation of the curvature of the profile that the noise causes (1/mm).
     """
 
     held: Held
     residual_mm: Floats
     noise_mm: float
-    white_mm: float
-    waves_mm: Floats
+    independent_noise_mm: float
+    correlated_noise_mm: Floats
     filter_mm: float
     curvature_noise_per_mm: Floats
 
     @property
     def points(self) -> Floats:
-        """The points (n, 2) in mm."""
+        """Measured points (n, 2) in mm."""
         return self.held.points
 
     @property
     def s_mm(self) -> Floats:
-        """Arc length (n,) of each point along the line that it was held against."""
+        """Arc length (n,) of each point along its reference (mm)."""
         return self.held.s_mm
 
     @property
     def nominal(self) -> str:
-        """Name of the profile from which the deviation was smoothed; empty where there is none."""
+        """Name of the nominal profile; empty if there is none."""
         return self.held.nominal

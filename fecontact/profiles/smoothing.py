@@ -1,12 +1,14 @@
-"""A line with a usable curvature from measured points: smoothed along the arc over a stated length.
+"""Smoothing of measured points to a profile with a usable curvature.
 
-The curvature of a spline through points with an error e every h carries 6 e / h^2, for 0.01 mm every 0.2 mm 500 times
-the curvature of a rail head. A smoothing spline of the wave length w carries 0.3 e sqrt(h) (2 pi / w)^2.5 only. It
-blurs what is shorter than w. Practice smooths measured rails and wheels over 4 to 8 mm. Points that are certainly a
-profile of the library, little worn, are smoothed as their deviation from it: its junctions stay, and noise allows more.
+The points are smoothed along the arc over a stated length. The curvature of a spline through points with an error e
+and a spacing h has an error of 6 e / h^2: for 0.01 mm and 0.2 mm it is 500 times the curvature of a rail head. The
+curvature of a smoothing spline of the wave length w has an error of only 0.3 e sqrt(h) (2 pi / w)^2.5. The spline
+blurs features that are shorter than w. Practice smooths measured rails and wheels over 4 to 8 mm. Points that
+certainly belong to a profile of the library with little wear are smoothed as their deviation from it: its junctions
+are kept, and the noise allows more.
 
-Kim and Gu (2004) for the score by which the filter length is chosen: generalised cross-validation in which a degree of
-freedom costs more, as the plain one follows the noise in one case of ten.
+Source of the score that chooses the filter length: Kim and Gu (2004), generalised cross-validation with a higher cost
+of a degree of freedom. Plain cross-validation follows the noise in one case of ten.
 """
 
 from __future__ import annotations
@@ -22,51 +24,80 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.point_noise import noise_of
-from fecontact.profiles.registration import foot_points, usual_distance
+from fecontact.profiles.registration import estimate_distance_mm, foot_points
 from fecontact.profiles.segments import Held, Measured, Registration, Segment
 from fecontact.profiles.smoothing_splines import least_bending, smoothed_by
 
-# --- A line with a usable curvature from measured points: smoothing splines along the arc, of a stated filter length.
+# --- A profile with a usable curvature from measured points: smoothing splines along the arc with a stated filter
+# length.
 
 PRACTICE_MM = (4.0, 8.0)
-"""Filter lengths over which measured profiles are usually smoothed."""
-# Filter lengths for the deviation from a profile of the library. No longer waves are told from a rail's head.
-_NARROWEST_MM, _WIDEST_MM, _STEPS = 2.0, 60.0, 12
-# Where noise asks for more than what is usual, the filter follows the curvature, from what is flat.
+"""Shortest and longest usual filter length of measured profiles (mm)."""
+# Filter lengths for the deviation from a profile of the library. Longer waves cannot be distinguished from a rail's
+# head.
+_NARROWEST_MM, _WIDEST_MM, _FILTER_STEPS = 2.0, 60.0, 12
+# If the noise requires more than the usual filter lengths, the filter length follows the curvature. The full length is
+# used where the profile is flatter than this curvature.
 _FOLLOWING_STEPS, _FLAT_PER_MM = 8, 1.0 / 300.0
-# What a degree of freedom costs in the score. With 1.4 (Kim and Gu) 2 of 100 noisy sections got a filter of a third of
-# what they allow; with 2 none did.
-_COST = 2.0
-# The running part of a line, which the filter is chosen for, is flatter; distances beyond so many times the usual are
-# of dents and of places where two scans meet.
-_RUNNING_SLOPE, _DENT = 0.4, 4.0
+# Cost of a degree of freedom in the score. With 1.4 (Kim and Gu), 2 of 100 noisy sections got a third of the filter
+# length that they allow. With 2 no section did.
+_FREEDOM_COST = 2.0
+# Largest slope of the running part of a profile, for which the filter is chosen. Distances beyond the second number,
+# as a multiple of the usual distance, are dents or places where two scans meet.
+_RUNNING_SLOPE, _DENT_RATIO = 0.4, 4.0
 _FEWEST_RUNNING = 40
 _PILOT_MM = 8.0
-_PROBES = 6
-_DRAWS = 48
+_PROBE_COUNT = 6
+_NOISE_DRAW_COUNT = 48
 SEED = 14
-_SLIDES = 4
+_SLIDE_STEPS = 4
 
 
-def against(reference: Profile, registration: Registration, points: Floats) -> Held | None:
-    """Points (n, 2) over a registered reference; None where too few of them lie over it."""
+def frame_on_reference(reference: Profile, registration: Registration, points: Floats) -> Held | None:
+    """Assign points to the foot points on a registered reference.
+
+    Parameters
+    ----------
+    reference
+        Exact profile.
+    registration
+        Rigid displacement of the reference onto the points.
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    Held or None
+        Points with their deviations from the reference; None if less than 80 % of the points are over the reference.
+    """
     feet = foot_points(reference, registration.to_reference(points))
-    over = feet.inside & np.concatenate(([True], np.diff(np.maximum.accumulate(feet.s_mm)) > 1e-9))
-    if np.count_nonzero(over) < 0.8 * len(points):
+    is_over = feet.inside & np.concatenate(([True], np.diff(np.maximum.accumulate(feet.s_mm)) > 1e-9))
+    if np.count_nonzero(is_over) < 0.8 * len(points):
         return None
     return Held(
-        points=points[over],
-        s_mm=feet.s_mm[over],
-        values=points[over] - registration.from_reference(feet.points[over]),
-        normals=registration.turned(feet.normals[over]),
+        points=points[is_over],
+        s_mm=feet.s_mm[is_over],
+        values=points[is_over] - registration.from_reference(feet.points[is_over]),
+        normals=registration.rotate(feet.normals[is_over]),
         nominal=reference.name,
         registration=registration,
         reference=reference.segments,
     )
 
 
-def alone(points: Floats) -> Held:
-    """Points (n, 2) over the length of the chords between them."""
+def frame_on_chords(points: Floats) -> Held:
+    """Assign points (n, 2) to the length of the chords between them.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+
+    Returns
+    -------
+    Held
+        Points without a nominal profile.
+    """
     s = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
     first = smoothed_by(s, points, _PILOT_MM)(s, 1)
     normals = np.column_stack((-first[:, 1], first[:, 0])) / np.hypot(*first.T)[:, None]
@@ -74,149 +105,241 @@ def alone(points: Floats) -> Held:
 
 
 @lru_cache(maxsize=8)
-def line_of(segments: tuple[Segment, ...]) -> Profile:
-    """The nominal line alone, once for all lines that its points allow: its table takes longer than the foot points."""
+def make_nominal_profile(segments: tuple[Segment, ...]) -> Profile:
+    """Make the profile of nominal segments, once for all profile variants.
+
+    Its table takes longer than the foot points.
+    """
     return Profile(name="nominal", kind="rail", segments=segments)
 
 
-def slid(held: Held, filter_mm: float) -> Held:
-    """Points at the places of their nominal line from which a smooth displacement leads to them, and not at its feet.
+def slide_along_nominal(frame: Held, filter_mm: float) -> Held:
+    """Assign points to the nominal positions from which a smooth displacement leads to them.
 
-    A displacement across the nominal turns with its normal, and has a kink wherever the curvature of that jumps: under
-    1 mm of wear a smoothing would blur it into a wrong curvature. What counts is how far points are off the smoothed
-    line across it; where along the nominal they come from, the least bending displacement says. So the junctions of
-    the nominal move with the wear.
+    These positions differ from the foot points. A displacement across the nominal profile turns with its normal, and
+    has a kink where the curvature of the nominal profile jumps. Under 1 mm of wear, smoothing would blur this kink into
+    a wrong curvature. Only the distance of the points across the smoothed profile counts. The least-bending
+    displacement gives their positions along the nominal profile. So the junctions of the nominal profile move with the
+    wear.
+
+    Parameters
+    ----------
+    frame
+        Points and their reference.
+    filter_mm
+        Filter length (mm).
+
+    Returns
+    -------
+    Held
+        Points with new positions and deviations; `frame` itself without a nominal profile.
     """
-    if not held.reference:
-        return held
-    line, s = line_of(held.reference), held.s_mm
-    beside_end = 1e-3 * np.arange(s.size)
-    for _ in range(_SLIDES):
-        values, tangent = _from_nominal(line, held, s)
+    if not frame.reference:
+        return frame
+    nominal_profile, s_mm = make_nominal_profile(frame.reference), frame.s_mm
+    end_margin = 1e-3 * np.arange(s_mm.size)
+    for _ in range(_SLIDE_STEPS):
+        values, tangent = _measure_deviations(nominal_profile, frame, s_mm)
         normals = np.column_stack((-tangent[:, 1], tangent[:, 0]))
-        rest = values - least_bending(s, values, normals, filter_mm)
-        further = s + np.clip((rest * tangent).sum(axis=1), -1.0, 1.0)
-        # beyond an end there is no place: the last points stay beside it, one after another
-        further = np.clip(further, beside_end, line.length_mm - beside_end[::-1])
-        if np.diff(further).min() <= 1e-9:
+        remainder = values - least_bending(s_mm, values, normals, filter_mm)
+        next_s = s_mm + np.clip((remainder * tangent).sum(axis=1), -1.0, 1.0)
+        # there is no position beyond an end: the last points stay next to the end, one after another
+        next_s = np.clip(next_s, end_margin, nominal_profile.length_mm - end_margin[::-1])
+        if np.diff(next_s).min() <= 1e-9:
             break
-        s = further
-    values, tangent = _from_nominal(line, held, s)
-    return replace(held, s_mm=s, values=values, normals=np.column_stack((-tangent[:, 1], tangent[:, 0])))
+        s_mm = next_s
+    values, tangent = _measure_deviations(nominal_profile, frame, s_mm)
+    return replace(frame, s_mm=s_mm, values=values, normals=np.column_stack((-tangent[:, 1], tangent[:, 0])))
 
 
-def _from_nominal(line: Profile, held: Held, s: Floats) -> tuple[Floats, Floats]:
-    """What points are from the places s of the registered nominal, and its unit tangents there."""
-    p = line.evaluate(line.at_arc_length(s))
-    tangent = held.registration.turned(np.column_stack((p.dy, p.dz)) / np.hypot(p.dy, p.dz)[:, None])
-    return held.points - held.registration.from_reference(np.column_stack((p.y, p.z))), tangent
+def _measure_deviations(nominal_profile: Profile, frame: Held, s: Floats) -> tuple[Floats, Floats]:
+    """Measure the deviations of points from positions on the registered nominal profile.
+
+    Parameters
+    ----------
+    nominal_profile
+        Nominal profile.
+    frame
+        Points and their reference.
+    s
+        Arc lengths (n,) on the nominal profile (mm).
+
+    Returns
+    -------
+    deviations, tangents
+        Deviations (n, 2) in mm, and unit tangents (n, 2) of the nominal profile.
+    """
+    p = nominal_profile.evaluate(nominal_profile.at_arc_length(s))
+    tangent = frame.registration.rotate(np.column_stack((p.dy, p.dz)) / np.hypot(p.dy, p.dz)[:, None])
+    return frame.points - frame.registration.from_reference(np.column_stack((p.y, p.z))), tangent
 
 
-def smoothed(held: Held, *, filter_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
-    """What points are off the line that they are held against, smoothed; with the score of its filter, least is best.
+def smooth_frame(frame: Held, *, filter_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
+    """Smooth the deviations of points from their reference.
 
-    Filter length and noise (mm) are found from the points where they are None.
+    Parameters
+    ----------
+    frame
+        Points and their reference.
+    filter_mm
+        Filter length (mm); None chooses it by the score.
+    noise_mm
+        Standard deviation of the noise (mm); None estimates it from the points.
+
+    Returns
+    -------
+    measured, score
+        Smoothing, and the score of its filter. The least score is the best.
     """
     fits = []
-    # from the longest, each from the places of the one before
-    for length in sorted(_lengths(held) if filter_mm is None else [filter_mm], reverse=True):
-        held = slid(held, length)
-        fits.append((held, length, *fit_deviation(held, length, noise_mm)))
-    if filter_mm is None and not held.reference:
-        # what noise asks for on the top of a head would blur its corners
+    # from the longest length downwards; each search begins at the positions of the search before
+    for length in sorted(_list_filter_lengths(frame) if filter_mm is None else [filter_mm], reverse=True):
+        frame = slide_along_nominal(frame, length)
+        fits.append((frame, length, *fit_deviation(frame, length, noise_mm)))
+    if filter_mm is None and not frame.reference:
+        # a filter length that suits the noise on the top of a head would blur its corners
         for length in np.geomspace(PRACTICE_MM[1], _WIDEST_MM, _FOLLOWING_STEPS):
-            follows = replace(held, relative_filter=_relative(held, length))
-            fits.append((follows, float(length), *fit_deviation(follows, length, noise_mm)))
-    held, length, residual, freedom, score = min(fits, key=lambda fit: fit[-1])
-    inner = _levelled(residual[on_running_part(held)])
+            following_frame = replace(frame, relative_filter=_compute_relative_filter(frame, length))
+            fits.append((following_frame, float(length), *fit_deviation(following_frame, length, noise_mm)))
+    frame, length, residual, freedom, score = min(fits, key=lambda fit: fit[-1])
+    inner = _limit_outliers(residual[select_running_part(frame)])
     scatter = math.sqrt(float((inner**2).mean()) / max(1.0 - freedom, 0.1)) if noise_mm is None else noise_mm
-    made = Measured(
-        held=held,
+    measured = Measured(
+        held=frame,
         residual_mm=residual,
         noise_mm=scatter,
-        white_mm=noise_of(held.points) if noise_mm is None else noise_mm,
-        waves_mm=residual * (noise_mm is None),
+        independent_noise_mm=noise_of(frame.points) if noise_mm is None else noise_mm,
+        correlated_noise_mm=residual * (noise_mm is None),
         filter_mm=length,
         curvature_noise_per_mm=np.zeros(0),
     )
-    draws = draw_noise(made, [SEED], _DRAWS)
-    bent = smoothed_by(held.s_mm, draws, length, held.relative_filter)(held.s_mm, 2)
-    return replace(made, curvature_noise_per_mm=np.sqrt((bent**2).mean(axis=1))), score
+    draws = draw_noise(measured, [SEED], _NOISE_DRAW_COUNT)
+    second_derivatives = smoothed_by(frame.s_mm, draws, length, frame.relative_filter)(frame.s_mm, 2)
+    return replace(measured, curvature_noise_per_mm=np.sqrt((second_derivatives**2).mean(axis=1))), score
 
 
-def _lengths(held: Held) -> list[float]:
-    """Filter lengths to choose from: usual lengths, or any length for a deviation, and never below four points."""
-    low, high = (_NARROWEST_MM, _WIDEST_MM) if held.reference else PRACTICE_MM
-    low = max(low, 4.0 * (held.s_mm[-1] - held.s_mm[0]) / (held.s_mm.size - 1))
-    return [float(one) for one in np.geomspace(low, max(low, high), _STEPS if held.reference else 5)]
+def _list_filter_lengths(frame: Held) -> list[float]:
+    """List the candidate filter lengths, of at least four points each.
 
-
-def _relative(held: Held, filter_mm: float) -> Floats:
-    """Filter length at each point over the whole one: with the root of the radius, and not below what is usual.
-
-    A head has radii of 13 and of 300 mm, and what would blur a corner leaves the noise in the top.
+    Deviations from a nominal profile have a wider range of lengths.
     """
-    along = np.arctan2(held.normals[:, 1], held.normals[:, 0])
-    bend = np.abs(np.gradient(np.unwrap(along), held.s_mm))
-    # over some mm: the pilot's own noise is no curvature
-    sigma = _PILOT_MM * held.s_mm.size / held.s_mm[-1]
+    low, high = (_NARROWEST_MM, _WIDEST_MM) if frame.reference else PRACTICE_MM
+    low = max(low, 4.0 * (frame.s_mm[-1] - frame.s_mm[0]) / (frame.s_mm.size - 1))
+    return [float(length) for length in np.geomspace(low, max(low, high), _FILTER_STEPS if frame.reference else 5)]
+
+
+def _compute_relative_filter(frame: Held, filter_mm: float) -> Floats:
+    """Compute the filter length at each point divided by the full filter length.
+
+    It is proportional to the square root of the radius, and not below the shortest usual length. A head has radii of 13
+    and of 300 mm, and a filter that would keep a corner leaves the noise in the top.
+
+    Parameters
+    ----------
+    frame
+        Points and their reference.
+    filter_mm
+        Full filter length (mm).
+
+    Returns
+    -------
+    ndarray
+        Relative filter lengths (n,), at most 1.
+    """
+    along = np.arctan2(frame.normals[:, 1], frame.normals[:, 0])
+    bend = np.abs(np.gradient(np.unwrap(along), frame.s_mm))
+    # averaged over some mm, because the noise of the first smoothing is not a curvature
+    sigma = _PILOT_MM * frame.s_mm.size / frame.s_mm[-1]
     reach = math.ceil(4.0 * sigma)
     bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
-    # scipy.ndimage takes as long to import as a tenth of all this
+    # the import of scipy.ndimage takes a tenth of the time of the smoothing
     spread = np.convolve(np.pad(bend, reach, mode="edge"), bell / bell.sum(), "valid")
     relative = np.sqrt(_FLAT_PER_MM / np.maximum(spread, _FLAT_PER_MM))
     return np.asarray(np.clip(relative, PRACTICE_MM[0] / filter_mm, 1.0))
 
 
-def on_running_part(held: Held) -> NDArray[np.bool_]:
-    """Which points lie on the running part of the line; all where hardly any do."""
-    flat = np.abs(held.normals[:, 0]) < _RUNNING_SLOPE * np.abs(held.normals[:, 1])
-    return flat if np.count_nonzero(flat) >= _FEWEST_RUNNING else np.ones_like(flat)
+def select_running_part(frame: Held) -> NDArray[np.bool_]:
+    """Select the points on the running part of the profile.
 
-
-def _levelled(off: Floats) -> Floats:
-    """Distances (n,) of which those beyond the usual are cut down to that."""
-    most = _DENT * usual_distance(off)
-    return np.clip(off, -most, most)
-
-
-def fit_deviation(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, float, float]:
-    """How far points are off a line of one filter length, its degrees of freedom a point, and its score.
-
-    That is cross-validation on the running part, or with a known noise Mallows' estimate of the error.
+    The mask (n,) selects all points if hardly any point is on the running part.
     """
-    s, values, running = held.s_mm, held.values, on_running_part(held)
-    probes = _probes(s.size)
-    fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, held.relative_filter)(s)
-    # the trace of the smoother (Hutchinson), which is its degrees of freedom
+    is_flat = np.abs(frame.normals[:, 0]) < _RUNNING_SLOPE * np.abs(frame.normals[:, 1])
+    return is_flat if np.count_nonzero(is_flat) >= _FEWEST_RUNNING else np.ones_like(is_flat)
+
+
+def _limit_outliers(distances_mm: Floats) -> Floats:
+    """Limit distances (n,) to a multiple of the usual distance."""
+    largest = _DENT_RATIO * estimate_distance_mm(distances_mm)
+    return np.clip(distances_mm, -largest, largest)
+
+
+def fit_deviation(frame: Held, filter_mm: float, noise: float | None) -> tuple[Floats, float, float]:
+    """Fit the deviations with a given filter length, and rate the filter.
+
+    Parameters
+    ----------
+    frame
+        Points and their reference.
+    filter_mm
+        Filter length (mm).
+    noise
+        Standard deviation of the noise (mm); None if unknown.
+
+    Returns
+    -------
+    residual, freedom, score
+        Distances (n,) of the points from the smoothed profile (mm), degrees of freedom per point, and the score. The
+        score is cross-validation on the running part, or Mallows' estimate of the error if the noise is given.
+    """
+    s, values, running = frame.s_mm, frame.values, select_running_part(frame)
+    probes = _draw_probes(s.size)
+    fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, frame.relative_filter)(s)
+    # the trace of the smoother (Hutchinson) is its number of degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:])[running]))
-    residual = np.asarray(((values - fitted[:, :2]) * held.normals).sum(axis=1))
-    off = float((_levelled(residual[running]) ** 2).mean())
+    residual = np.asarray(((values - fitted[:, :2]) * frame.normals).sum(axis=1))
+    mean_square = float((_limit_outliers(residual[running]) ** 2).mean())
     if noise is None:
-        return residual, freedom, off / max(1.0 - _COST * freedom, 1e-3) ** 2
-    return residual, freedom, off + 2.0 * _COST * noise**2 * freedom
+        return residual, freedom, mean_square / max(1.0 - _FREEDOM_COST * freedom, 1e-3) ** 2
+    return residual, freedom, mean_square + 2.0 * _FREEDOM_COST * noise**2 * freedom
 
 
 @lru_cache(maxsize=8)
-def _probes(number: int) -> Floats:
-    return np.random.default_rng(SEED).choice(np.array([-1.0, 1.0]), size=(number, _PROBES))
+def _draw_probes(number: int) -> Floats:
+    """Draw random signs (number, probes) for the trace of a smoother."""
+    return np.random.default_rng(SEED).choice(np.array([-1.0, 1.0]), size=(number, _PROBE_COUNT))
 
 
 def draw_noise(measured: Measured, seed: Sequence[int], number: int) -> Floats:
-    """Distances (n, number) of points from their line that are as those that were measured.
+    """Draw noise with the statistics of the measured points.
 
-    Each point has an error of its own; waves that neighbours have together keep their place and their size, and get
-    another sign and strength every few mm (Shao 2010, the dependent wild bootstrap).
+    Each point has an independent error. Waves that neighbours have in common keep their position and their size, and
+    get a new sign and strength every few mm (Shao 2010, the dependent wild bootstrap).
+
+    Parameters
+    ----------
+    measured
+        Smoothing.
+    seed
+        Seed of the generator.
+    number
+        Number of draws.
+
+    Returns
+    -------
+    ndarray
+        Distances (n, number) of points from their profile (mm).
     """
     rng, s = np.random.default_rng(seed), measured.s_mm
-    white = measured.white_mm * rng.normal(size=(s.size, number))
-    stretch, part = np.divmod(s / measured.filter_mm, 1.0)
+    independent = measured.independent_noise_mm * rng.normal(size=(s.size, number))
+    stretch, fraction = np.divmod(s / measured.filter_mm, 1.0)
     strength = rng.normal(size=(int(stretch[-1]) + 2, number))
-    k, turn = stretch.astype(np.intp), 0.5 * math.pi * part[:, None]
-    return white + measured.waves_mm[:, None] * (np.cos(turn) * strength[k] + np.sin(turn) * strength[k + 1])
+    stretch_index, angle = stretch.astype(np.intp), 0.5 * math.pi * fraction[:, None]
+    return independent + measured.correlated_noise_mm[:, None] * (
+        np.cos(angle) * strength[stretch_index] + np.sin(angle) * strength[stretch_index + 1]
+    )
 
 
-# --- Which profile of the library measured points are, worn or not, and the line that is smoothed from them.
+# --- Recognition of the library profile that measured points belong to.
 
-# Points for the first look at a profile, and profiles that get a second one.
-FEW_POINTS, MOST_CLOSE = 60, 3
+# Number of points for the first look at all profiles, and number of profiles for the second look.
+FIRST_LOOK_POINTS, SECOND_LOOK_PROFILES = 60, 3

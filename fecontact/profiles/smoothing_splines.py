@@ -1,4 +1,4 @@
-"""Cubic smoothing splines of a stated width."""
+"""Cubic smoothing splines with a stated filter length."""
 
 from __future__ import annotations
 
@@ -15,34 +15,53 @@ if TYPE_CHECKING:
 
 #
 # Reinsch (1967), smoothing by spline functions; in the form of Green and Silverman (1994), nonparametric regression and
-# generalized linear models, section 2.3. scipy's `make_smoothing_spline` is the same spline in another basis: it takes
-# 15 times as long, and its equations lose so many digits that over waves of 500 mm it lies 0.0002 mm off.
+# generalized linear models, section 2.3. scipy's `make_smoothing_spline` is an equal spline in a different basis. It
+# takes 15 times as long, and its equations lose digits: over waves of 500 mm its error is 0.0002 mm.
 
-# How much a displacement along the line counts beside one across it: so little that it is free.
-_ALONG = 1e-5
+# Weight of a displacement along the profile relative to a displacement across it. It is so small that the displacement
+# along the profile is free.
+_ALONG_WEIGHT = 1e-5
 
 
 def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats | None = None) -> PPoly:
-    """Cubic smoothing spline that leaves half of a wave of this length, however far apart the points are.
+    """Cubic smoothing spline that halves a wave of a given length.
 
-    It makes the sum of the squared distances from the points, each times the spacing there, plus (filter / 2 pi)^4
-    times the integral of its squared second derivative the least.
+    The length does not depend on the spacing of the points.
+
+    It minimises the sum of the squared distances from the points, each times the local spacing, plus (filter / 2 pi)^4
+    times the integral of the squared second derivative.
 
     Parameters
     ----------
     s_mm (n,), values (n, k)
-        Places along the line, ascending, and what is smoothed there.
+        Arc lengths, ascending (mm), and the values that are smoothed.
+    filter_mm
+        Filter length (mm).
     relative (n,)
-        Filter length at each place over `filter_mm`; constant if not given.
+        Filter length at each point divided by `filter_mm`; None for a constant length.
+
+    Returns
+    -------
+    PPoly
+        Spline over the arc length, with values (k,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.profiles.smoothing_splines import smoothed_by
+    >>> s = np.arange(0.0, 401.0, 0.5)
+    >>> wave = np.sin(2.0 * np.pi * s / 8.0)[:, None]
+    >>> round(float(smoothed_by(s, wave, 8.0)(202.0)[0]), 2)
+    0.5
     """
     from scipy.interpolate import PPoly
     from scipy.linalg import solveh_banded
 
     h = np.diff(s_mm)
     length = filter_mm if relative is None else filter_mm * relative
-    # a spline is stiffer or softer with the fourth root of the penalty at a point
+    # the filter length is proportional to the fourth root of the penalty at a point
     penalty = (length / (2.0 * math.pi)) ** 4 / (0.5 * (np.append(h, 0.0) + np.insert(h, 0, 0.0)))
-    # second differences: row j is of the points j, j + 1, j + 2
+    # second differences: row j has the points j, j + 1, j + 2
     second = np.array([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]])
     rows = s_mm.size - 2
     lower = np.zeros((3, rows))
@@ -50,20 +69,40 @@ def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats
     for k in range(3):
         for i in range(3 - k):
             lower[k, : rows - k] += second[i + k, : rows - k] * second[i, k:] * penalty[i + k : i + rows]
-    bent = np.zeros_like(values)
-    bent[1:-1] = solveh_banded(lower, np.diff(np.diff(values, axis=0) / h[:, None], axis=0), lower=True)
+    second_derivatives = np.zeros_like(values)
+    second_derivatives[1:-1] = solveh_banded(lower, np.diff(np.diff(values, axis=0) / h[:, None], axis=0), lower=True)
 
     # from values and second derivatives at the points to the four coefficients of each piece
-    jumps = np.diff(np.pad(np.diff(bent, axis=0) / h[:, None], ((1, 1), (0, 0))), axis=0)
+    jumps = np.diff(np.pad(np.diff(second_derivatives, axis=0) / h[:, None], ((1, 1), (0, 0))), axis=0)
     fitted, h = values - penalty[:, None] * jumps, h[:, None]
-    slope = np.diff(fitted, axis=0) / h - h * (2.0 * bent[:-1] + bent[1:]) / 6.0
-    return PPoly(np.array([np.diff(bent, axis=0) / (6.0 * h), bent[:-1] / 2.0, slope, fitted[:-1]]), s_mm)
+    slope = np.diff(fitted, axis=0) / h - h * (2.0 * second_derivatives[:-1] + second_derivatives[1:]) / 6.0
+    return PPoly(
+        np.array([np.diff(second_derivatives, axis=0) / (6.0 * h), second_derivatives[:-1] / 2.0, slope, fitted[:-1]]),
+        s_mm,
+    )
 
 
 def least_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float) -> Floats:
-    """Displacements (n, 2) as `smoothed_by` has them, where only what is across the line counts, to a small part.
+    """Displacements with the least bending that match the points across the profile.
 
-    Second differences in place of the spline: enough to say where points belong, and one banded solution.
+    They agree with `smoothed_by`, but displacements along the profile have only a small weight. Second differences
+    replace the spline: they are accurate enough for the positions of points, and need one banded solution.
+
+    Parameters
+    ----------
+    s_mm
+        Arc lengths (n,), ascending (mm).
+    values
+        Displacements (n, 2) of the points (mm).
+    normals
+        Normals (n, 2) of the profile.
+    width_mm
+        Filter length (mm).
+
+    Returns
+    -------
+    ndarray
+        Displacements (n, 2) in mm.
     """
     from scipy.linalg import solveh_banded
 
@@ -74,11 +113,11 @@ def least_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float
     upper = np.zeros((5, 2 * n))
     for k in range(3):
         for i in range(3 - k):
-            # of the points j + i and j + i + k, for both of their coordinates
+            # entries for the points j + i and j + i + k, for both coordinates
             entries = penalty * between * second[i] * second[i + k]
             for axis in range(2):
                 upper[4 - 2 * k, 2 * (i + k) + axis : 2 * (n - 2 + i + k) + axis : 2] += entries
-    across = normals[:, :, None] * normals[:, None, :] * (1.0 - _ALONG) + _ALONG * np.eye(2)
+    across = normals[:, :, None] * normals[:, None, :] * (1.0 - _ALONG_WEIGHT) + _ALONG_WEIGHT * np.eye(2)
     upper[4] += across[:, (0, 1), (0, 1)].ravel()
     upper[3, 1::2] += across[:, 0, 1]
     right = np.einsum("nij,nj->ni", across, values).ravel()

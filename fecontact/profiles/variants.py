@@ -11,53 +11,87 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.segments import Arc, Held, Line, Measured, Polynomial, Segment, Smoothed, polynomial_arc
+from fecontact.profiles.segments import (
+    Arc,
+    Held,
+    Line,
+    Measured,
+    Polynomial,
+    Segment,
+    SmoothedSegment,
+    integrate_polynomial_length,
+)
 from fecontact.profiles.smoothing import (
     PRACTICE_MM,
     SEED,
-    alone,
     draw_noise,
     fit_deviation,
-    on_running_part,
-    slid,
-    smoothed,
+    frame_on_chords,
+    select_running_part,
+    slide_along_nominal,
+    smooth_frame,
 )
 from fecontact.profiles.smoothing_splines import smoothed_by
 
 
-def segments_of(measured: Measured) -> tuple[Segment, ...]:
-    """The pieces of a smoothed line."""
+def make_segments(measured: Measured) -> tuple[Segment, ...]:
+    """Make the segments of a smoothed profile."""
     return pieces_of(measured.held, measured.filter_mm)
 
 
-def pieces_of(held: Held, filter_mm: float) -> tuple[Segment, ...]:
-    """The pieces of a line through held points: one for each segment of the nominal profile, or a single one."""
-    field = smoothed_by(held.s_mm, held.values, filter_mm, held.relative_filter)
-    first, last = float(held.s_mm[0]), float(held.s_mm[-1])
-    if not held.reference:
-        return (Smoothed(field=field, s_from=first, s_to=last),)
-    made: list[Segment] = []
+def pieces_of(frame: Held, filter_mm: float) -> tuple[Segment, ...]:
+    """Segments of a profile that is smoothed through points.
+
+    Parameters
+    ----------
+    frame
+        Points and their reference.
+    filter_mm
+        Filter length (mm).
+
+    Returns
+    -------
+    tuple of SmoothedSegment
+        One segment for each segment of the nominal profile, or a single segment without a nominal profile.
+    """
+    field = smoothed_by(frame.s_mm, frame.values, filter_mm, frame.relative_filter)
+    first, last = float(frame.s_mm[0]), float(frame.s_mm[-1])
+    if not frame.reference:
+        return (SmoothedSegment(field=field, s_from=first, s_to=last),)
+    segments: list[Segment] = []
     start = 0.0
-    for base in held.reference:
+    for base in frame.reference:
         assert isinstance(base, Line | Arc | Polynomial)
-        whole = Smoothed(
-            field=field, s_from=start, s_to=start + _length(base), base=base, registration=held.registration
+        full_segment = SmoothedSegment(
+            field=field, s_from=start, s_to=start + _length(base), base=base, registration=frame.registration
         )
-        low, high = max(first, whole.s_from), min(last, whole.s_to)
-        start = whole.s_to
+        low, high = max(first, full_segment.s_from), min(last, full_segment.s_to)
+        start = full_segment.s_to
         if high - low > 1e-6:
-            v_from, v_to = (float(v) for v in whole.local(np.array([low, high])))
-            made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
-    return tuple(made)
+            v_from, v_to = (float(v) for v in full_segment.local_parameters(np.array([low, high])))
+            segments.append(replace(full_segment, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
+    return tuple(segments)
 
 
-def scaled(profile: Profile, part: float) -> Profile:
-    """A smoothed line with a part of its deviation from its nominal profile: 0 is the nominal, 1 the line itself.
+def scaled(profile: Profile, factor: float) -> Profile:
+    """Smoothed profile with a scaled deviation from its nominal profile.
+
+    Parameters
+    ----------
+    profile
+        Profile that was smoothed as a deviation from a nominal profile.
+    factor
+        Factor of the deviation: 0 gives the nominal profile, 1 the smoothed profile itself.
+
+    Returns
+    -------
+    Profile
+        Profile without measured points.
 
     Raises
     ------
     InputError
-        The line was not smoothed as a deviation from a nominal profile.
+        The profile was not smoothed as a deviation from a nominal profile.
     """
     if profile.measured is None or not profile.measured.nominal:
         raise InputError(
@@ -66,24 +100,24 @@ def scaled(profile: Profile, part: float) -> Profile:
         )
     segments = []
     for segment in profile.segments:
-        assert isinstance(segment, Smoothed)
+        assert isinstance(segment, SmoothedSegment)
         field = segment.field
-        segments.append(replace(segment, field=type(field)(part * field.c, field.x)))
-    return replace(profile, segments=tuple(segments), name=f"{profile.name} times {part:g}", measured=None)
+        segments.append(replace(segment, field=type(field)(factor * field.c, field.x)))
+    return replace(profile, segments=tuple(segments), name=f"{profile.name} times {factor:g}", measured=None)
 
 
 @dataclass(frozen=True, kw_only=True)
-class OtherLine:
-    """Another line that the points of a smoothed profile allow.
+class ProfileVariant:
+    """Profile variant: a smoothed profile that is consistent with the measured points.
 
     Attributes
     ----------
     profile
-        The line itself, as good a profile as any.
+        The profile.
     filter_mm, nominal
-        Over which wave length it was smoothed, and as the deviation from which profile of the library, if any.
+        Filter length (mm), and name of the nominal profile; empty without a nominal profile.
     draw
-        Number of the draw of other noise, -1 where it goes through the measured points.
+        Number of the noise draw; -1 for the measured points.
     """
 
     profile: Profile
@@ -92,113 +126,194 @@ class OtherLine:
     draw: int = -1
 
 
-# Draws of other noise among the lines that the points allow.
-_OTHER_DRAWS = 4
-# How much worse than the own line, by Akaike's criterion, a line may be that points allow (Burnham and Anderson 2002,
-# section 2.6: beyond 10 it has essentially no support).
+# Number of profile variants with different noise.
+_VARIANT_DRAWS = 4
+# Largest difference in Akaike's criterion between a profile variant and the reference variant (Burnham and Anderson
+# 2002, section 2.6: beyond 10 a model has essentially no support).
 _NO_SUPPORT = 10.0
 
 
-def other_lines(profile: Profile) -> tuple[OtherLine, ...]:
-    """Lines that the points of a smoothed profile allow beside its own; none for exact lines.
+def other_lines(profile: Profile) -> tuple[ProfileVariant, ...]:
+    """Profile variants that the points of a smoothed profile allow, besides the profile itself.
 
-    Smoothed over 4, 5.7 and 8 mm, or where the deviation from a profile of the library is smoothed over longer waves,
-    over 0.71 and 1.41 times its own length, and without that profile unless the points speak against it; and from
-    points with other draws of equally large noise. The draws are reproducible.
+    They are smoothed over 4, 5.7 and 8 mm. If the deviation from a profile of the library is smoothed over longer
+    waves, they are smoothed over 0.71 and 1.41 times its filter length. One variant has no nominal profile, unless the
+    points contradict it. Further variants have new draws of equally large noise. The draws are reproducible.
+
+    Parameters
+    ----------
+    profile
+        Rail or wheel.
+
+    Returns
+    -------
+    tuple of ProfileVariant
+        Variants; empty for an exact profile.
     """
-    return _other_lines(_ByContent(profile=profile)) if profile.measured is not None else ()
+    return _make_variants(_ByContent(profile=profile)) if profile.measured is not None else ()
 
 
 @dataclass(frozen=True, eq=False)
 class _ByContent:
-    """A smoothed profile, equal to another one with equal points, filter and nominal."""
+    """Smoothed profile as a key: profiles with equal points, filter and nominal profile are equal."""
 
     profile: Profile
 
     def _content(self) -> tuple[object, ...]:
+        """Values that define the smoothed profile."""
         measured = self.profile.measured
         assert measured is not None
-        made = (self.profile.kind, self.profile.name, measured.filter_mm, measured.nominal, measured.noise_mm)
-        return (*made, measured.points.tobytes(), measured.s_mm.tobytes())
+        settings = (self.profile.kind, self.profile.name, measured.filter_mm, measured.nominal, measured.noise_mm)
+        return (*settings, measured.points.tobytes(), measured.s_mm.tobytes())
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ByContent) and self._content() == other._content()
+    def __eq__(self, key: object) -> bool:
+        return isinstance(key, _ByContent) and self._content() == key._content()
 
     def __hash__(self) -> int:
         return hash(self._content())
 
 
 @lru_cache(maxsize=16)
-def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
-    profile, measured = one.profile, one.profile.measured
+def _make_variants(key: _ByContent) -> tuple[ProfileVariant, ...]:
+    """Make the variants of a smoothed profile.
+
+    Parameters
+    ----------
+    key
+        Smoothed profile.
+
+    Returns
+    -------
+    tuple of ProfileVariant
+        Variants.
+    """
+    profile, measured = key.profile, key.profile.measured
     assert measured is not None
-    own, (low, high) = measured.filter_mm, PRACTICE_MM
-    usual = low <= own <= high and measured.held.relative_filter is None
-    lengths = (low, math.sqrt(low * high), high) if usual else (math.sqrt(0.5) * own, math.sqrt(2.0) * own)
-    changed = [(replace(measured, filter_mm=length), -1) for length in lengths if abs(length - own) > 0.05 * own]
+    reference_mm, (low, high) = measured.filter_mm, PRACTICE_MM
+    is_usual = low <= reference_mm <= high and measured.held.relative_filter is None
+    lengths = (
+        (low, math.sqrt(low * high), high)
+        if is_usual
+        else (math.sqrt(0.5) * reference_mm, math.sqrt(2.0) * reference_mm)
+    )
+    changed = [
+        (replace(measured, filter_mm=length), -1)
+        for length in lengths
+        if abs(length - reference_mm) > 0.05 * reference_mm
+    ]
     if measured.nominal:
-        by_itself, score = smoothed(alone(measured.points), filter_mm=None, noise_mm=None)
+        free_measured, score = smooth_frame(frame_on_chords(measured.points), filter_mm=None, noise_mm=None)
         if _is_supported(score, measured):
-            changed.append((by_itself, -1))
-    changed += [(_drawn(profile, measured, k), k) for k in range(_OTHER_DRAWS)]
-    found = ((_other(profile, line), line, draw) for line, draw in changed)
+            changed.append((free_measured, -1))
+    changed += [(_redraw_noise(profile, measured, k), k) for k in range(_VARIANT_DRAWS)]
+    variants = (
+        (_build_variant(profile, changed_measured), changed_measured, draw) for changed_measured, draw in changed
+    )
     return tuple(
-        OtherLine(profile=made, filter_mm=line.filter_mm, nominal=line.nominal, draw=draw)
-        for made, line, draw in found
-        if made is not None
+        ProfileVariant(
+            profile=variant_profile, filter_mm=changed_measured.filter_mm, nominal=changed_measured.nominal, draw=draw
+        )
+        for variant_profile, changed_measured, draw in variants
+        if variant_profile is not None
     )
 
 
 def _is_supported(score: float, measured: Measured) -> bool:
-    """Whether another line with this score is nearly as good as the own one: without a nominal its corners are blunt.
+    """Whether a variant with this score is nearly as good as the reference variant.
 
-    Waves that neighbouring points have together count as the fewer points that they are.
+    Without a nominal profile, the corners of a variant are blunt. Waves that neighbouring points have in common reduce
+    the number of independent points.
+
+    Parameters
+    ----------
+    score
+        Score of the variant.
+    measured
+        Smoothing of the reference variant.
+
+    Returns
+    -------
+    bool
+        Answer.
     """
-    *_, own = fit_deviation(measured.held, measured.filter_mm, None)
-    by_itself = min(1.0, (measured.white_mm / measured.noise_mm) ** 2) * np.count_nonzero(
-        on_running_part(measured.held)
+    *_, reference_score = fit_deviation(measured.held, measured.filter_mm, None)
+    independent_points = min(1.0, (measured.independent_noise_mm / measured.noise_mm) ** 2) * np.count_nonzero(
+        select_running_part(measured.held)
     )
-    return bool(by_itself * math.log(score / own) <= _NO_SUPPORT)
+    return bool(independent_points * math.log(score / reference_score) <= _NO_SUPPORT)
 
 
-def _other(profile: Profile, changed: Measured) -> Profile | None:
-    """The line of differently smoothed points; None if they no longer lie over their nominal profile."""
+def _build_variant(profile: Profile, changed: Measured) -> Profile | None:
+    """Build the profile of points that are smoothed differently.
+
+    The result is None if the points are no longer over their nominal profile.
+    """
     try:
-        made = replace(changed, held=slid(changed.held, changed.filter_mm))
+        smoothed_measured = replace(changed, held=slide_along_nominal(changed.held, changed.filter_mm))
     except np.linalg.LinAlgError:
         return None
-    return replace(profile, segments=segments_of(made), measured=made)
+    return replace(profile, segments=make_segments(smoothed_measured), measured=smoothed_measured)
 
 
-def _drawn(profile: Profile, measured: Measured, number: int) -> Measured:
-    """Points of a smoothed line with another draw of equally large noise."""
-    points, normals = _at(profile, measured.s_mm)
+def _redraw_noise(profile: Profile, measured: Measured, number: int) -> Measured:
+    """Redraw the noise of the points of a smoothed profile, with equal size.
+
+    Parameters
+    ----------
+    profile
+        Smoothed profile.
+    measured
+        Its smoothing.
+    number
+        Number of the draw.
+
+    Returns
+    -------
+    Measured
+        Smoothing of the new points.
+    """
+    points, normals = _evaluate_normals(profile, measured.s_mm)
     seed = [SEED, number, 0 if profile.kind == "rail" else 1]
     noise = draw_noise(measured, seed, 1)
-    return replace(measured, held=_moved_to(points + noise * normals, measured.held))
+    return replace(measured, held=_replace_points(points + noise * normals, measured.held))
 
 
-def _moved_to(points: Floats, held: Held) -> Held:
-    """Other points (n, 2) at the same places, held against the same line."""
-    return replace(held, points=points, values=held.values + (points - held.points))
+def _replace_points(points: Floats, frame: Held) -> Held:
+    """Replace the points (n, 2) at equal positions on an equal reference."""
+    return replace(frame, points=points, values=frame.values + (points - frame.points))
 
 
-def _at(profile: Profile, s: Floats) -> tuple[Floats, Floats]:
-    """Points and normals (n, 2) of a smoothed line at places s of what it was smoothed over."""
+def _evaluate_normals(profile: Profile, s: Floats) -> tuple[Floats, Floats]:
+    """Evaluate points and normals of a smoothed profile at arc lengths of its reference.
+
+    Parameters
+    ----------
+    profile
+        Smoothed profile.
+    s
+        Arc lengths (n,) in mm.
+
+    Returns
+    -------
+    points, normals
+        Points (n, 2) in mm and unit normals (n, 2).
+    """
     points, normals = np.empty((s.size, 2)), np.empty((s.size, 2))
     for segment in profile.segments:
-        assert isinstance(segment, Smoothed)
-        here = (s >= segment.s_from - 1e-9) & (s <= segment.s_to + 1e-9)
-        v = np.clip(_local(segment, s[here]), 0.0, 1.0)
-        p = segment.evaluate(v)
-        points[here] = np.column_stack((p.y, p.z))
-        normals[here] = np.column_stack((-p.dz, p.dy)) / np.hypot(p.dy, p.dz)[:, None]
+        assert isinstance(segment, SmoothedSegment)
+        is_here = (s >= segment.s_from - 1e-9) & (s <= segment.s_to + 1e-9)
+        v = np.clip(_invert_arc_length(segment, s[is_here]), 0.0, 1.0)
+        curve_points = segment.evaluate(v)
+        points[is_here] = np.column_stack((curve_points.y, curve_points.z))
+        normals[is_here] = (
+            np.column_stack((-curve_points.dz, curve_points.dy)) / np.hypot(curve_points.dy, curve_points.dz)[:, None]
+        )
     return points, normals
 
 
-def _local(segment: Smoothed, s: Floats) -> Floats:
+def _invert_arc_length(segment: SmoothedSegment, s: Floats) -> Floats:
     grid = np.linspace(0.0, 1.0, 257)
-    return np.interp(s, segment._arc(grid), grid)
+    return np.interp(s, segment._arc_length(grid), grid)
 
 
 def _length(base: Line | Arc | Polynomial) -> float:
@@ -206,4 +321,4 @@ def _length(base: Line | Arc | Polynomial) -> float:
         return math.hypot(base.end[0] - base.start[0], base.end[1] - base.start[1])
     if isinstance(base, Arc):
         return base.radius * abs(base.angle_to - base.angle_from)
-    return float(polynomial_arc(base, 0.0, 1.0)(1.0))
+    return float(integrate_polynomial_length(base, 0.0, 1.0)(1.0))

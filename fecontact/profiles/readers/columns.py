@@ -1,4 +1,4 @@
-"""Columns of numbers out of text files: tables of coordinates, and the files of MiniProf and SIMPACK."""
+"""Readers of columns of numbers: tables of coordinates, and files of MiniProf and SIMPACK."""
 
 from __future__ import annotations
 
@@ -12,25 +12,34 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
-from fecontact.profiles.curve import FARTHEST_MM, Kind, check_size
-from fecontact.profiles.points import FEWEST_POINTS, Points, apart, counted
+from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Kind, check_size
+from fecontact.profiles.points import FEWEST_POINTS, Points, drop_close_points, format_count
 from fecontact.profiles.reading import MM, Reading, remedy
 
 _COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?|[-+]?\d+")
 _PAIR_WITH_COMMAS = re.compile(r"([-+]?\d+,\d+)\s*,\s*([-+]?\d+,\d+)")
 _UNIT_IN_HEADER = re.compile(r"[\[(_ ](mm|m|cm|um|µm|in|inch|inches)[\])]?$", re.IGNORECASE)
-# Longer files are no profiles: an instrument with 0.01 mm steps gives 20,000 points.
-_MOST_BYTES = 20_000_000
-_MOST_HEADER_LINES = 40
-_SHOWN = 60
+# Largest size of a profile file: an instrument with steps of 0.01 mm gives 20,000 points.
+_LARGEST_FILE_BYTES = 20_000_000
+_LARGEST_HEADER_LINES = 40
+_LETTERS_SHOWN = 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Table:
-    """Two columns of a file in the unit of the file, and what had to be said about them.
+    """Two columns of a file in the unit of the file, with notes.
 
-    `columns` are their numbers with the sign of z turned, as a user would ask for them.
+    Attributes
+    ----------
+    y, z
+        Coordinates (n,) in the unit of the file.
+    unit
+        Unit of the file; None if unknown.
+    notes
+        Notes on the file.
+    columns
+        Columns option with the opposite sign of z.
     """
 
     y: Floats
@@ -42,44 +51,88 @@ class Table:
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """Where columns come from: its name in messages, the profile that is wanted, and what is known beside it."""
+    """Origin of columns: its name in messages, the wanted kind, and the options of the file."""
 
     what: str
     kind: Kind
     reading: Reading
 
     def remedy(self, key: str, value: str | float) -> str:
-        """The exact option that settles a question about it."""
+        """Option that answers a question about the file."""
         return remedy(self.kind, key, value)
 
 
 def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
-    """Points from a text file of columns, y and z.
+    """Points from a text file with the columns y and z.
 
-    Columns may be separated by blanks, tabs, commas or semicolons; what follows # ! % or // is a comment, and the first
-    lines may be a header. The axes are the library's: y positive to the field side, z up; a rail has its crown
-    and a wheel its tape circle at (0, 0). `reading` says what is otherwise.
+    Columns may be separated by blanks, tabs, commas or semicolons. Text after # ! % or // is a comment, and the first
+    lines may be a header. The axes are the axes of the library: y positive to the field side, z up; a rail has its
+    crown and a wheel its tape circle at (0, 0). `reading` has the exceptions.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    kind
+        `rail` or `wheel`.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Points
+        Unchecked points in mm.
 
     Raises
     ------
     InputError
-        The file cannot be read, or is not two columns of numbers.
+        The file cannot be read, or does not have two columns of numbers.
     """
-    return points_of_columns(read_text(path), path.stem, Source(what=str(path), kind=kind, reading=reading))
+    return parse_points(read_text(path), path.stem, Source(what=str(path), kind=kind, reading=reading))
 
 
-def points_of_columns(text: str, name: str, source: Source) -> Points:
-    """Points of a text of columns, as `read_columns` reads them from a file."""
+def parse_points(text: str, name: str, source: Source) -> Points:
+    """Parse the points of a text of columns, as `read_columns` does for a file.
+
+    Parameters
+    ----------
+    text
+        Text of columns.
+    name
+        Name of the profile.
+    source
+        Origin of the text.
+
+    Returns
+    -------
+    Points
+        Unchecked points in mm.
+
+    Raises
+    ------
+    InputError
+        The text does not have two columns of numbers.
+    """
     table = columns_of(text, source)
-    points, notes = in_mm(table.y, table.z, table.unit, source)
-    said = (*table.notes, *notes)
+    points, notes = convert_to_mm(table.y, table.z, table.unit, source)
+    remarks = (*table.notes, *notes)
     return Points(
-        points=points, kind=source.kind, name=name, source=source.what, notes=said, turned_columns=table.columns
+        points=points, kind=source.kind, name=name, source=source.what, notes=remarks, flipped_columns=table.columns
     )
 
 
 def file_bytes(path: Path) -> bytes:
-    """Content of a regular file of a size that a profile can have.
+    """Content of a regular file with a plausible size for a profile.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    bytes
+        Content.
 
     Raises
     ------
@@ -89,36 +142,50 @@ def file_bytes(path: Path) -> bytes:
     try:
         size = path.stat().st_size
         if not (path.is_file() or path.is_dir()):
-            raise InputError(f"cannot read {shown(path)}: it is a device or a pipe; give the path of a file")
-        if size > _MOST_BYTES:
-            raise InputError(f"{path} has {size / 1e6:.0f} MB; allowed: {_MOST_BYTES / 1e6:.0f} MB; it is no profile")
+            raise InputError(f"cannot read {shorten_text(path)}: it is a device or a pipe; give the path of a file")
+        if size > _LARGEST_FILE_BYTES:
+            raise InputError(
+                f"{path} has {size / 1e6:.0f} MB; allowed: {_LARGEST_FILE_BYTES / 1e6:.0f} MB; it is no profile"
+            )
         return path.read_bytes()
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {shown(path)}: {getattr(error, 'strerror', error)}; check the path") from None
+        raise InputError(
+            f"cannot read {shorten_text(path)}: {getattr(error, 'strerror', error)}; check the path"
+        ) from None
 
 
 def read_text(path: Path) -> str:
-    """Text of a file, in UTF-8 or an older encoding.
+    """Read the text of a file, in UTF-8 or an older encoding.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    str
+        Text.
 
     Raises
     ------
     InputError
-        It cannot be read, or is no text.
+        The file cannot be read, or is not a text.
     """
-    data = file_bytes(path)
-    if b"\0" in data:
+    content = file_bytes(path)
+    if b"\0" in content:
         raise InputError(f"{path} is not plain text (a table file or UTF-16?); save it as text of two columns")
     try:
-        return data.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # comments in an older encoding; the numbers are checked below
-        return data.decode("latin-1")
+        # comments may have an older encoding; the numbers are checked below
+        return content.decode("latin-1")
 
 
-def shown(text: object) -> str:
-    """A text that a user gave, at a length that a message can have."""
-    whole = str(text)
-    return whole if len(whole) <= 200 else f"{whole[:120]}... ({len(whole)} characters)"
+def shorten_text(text: object) -> str:
+    """Shorten a user's text of more than 200 characters to its first 120."""
+    full_text = str(text)
+    return full_text if len(full_text) <= 200 else f"{full_text[:120]}... ({len(full_text)} characters)"
 
 
 def columns_of(text: str, source: Source, *, names: str = "", unnamed: bool = False) -> Table:
@@ -127,91 +194,107 @@ def columns_of(text: str, source: Source, *, names: str = "", unnamed: bool = Fa
     Parameters
     ----------
     text
-        Numbers in lines, perhaps below a header.
+        Numbers in lines, with or without a header.
     source
-        Where they come from.
+        Origin of the text.
     names
-        Of the columns, where the header does not have them.
+        Names of the columns, if the header does not have them.
     unnamed
-        Whether the first two of more columns are y and z where nothing names them.
+        Whether the first two of several unnamed columns are y and z.
+
+    Returns
+    -------
+    Table
+        Columns in the unit of the text.
 
     Raises
     ------
     InputError
-        The text is not two columns of numbers, or may be read in several ways; with the option that settles it.
+        The text does not have two columns of numbers, or is ambiguous. The message has the option that answers the
+        question.
     """
-    lines = _numbered(text)
-    comma = _has_decimal_commas([line for _, line in lines])
+    lines = _number_lines(text)
+    has_commas = _has_decimal_commas([line for _, line in lines])
     if source.reading.columns is None and _are_pairs_with_commas(lines):
-        lines, comma = [(number, _PAIR_WITH_COMMAS.sub(r"\1;\2", line)) for number, line in lines], True
-    header, rest = _header(lines, comma=comma)
-    notes = ["decimal commas"] if comma else []
+        lines, has_commas = [(number, _PAIR_WITH_COMMAS.sub(r"\1;\2", line)) for number, line in lines], True
+    header, data_lines = _separate_header(lines, comma=has_commas)
+    notes = ["decimal commas"] if has_commas else []
     if len(header) > 1:
         notes.append(f"{len(header)} lines of header left out")
     names = names or (header[-1] if header else "")
-    if rest and (count := _count_line(rest, comma=comma)):
-        rest = rest[1:]
+    if data_lines and (count := _read_point_count(data_lines, comma=has_commas)):
+        data_lines = data_lines[1:]
         notes.append(f"the first line, {count}, is the number of points")
-    if not rest:
+    if not data_lines:
         raise InputError(f"{source.what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
-    rows = [_split(line, comma=comma) for _, line in rest]
+    rows = [_split_fields(line, comma=has_commas) for _, line in data_lines]
     width = len(rows[0])
-    chosen, signs = _chosen(rest[0], rows, names, source, unnamed=unnamed)
+    chosen, signs = _choose_columns(data_lines[0], rows, names, source, unnamed=unnamed)
     if width > 2 and source.reading.columns is None:
-        notes.append(f"of {width} columns those named {_title(names, chosen[0])} and {_title(names, chosen[1])}")
+        notes.append(
+            f"of {width} columns those named {_name_column(names, chosen[0])} and {_name_column(names, chosen[1])}"
+        )
     values, remarks = [], []
-    for (number, line), fields in zip(rest, rows, strict=True):
+    for (number, line), fields in zip(data_lines, rows, strict=True):
         where = f"{source.what}, line {number}"
-        if len(fields) > width and fields[width][:1].isalpha() and _number(fields[width], comma=comma) is None:
+        if (
+            len(fields) > width
+            and fields[width][:1].isalpha()
+            and _parse_number(fields[width], comma=has_commas) is None
+        ):
             remarks.append(number)
         elif len(fields) != width:
             raise InputError(
-                f"{where}: {counted(len(fields), 'column')} instead of {width} in {line[:_SHOWN]!r}; make all"
-                " lines alike, and start comments with #"
+                f"{where}: {format_count(len(fields), 'column')} instead of {width} in {line[:_LETTERS_SHOWN]!r}; "
+                "make all lines alike, and start comments with #"
             )
-        values.append(_pair([fields[column] for column in chosen], where, line, comma=comma))
+        values.append(_parse_pair([fields[column] for column in chosen], where, line, comma=has_commas))
     if remarks:
         notes.append(
             f"what is written behind the numbers of line {remarks[0]} left out"
             + (f", and of {len(remarks) - 1} more" if len(remarks) > 1 else "")
         )
-    unit = source.reading.units or _unit_of(names, chosen)
+    unit = source.reading.units or _read_column_unit(names, chosen)
     if unit not in (None, "mm", source.reading.units):
         notes.append(f"unit {unit} from the header")
     notes += [f"the sign of {axis} is turned" for axis, sign in zip("yz", signs, strict=True) if sign < 0]
     y, z = (np.array(values) * signs).T
-    asked = [f"{'-' if sign < 0 else ''}{k + 1}" for k, sign in zip(chosen, (signs[0], -signs[1]), strict=True)]
-    return Table(y=y, z=z, unit=unit, notes=tuple(notes), columns=",".join(asked))
+    flipped = [f"{'-' if sign < 0 else ''}{k + 1}" for k, sign in zip(chosen, (signs[0], -signs[1]), strict=True)]
+    return Table(y=y, z=z, unit=unit, notes=tuple(notes), columns=",".join(flipped))
 
 
-def _numbered(text: str) -> list[tuple[int, str]]:
+def _number_lines(text: str) -> list[tuple[int, str]]:
     stripped = ((number, _COMMENT.sub("", raw).strip()) for number, raw in enumerate(text.splitlines(), start=1))
     return [(number, line) for number, line in stripped if line]
 
 
 def _has_decimal_commas(lines: Sequence[str]) -> bool:
-    """Whether commas are decimal signs for sure: something else separates the fields, and each has one at most."""
+    """Whether commas are certainly decimal signs.
+
+    A different sign separates the fields, and each field has at most one comma.
+    """
     numeric = [line for line in lines if re.match(r"[-+]?[\d.,]", line)]
     with_commas = [line for line in numeric if "," in line]
     if not with_commas or any("." in line for line in numeric):
         return False
-    fields = [_split(line, comma=True) for line in with_commas]
+    fields = [_split_fields(line, comma=True) for line in with_commas]
     return all(len(row) > 1 and all(_COMMA_NUMBER.fullmatch(field) for field in row) for row in fields)
 
 
 def _are_pairs_with_commas(lines: Sequence[tuple[int, str]]) -> bool:
-    """Whether each line of numbers is two numbers with decimal commas and a comma between them, as `1,5,-2,25`."""
+    """Whether each line has two numbers with decimal commas, as `1,5,-2,25`."""
     numeric = [line for _, line in lines if re.match(r"[-+]?\d", line)]
     return len(numeric) >= FEWEST_POINTS and all(map(_PAIR_WITH_COMMAS.fullmatch, numeric))
 
 
-def _split(line: str, *, comma: bool = False) -> list[str]:
+def _split_fields(line: str, *, comma: bool = False) -> list[str]:
     separator = r"\s*;\s*|\s+" if comma else r"\s*[,;]\s*|\s+"
     return re.split(separator, line.rstrip("; \t" if comma else ",; \t"))
 
 
-def _number(field: str, *, comma: bool = False) -> float | None:
-    # float() takes underscores and other scripts' digits as well, which no instrument writes
+def _parse_number(field: str, *, comma: bool = False) -> float | None:
+    """Parse a number; None for other texts."""
+    # float() accepts underscores and digits of different scripts too, which no instrument writes
     if not field.isascii() or "_" in field:
         return None
     try:
@@ -220,71 +303,110 @@ def _number(field: str, *, comma: bool = False) -> float | None:
         return None
 
 
-def _header(lines: list[tuple[int, str]], *, comma: bool) -> tuple[list[str], list[tuple[int, str]]]:
-    """Lines before the first one of which a field is a number, and the lines from there."""
-    # where no line is all numbers, the first one that has some says what is wrong
-    for enough in (all, any):
+def _separate_header(lines: list[tuple[int, str]], *, comma: bool) -> tuple[list[str], list[tuple[int, str]]]:
+    """Separate the lines before the first line of numbers from the lines of numbers.
+
+    Parameters
+    ----------
+    lines
+        Numbers and texts of the lines.
+    comma
+        Whether commas are decimal signs.
+
+    Returns
+    -------
+    header, rest
+        Texts of the header, and numbers and texts of the other lines.
+    """
+    # if no line consists of numbers alone, the first line with a number explains the error
+    for condition in (all, any):
         starts = [
             i
-            for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1])
-            if enough(_number(field, comma=comma) is not None for field in _split(line, comma=comma))
+            for i, (_, line) in enumerate(lines[: _LARGEST_HEADER_LINES + 1])
+            if condition(_parse_number(field, comma=comma) is not None for field in _split_fields(line, comma=comma))
         ]
         if starts:
-            # numbers that stand among words, and are others than what follows, belong to the header
-            words = (
-                not (after == i + 1 or _alike(lines[i], lines[after], comma=comma)) for i, after in pairwise(starts)
+            # numbers among words belong to the header if their count differs from the following lines
+            is_header = (
+                not (after == i + 1 or _has_equal_width(lines[i], lines[after], comma=comma))
+                for i, after in pairwise(starts)
             )
-            first = starts[len(list(takewhile(bool, words)))]
+            first = starts[len(list(takewhile(bool, is_header)))]
             return [text for _, text in lines[:first]], lines[first:]
     return [], []
 
 
-def _alike(one: tuple[int, str], other: tuple[int, str], *, comma: bool) -> bool:
-    return len(_split(one[1], comma=comma)) == len(_split(other[1], comma=comma))
+def _has_equal_width(first_line: tuple[int, str], second_line: tuple[int, str], *, comma: bool) -> bool:
+    return len(_split_fields(first_line[1], comma=comma)) == len(_split_fields(second_line[1], comma=comma))
 
 
-def _count_line(rest: list[tuple[int, str]], *, comma: bool) -> int:
-    first = _split(rest[0][1], comma=comma)
+def _read_point_count(rest: list[tuple[int, str]], *, comma: bool) -> int:
+    first = _split_fields(rest[0][1], comma=comma)
     if len(first) != 1 or not first[0].isascii() or not first[0].isdigit() or len(first[0]) > 8:
         return 0
     return int(first[0]) if int(first[0]) == len(rest) - 1 else 0
 
 
-def _title(names: str, column: int) -> str:
-    titles = _titles(names)
+def _name_column(names: str, column: int) -> str:
+    titles = _split_titles(names)
     return repr(titles[column]) if column < len(titles) else f"number {column + 1}"
 
 
-def _titles(names: str) -> list[str]:
-    # a unit belongs to the name before it
+def _split_titles(names: str) -> list[str]:
+    # a unit belongs to the preceding name
     joined = re.sub(r"\s+(?=[\[(])", "_", names)
     return [title for title in re.split(r"\s*[,;]\s*|\s+", joined.strip(" ,;\t\"'")) if title]
 
 
-def _stem(title: str) -> str:
+def _strip_unit(title: str) -> str:
     return _UNIT_IN_HEADER.sub("", title.strip("\"'")).strip("_ ").lower()
 
 
-def _chosen(
+def _choose_columns(
     first: tuple[int, str], rows: list[list[str]], names: str, source: Source, *, unnamed: bool
 ) -> tuple[tuple[int, int], tuple[float, float]]:
-    """Which two columns are y and z, and the signs that they are to have."""
+    """Choose the two columns y and z, and their signs.
+
+    Parameters
+    ----------
+    first
+        Number and text of the first line.
+    rows
+        Fields of all lines.
+    names
+        Names of the columns.
+    source
+        Origin of the text.
+    unnamed
+        Whether the first two of several unnamed columns are y and z.
+
+    Returns
+    -------
+    columns, signs
+        Indices of y and z, and their signs.
+
+    Raises
+    ------
+    InputError
+        The columns are ambiguous, or the requested columns do not exist.
+    """
     reading, count = source.reading, len(rows[0])
-    stems = [_stem(title) for title in _titles(names)]
+    stems = [_strip_unit(title) for title in _split_titles(names)]
     if reading.columns is not None:
-        wanted = [part.strip().lower() for part in reading.columns.split(",")]
-        signs = [-1.0 if part.startswith("-") else 1.0 for part in wanted]
-        found = [
-            int(part) - 1 if part.isdigit() and len(part) < 4 else stems.index(part) if part in stems else -1
-            for part in (part.removeprefix("-") for part in wanted)
+        words = [word.strip().lower() for word in reading.columns.split(",")]
+        signs = [-1.0 if word.startswith("-") else 1.0 for word in words]
+        columns = [
+            int(word) - 1 if word.isdigit() and len(word) < 4 else stems.index(word) if word in stems else -1
+            for word in (word.removeprefix("-") for word in words)
         ]
-        if len(found) != 2 or found[0] == found[1] or not all(0 <= column < count for column in found):
+        if len(columns) != 2 or columns[0] == columns[1] or not all(0 <= column < count for column in columns):
             raise InputError(
-                f"{source.what}: columns {shown(reading.columns)!r} are not two of the {counted(count, 'column')}"
+                f"{source.what}: columns {shorten_text(reading.columns)!r} are not two of the "
+                f"{format_count(count, 'column')}"
                 f"{' ' + ', '.join(stems[:12]) if stems else ''}; give two numbers from 1 to {count}, such as"
                 f" --{source.kind}-columns 1,2"
             )
-        return (found[0], found[1]), (signs[0], signs[1])
+        return (columns[0], columns[1]), (signs[0], signs[1])
     if count == 2:
         return ((1, 0) if stems[:2] == ["z", "y"] else (0, 1)), (1.0, 1.0)
     if len(stems) == count and stems.count("y") == 1 and stems.count("z") == 1:
@@ -292,16 +414,31 @@ def _chosen(
     if unnamed and count > 2:
         return (0, 1), (1.0, 1.0)
     number, line = first
-    commas = "; decimal commas between commas: write points" if "," in line and "." not in line else ""
+    comma_text = "; decimal commas between commas: write points" if "," in line and "." not in line else ""
     raise InputError(
-        f"{source.what}, line {number}: {counted(count, 'column')} instead of 2 in {line[:_SHOWN]!r}; say which are y"
-        f" and z: {source.remedy('columns', _likely(rows))}{commas}"
+        f"{source.what}, line {number}: {format_count(count, 'column')} instead of 2 in {line[:_LETTERS_SHOWN]!r}; "
+        f"say which are y and z: {source.remedy('columns', _guess_columns(rows))}{comma_text}"
     )
 
 
-def _likely(rows: list[list[str]]) -> str:
-    """Two columns that may be coordinates: neither the same everywhere nor the number of the line."""
-    columns = list(zip(*([_number(field) for field in row] for row in rows if len(row) == len(rows[0])), strict=True))
+def _guess_columns(rows: list[list[str]]) -> str:
+    """Guess two columns that may be coordinates.
+
+    A column of coordinates is neither constant nor the number of the line.
+
+    Parameters
+    ----------
+    rows
+        Fields of all lines.
+
+    Returns
+    -------
+    str
+        Columns option.
+    """
+    columns = list(
+        zip(*([_parse_number(field) for field in row] for row in rows if len(row) == len(rows[0])), strict=True)
+    )
     likely = []
     for k, column in enumerate(columns, start=1):
         steps = {round(b - a, 9) for a, b in pairwise(column) if a is not None and b is not None}
@@ -310,79 +447,114 @@ def _likely(rows: list[list[str]]) -> str:
     return "{},{}".format(*likely[:2]) if len(rows) > 1 and 2 <= len(likely) < len(columns) else "2,3"
 
 
-def _pair(fields: list[str], where: str, line: str, *, comma: bool) -> list[float]:
-    pair = [value for field in fields if (value := _number(field, comma=comma)) is not None]
+def _parse_pair(fields: list[str], where: str, line: str, *, comma: bool) -> list[float]:
+    """Parse two finite numbers of a line.
+
+    Raises
+    ------
+    InputError
+        A field is not a finite number.
+    """
+    pair = [value for field in fields if (value := _parse_number(field, comma=comma)) is not None]
     if len(pair) < 2:
-        raise InputError(f"{where}: {line[:_SHOWN]!r} is not two numbers; start comments with #")
+        raise InputError(f"{where}: {line[:_LETTERS_SHOWN]!r} is not two numbers; start comments with #")
     if not np.isfinite(sum(pair)):
-        raise InputError(f"{where}: {line[:_SHOWN]!r} is not finite; remove the line")
+        raise InputError(f"{where}: {line[:_LETTERS_SHOWN]!r} is not finite; remove the line")
     return pair
 
 
-def _unit_of(names: str, chosen: tuple[int, int]) -> str | None:
-    titles = _titles(names)
+def _read_column_unit(names: str, chosen: tuple[int, int]) -> str | None:
+    """Read the unit of the chosen columns from their names; None without a unique unit."""
+    titles = _split_titles(names)
     if max(chosen) >= len(titles):
         return None
-    found = {match[1].lower() for column in chosen if (match := _UNIT_IN_HEADER.search(titles[column].strip("\"'")))}
-    unit = found.pop() if len(found) == 1 else None
+    units = {match[1].lower() for column in chosen if (match := _UNIT_IN_HEADER.search(titles[column].strip("\"'")))}
+    unit = units.pop() if len(units) == 1 else None
     if unit is None:
         return None
     return {"µm": "um", "inch": "in", "inches": "in"}.get(unit, unit)
 
 
-def in_mm(y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: bool = False) -> tuple[Floats, list[str]]:
-    """Points (n, 2) in mm from the tape circle with the signs that are asked for, and what was done.
+def convert_to_mm(
+    y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: bool = False
+) -> tuple[Floats, list[str]]:
+    """Convert coordinates to points in mm from the tape circle, with the requested signs.
 
-    `mirror` says that a file of this kind has the line turned over.
+    Parameters
+    ----------
+    y, z
+        Coordinates (n,) in the unit of the file.
+    unit
+        Unit of the file; None for mm.
+    source
+        Origin of the text.
+    mirror
+        Whether files of this kind have mirrored profiles.
+
+    Returns
+    -------
+    points, notes
+        Points (n, 2) in mm, and notes.
     """
     reading, factor = source.reading, MM[unit or "mm"]
     notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
-    at = reading.tape_circle_mm or 0.0
-    if at:
-        notes.append(f"the tape circle at y = {at:g} mm of the file is y = 0")
+    tape_circle_mm = reading.tape_circle_mm or 0.0
+    if tape_circle_mm:
+        notes.append(f"the tape circle at y = {tape_circle_mm:g} mm of the file is y = 0")
     if reading.mirror:
         notes.append("as the file has it: not mirrored" if mirror else "mirrored: the sign of y is turned")
-    # far beyond what is allowed for mm, but finite when it is multiplied
-    wide = 1e12 * FARTHEST_MM
-    points = np.clip(np.column_stack((y, z)), -wide, wide) * factor - (at, 0.0)
+    # far beyond the largest allowed coordinate, but finite after a multiplication
+    largest = 1e12 * LARGEST_COORDINATE_MM
+    points = np.clip(np.column_stack((y, z)), -largest, largest) * factor - (tape_circle_mm, 0.0)
     return points * (-1.0 if bool(reading.mirror) != mirror else 1.0, 1.0), notes
 
 
 # --- Profiles of the MiniProf instrument, .ban (rail) and .whl (wheel): lines of a header, and columns of numbers.
 #
-# The columns are named by `ColumnDef` (X across, Y into the depth of the body, then angle, curvature and more that a
-# profile does not need). Files of the instrument (MiniProf for Windows 2.43 and MiniProf 2020) and of programs that
-# write its format, all in the test bank of CONTACT by Vtech CMCC (testbank/profiles), have
+# `ColumnDef` names the columns (X across, Y into the depth of the body, then angle, curvature and columns that a
+# profile does not need). The test bank of CONTACT by Vtech CMCC (testbank/profiles) has files of the instrument
+# (MiniProf for Windows 2.43 and MiniProf 2020) and of programs that write its format. In these files
 #
-# - a wheel's X from the back of the flange to the field side, with the tape circle at `WheelDiameterTaperline` (70 mm)
-#   if the header says so, its Y growing towards the tip of the flange;
-# - a rail's X growing to the centre of the track, in all of avg_low2.ban (whose last line says which side is the gauge
-#   face), rail_left_iter288.ban and others; CONTACT's manual says that they usually need mirror_y = 1;
-# - lengths in mm; `Xoffset` and `Yoffset`, which CONTACT adds to the points; a blank line before the points, or none.
+# - a wheel's X grows from the back of the flange to the field side, its Y grows towards the tip of the flange, and the
+#   tape circle is at `WheelDiameterTaperline` (70 mm) if the header has this key;
+# - a rail's X grows to the centre of the track, in avg_low2.ban (its last line names the side of the gauge face),
+#   rail_left_iter288.ban and others; according to CONTACT's manual they usually need mirror_y = 1;
+# - lengths are in mm; CONTACT adds `Xoffset` and `Yoffset` to the points; a blank line may precede the points.
 #
-# Y grows downwards in some and upwards in others: the shape of the line says which.
+# Y grows downwards in some files and upwards in others. The shape of the profile shows the direction.
 
 _MINIPROF_KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
-# A key that only this format has, or the first line of files with a header in words instead of keys.
-_OWN_KEY = re.compile(
+# Keys that only this format has, or the first line of files with a header in words instead of keys.
+_MINIPROF_MARK = re.compile(
     r'^\s*"?(?:ColumnDef|MPTypeNo|MPSerNo|XYPoints)\s*=|\A#\s*MINI\w*PROF', re.IGNORECASE | re.MULTILINE
 )
-_OFFSETS = (("xoffset", "xoff"), ("yoffset", "yoff"))
-_ALIGNMENT = ("aligndx", "aligndy", "alignda")
-_KINDS: dict[str, Kind] = {".ban": "rail", ".whl": "wheel"}
-_TAPERLINE, _DIAMETER = "wheeldiametertaperline", "diametertaperline"
-# Where the tip of a flange lies over the back of the flange (mm): 15.5 mm on the S1002.
+_OFFSET_KEYS = (("xoffset", "xoff"), ("yoffset", "yoff"))
+_ALIGNMENT_KEYS = ("aligndx", "aligndy", "alignda")
+_KIND_BY_SUFFIX: dict[str, Kind] = {".ban": "rail", ".whl": "wheel"}
+_TAPERLINE_KEY, _DIAMETER_KEY = "wheeldiametertaperline", "diametertaperline"
+# Distance of the tip of a flange from the back of the flange (mm): 15.5 mm on the S1002.
 _TIP_OVER_BACK_MM = (5.0, 30.0)
-_TAPE_CIRCLE_MM = (40.0, 100.0)
-# How much of a head beside each of its ends says where down is.
+_ALLOWED_TAPE_CIRCLE_MM = (40.0, 100.0)
+# Width of the part at each end of a head that shows the direction of z.
 _BESIDE_END_MM = 15.0
 
 
 def is_miniprof(path: Path) -> bool:
-    """Whether a file has a header of the MiniProf instrument, whatever its ending."""
+    """Whether a file has a header of the MiniProf instrument, with any ending.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    bool
+        False for an unreadable file.
+    """
     try:
         with path.open("rb") as file:
-            return _OWN_KEY.search(file.read(20_000).decode("latin-1")) is not None
+            return _MINIPROF_MARK.search(file.read(20_000).decode("latin-1")) is not None
     except (OSError, ValueError):
         return False
 
@@ -390,76 +562,151 @@ def is_miniprof(path: Path) -> bool:
 def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
     """Points of a MiniProf file.
 
+    Parameters
+    ----------
+    path
+        Path of the file.
+    kind
+        `rail` or `wheel`, for a file with a different ending than .ban or .whl.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Points
+        Unchecked points in mm.
+
     Raises
     ------
     InputError
-        The file cannot be read, or its header leaves open where the points lie; with the option that settles it.
+        The file cannot be read, or its header does not define the position of the points. The message has the option
+        that answers the question.
     """
-    keys, rest = _split_header(read_text(path))
-    source = Source(what=str(path), kind=_KINDS.get(path.suffix.lower(), kind), reading=reading)
+    keys, table_text = _split_miniprof_keys(read_text(path))
+    source = Source(what=str(path), kind=_KIND_BY_SUFFIX.get(path.suffix.lower(), kind), reading=reading)
     names = ""
     if (columns := keys.get("columndef")) is not None:
-        given = [name.strip().lower() for name in columns.split(",")]
-        if "x" not in given or "y" not in given or len(set(given)) != len(given):
+        column_names = [name.strip().lower() for name in columns.split(",")]
+        if "x" not in column_names or "y" not in column_names or len(set(column_names)) != len(column_names):
             raise InputError(
                 f"{path}: ColumnDef = {columns[:60]!r}; it has to name the columns X and Y, such as X,Y,A,C"
             )
-        # X is y here, and Y is z until its sign is known; columns that are not named come last
-        names = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in given if name != "*")
-        if "*" in given:
-            names = names if given[:2] != ["x", "y"] else ""
-    table = columns_of(rest, source, names=names, unnamed=True)
-    y, z, moved = _moved(table.y, table.z, keys, source)
-    points, done = in_mm(y, z, reading.units or _unit(keys, source), source, mirror=source.kind == "rail")
+        # X is y here, and Y is z until its sign is determined; unnamed columns are the last ones
+        names = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in column_names if name != "*")
+        if "*" in column_names:
+            names = names if column_names[:2] != ["x", "y"] else ""
+    table = columns_of(table_text, source, names=names, unnamed=True)
+    y, z, offset_notes = _add_offsets(table.y, table.z, keys, source)
+    points, conversion_notes = convert_to_mm(
+        y, z, reading.units or _read_header_unit(keys, source), source, mirror=source.kind == "rail"
+    )
     if points.size:
-        # what follows knows lengths
-        check_size(*points.T, kind=source.kind, what=str(path), unit=reading.units or "mm")
-    points, turned = _upwards(points, source)
-    points, placed = _from_tape_circle(points, keys, source)
+        # the following functions compare lengths in mm
+        check_size(*points.T, kind=source.kind, label=str(path), unit=reading.units or "mm")
+    points, direction_notes = _turn_upwards(points, source)
+    points, tape_circle_notes = _shift_to_tape_circle(points, keys, source)
     across = "X grows to the centre of the track: y is -X" if source.kind == "rail" else "X taken as y"
-    said = (f"MiniProf file: {across}", *table.notes, *moved, *done, *turned, *placed, *_diameter(keys, source))
+    remarks = (
+        f"MiniProf file: {across}",
+        *table.notes,
+        *offset_notes,
+        *conversion_notes,
+        *direction_notes,
+        *tape_circle_notes,
+        *_describe_diameter(keys, source),
+    )
     return Points(
-        points=points, kind=source.kind, name=path.stem, source=str(path), notes=said, turned_columns=table.columns
+        points=points, kind=source.kind, name=path.stem, source=str(path), notes=remarks, flipped_columns=table.columns
     )
 
 
-def _upwards(points: Floats, source: Source) -> tuple[Floats, list[str]]:
-    """z upwards, by the shape of the line: a head falls towards its ends, the tip of a flange is below the tread."""
+def _turn_upwards(points: Floats, source: Source) -> tuple[Floats, list[str]]:
+    """Turn z upwards, by the shape of the profile.
+
+    A head falls towards its ends, and the tip of a flange is below the tread.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    source
+        Origin of the text.
+
+    Returns
+    -------
+    points, notes
+        Points (n, 2) in mm, and notes.
+    """
     if len(points) < 3 or (source.reading.columns or "").partition(",")[2].strip().startswith("-"):
         return points, []
     y, z = points.T
     if source.kind == "rail":
         ends = [(z[end] - np.mean(z[np.abs(y - y[end]) < _BESIDE_END_MM])) for end in (0, -1)]
-        down = sum(ends) > 0.0
+        is_downwards = sum(ends) > 0.0
     else:
         tread = float(np.median(z))
-        down = float(z.max()) - tread > max(10.0, tread - float(z.min()))
-    if down:
+        is_downwards = float(z.max()) - tread > max(10.0, tread - float(z.min()))
+    if is_downwards:
         return points * (1.0, -1.0), ["its Y grows into the body: z is -Y"]
     return points, ["its Y grows upwards: z is Y"]
 
 
-def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, list[str]]:
-    """Points with y of a wheel from its tape circle, where the file has it from the back of the flange."""
+def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, list[str]]:
+    """Shift a wheel's y from the back of the flange to the tape circle.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    keys
+        Keys of the header.
+    source
+        Origin of the text.
+
+    Returns
+    -------
+    points, notes
+        Points (n, 2) in mm, unchanged if y is not measured from the back of the flange, and notes.
+
+    Raises
+    ------
+    InputError
+        The header does not have the position of the tape circle.
+    """
     tip = float(points[np.argmin(points[:, 1]), 0]) if points.size else 0.0
     low, high = _TIP_OVER_BACK_MM
     if source.kind == "rail" or source.reading.tape_circle_mm is not None or not low <= tip <= high:
         return points, []
-    at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", source)
-    if not _TAPE_CIRCLE_MM[0] <= at <= _TAPE_CIRCLE_MM[1]:
+    tape_circle_mm = _read_header_value(keys.get(_TAPERLINE_KEY, ""), "WheelDiameterTaperline", source)
+    if not _ALLOWED_TAPE_CIRCLE_MM[0] <= tape_circle_mm <= _ALLOWED_TAPE_CIRCLE_MM[1]:
         usual = -70.0 if source.reading.mirror else 70.0
         raise InputError(
             f"{source.what}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and"
             f" the header does not say where the tape circle is; {source.remedy('tape_circle_mm', usual)} for the usual"
             " 70 mm from there"
         )
-    said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
-    return points - (at, 0.0), [said]
+    remark = (
+        f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {tape_circle_mm:g} mm is y = 0"
+    )
+    return points - (tape_circle_mm, 0.0), [remark]
 
 
-def _diameter(keys: dict[str, str], source: Source) -> list[str]:
-    """What the header says of the diameter at the tape circle, which belongs to the case."""
-    diameter = _value(keys.get(_DIAMETER, ""), "DiameterTaperline", source)
+def _describe_diameter(keys: dict[str, str], source: Source) -> list[str]:
+    """Describe the diameter in the header, which gives the rolling radius of the case.
+
+    Parameters
+    ----------
+    keys
+        Keys of the header.
+    source
+        Origin of the text.
+
+    Returns
+    -------
+    list of str
+        Notes.
+    """
+    diameter = _read_header_value(keys.get(_DIAMETER_KEY, ""), "DiameterTaperline", source)
     if source.kind == "rail" or diameter <= 0.0:
         return []
     return [
@@ -469,52 +716,81 @@ def _diameter(keys: dict[str, str], source: Source) -> list[str]:
 
 
 def header_radius_mm(path: Path) -> float | None:
-    """Rolling radius (mm) from the header of a MiniProf wheel file; None of any other file.
+    """Rolling radius (mm) in the header of a MiniProf wheel file.
 
-    A file that cannot be read has none: whoever reads its points says why.
+    Parameters
+    ----------
+    path
+        Path of a profile file.
+
+    Returns
+    -------
+    float or None
+        None for a file without a diameter, and for a file that cannot be read: the reader of its points refuses it.
     """
-    kind = _KINDS.get(path.suffix.lower())
+    kind = _KIND_BY_SUFFIX.get(path.suffix.lower())
     if kind == "rail" or (kind is None and not is_miniprof(path)):
         return None
     try:
-        keys, _ = _split_header(read_text(path))
+        keys, _ = _split_miniprof_keys(read_text(path))
         source = Source(what=str(path), kind="wheel", reading=Reading())
-        diameter = _value(keys.get(_DIAMETER, ""), "DiameterTaperline", source)
+        diameter_mm = _read_header_value(keys.get(_DIAMETER_KEY, ""), "DiameterTaperline", source)
     except InputError:
         return None
-    return 0.5 * diameter if diameter > 0.0 else None
+    return 0.5 * diameter_mm if diameter_mm > 0.0 else None
 
 
-def _split_header(text: str) -> tuple[dict[str, str], str]:
-    """Keys in small letters, and the text after them with its lines in their places."""
+def _split_miniprof_keys(text: str) -> tuple[dict[str, str], str]:
+    """Split a text into keys in lower case and the following lines.
+
+    Parameters
+    ----------
+    text
+        Text of a file.
+
+    Returns
+    -------
+    keys, rest
+        Keys with their values, and the text with the other lines at their positions.
+    """
     keys: dict[str, str] = {}
     lines = text.splitlines()
     rest = [""] * len(lines)
     for number, line in enumerate(lines):
-        # a line may be quoted as a whole, a value be in quotes, or a remark in quotes follow it
-        bare = line.strip()
-        if _is_numbers(_without_remark(bare)):
-            # among the points a quote begins a remark
-            rest[number:] = (one.partition('"')[0] for one in lines[number:])
+        # a complete line may be quoted, a value may be quoted, or a quoted remark may follow the value
+        stripped = line.strip()
+        if _is_numbers(_strip_remark(stripped)):
+            # a quote among the points begins a remark
+            rest[number:] = (data_line.partition('"')[0] for data_line in lines[number:])
             break
-        if match := _MINIPROF_KEY.fullmatch(bare.strip('"') if bare.startswith('"') else bare):
+        if match := _MINIPROF_KEY.fullmatch(stripped.strip('"') if stripped.startswith('"') else stripped):
             keys[match[1].lower()] = match[2].removeprefix('"').partition('"')[0].strip()
         else:
             rest[number] = line
     return keys, "\n".join(rest)
 
 
-def _without_remark(line: str) -> str:
-    """A line without what it says in quotes behind its values; one that begins with a quote as it is."""
+def _strip_remark(line: str) -> str:
+    """Strip the quoted remark after the values of a line.
+
+    A line that begins with a quote stays unchanged.
+    """
     return line if line.lstrip().startswith('"') else line.partition('"')[0]
 
 
 def _is_numbers(line: str) -> bool:
-    fields = _split(_COMMENT.sub("", line).strip())
-    return len(fields) > 1 and None not in map(_number, fields)
+    fields = _split_fields(_COMMENT.sub("", line).strip())
+    return len(fields) > 1 and None not in map(_parse_number, fields)
 
 
-def _unit(keys: dict[str, str], source: Source) -> str | None:
+def _read_header_unit(keys: dict[str, str], source: Source) -> str | None:
+    """Read the unit of the header; None if it is not defined.
+
+    Raises
+    ------
+    InputError
+        The unit is unknown.
+    """
     unit = keys.get("units", keys.get("unit", "")).lower()
     if unit in MM or unit in ("", "metric"):
         return unit if unit in MM else None
@@ -524,21 +800,43 @@ def _unit(keys: dict[str, str], source: Source) -> str | None:
     )
 
 
-def _moved(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, Floats, list[str]]:
-    """The points with the offsets of the header, and what of it was not applied."""
-    named = (*(key for both in _OFFSETS for key in both), *_ALIGNMENT)
-    values = {key: value for key in named if (value := _value(keys.get(key, ""), key, source)) != 0.0}
-    along, up = (sum(values.get(key, 0.0) for key in both) for both in _OFFSETS)
+def _add_offsets(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, Floats, list[str]]:
+    """Add the offsets of the header to the coordinates.
+
+    Parameters
+    ----------
+    y, z
+        Coordinates (n,).
+    keys
+        Keys of the header.
+    source
+        Origin of the text.
+
+    Returns
+    -------
+    y, z, notes
+        Coordinates (n,), and notes on applied and ignored keys.
+    """
+    known_keys = (*(key for axis_keys in _OFFSET_KEYS for key in axis_keys), *_ALIGNMENT_KEYS)
+    values = {key: value for key in known_keys if (value := _read_header_value(keys.get(key, ""), key, source)) != 0.0}
+    along, up = (sum(values.get(key, 0.0) for key in axis_keys) for axis_keys in _OFFSET_KEYS)
     notes = [
-        f"{key.upper()} = {value:g} of the header {'not applied' if key in _ALIGNMENT else 'added'}"
+        f"{key.upper()} = {value:g} of the header {'not applied' if key in _ALIGNMENT_KEYS else 'added'}"
         for key, value in values.items()
     ]
     return y + along, z + up, notes
 
 
-def _value(text: str, key: str, source: Source) -> float:
-    # a key of a form that was not filled in is none
-    value = _number(text or "0")
+def _read_header_value(text: str, key: str, source: Source) -> float:
+    """Read a number of the header.
+
+    Raises
+    ------
+    InputError
+        The text is not a number of a plausible size.
+    """
+    # an empty key is 0
+    value = _parse_number(text or "0")
     if value is None or not abs(value) <= 1e6:
         raise InputError(
             f"{source.what}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6"
@@ -549,15 +847,15 @@ def _value(text: str, key: str, source: Source) -> float:
 # --- Profiles of SIMPACK, .prr (rail) and .prw (wheel): blocks of keys, and the points of a spline.
 #
 # The numbers in the comments of such a file give the order in which the points are processed: points that are closer
-# than `point.dist.min` are left out, then they are shifted, rotated, cut at the bounds, mirrored and reversed; lengths
-# are in units of which `units.len.f` make a metre. z points down, and y of a wheel to its flange unless the file
-# mirrors it. A third column is a weight, which means nothing for a line through the points.
+# than `point.dist.min` are left out, then the points are shifted, rotated, cut at the bounds, mirrored and reversed.
+# `units.len.f` is the number of length units per metre. z points down, and y of a wheel points to its flange unless the
+# file mirrors it. A third column is a weight, which has no meaning for a profile through the points.
 
-_BLOCK = re.compile(r"^\s*(header|spline)\.begin\s*(?:!.*)?$", re.MULTILINE)
+_SIMPACK_BLOCK = re.compile(r"^\s*(header|spline)\.begin\s*(?:!.*)?$", re.MULTILINE)
 _SIMPACK_KEY = re.compile(r"^\s*([a-z][a-z.]*[a-z])\s*=\s*('[^']*'|[^!\s]+)")
-# The length unit in metres is 1 / units.len.f: 1000 for mm, 1 for m, 39.37 for inches.
-_FACTORS = (0.5, 2e6)
-_KNOWN = {
+# Allowed units.len.f. The length unit in metres is 1 / units.len.f: 1000 for mm, 1 for m, 39.37 for inches.
+_ALLOWED_LENGTH_FACTORS = (0.5, 2e6)
+_KNOWN_KEYS = {
     *("version", "type", "approx.smooth", "file", "file.mtime", "comment", "point.dist.min", "shift.y", "shift.z"),
     *("rotate", "bound.y.min", "bound.y.max", "bound.z.min", "bound.z.max", "mirror.y", "mirror.z", "inversion"),
     *("units.len", "units.ang", "units.len.f", "units.ang.f", "table.nr"),
@@ -565,34 +863,89 @@ _KNOWN = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Keys:
-    """Keys of a file, with the line that each stands in."""
+class _SimpackKeys:
+    """Keys of a file with their line numbers.
 
-    what: str
+    Attributes
+    ----------
+    label
+        Subject of messages.
+    values
+        Value and line number of each key.
+    """
+
+    label: str
     values: dict[str, tuple[str, int]]
 
     def number(self, key: str, default: float) -> float:
+        """Number of a key, or a default.
+
+        Parameters
+        ----------
+        key
+            Name of the key.
+        default
+            Number of a missing key.
+
+        Returns
+        -------
+        float
+            Number.
+
+        Raises
+        ------
+        InputError
+            The value is not a number of a plausible size.
+        """
         if key not in self.values:
             return default
         text, line = self.values[key]
-        value = _number(text)
+        value = _parse_number(text)
         if value is None or not abs(value) <= 1e9:
-            raise InputError(f"{self.what}, line {line}: {key} = {text[:60]}; allowed: a number from -1e9 to 1e9")
+            raise InputError(f"{self.label}, line {line}: {key} = {text[:60]}; allowed: a number from -1e9 to 1e9")
         return value
 
     def flag(self, key: str) -> bool:
+        """Whether a key is 1; a missing key is 0.
+
+        Parameters
+        ----------
+        key
+            Name of the key.
+
+        Returns
+        -------
+        bool
+            Value of the key.
+
+        Raises
+        ------
+        InputError
+            The value is neither 0 nor 1.
+        """
         value = self.number(key, 0.0)
         if value not in (0.0, 1.0):
             line = self.values[key][1]
-            raise InputError(f"{self.what}, line {line}: {key} = {value:g}; allowed: 0 and 1")
+            raise InputError(f"{self.label}, line {line}: {key} = {value:g}; allowed: 0 and 1")
         return value == 1.0
 
 
 def is_simpack(path: Path) -> bool:
-    """Whether a file has SIMPACK's blocks."""
+    """Whether a file has SIMPACK's blocks.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    bool
+        False for an unreadable file.
+    """
     try:
         with path.open("rb") as file:
-            return _BLOCK.search(file.read(20_000).decode("latin-1")) is not None
+            return _SIMPACK_BLOCK.search(file.read(20_000).decode("latin-1")) is not None
     except (OSError, ValueError):
         return False
 
@@ -600,88 +953,146 @@ def is_simpack(path: Path) -> bool:
 def read_simpack(path: Path, reading: Reading) -> Points:
     """Points of a SIMPACK file.
 
+    Parameters
+    ----------
+    path
+        Path of the file.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Points
+        Unchecked points in mm.
+
     Raises
     ------
     InputError
-        The file cannot be read, or is not what the format allows; the message names line and key.
+        The file cannot be read, or violates the format; the message has the line and the key.
     """
-    what = str(path)
-    keys, rows = _parsed(read_text(path), what)
+    label = str(path)
+    keys, rows = _parse_simpack(read_text(path), label)
     kind: Kind = "wheel" if keys.flag("type@header") else "rail"
     if reading.columns not in (None, "1,2", "1,-2"):
         raise InputError(
-            f"{what}: a SIMPACK file says itself what its columns are; leave out columns, or give 1,-2 to turn the sign"
-            " of z"
+            f"{label}: a SIMPACK file says itself what its columns are; leave out columns, or give 1,-2 to turn the "
+            "sign of z"
         )
-    table, notes = _processed(keys, rows)
-    turned = reading.columns == "1,-2"
+    table, notes = _process_points(keys, rows)
+    is_sign_kept = reading.columns == "1,-2"
     factor = keys.number("units.len.f", 1000.0)
-    if not _FACTORS[0] <= factor <= _FACTORS[1]:
+    if not _ALLOWED_LENGTH_FACTORS[0] <= factor <= _ALLOWED_LENGTH_FACTORS[1]:
         raise InputError(
-            f"{what}, line {keys.values['units.len.f'][1]}: units.len.f = {factor:g}; the number of length units in a"
+            f"{label}, line {keys.values['units.len.f'][1]}: units.len.f = {factor:g}; the number of length units in a"
             " metre: 1000 for mm, 1 for m"
         )
     if reading.units is None:
         table = table * (1000.0 / factor) if factor != 1000.0 else table
         notes += [] if factor == 1000.0 else [f"turned into mm: the file has {factor:g} units in a metre"]
-    source = Source(what=what, kind=kind, reading=reading)
-    line, done = in_mm(table[:, 0], table[:, 1] if turned else -table[:, 1], reading.units, source)
-    said = (f"SIMPACK file: {'the sign of z as it is' if turned else 'z turned up'}", *notes, *done)
-    asked = "1,2" if turned else "1,-2"
-    return Points(points=line, kind=kind, name=path.stem, source=what, notes=said, turned_columns=asked)
+    source = Source(what=label, kind=kind, reading=reading)
+    points, conversion_notes = convert_to_mm(
+        table[:, 0], table[:, 1] if is_sign_kept else -table[:, 1], reading.units, source
+    )
+    remarks = (
+        f"SIMPACK file: {'the sign of z as it is' if is_sign_kept else 'z turned up'}",
+        *notes,
+        *conversion_notes,
+    )
+    flipped = "1,2" if is_sign_kept else "1,-2"
+    return Points(points=points, kind=kind, name=path.stem, source=label, notes=remarks, flipped_columns=flipped)
 
 
-def _parsed(text: str, what: str) -> tuple[_Keys, list[tuple[float, float]]]:
+def _parse_simpack(text: str, label: str) -> tuple[_SimpackKeys, list[tuple[float, float]]]:
+    """Parse the keys and the points of a SIMPACK file.
+
+    Parameters
+    ----------
+    text
+        Text of the file.
+    label
+        Subject of messages.
+
+    Returns
+    -------
+    keys, rows
+        Keys, and the points (y, z) in the unit of the file.
+
+    Raises
+    ------
+    InputError
+        The text violates the format.
+    """
     values: dict[str, tuple[str, int]] = {}
     rows: list[tuple[list[str], int]] = []
-    block, inside, ended = "", False, False
-    for number, raw in enumerate(text.splitlines(), start=1):
-        # a key may have a text with any sign in it
-        line = (raw.partition("!")[0] if "'" not in raw else _COMMENT.sub("", raw) if inside else raw).strip()
+    block, is_inside, has_ended = "", False, False
+    for number, raw_line in enumerate(text.splitlines(), start=1):
+        # a quoted value may have any character
+        line = (
+            raw_line.partition("!")[0] if "'" not in raw_line else _COMMENT.sub("", raw_line) if is_inside else raw_line
+        ).strip()
         line = "" if _COMMENT.match(line) else line
         if not line:
             continue
         if line in ("header.begin", "spline.begin", "header.end", "spline.end"):
             block = line[:6] if line.endswith("begin") else ""
         elif line in ("point.begin", "point.end"):
-            inside, ended = line == "point.begin", ended or line == "point.end"
-        elif inside:
+            is_inside, has_ended = line == "point.begin", has_ended or line == "point.end"
+        elif is_inside:
             rows.append((_COMMENT.sub("", line).split(), number))
         elif match := _SIMPACK_KEY.match(line):
-            # both blocks have a `type`, of the profile and of the original data
+            # both blocks have a key `type`, for the profile and for the original data
             key = f"type@{block}" if match[1] == "type" else match[1]
             if key in values:
-                raise InputError(f"{what}, line {number}: {match[1]} is there twice, in line {values[key][1]} as well")
-            if key.partition("@")[0] not in _KNOWN:
-                raise InputError(f"{what}, line {number}: {match[1][:60]} is no key of this format that is known here")
+                raise InputError(f"{label}, line {number}: {match[1]} is there twice, in line {values[key][1]} as well")
+            if key.partition("@")[0] not in _KNOWN_KEYS:
+                raise InputError(f"{label}, line {number}: {match[1][:60]} is no key of this format that is known here")
             values[key] = match[2], number
         else:
-            raise InputError(f"{what}, line {number}: {line[:60]!r} is neither a key nor a block of a SIMPACK file")
-    if inside or not ended:
-        raise InputError(f"{what}: the points do not stand between point.begin and point.end; the file may be cut off")
+            raise InputError(f"{label}, line {number}: {line[:60]!r} is neither a key nor a block of a SIMPACK file")
+    if is_inside or not has_ended:
+        raise InputError(f"{label}: the points do not stand between point.begin and point.end; the file may be cut off")
     if "type@header" not in values:
-        raise InputError(f"{what}: the header has no type (0 for a rail, 1 for a wheel); the file may be damaged")
-    return _Keys(what=what, values=values), [_row(what, *row) for row in rows]
+        raise InputError(f"{label}: the header has no type (0 for a rail, 1 for a wheel); the file may be damaged")
+    return _SimpackKeys(label=label, values=values), [_parse_row(label, *row) for row in rows]
 
 
-def _processed(keys: _Keys, rows: list[tuple[float, float]]) -> tuple[Floats, list[str]]:
+def _process_points(keys: _SimpackKeys, rows: list[tuple[float, float]]) -> tuple[Floats, list[str]]:
+    """Process the points as the keys of the file demand.
+
+    Parameters
+    ----------
+    keys
+        Keys of the file.
+    rows
+        Points (y, z) in the unit of the file.
+
+    Returns
+    -------
+    points, notes
+        Points (n, 2) in the unit of the file, and notes.
+
+    Raises
+    ------
+    InputError
+        A key has an invalid value.
+    """
     table, notes = np.array(rows).reshape(-1, 2), []
-    closest = keys.number("point.dist.min", 0.0)
-    if closest > 0.0 and len(table):
-        before, table = len(table), apart(table, closest)
-        notes.append(f"{before - len(table)} points closer than point.dist.min left out")
+    closest_mm = keys.number("point.dist.min", 0.0)
+    if closest_mm > 0.0 and len(table):
+        count, table = len(table), drop_close_points(table, closest_mm)
+        notes.append(f"{count - len(table)} points closer than point.dist.min left out")
     shift = (keys.number("shift.y", 0.0), keys.number("shift.z", 0.0))
-    turn = keys.number("rotate", 0.0) / (keys.number("units.ang.f", 1.0) or 1.0)
+    angle = keys.number("rotate", 0.0) / (keys.number("units.ang.f", 1.0) or 1.0)
     if any(shift):
         table = table + np.array(shift)
         notes.append(f"shifted by ({shift[0]:g}, {shift[1]:g}) as the file says")
-    if turn:
-        c, s = np.cos(turn), np.sin(turn)
+    if angle:
+        c, s = np.cos(angle), np.sin(angle)
         table = table @ np.array([[c, s], [-s, c]])
-        notes.append(f"rotated by {1e3 * turn:g} mrad as the file says")
+        notes.append(f"rotated by {1e3 * angle:g} mrad as the file says")
     for column, axis in enumerate("yz"):
         low, high = keys.number(f"bound.{axis}.min", 1.0), keys.number(f"bound.{axis}.max", 0.0)
-        # the format's own way of saying none
+        # the format expresses a missing bound by a lower bound above the upper bound
         if low < high:
             inside = (table[:, column] >= low) & (table[:, column] <= high)
             notes.append(f"{np.count_nonzero(~inside)} points beyond {axis} = {low:g} to {high:g} left out")
@@ -697,8 +1108,8 @@ def _processed(keys: _Keys, rows: list[tuple[float, float]]) -> tuple[Floats, li
     return table, notes
 
 
-def _row(what: str, row: list[str], line: int) -> tuple[float, float]:
-    values = [value for field in row if (value := _number(field)) is not None and np.isfinite(value)]
-    if len(row) in (2, 3) and len(values) == len(row):
+def _parse_row(label: str, fields: list[str], line: int) -> tuple[float, float]:
+    values = [value for field in fields if (value := _parse_number(field)) is not None and np.isfinite(value)]
+    if len(fields) in (2, 3) and len(values) == len(fields):
         return values[0], values[1]
-    raise InputError(f"{what}, line {line}: {' '.join(row)[:60]!r} is not y, z and perhaps a weight as numbers")
+    raise InputError(f"{label}, line {line}: {' '.join(fields)[:60]!r} is not y, z and perhaps a weight as numbers")

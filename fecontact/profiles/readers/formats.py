@@ -1,4 +1,7 @@
-"""The formats of profile files: a new one is one function and one entry in the table."""
+"""Formats of profile files.
+
+A new format is a function and an entry in the table.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,9 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.files import toml_content
-from fecontact.profiles.curve import Kind, Profile, arc_between, check_shape, mirrored, tangent_head
+from fecontact.profiles.curve import Kind, Profile, check_shape, make_arc, make_tangent_head, mirror_segments
 from fecontact.profiles.origin import check_origin
-from fecontact.profiles.points import LOWER_MM, Points, lower_on_field_side_mm
+from fecontact.profiles.points import LARGEST_FIELD_SIDE_DROP_MM, Points, measure_field_side_drop_mm
 from fecontact.profiles.readers.columns import (
     file_bytes,
     is_miniprof,
@@ -22,32 +25,44 @@ from fecontact.profiles.readers.columns import (
     read_columns,
     read_miniprof,
     read_simpack,
-    shown,
+    shorten_text,
 )
-from fecontact.profiles.reading import PLAIN, Reading, mirror_remedy, mirror_settled
-from fecontact.profiles.segments import Line, Polynomial, Segment, moved_by
+from fecontact.profiles.reading import PLAIN, Reading, suggest_mirroring, suggest_unmirrored
+from fecontact.profiles.segments import Line, Polynomial, Segment, translate_segment
 
 if TYPE_CHECKING:
     from fecontact.profiles.readers import schema
 
 
-# --- Profiles from TOML files of exact segments, the form of the library's own files.
+# --- Profiles from TOML files of exact segments, which is the format of the library files.
 
-_MOST_TOLD = 3
-# Steps between published segments that are smaller than this (mm) come from the digits of their numbers and are closed;
-# below the lesser one they are the rounding of a computer. A step of 0.04 um under a contact is a spike of its pressure
-# that becomes higher the finer the nodes are, with a valley beside it of a tenth of the peak; one of 0.12 um (S1002 at
-# -35 mm, on 60E1 at 6.6 mm, 50 kN) makes 1795 MPa of 1273 MPa on nodes of 3 um. Steps of 0.6 to 0.8 um in EN 15302
-# stay: the standard has points on both sides of them.
+_SHOWN_ERRORS = 3
+# Steps between published segments that are smaller than the second number (mm) result from the digits of their numbers,
+# and are closed. Below the first number they are rounding errors of a computer. A step of 0.04 um under a contact
+# causes a spike of its pressure that grows on finer nodes, with a valley of a tenth of the peak next to it. A step of
+# 0.12 um (S1002 at -35 mm, on 60E1 at 6.6 mm, 50 kN) raises the peak from 1273 MPa to 1795 MPa on nodes of 3 um. Steps
+# of 0.6 to 0.8 um in EN 15302 are kept: the standard has points on both sides of them.
 _STEPS_CLOSED_MM = (1e-9, 2e-4)
-# Points of each segment by which the size and the axes of a line are judged.
-_POINTS_OF_SEGMENT = 17
+# Number of points per segment for the checks of the size and the axes of a profile.
+_POINTS_PER_SEGMENT = 17
 
 
 def read_toml(path: str | Path, reading: Reading = PLAIN) -> Profile:
-    """Profile from a TOML file of the form of the library files; its name is the file's.
+    """Profile from a TOML file in the format of the library files.
 
-    Of the reading `mirror`, `tape_circle_mm` and `tape_circle_z_mm` count: exact segments need nothing else.
+    Its name is the name of the file.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    reading
+        Options of the file. Only `mirror`, `tape_circle_mm` and `tape_circle_z_mm` are used.
+
+    Returns
+    -------
+    Profile
+        Exact profile.
 
     Raises
     ------
@@ -65,12 +80,26 @@ def read_toml(path: str | Path, reading: Reading = PLAIN) -> Profile:
 def parse_toml(text: str, *, name: str, reading: Reading = PLAIN) -> Profile:
     """Profile from the text of a TOML file.
 
+    Parameters
+    ----------
+    text
+        Text in TOML.
+    name
+        Name of the profile.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Profile
+        Exact profile.
+
     Raises
     ------
     InputError
         The text does not describe a profile; the message names the key.
     """
-    # pydantic takes longer to import than everything else here
+    # the import of pydantic takes longer than everything else here
     from pydantic import ValidationError
 
     from fecontact.profiles.readers import schema
@@ -79,63 +108,120 @@ def parse_toml(text: str, *, name: str, reading: Reading = PLAIN) -> Profile:
     try:
         file = schema.ProfileFile.model_validate(content)
     except ValidationError as error:
-        wrong = error.errors(include_url=False, include_context=False)
-        told = "; ".join(_explain(dict(e)) for e in wrong[:_MOST_TOLD])
-        more = f"; and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
-        raise InputError(f"profile {name}: {told}{more}") from None
-    # pydantic passes on what a number or a list of a file does to Python itself
+        details = error.errors(include_url=False, include_context=False)
+        error_text = "; ".join(_explain_error(dict(e)) for e in details[:_SHOWN_ERRORS])
+        count_text = f"; and {len(details) - _SHOWN_ERRORS} more" if len(details) > _SHOWN_ERRORS else ""
+        raise InputError(f"profile {name}: {error_text}{count_text}") from None
+    # pydantic does not catch errors that Python itself raises for a number or a list
     except (ValueError, OverflowError, RecursionError):
         raise InputError(
             f"profile {name}: a number is too long, or a list too deep, for a profile; numbers have 17 digits at most"
         ) from None
 
-    return _profile(file, name, reading)
+    return _build_profile(file, name, reading)
 
 
-# What a file may leave out.
-_LEFT_OUT: dict[str, Any] = {"certainty": "", "notes": [], "head": None, "surface": [], "body": []}
+# Defaults of optional entries.
+_DEFAULT_ENTRIES: dict[str, Any] = {"certainty": "", "notes": [], "head": None, "surface": [], "body": []}
 
 
-def parse_own(text: str, *, name: str) -> Profile:
-    """Profile from the text of a file of the library, which the tests hold against the schema."""
-    # without pydantic: its import takes a tenth of a second, longer than all of a small command
-    return _profile(_as_in_schema(toml_content(text, f"profile {name}")), name, PLAIN)
+def parse_library_file(text: str, *, name: str) -> Profile:
+    """Profile from the text of a library file, without a check against the schema.
+
+    The tests check the library files against the schema.
+
+    Parameters
+    ----------
+    text
+        Text in TOML.
+    name
+        Name of the profile.
+
+    Returns
+    -------
+    Profile
+        Exact profile.
+    """
+    # without pydantic: its import takes a tenth of a second, which is longer than a complete small command
+    return _build_profile(_make_namespace(toml_content(text, f"profile {name}")), name, PLAIN)
 
 
-def _as_in_schema(given: Any) -> Any:
-    if isinstance(given, dict):
-        entries = {key: _as_in_schema(one) for key, one in given.items()}
-        return SimpleNamespace(**_LEFT_OUT | entries, from_=entries.get("from"))
-    if isinstance(given, list):
-        made = [_as_in_schema(one) for one in given]
-        return tuple(made) if isinstance(made[0], float) else made
-    return float(given) if isinstance(given, int) else given
+def _make_namespace(content: Any) -> Any:
+    """Make objects with attributes from dictionaries, as the schema does.
+
+    Parameters
+    ----------
+    content
+        Dictionary, list, number or text.
+
+    Returns
+    -------
+    object
+        Object with the attributes of the schema.
+    """
+    if isinstance(content, dict):
+        entries = {key: _make_namespace(value) for key, value in content.items()}
+        return SimpleNamespace(**_DEFAULT_ENTRIES | entries, from_=entries.get("from"))
+    if isinstance(content, list):
+        values = [_make_namespace(value) for value in content]
+        return tuple(values) if isinstance(values[0], float) else values
+    return float(content) if isinstance(content, int) else content
 
 
-def _profile(file: schema.ProfileFile, name: str, reading: Reading) -> Profile:
-    body = [_segment(s, f"profile {name}: body {i + 1}") for i, s in enumerate(file.body)]
+def _build_profile(file: schema.ProfileFile, name: str, reading: Reading) -> Profile:
+    """Build the profile of a file, with checks of its shape and its origin.
+
+    Parameters
+    ----------
+    file
+        Content of the file.
+    name
+        Name of the profile.
+    reading
+        Options of the file.
+
+    Returns
+    -------
+    Profile
+        Exact profile.
+
+    Raises
+    ------
+    InputError
+        The shape or the origin is implausible, or a head may be mirrored.
+    """
+    body = [_build_segment(s, f"profile {name}: body {i + 1}") for i, s in enumerate(file.body)]
     if file.head is not None:
-        surface = tangent_head(
+        surface = make_tangent_head(
             file.head.radii, file.head.half_widths, side_one_in=file.head.side_one_in, side_to_z=file.head.side_to_z
         )
-        body += mirrored(body)
+        body += mirror_segments(body)
     else:
-        surface = joined([_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)])
+        surface = joined([_build_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)])
     if reading.mirror:
-        surface, body = mirrored(surface), mirrored(body)
+        surface, body = mirror_segments(surface), mirror_segments(body)
     side = -1.0 if reading.mirror else 1.0
     dy, dz = -side * (reading.tape_circle_mm or 0.0), -(reading.tape_circle_z_mm or 0.0)
     if dy or dz:
-        surface, body = ([moved_by(segment, dy, dz) for segment in chain] for chain in (surface, body))
-    points = [segment.evaluate(np.linspace(0.0, 1.0, _POINTS_OF_SEGMENT)) for segment in surface]
-    line = np.vstack([(points[0].y[0], points[0].z[0]), *(np.column_stack((one.y, one.z))[1:] for one in points)])
-    what = f"profile {name}"
-    check_shape(*line.T, kind=file.kind, what=what, turned_over=bool(reading.mirror))
-    if file.kind == "rail" and reading.mirror is None and (lower := lower_on_field_side_mm(line) or 0.0) > LOWER_MM:
+        surface, body = ([translate_segment(segment, dy, dz) for segment in chain] for chain in (surface, body))
+    points = [segment.evaluate(np.linspace(0.0, 1.0, _POINTS_PER_SEGMENT)) for segment in surface]
+    outline_points = np.vstack(
+        [
+            (points[0].y[0], points[0].z[0]),
+            *(np.column_stack((segment_points.y, segment_points.z))[1:] for segment_points in points),
+        ]
+    )
+    label = f"profile {name}"
+    check_shape(*outline_points.T, kind=file.kind, what=label, is_mirrored=bool(reading.mirror))
+    if (
+        file.kind == "rail"
+        and reading.mirror is None
+        and (lower := measure_field_side_drop_mm(outline_points) or 0.0) > LARGEST_FIELD_SIDE_DROP_MM
+    ):
         raise InputError(
-            f"{what}: the head is {lower:.1f} mm lower on its field side than on its gauge side, y < 0; allowed:"
-            f" {LOWER_MM:g} mm; {mirror_remedy(file.kind, mirrored=False)} if it is mirrored, or"
-            f" {mirror_settled(file.kind)} if it is not"
+            f"{label}: the head is {lower:.1f} mm lower on its field side than on its gauge side, y < 0; allowed:"
+            f" {LARGEST_FIELD_SIDE_DROP_MM:g} mm; {suggest_mirroring(file.kind, mirrored=False)} if it is mirrored, or"
+            f" {suggest_unmirrored(file.kind)} if it is not"
         )
     return Profile(
         name=name,
@@ -144,92 +230,143 @@ def _profile(file: schema.ProfileFile, name: str, reading: Reading) -> Profile:
         source=file.source,
         certainty=file.certainty,
         outline=(*surface, *body) if body else (),
-        notes=(*file.notes, *check_origin(line, file.kind, reading, what)),
+        notes=(*file.notes, *check_origin(outline_points, file.kind, reading, label)),
     )
 
 
 def joined(surface: Sequence[Segment]) -> list[Segment]:
-    """Segments without steps of rounded digits: those beyond one, seen from y = 0, are moved up or down by it."""
+    """Segments without the steps that rounded digits cause.
+
+    Segments beyond a step, as seen from y = 0, are moved vertically by the step.
+
+    Parameters
+    ----------
+    surface
+        Segments of a running surface.
+
+    Returns
+    -------
+    list of Segment
+        Segments of equal shape.
+    """
     ends = [segment.evaluate(np.array([0.0, 1.0])) for segment in surface]
     steps = np.array([after.z[0] - before.z[1] for before, after in pairwise(ends)])
-    least, most = _STEPS_CLOSED_MM
-    raised = np.concatenate(([0.0], -np.cumsum(np.where((abs(steps) > least) & (abs(steps) < most), steps, 0.0))))
+    smallest_step, largest_step = _STEPS_CLOSED_MM
+    heights = np.concatenate(
+        ([0.0], -np.cumsum(np.where((abs(steps) > smallest_step) & (abs(steps) < largest_step), steps, 0.0)))
+    )
     at_origin = int(np.argmin([max(end.y[0], -end.y[1]) for end in ends]))
-    moves = raised - raised[at_origin]
+    displacements = heights - heights[at_origin]
     return [
-        segment if dz == 0.0 else moved_by(segment, 0.0, float(dz)) for segment, dz in zip(surface, moves, strict=True)
+        segment if dz == 0.0 else translate_segment(segment, 0.0, float(dz))
+        for segment, dz in zip(surface, displacements, strict=True)
     ]
 
 
-def _explain(error: dict[str, object]) -> str:
+def _explain_error(error: dict[str, object]) -> str:
+    """Explain an error of the schema, with the key and the value.
+
+    Parameters
+    ----------
+    error
+        Error of pydantic.
+
+    Returns
+    -------
+    str
+        Part of a message.
+    """
     location = error["loc"]
     assert isinstance(location, tuple)
-    where = ".".join(str(part) for part in location) or "file"
-    given = error["input"]
-    # Python does not write whole numbers of thousands of digits
-    short = isinstance(given, str | float) or (isinstance(given, int) and abs(given) < 10**60)
-    return f"{shown(where)}: {shown(error['msg'])}" + (f" (given: {shown(repr(given))})" if short else "")
+    location_text = ".".join(str(key) for key in location) or "file"
+    input_value = error["input"]
+    # Python cannot print integers of thousands of digits
+    is_short = isinstance(input_value, str | float) or (isinstance(input_value, int) and abs(input_value) < 10**60)
+    return f"{shorten_text(location_text)}: {shorten_text(error['msg'])}" + (
+        f" (given: {shorten_text(repr(input_value))})" if is_short else ""
+    )
 
 
-def _segment(entry: schema.Entry, what: str) -> Segment:
+def _build_segment(entry: schema.Entry, label: str) -> Segment:
     if entry.type == "line":
         return Line(start=entry.from_, end=entry.to)
     if entry.type == "polynomial":
-        return _polynomial(entry, what)
-    return arc_between(entry.from_, entry.to, centre=entry.centre, radius=entry.radius, what=what)
+        return _build_polynomial(entry, label)
+    return make_arc(entry.from_, entry.to, centre=entry.centre, radius=entry.radius, label=label)
 
 
-def _polynomial(entry: schema.PolynomialEntry, what: str) -> Polynomial:
+def _build_polynomial(entry: schema.PolynomialEntry, label: str) -> Polynomial:
+    """Build a polynomial segment, and check that its values are finite.
+
+    Parameters
+    ----------
+    entry
+        Entry of a file.
+    label
+        Subject of the message.
+
+    Returns
+    -------
+    Polynomial
+        Segment.
+
+    Raises
+    ------
+    InputError
+        The values exceed the range of numbers.
+    """
     polynomial = Polynomial(coefficients=tuple(entry.coefficients), y_from=entry.y_from, y_to=entry.y_to)
     try:
         polynomial.evaluate(np.array([0.0, 1.0]))
     except OverflowError:
         raise InputError(
-            f"{what}: the polynomial between y = {entry.y_from:g} and {entry.y_to:g} mm with coefficients up to "
+            f"{label}: the polynomial between y = {entry.y_from:g} and {entry.y_to:g} mm with coefficients up to "
             f"{max(map(abs, entry.coefficients)):g} exceeds the range of numbers; check their powers of ten"
         ) from None
     return polynomial
 
 
-# --- The formats of profile files: a new one is one function and one entry in the table.
+# --- Formats of profile files: a new format is one function and one entry in the table.
 
-# The kind is the one that is wanted. A file that says its own kind is read as that; whoever resolves it compares.
+# Function that reads a file. Its `kind` is the wanted kind. A file that states its kind is read with that kind, and the
+# caller compares both.
 Reader: TypeAlias = Callable[[Path, Kind, Reading], Profile | Points]
 
 
-def _columns(path: Path, kind: Kind, reading: Reading) -> Points:
-    """Columns of numbers, unless the content says that it is something else under another ending."""
+def _read_text_file(path: Path, kind: Kind, reading: Reading) -> Points:
+    """Read columns of numbers, or a special format if the content shows it."""
     if is_simpack(path):
         return read_simpack(path, reading)
     return read_miniprof(path, kind, reading) if is_miniprof(path) else read_columns(path, kind, reading)
 
 
-def _slices(path: Path, kind: Kind, reading: Reading) -> Profile:
+def _refuse_slices(path: Path, kind: Kind, reading: Reading) -> Profile:
+    """Refuse a file of slices."""
     raise InputError(
         f"{path}: a file of slices ({path.suffix.lower()}) is a profile that changes along the track or around the"
         " wheel; fecontact takes a rail as a prism and a wheel as a body of revolution: give the file of one slice"
     )
 
 
-# Measuring devices give their text files endings of their own, so what is not in the table is read as text too.
-DEFAULT: Reader = _columns
+# Measuring devices have special endings for their text files, so other endings are read as text too.
+DEFAULT_READER: Reader = _read_text_file
 
-# By the ending of the file in small letters.
+# Readers by the ending of the file in lower case.
 READERS: dict[str, Reader] = {
     ".toml": lambda path, kind, reading: read_toml(path, reading),
-    ".txt": _columns,
-    ".csv": _columns,
-    ".dat": _columns,
-    # other programs give their columns these endings as well: the content decides
-    ".prr": _columns,
-    ".prw": _columns,
+    ".txt": _read_text_file,
+    ".csv": _read_text_file,
+    ".dat": _read_text_file,
+    # different programs use these endings for columns too: the content decides
+    ".prr": _read_text_file,
+    ".prw": _read_text_file,
     ".ban": read_miniprof,
     ".whl": read_miniprof,
-    ".slcs": _slices,
-    ".slcw": _slices,
+    ".slcs": _refuse_slices,
+    ".slcw": _refuse_slices,
 }
 
 
 def reader_of(path: Path) -> Reader:
     """Reader of a file by its ending, in any case of letters."""
-    return READERS.get(path.suffix.lower(), DEFAULT)
+    return READERS.get(path.suffix.lower(), DEFAULT_READER)

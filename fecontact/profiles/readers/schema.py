@@ -1,4 +1,4 @@
-"""What a profile file in TOML may hold; any other key is an error."""
+"""Schema of a profile file in TOML; any other key is an error."""
 
 from __future__ import annotations
 
@@ -6,19 +6,21 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from fecontact.profiles.curve import FARTHEST_MM
+from fecontact.profiles.curve import LARGEST_COORDINATE_MM
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Coordinate = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-LARGEST_COORDINATE_MM, le=LARGEST_COORDINATE_MM, allow_inf_nan=False)]
 Point = tuple[Coordinate, Coordinate]
 
 
-class _Strict(BaseModel):
+class _StrictModel(BaseModel):
+    """Model without additional keys."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
 
 
-class LineEntry(_Strict):
+class LineEntry(_StrictModel):
     """Straight segment between two points."""
 
     type: Literal["line"]
@@ -26,7 +28,7 @@ class LineEntry(_Strict):
     to: Point
 
 
-class ArcEntry(_Strict):
+class ArcEntry(_StrictModel):
     """Arc shorter than a half circle between two points."""
 
     type: Literal["arc"]
@@ -36,7 +38,7 @@ class ArcEntry(_Strict):
     radius: Positive
 
 
-class PolynomialEntry(_Strict):
+class PolynomialEntry(_StrictModel):
     """Segment z = sum_k coefficients[k] y^k."""
 
     type: Literal["polynomial"]
@@ -45,7 +47,7 @@ class PolynomialEntry(_Strict):
     coefficients: Annotated[list[Finite], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _ordered(self) -> PolynomialEntry:
+    def _check_order(self) -> PolynomialEntry:
         if not self.y_from < self.y_to:
             raise ValueError(f"y_from = {self.y_from:g} must be smaller than y_to = {self.y_to:g}")
         return self
@@ -55,8 +57,8 @@ Entry = LineEntry | ArcEntry | PolynomialEntry
 Entries = list[Annotated[Entry, Field(discriminator="type")]]
 
 
-class Head(_Strict):
-    """Mirror-symmetric rail head of tangent arcs with straight sides, crown at (0, 0)."""
+class Head(_StrictModel):
+    """Symmetric rail head of tangent arcs with straight sides and its crown at (0, 0)."""
 
     radii: Annotated[list[Positive], Field(min_length=1)]
     half_widths: list[Positive]
@@ -64,7 +66,7 @@ class Head(_Strict):
     side_to_z: Coordinate
 
     @model_validator(mode="after")
-    def _one_joint_between_arcs(self) -> Head:
+    def _check_joints(self) -> Head:
         if len(self.half_widths) != len(self.radii) - 1:
             raise ValueError(
                 f"{len(self.radii)} radii need {len(self.radii) - 1} half_widths, but there are {len(self.half_widths)}"
@@ -72,8 +74,8 @@ class Head(_Strict):
         return self
 
 
-class ProfileFile(_Strict):
-    """A whole file."""
+class ProfileFile(_StrictModel):
+    """Complete profile file."""
 
     kind: Literal["rail", "wheel"]
     units: Literal["mm"]
@@ -85,7 +87,7 @@ class ProfileFile(_Strict):
     body: Entries = []
 
     @model_validator(mode="after")
-    def _one_surface(self) -> ProfileFile:
+    def _check_surface(self) -> ProfileFile:
         if (self.head is None) == (not self.surface):
             raise ValueError("give the running surface once, either as [head] or as [[surface]] segments")
         if self.head is not None and self.kind != "rail":
