@@ -1,4 +1,4 @@
-"""One elastic body: its mesh, its supports, its stiffness matrix and the linear solver of that matrix."""
+"""An elastic body: its mesh, its supports, its stiffness matrix and its linear solver."""
 
 from __future__ import annotations
 
@@ -48,7 +48,12 @@ class ElasticBody:
         return {**self.__dict__, "solve": _refuse_without_factor}
 
     def displacements(
-        self, nodes: Integers, forces: Floats, more: Floats | None = None, *, tolerance: float = LINEAR_TOLERANCE
+        self,
+        nodes: Integers,
+        forces: Floats,
+        further_forces: Floats | None = None,
+        *,
+        tolerance: float = LINEAR_TOLERANCE,
     ) -> Floats:
         """Displacements of all nodes under nodal forces.
 
@@ -68,10 +73,10 @@ class ElasticBody:
         u (n, 3)
             Displacements in mm.
         """
-        load = np.zeros((len(self.mesh.points), 3)) if more is None else more.copy()
+        load = np.zeros((len(self.mesh.points), 3)) if further_forces is None else further_forces.copy()
         np.add.at(load, nodes, forces)
         spacing = self.mesh.spacing
-        if spacing is not None and more is not None:
+        if spacing is not None and further_forces is not None:
             np.add.at(load, spacing.ends, spacing.parts[:, :, None] * load[spacing.between, None])
         u = self.solve(load.ravel(), tolerance).reshape(-1, 3)
         if spacing is not None:
@@ -90,13 +95,14 @@ class ElasticBody:
 
 
 def _refuse_without_factor(forces: Floats, tolerance: float) -> Floats:
+    """Raise the error of a body that was read from a pickle."""
     raise InputError("a body that was pickled has no factor of its stiffness; solve the case again")
 
 
 def elastic_body(
     mesh: BodyMesh, material: Material, solver: SolverName, matrix: bsr_matrix | None = None
 ) -> ElasticBody:
-    """Set up the linear solver of one body.
+    """Set up the linear solver of a body.
 
     The rail is fixed at its base, and at its cut planes in lateral and vertical direction. The wheel is fixed at its
     driven surface. Half models are fixed normal to the plane of symmetry.
@@ -153,7 +159,7 @@ _MIRRORED = np.array([-1.0, 1.0, 1.0])
 
 
 def assembled_part(mesh: BodyMesh) -> BodyMesh:
-    """The mesh that needs a stiffness matrix: all of a body, or one half of it.
+    """The mesh that needs a stiffness matrix: all of a body or half of it.
 
     A body with a mirror plane needs one half, in axes that begin with the normal of the plane.
 
@@ -198,7 +204,10 @@ def assembled_part(mesh: BodyMesh) -> BodyMesh:
 
 
 class _MirroredHalves:
-    """Linear solver of a body with a mirror plane, by one factor for even and one for odd loads."""
+    """Linear solver of a body with a mirror plane, for even and odd loads.
+
+    It has a factor for each of them.
+    """
 
     def __init__(
         self,
@@ -228,7 +237,10 @@ class _MirroredHalves:
         self._halves = solver_with_supports(even), solver_with_supports(odd)
 
     def __call__(self, forces: Floats, tolerance: float) -> Floats:
-        """Displacements (3n,) in mm under forces (3n,) in N, as the sum of an even and an odd solution."""
+        """Displacements (3n,) in mm under forces (3n,) in N.
+
+        They are the sum of an even and an odd solution.
+        """
         local_forces = forces.reshape(-1, 3) @ self._axes
         near_forces, mirrored_forces = local_forces[self._nodes], local_forces[self._opposite] * _MIRRORED
         # If the even or the odd part is small, its precision relative to itself may be low.

@@ -1,4 +1,4 @@
-"""The mesh of one body: hexahedra, surfaces, volume and normals, with checks."""
+"""The mesh of a body: hexahedra, surfaces, volume and normals, with checks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from fecontact.errors import FoldedMesh
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spacing:
-    """Nodes without unknowns, where the layers of the solution are farther apart than the layers of the mesh.
+    """Nodes without unknowns, far from the contact.
+
+    There the layers of the solution are farther apart than the layers of the mesh.
 
     Far from the contact the solution has fewer layers than the mesh.
 
@@ -202,7 +204,7 @@ def check_mesh(mesh: BodyMesh) -> None:
 
 
 def half_of(mesh: BodyMesh) -> tuple[Integers, Floats]:
-    """Nodes of one half of a mesh with a mirror plane, and axes along the normal of that plane.
+    """Nodes of half of a mesh with a mirror plane, and axes along its normal.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class CoupledBodies:
     def displacements(
         self,
         pressure: Floats,
-        more: Sequence[Floats | None] = (None, None),
+        further_forces: Sequence[Floats | None] = (None, None),
         *,
         tolerance: float = LINEAR_TOLERANCE,
     ) -> tuple[Floats, Floats]:
@@ -74,15 +74,15 @@ class CoupledBodies:
         u_rail (nodes, 3), u_wheel (nodes, 3)
             Displacements of all nodes in mm.
         """
-        pressure_only = more[0] is None and more[1] is None
+        pressure_only = further_forces[0] is None and further_forces[1] is None
         if pressure_only and self._last_solution:
             last_pressure, last_tolerance, u = self._last_solution[0]
             if last_tolerance <= tolerance and np.array_equal(last_pressure, pressure):
                 return u
         rail_forces, wheel_forces = self.forces_N(pressure)
         u = (
-            self.rail.displacements(self.rail_nodes, rail_forces, more[0], tolerance=tolerance),
-            self.wheel.displacements(self.wheel_nodes, wheel_forces, more[1], tolerance=tolerance),
+            self.rail.displacements(self.rail_nodes, rail_forces, further_forces[0], tolerance=tolerance),
+            self.wheel.displacements(self.wheel_nodes, wheel_forces, further_forces[1], tolerance=tolerance),
         )
         if pressure_only:
             self._last_solution[:] = [(pressure.copy(), tolerance, u)]
@@ -154,11 +154,17 @@ class CoupledBodies:
         return self.opening(*self.displacements(pressure, tolerance=tolerance))
 
     def opening(self, u_rail: Floats, u_wheel: Floats) -> Floats:
-        """Opening (n,) in mm by displacements (nodes, 3) in mm of both bodies, weighted as in `compliance`."""
+        """Opening (n,) in mm by displacements of both bodies.
+
+        The displacements are (nodes, 3) in mm. The opening is weighted as in `compliance`.
+        """
         return np.asarray(np.einsum("nd,nd->n", self.normals, self._parting(u_rail, u_wheel)))
 
     def parting(self, pressure: Floats, tolerance: float = LINEAR_TOLERANCE) -> Floats:
-        """Displacement (n, 3) in mm of the wheel relative to the rail, averaged as in `compliance`."""
+        """Displacement (n, 3) in mm of the wheel's surface relative to the rail's surface.
+
+        It is averaged as in `compliance`.
+        """
         return self._parting(*self.displacements(pressure, tolerance=tolerance))
 
     def _parting(self, u_rail: Floats, u_wheel: Floats) -> Floats:
@@ -306,7 +312,10 @@ def _triangle_rule(polygon: Floats, count: Integers) -> tuple[Floats, Floats, In
 
 
 def _inverse_bilinear_shapes(corners: Floats, points: Floats) -> Floats:
-    """Bilinear shape functions (q, 4) of quadrilaterals (q, 4, 2) at points (q, 2), by Newton's method."""
+    """Bilinear shape functions of quadrilaterals at points, by Newton's method.
+
+    The quadrilaterals are (q, 4, 2), the points (q, 2) and the functions (q, 4).
+    """
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     r = np.zeros_like(points)
     shape = np.full((len(points), 4), 0.25)

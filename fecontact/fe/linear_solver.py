@@ -73,7 +73,7 @@ def _import_pypardiso() -> Any:
 def choose_solver(
     solver: Literal["auto", "pardiso", "amg"], degrees_of_freedom: Sequence[int] = (), *, several_loads: bool = True
 ) -> SolverName:
-    """Choose the linear solver for bodies that are solved at the same time.
+    """Choose the linear solver for bodies that are solved together.
 
     `auto` takes PARDISO if the platform has it, its factors fit into the available memory, and it is cheaper for this
     size and number of loads (studies/benchmark.py). Else it takes multigrid, which needs a third to a half of the
@@ -114,7 +114,10 @@ def choose_solver(
 
 
 def _new_pardiso_solver() -> Any:
-    """A PARDISO solver for symmetric positive definite matrices of 3 x 3 blocks, in single precision."""
+    """A PARDISO solver for symmetric positive definite matrices of 3 x 3 blocks.
+
+    It has single precision.
+    """
     solver = _import_pypardiso().PyPardisoSolver(mtype=2)
     os.environ.setdefault(_MKL_PATH, solver.libmkl._name)
     # nested dissection, which is somewhat slower and gives faster solutions
@@ -197,7 +200,9 @@ def _block_rows(matrix: bsr_matrix) -> Integers:
 
 
 def decouple_fixed(matrix: bsr_matrix, is_free: NDArray[np.bool_]) -> bsr_matrix:
-    """Decouple the fixed displacements of a matrix, so that each node keeps its 3 x 3 block.
+    """Decouple the fixed displacements of a matrix.
+
+    Each node keeps its 3 x 3 block.
 
     Parameters
     ----------
@@ -212,17 +217,20 @@ def decouple_fixed(matrix: bsr_matrix, is_free: NDArray[np.bool_]) -> bsr_matrix
         The matrix (3n, 3n) with the mean of the diagonal at fixed displacements, and without their coupling.
     """
     rows, columns = _block_rows(matrix), matrix.indices
-    data, has_fixed = matrix.data.copy(), np.logical_not(is_free.all(axis=1))
+    blocks, has_fixed = matrix.data.copy(), np.logical_not(is_free.all(axis=1))
     coupled = np.flatnonzero(has_fixed[rows] | has_fixed[columns])
-    data[coupled] *= is_free[rows[coupled]][:, :, None] & is_free[columns[coupled]][:, None, :]
+    blocks[coupled] *= is_free[rows[coupled]][:, :, None] & is_free[columns[coupled]][:, None, :]
     fixed_blocks = np.zeros((len(is_free), 3, 3))
     fixed_blocks[:, range(3), range(3)] = float(matrix.diagonal().mean()) * ~is_free
-    data[rows == columns] += fixed_blocks
-    return bsr_matrix((data, columns, matrix.indptr), shape=matrix.shape)
+    blocks[rows == columns] += fixed_blocks
+    return bsr_matrix((blocks, columns, matrix.indptr), shape=matrix.shape)
 
 
 def _build_multigrid(matrix: bsr_matrix, is_free: NDArray[np.bool_], points: Floats) -> Callable[[Floats], Floats]:
-    """Build the multigrid hierarchy of a matrix by smoothed aggregation, and return one cycle of it."""
+    """Build the multigrid hierarchy of a matrix by smoothed aggregation.
+
+    The function that it returns is a single cycle.
+    """
     import pyamg
 
     strengths, aggregates = _aggregate_neighbours(matrix, points)
@@ -241,7 +249,9 @@ def _build_multigrid(matrix: bsr_matrix, is_free: NDArray[np.bool_], points: Flo
 
 
 def _aggregate_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], list[Any]]:
-    """Strengths of connection and aggregates of each level, which join a node with its nearest neighbours.
+    """Strengths of connection and aggregates of each level.
+
+    They join a node with its nearest neighbours.
 
     The elements are up to a hundred times as long as thin where the fine zone is swept to the cut planes. Errors vary
     slowly only across the thin sides, so that nodes may be joined only there. A strength from the matrix entries misses
@@ -314,7 +324,7 @@ class ConjugateGradients:
             If the residual is too large after all iterations.
         """
         load, max_iterations = forces * self._is_free, _MAX_ITERATIONS[self._solver]
-        u, info = cg(
+        u, unconverged = cg(
             self._matrix,
             load,
             x0=self._first_guess(load),
@@ -323,7 +333,7 @@ class ConjugateGradients:
             maxiter=max_iterations,
             M=LinearOperator(self._matrix.shape, self._preconditioner, dtype=float),
         )
-        if info != 0:
+        if unconverged != 0:
             norm = float(np.linalg.norm(load))
             residual = float(np.linalg.norm(load - self._matrix @ u))
             other_solver = "amg" if self._solver == "pardiso" else "pardiso"
@@ -335,7 +345,10 @@ class ConjugateGradients:
         return np.asarray(u)
 
     def forget(self) -> None:
-        """Start the next solution from zero, so that its last digits do not depend on earlier solutions."""
+        """Start the next solution from zero.
+
+        Then its last digits do not depend on earlier solutions.
+        """
         self._earlier_solutions.clear()
 
     def release(self) -> None:

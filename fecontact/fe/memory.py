@@ -1,4 +1,4 @@
-"""Memory needed by the solution of a body, and its check against the memory of the machine."""
+"""Memory needed by the solution of a body, and the memory of the machine."""
 
 from __future__ import annotations
 

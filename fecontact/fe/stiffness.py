@@ -1,4 +1,4 @@
-"""Stiffness matrix of one body by scikit-fem, and Hooke's law for stiffness and stresses."""
+"""Stiffness matrix of a body by scikit-fem, and Hooke's law for stiffness and stresses."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _skfem_mesh(mesh: BodyMesh) -> Any:
 def _pairs_and_values(
     nodes: Integers, count: int, spacing: Spacing | None
 ) -> tuple[tuple[Integers, Integers], Callable[[Floats], Floats]]:
-    """Pairs of nodes that share an element, and a function that adds integrals of elements to the pairs.
+    """Pairs of nodes that share an element, and a function that adds integrals to them.
 
     The pairs are rows (p,) and columns (p,). The function takes integrals (k, 8, 8) of the elements and returns values
     (p,).
@@ -129,5 +129,8 @@ def _pairs_and_values(
 
 
 def _pairs(nodes: Integers) -> tuple[Integers, Integers]:
-    """All pairs of the nodes (m, k) of each element, as rows and columns (m k^2,)."""
+    """All pairs of the nodes (m, k) of each element.
+
+    They are rows and columns (m k^2,).
+    """
     return np.repeat(nodes, nodes.shape[1], axis=1).ravel(), np.tile(nodes, (1, nodes.shape[1])).ravel()
