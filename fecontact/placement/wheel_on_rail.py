@@ -20,7 +20,7 @@ from fecontact.arrays import Floats
 from fecontact.bodies import Track, TrackSide
 from fecontact.errors import InputError, NotCovered
 from fecontact.placement.along_track import AlongTrack
-from fecontact.placement.carrying import climbs_at, why_it_cannot_carry
+from fecontact.placement.carrying import climbs_at, find_support_problem
 from fecontact.placement.poses import (
     RailPose,
     TouchPoint,
@@ -356,7 +356,7 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
     u, points = search_points(wheel.profile)
     places = places_near(rail, wheel, points, reach_mm)
     _, _, y, z = wheel.silhouette_of(points.taken(places))
-    # what is not looked at lies higher
+    # what is not looked at lies integral_difference
     gap = np.full(u.size, np.inf)
     gap[places] = z - rail.height_at_y(y)
     over = np.isfinite(gap)
@@ -397,6 +397,6 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
     down = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]))
     touch_points = touch_points_at(rail, down, v[order], u_rail[order], tangent_gap[order] - height)
     climbs = climbs_at(down.profile, touch_points[0].wheel_y_mm)
-    if reason := why_it_cannot_carry(down.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
+    if reason := find_support_problem(down.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
     return Placement(rail=rail, wheel=down, touch_points=touch_points, climbs=climbs)
