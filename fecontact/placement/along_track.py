@@ -40,7 +40,7 @@ class AlongTrack:
     lowered_mm: float = 0.0
 
     def opening_mm(self, x_mm: Floats) -> Floats:
-        """Sum of all openings in mm at places x (n,) in mm of the track frame."""
+        """Sum of all openings in mm at places x (n,) in mm."""
         s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
         return np.asarray(sum(line.opening_mm(s) for line in self.lines))
 

@@ -65,14 +65,14 @@ def climbs_at(wheel: Profile, y_mm: float) -> bool:
 
 
 def is_on_flange_top(wheel: Profile, y_mm: float) -> bool:
-    """Whether a position across a wheel profile lies on the top of the flange or beyond it."""
+    """Whether a position across a wheel profile lies at or beyond the flange's top."""
     top, steepest = _locate_flange(wheel)
     return y_mm < steepest and y_mm <= top
 
 
 @lru_cache(maxsize=64)
 def _locate_flange(wheel: Profile) -> tuple[float, float]:
-    """Positions across a wheel profile of the top and of the steepest place of its flange.
+    """Positions across a wheel profile of the flange's top and of its steepest place.
 
     A wheel without a flange cannot climb: its steepest place is at minus infinity.
     """

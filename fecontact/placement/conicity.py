@@ -1,4 +1,4 @@
-"""Equivalent conicity of a rolling-radius difference, by the wave length of the kinematic motion and linearised.
+"""Equivalent conicity of a rolling-radius difference, by the kinematic motion and linearised.
 
 A wheelset without suspension, mass or slip follows y'' = -dr(y) / (e r0). Here dr is the rolling radius of the left
 wheel minus the rolling radius of the right wheel, e the distance of the touch points and r0 the mean rolling radius.
@@ -42,7 +42,9 @@ class KinematicMotion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RadiusDifference:
-    """Rolling radius of the left wheel minus rolling radius of the right wheel, over the shift.
+    """Rolling radius of the left wheel minus rolling radius of the right wheel.
+
+    It is a function of the shift, and linear between the shifts.
 
     It is linear between the shifts.
 
@@ -117,7 +119,7 @@ class RadiusDifference:
 
     @cached_property
     def equal_radii_mm(self) -> float:
-        """Shift (mm) at which both rolling radii are equal, the nearest to the middle of the track.
+        """Shift (mm) of equal rolling radii that is nearest to the middle of the track.
 
         NaN if there is no such shift.
         """
