@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fecontact.arrays import Floats
 
 
-Kind = Literal["sine", "chord", "haversine", "table"]
+IrregularityKind = Literal["sine", "chord", "haversine", "table"]
 MAX_SLOPE = 0.05
 """Largest slope (-) of an irregularity. A steeper irregularity cannot simply be added to the gap."""
 # Change of slope between two segments of a table that counts as a kink. A patch of 14 mm on points 1 mm apart has bends
@@ -78,7 +78,7 @@ class Irregularity:
     [0.4, 0.2, 0.0]
     """
 
-    kind: Kind = choice(MISSING, "Its shape", get_args(Kind), label="irregularity")
+    kind: IrregularityKind = choice(MISSING, "Its shape", get_args(IrregularityKind), label="irregularity")
     wavelength_mm: float | None = number(None, "Of a sine", remedy=_REMEDY)
     amplitude_mm: float | None = number(None, "Half of peak to valley of a sine", remedy=_REMEDY)
     phase_rad: float = number(0.0, "Of a sine", low=-1e6, high=1e6)

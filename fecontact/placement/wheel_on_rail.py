@@ -493,6 +493,13 @@ def place(
     ------
     InputError
         If the wheel leaves the rail or its flange climbs over it. The message gives the possible shifts.
+
+    Examples
+    --------
+    >>> from fecontact.profiles.library import load
+    >>> placement = place(load("60E1"), load("S1002"), inclination_rad=0.025)
+    >>> len(placement.touch_points), round(placement.first.wheel_y_mm, 1)
+    (2, 3.2)
     """
     pair = pair_of(
         rail_profile,
@@ -504,22 +511,22 @@ def place(
     )
     sign = SIGN[side]
 
-    def at(shift: float) -> Placement | str:
+    def place_at(shift: float) -> Placement | str:
         """The wheel at a shift, or the reason against it."""
         return pair.placed(sign * shift, sign * roll_rad, sign * yaw_rad, reach_mm=reach_mm)
 
-    placement = at(lateral_shift_mm)
+    placement = place_at(lateral_shift_mm)
     if isinstance(placement, str):
-        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placement}; {describe_possible_shifts(at)}")
+        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placement}; {describe_possible_shifts(place_at)}")
     return placement
 
 
-def describe_possible_shifts(at: Callable[[float], object]) -> str:
+def describe_possible_shifts(place_at: Callable[[float], object]) -> str:
     """Text with the possible shifts, which an error message ends with.
 
     Parameters
     ----------
-    at
+    place_at
         Function of a shift in mm, which returns a text if the shift is impossible.
 
     Returns
@@ -527,7 +534,7 @@ def describe_possible_shifts(at: Callable[[float], object]) -> str:
     text
         Smallest and largest possible shift, or the statement that there is none.
     """
-    good = [shift for shift in TRIAL_SHIFTS_MM if not isinstance(at(float(shift)), str)]
+    good = [shift for shift in TRIAL_SHIFTS_MM if not isinstance(place_at(float(shift)), str)]
     if not good:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
     return f"shifts between {min(good):g} and {max(good):g} mm (in steps of 0.5 mm) are possible"
