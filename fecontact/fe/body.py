@@ -63,7 +63,7 @@ class ElasticBody:
             Loaded nodes.
         forces (k, 3)
             Forces on `nodes` in N.
-        more (n, 3)
+        further_forces (n, 3)
             Further forces on all nodes in N; None for zero.
         tolerance
             Largest norm of the residual, relative to the norm of the forces.

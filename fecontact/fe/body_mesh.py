@@ -15,9 +15,7 @@ from fecontact.errors import FoldedMesh
 class Spacing:
     """Nodes without unknowns, far from the contact.
 
-    There the layers of the solution are farther apart than the layers of the mesh.
-
-    Far from the contact the solution has fewer layers than the mesh.
+    There the solution has fewer layers than the mesh, and its layers are farther apart.
 
     Attributes
     ----------

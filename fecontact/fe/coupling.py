@@ -64,7 +64,7 @@ class CoupledBodies:
         ----------
         pressure (n,)
             Nodal pressures in MPa.
-        more
+        further_forces
             Further forces (nodes, 3) in N on rail and wheel; None for zero.
         tolerance
             Largest norm of the residual of a body, relative to the norm of the forces.

@@ -75,8 +75,6 @@ def _sum_at_nodes(hexes: Integers, corners: Floats, count: int) -> Floats:
     """Sum (count, k) at the nodes of values at the corners of hexahedra.
 
     The values are (m, 8, k), the hexahedra (m, 8). numpy.add.at is slower.
-
-    numpy.add.at is slower.
     """
     adjacent = csc_matrix((np.ones(hexes.size), hexes.ravel(), np.arange(hexes.size + 1)), shape=(count, hexes.size))
     return np.asarray(adjacent @ corners.reshape(hexes.size, -1))
@@ -165,9 +163,7 @@ def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
 def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Floats, Floats]:
     """Depths and nodal values below a column (i, j) of the block.
 
-    They extend down to half the zone's width.
-
-    Values are interpolated by piecewise cubics (Clough and Tocher) among the nodes of the cross-section.
+    They extend down to half the zone's width. Values are interpolated by piecewise cubics (Clough and Tocher) among the nodes of the cross-section.
     """
     # Nodes are numbered cross-section by cross-section.
     count = int(mesh.block_nodes[1, 0, 0] - mesh.block_nodes[0, 0, 0])

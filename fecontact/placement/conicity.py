@@ -46,8 +46,6 @@ class RadiusDifference:
 
     It is a function of the shift, and linear between the shifts.
 
-    It is linear between the shifts.
-
     Attributes
     ----------
     shifts_mm (n,)

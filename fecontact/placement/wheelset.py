@@ -541,8 +541,6 @@ def rolling_radius_difference_mm(placed_wheelset: PlacedWheelset) -> float:
     -------
     difference
         Difference in mm of the radii at the first touch points.
-
-    Each is the radius (mm) at the first touch point.
     """
     left, right = (
         float(side.wheel.radius(side.first.wheel_u)) for side in (placed_wheelset.left, placed_wheelset.right)

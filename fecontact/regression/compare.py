@@ -91,9 +91,7 @@ def match_columns(names: Sequence[str], baseline: ResultTable, new: ResultTable)
 def match_cases(table: ResultTable, columns: Sequence[str], other_table: ResultTable) -> ResultTable:
     """Name the cases of a table by the values of some columns.
 
-    This is for a comparison with another table. The columns are dropped.
-
-    These columns are dropped.
+    This is for a comparison with another table. These columns are dropped.
 
     Parameters
     ----------
@@ -101,7 +99,7 @@ def match_cases(table: ResultTable, columns: Sequence[str], other_table: ResultT
         Table of results.
     columns
         Columns that name the cases.
-    other
+    other_table
         The other table of the comparison, for advice in messages.
 
     Returns
