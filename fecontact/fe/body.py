@@ -13,7 +13,7 @@ from scipy.sparse import bsr_matrix
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Material
 from fecontact.errors import InputError
-from fecontact.fe.body_mesh import BodyMesh, Spacing, half_of
+from fecontact.fe.body_mesh import BodyMesh, ConstrainedNodes, select_half
 from fecontact.fe.linear_solver import LINEAR_TOLERANCE, ConjugateGradients, LinearSolver, SolverName, decouple_fixed
 from fecontact.fe.stiffness import stiffness
 
@@ -175,7 +175,7 @@ def assembled_part(mesh: BodyMesh) -> BodyMesh:
     """
     if mesh.opposite is None:
         return mesh
-    nodes, axes = half_of(mesh)
+    nodes, axes = select_half(mesh)
     number = np.full(len(mesh.points), -1)
     number[nodes] = np.arange(nodes.size)
 
@@ -187,7 +187,7 @@ def assembled_part(mesh: BodyMesh) -> BodyMesh:
     spacing = mesh.spacing
     if spacing is not None:
         in_half = number[spacing.between] >= 0
-        spacing = Spacing(
+        spacing = ConstrainedNodes(
             hexes=hexes_of_half(spacing.hexes),
             between=number[spacing.between[in_half]],
             ends=number[spacing.ends[in_half]],
@@ -227,7 +227,7 @@ class _MirroredHalves:
             Function that returns the solver of the half with fixed displacements.
         """
         assert mesh.opposite is not None
-        self._nodes, self._axes = half_of(mesh)
+        self._nodes, self._axes = select_half(mesh)
         self._opposite = mesh.opposite[self._nodes]
         self._on_plane = self._nodes == self._opposite
         # A force on the plane acts on both halves.

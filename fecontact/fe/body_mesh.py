@@ -12,7 +12,7 @@ from fecontact.errors import FoldedMesh
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Spacing:
+class ConstrainedNodes:
     """Nodes without unknowns, far from the contact.
 
     There the solution has fewer layers than the mesh, and its layers are farther apart.
@@ -74,7 +74,7 @@ class BodyMesh:
     half: bool
     volume_mm3: float
     opposite: Integers | None = field(default=None, repr=False)
-    spacing: Spacing | None = field(default=None, repr=False)
+    spacing: ConstrainedNodes | None = field(default=None, repr=False)
 
     @property
     def unknowns(self) -> int:
@@ -193,7 +193,7 @@ def check_mesh(mesh: BodyMesh) -> None:
     outward = 1.0 if mesh.name == "rail" else -1.0
     if mesh.opposite is not None:
         differences, sums = (mesh.points + sign * mesh.points[mesh.opposite] for sign in (-1.0, 1.0))
-        axes = half_of(mesh)[1]
+        axes = select_half(mesh)[1]
         asymmetry = max(np.abs(differences @ axes[:, 1:]).max(), np.ptp(sums @ axes[:, 0]))
         assert asymmetry < 1e-9 * np.ptp(mesh.points), f"{mesh.name}: {asymmetry:.2g} mm off its own mirror image"
     # The mean only: around a corner some normals may point sideways or even backwards.
@@ -201,7 +201,7 @@ def check_mesh(mesh: BodyMesh) -> None:
     assert mean_outward > 0.0, f"{mesh.name}: contact normals point inwards"
 
 
-def half_of(mesh: BodyMesh) -> tuple[Integers, Floats]:
+def select_half(mesh: BodyMesh) -> tuple[Integers, Floats]:
     """Nodes of half of a mesh with a mirror plane, and axes along its normal.
 
     Parameters

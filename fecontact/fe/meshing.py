@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import BodySize
 from fecontact.errors import FoldedMesh, InputError, NotCovered
-from fecontact.fe.body_mesh import BodyMesh, Spacing, check_mesh
-from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, lines_of, mesh_section
+from fecontact.fe.body_mesh import BodyMesh, ConstrainedNodes, check_mesh
+from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, mesh_section, place_nodes
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line, Segment
@@ -38,7 +38,7 @@ _MIN_LENGTH_PER_WIDTH = 0.5
 # eight that grow by 1.3, for half of the time. On a worn pair under 60 kN, with 8 and 67 mm of least radius below its
 # patches, the peak, the half-widths and the load on separate patches differ by at most 0.08 % from those with eight
 # layers, where both meshes of a case differ by up to 0.3 %, and the compliance has an error of 0.1 %. With layers that
-# all end where the tightest line allows, the error is -2.5 %.
+# all end where the tightest profile allows, the error is -2.5 %.
 _BLOCK_WIDTH_STEPS_IN_BANDS = 15
 _LAYER_RATIO_IN_BANDS = 1.6
 
@@ -47,7 +47,7 @@ _LAYER_RATIO_IN_BANDS = 1.6
 class FineZone:
     """Uniform zone around the expected patch on the rail's surface.
 
-    The origin is the first touch point. Nodes lie at x = -half_length..half_length and at the arc lengths s from
+    The origin is the first contact point. Nodes lie at x = -half_length..half_length and at the arc lengths s from
     `s_low_mm` to `s_high_mm`, both in an even number of steps.
 
     Attributes
@@ -117,7 +117,7 @@ class FineZone:
     @property
     def s_mm(self) -> Floats:
         """Arc lengths in mm of the nodes across, including the strips between bands."""
-        return lines_of(self.stretches)
+        return place_nodes(self.stretches)
 
     @property
     def columns(self) -> tuple[slice, ...]:
@@ -173,7 +173,7 @@ _DEPTH_PER_WIDTH, _DEPTH_PER_RADIUS = 0.45, 0.35
 _DEPTH_PLACES, _MAX_DEPTH_SLOPE = 200, 0.5
 # Number of Newton steps from this place to the foot of the normal through the node. Each step squares the error.
 _FOOT_STEPS = 3
-# Largest distance between layers below and beside the zone, as a fraction of the distance from the zone. At 0.2 peak,
+# Largest distance between layers below and next to the zone, as a fraction of the distance from the zone. At 0.2 peak,
 # area and half-widths are within 4e-5 of a mesh with all layers, the approach is within 1e-4, and the compliance reads
 # the same within 0.05 % (S1002 on 60E1, 3, -3, 5 and 6.3 mm at `quick`); `fine` has its peak within 7e-5. At 0.3 the
 # compliance moves by 0.4 %, at 0.4 by 1.6 %. In the root of the flange this saves a quarter of the unknowns and of the
@@ -357,7 +357,7 @@ def _wheel_arc_lengths(placement: Placement, zone: FineZone, stretch: Stretch) -
     pose = placement.wheel
     middle = float(pose.profile.arc_length(placement.first.wheel_u))
     ends = np.array([stretch.low_mm, stretch.high_mm])
-    # On a steep flange the opposite line of the wheel shifts across the rail's zone towards the zone's ends in x.
+    # On a steep flange the opposite profile of the wheel shifts across the rail's zone towards the zone's ends in x.
     x = np.array([-zone.half_length_mm, 0.0, zone.half_length_mm])
     points, normals = placement.surface(x[:, None], ends[None, :])
     opposite = points + pose.distance_along(points, normals)[..., None] * normals
@@ -366,7 +366,7 @@ def _wheel_arc_lengths(placement: Placement, zone: FineZone, stretch: Stretch) -
     # If a normal misses the wheel's profile, an equal arc length on both surfaces is the best guess.
     arcs = np.where(np.isfinite(y), arcs, middle + ends)
     low, high = float(arcs.min()), float(arcs.max())
-    # Several bands leave no room beside each of them.
+    # Several bands leave no room next to each of them.
     return (low, high) if zone.bands else (min(low, middle + stretch.low_mm), max(high, middle + stretch.high_mm))
 
 
@@ -384,10 +384,10 @@ def _section_zone(profile: Profile, zone: FineZone, ranges: list[tuple[float, fl
             f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
             f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
         )
-    columns = lines_of(stretches)
+    columns = place_nodes(stretches)
     places = np.union1d(columns, np.linspace(low, high, _DEPTH_PLACES))
     p = profile.evaluate(profile.at_arc_length(places))
-    # The layers follow the normals, and must end before the normals of a convex line meet.
+    # The layers follow the normals, and must end before the normals of a convex profile meet.
     convex = profile.convex_sign * p.curvature_per_mm
     max_depths = np.divide(_DEPTH_PER_RADIUS, convex, out=np.full(places.size, np.inf), where=convex > 0.0)
     stretch_masks = [(places >= stretch.low_mm) & (places <= stretch.high_mm) for stretch in stretches]
@@ -569,12 +569,12 @@ def _sweep(
     return mesh
 
 
-def _spacing(section: Section, x: Floats, zone_layers: slice, *, half: bool) -> Spacing:
+def _spacing(section: Section, x: Floats, zone_layers: slice, *, half: bool) -> ConstrainedNodes:
     """Nodes without unknowns, far from the contact.
 
     There the layers of the solution are farther apart than the layers of the mesh.
 
-    Nodes of the section at a distance of 2^n / _LAYER_DISTANCE_RATIO steps from the zone's line have unknowns on each
+    Nodes of the section at a distance of 2^n / _LAYER_DISTANCE_RATIO steps from the contact zone have unknowns on each
     2^n-th layer from the middle.
     """
     count, layers = len(section.points), np.arange(x.size)
@@ -603,7 +603,7 @@ def _spacing(section: Section, x: Floats, zone_layers: slice, *, half: bool) -> 
         between.append((nodes + other_layers[:, None] * count).ravel())
         ends.append(np.stack([(nodes + end[:, None] * count).ravel() for end in (low, high)], axis=1))
         weights.append(np.stack([1.0 - fraction, fraction], axis=1))
-    return Spacing(
+    return ConstrainedNodes(
         hexes=np.concatenate(hexes),
         between=np.concatenate(between),
         ends=np.concatenate(ends),

@@ -61,12 +61,12 @@ class Stretch:
         return (self.high_mm - self.low_mm) / self.intervals
 
     @property
-    def lines_mm(self) -> Floats:
+    def nodes_mm(self) -> Floats:
         """Arc lengths (intervals + 1,) of the nodes in mm."""
         return np.linspace(self.low_mm, self.high_mm, self.intervals + 1)
 
 
-def lines_of(stretches: Sequence[Stretch]) -> Floats:
+def place_nodes(stretches: Sequence[Stretch]) -> Floats:
     """Nodes of all stretches and of the strips between them.
 
     The steps of a strip grow away from both of its ends.
@@ -81,11 +81,11 @@ def lines_of(stretches: Sequence[Stretch]) -> Floats:
     nodes (n,)
         Increasing arc lengths in mm.
     """
-    nodes = [stretches[0].lines_mm]
+    nodes = [stretches[0].nodes_mm]
     for before, after in pairwise(stretches):
         strip = np.array([0.0, after.low_mm - before.high_mm])
         inner = _graded_places(strip, (before.step_mm, after.step_mm))[1:-1]
-        nodes += [before.high_mm + inner, after.lines_mm]
+        nodes += [before.high_mm + inner, after.nodes_mm]
     return np.concatenate(nodes)
 
 
@@ -179,7 +179,7 @@ def mesh_section(
     NotCovered
         If the outline crosses itself or the uniform block: gmsh would hang.
     """
-    zone_s = lines_of(zone.stretches)
+    zone_s = place_nodes(zone.stretches)
     block = _uniform_block(profile, zone_s, zone, layer_ratio)
     columns = zone_s.size
     trace = np.vstack(
@@ -272,7 +272,7 @@ def layer_depths(first: float, total: float, ratio: float) -> Floats:
 def _uniform_block(profile: Profile, zone_s: Floats, zone: Zone, layer_ratio: float) -> Floats:
     """Nodes (layers, columns, 2) of the uniform block.
 
-    The layers are copies of the zone's line, moved inwards along its normals.
+    The layers are copies of the profile in the zone, moved inwards along its normals.
     """
     line = profile.evaluate(profile.at_arc_length(zone_s))
     inward = profile.convex_sign * np.column_stack([-line.dz, line.dy]) / np.hypot(line.dy, line.dz)[:, None]

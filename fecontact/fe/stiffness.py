@@ -10,7 +10,7 @@ from scipy.sparse import bsr_matrix, coo_matrix
 
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Material
-from fecontact.fe.body_mesh import BodyMesh, Spacing
+from fecontact.fe.body_mesh import BodyMesh, ConstrainedNodes
 
 
 def elasticity_MPa(material: Material) -> Floats:
@@ -99,7 +99,7 @@ def _skfem_mesh(mesh: BodyMesh) -> Any:
 
 
 def _pairs_and_values(
-    nodes: Integers, count: int, spacing: Spacing | None
+    nodes: Integers, count: int, spacing: ConstrainedNodes | None
 ) -> tuple[tuple[Integers, Integers], Callable[[Floats], Floats]]:
     """Pairs of nodes that share an element, and a function that adds integrals to them.
 

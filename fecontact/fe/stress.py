@@ -128,7 +128,7 @@ class StressPeak:
 def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
     """Find the largest von Mises stress below the contact zone of a body.
 
-    The node of the uniform block with the largest stress decides on the normal. Along this normal a cubic spline goes
+    The node of the uniform block with the largest stress decides on the normal. Along this normal a cubic spline runs
     through the nodes, so that depth and size do not stick to the layers. The peak below a Hertz patch lies at 0.48 to
     0.78 of the shorter semi-axis (Johnson 1985, section 4.2 and eq. 3.69). The block is 1.5 semi-axes deep if the
     surface allows. Below a tight corner the block ends earlier, and the line continues through the mesh below.
@@ -163,7 +163,8 @@ def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
 def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Floats, Floats]:
     """Depths and nodal values below a column (i, j) of the block.
 
-    They extend down to half the zone's width. Values are interpolated by piecewise cubics (Clough and Tocher) among the nodes of the cross-section.
+    They extend down to half the zone's width. Values are interpolated by piecewise cubics (Clough and Tocher) among the
+    nodes of the cross-section.
     """
     # Nodes are numbered cross-section by cross-section.
     count = int(mesh.block_nodes[1, 0, 0] - mesh.block_nodes[0, 0, 0])

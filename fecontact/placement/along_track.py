@@ -42,30 +42,36 @@ class AlongTrack:
     def opening_mm(self, x_mm: Floats) -> Floats:
         """Sum of all openings in mm at places x (n,) in mm."""
         s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
-        return np.asarray(sum(line.opening_mm(s) for line in self.lines))
+        return np.asarray(sum(irregularity.opening_mm(s) for irregularity in self.lines))
 
     @property
     def height_mm(self) -> float:
         """Largest opening minus the smallest opening, in mm."""
-        return sum(line.height_mm for line in self.lines)
+        return sum(irregularity.height_mm for irregularity in self.lines)
 
     @property
     def largest_slope(self) -> float:
         """Largest slope (-) of the sum of all irregularities."""
-        return sum(line.largest_slope for line in self.lines)
+        return sum(irregularity.largest_slope for irregularity in self.lines)
 
     @property
     def finest_mm(self) -> float:
         """Shortest length along the track that nodes must resolve, in mm."""
-        return min(line.finest_mm for line in self.lines)
+        return min(irregularity.finest_mm for irregularity in self.lines)
 
     @property
     def kinks_x_mm(self) -> tuple[float, ...]:
         """Places in the track frame at which the slope jumps, in mm."""
-        return tuple(kink - self.distance_mm + self.middle_x_mm for line in self.lines for kink in line.kinks_mm)
+        return tuple(
+            kink - self.distance_mm + self.middle_x_mm for irregularity in self.lines for kink in irregularity.kinks_mm
+        )
 
     def covers(self, low_x_mm: float, high_x_mm: float) -> bool:
         """Whether all tables of irregularities extend from `low_x_mm` to `high_x_mm`."""
         shift = self.distance_mm - self.middle_x_mm
-        ends = [(line.points_mm[0][0], line.points_mm[-1][0]) for line in self.lines if line.points_mm]
+        ends = [
+            (irregularity.points_mm[0][0], irregularity.points_mm[-1][0])
+            for irregularity in self.lines
+            if irregularity.points_mm
+        ]
         return all(low <= low_x_mm + shift and high_x_mm + shift <= high for low, high in ends)

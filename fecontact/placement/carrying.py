@@ -26,16 +26,16 @@ _FLANK_ANGLE_RANGE_RAD = 4e-3
 
 
 def find_support_problem(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
-    """Reason why a wheel cannot run on a touch point; empty if it can.
+    """Reason why a wheel cannot run on a contact point; empty if it can.
 
     Parameters
     ----------
     wheel
         Wheel profile.
     touch
-        Touch point of the wheel.
+        Contact point of the wheel.
     climbs
-        Whether the touch point lies beyond the steepest place of the flange.
+        Whether the contact point lies beyond the steepest place of the flange.
     flange_climb
         Whether a wheel may climb.
 

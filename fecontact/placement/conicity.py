@@ -1,7 +1,7 @@
 """Equivalent conicity of a rolling-radius difference, by the kinematic motion and linearised.
 
 A wheelset without suspension, mass or slip follows y'' = -dr(y) / (e r0). Here dr is the rolling radius of the left
-wheel minus the rolling radius of the right wheel, e the distance of the touch points and r0 the mean rolling radius.
+wheel minus the rolling radius of the right wheel, e the distance of the contact points and r0 the mean rolling radius.
 The equivalent conicity is the slope of the cones with equal wave length at equal amplitude (EN 15302:2021).
 """
 
@@ -19,7 +19,7 @@ from fecontact.arrays import Floats
 
 # Points of an integral over half a wave or over a period. A step of 2 mm of the difference costs 1e-6 of the conicity.
 _PHASE_COUNT = 4000
-# Differences below this (mm) are the rounding of the touch points: the radii are equal.
+# Differences below this (mm) are the rounding of the contact points: the radii are equal.
 _EQUAL_RADII_MM = 1e-9
 
 

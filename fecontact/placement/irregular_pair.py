@@ -16,8 +16,8 @@ from fecontact.placement.poses import (
 from fecontact.placement.wheel_on_rail import REACH_MM, Placement
 
 
-def with_irregularities(placement: Placement, lines: Sequence[Irregularity], distance_mm: float) -> Placement:
-    """Lower the rigid wheel on an irregular rail, with its touch points and their curvatures.
+def with_irregularities(placement: Placement, irregularities: Sequence[Irregularity], distance_mm: float) -> Placement:
+    """Lower the rigid wheel on an irregular rail, with its contact points and their curvatures.
 
     The openings are taken along the normals of the rail. Range of validity: slopes along the track are small, so that
     the wheel's section a few mm ahead of its lowest point equals its profile.
@@ -26,7 +26,7 @@ def with_irregularities(placement: Placement, lines: Sequence[Irregularity], dis
     ----------
     placement
         The wheel on the smooth rail.
-    lines
+    irregularities
         Irregularities of wheel and rail.
     distance_mm
         Position along the irregularities at which smooth bodies touch.
@@ -41,9 +41,9 @@ def with_irregularities(placement: Placement, lines: Sequence[Irregularity], dis
     InputError
         If the wheel touches an edge, where there is no curvature.
     """
-    deepened = [line.on_wheel(placement.wheel.rolling_radius_mm) for line in lines]
+    deepened = [irregularity.on_wheel(placement.wheel.rolling_radius_mm) for irregularity in irregularities]
     along = AlongTrack(lines=tuple(deepened), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
-    points = [touch for smooth in placement.touch_points for touch in _irregular_touch_points(smooth, along)]
+    points = [touch for smooth in placement.touch_points for touch in _irregular_contact_points(smooth, along)]
     points.sort(key=lambda touch: touch.vertical_gap_mm)
     first_gap_mm = points[0].vertical_gap_mm
     near = [touch for touch in points if touch.vertical_gap_mm <= first_gap_mm + REACH_MM]
@@ -54,8 +54,8 @@ def with_irregularities(placement: Placement, lines: Sequence[Irregularity], dis
     )
 
 
-def _irregular_touch_points(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
-    """Touch points that replace a touch point of the smooth bodies.
+def _irregular_contact_points(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
+    """Contact points that replace a contact point of the smooth bodies.
 
     Their gaps are measured from the first touch of the smooth bodies.
     """

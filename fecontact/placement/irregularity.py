@@ -298,7 +298,7 @@ def irregularity_of(value: Any) -> Irregularity:
     Raises
     ------
     InputError
-        As in `parse_irregularity` and `read_table`.
+        As in `parse_irregularity` and `read_irregularity_table`.
     """
     if isinstance(value, Irregularity):
         return value
@@ -312,12 +312,14 @@ def irregularity_of(value: Any) -> Irregularity:
             raise InputError(f"irregularity table: {', '.join(sorted(unknown))}; it has file, distance and opening")
         if not inputs_of_kind.get("file"):
             raise InputError(f"irregularity table: no file is given; allowed: {FORMS}")
-        return read_table(
+        return read_irregularity_table(
             inputs_of_kind["file"],
             distance_unit=inputs_of_kind.get("distance"),
             opening_unit=inputs_of_kind.get("opening"),
         )
-    quantities: dict[str, Any] = dict(quantity(name, quantity_value) for name, quantity_value in inputs_of_kind.items())
+    quantities: dict[str, Any] = dict(
+        convert_quantity(name, quantity_value) for name, quantity_value in inputs_of_kind.items()
+    )
     return Irregularity(kind=value["kind"], **quantities)
 
 
@@ -345,7 +347,7 @@ def irregularity_text(value: Irregularity) -> str:
     )
 
 
-def quantity(name: str, value: Any) -> tuple[str, float]:
+def convert_quantity(name: str, value: Any) -> tuple[str, float]:
     """Convert a quantity of a file to internal units.
 
     Parameters
@@ -380,7 +382,9 @@ def quantity(name: str, value: Any) -> tuple[str, float]:
     return f"{stem}_{'rad' if stem == 'phase' else 'mm'}", number * units[unit]
 
 
-def read_table(path: str | Path, *, distance_unit: str | None = None, opening_unit: str | None = None) -> Irregularity:
+def read_irregularity_table(
+    path: str | Path, *, distance_unit: str | None = None, opening_unit: str | None = None
+) -> Irregularity:
     """Read a measured irregularity from a text of two columns.
 
     The columns are the distance and the opening (missing material positive).

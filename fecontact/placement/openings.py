@@ -1,4 +1,4 @@
-"""Touch points of a round wheel on an irregularity.
+"""Contact points of a round wheel on an irregularity.
 
 They are all minima of A x^2 + e(x), with their curvatures.
 """
@@ -16,7 +16,7 @@ from fecontact.arrays import Floats
 GapOpening: TypeAlias = Callable[[Floats], Floats]
 """Function of distances x (n,) in mm from the middle of the wheel, which returns the opening e (n,) in mm."""
 
-# Number of places, over the whole reach, for the search of touch points.
+# Number of places, over the whole reach, for the search of contact points.
 _SEARCH_PLACES = 2001
 
 
@@ -77,16 +77,16 @@ def on_edge(minima: tuple[Touch, ...], kinks_mm: tuple[float, ...], reach_mm: fl
     Parameters
     ----------
     minima
-        Touch points of the wheel.
+        Contact points of the wheel.
     kinks_mm
         Places of the edges in mm from the middle of the wheel.
     reach_mm
-        Reach of the search for the touch points in mm.
+        Reach of the search for the contact points in mm.
 
     Returns
     -------
     bool
-        True if a touch point lies within three search steps of an edge.
+        True if a contact point lies within three search steps of an edge.
     """
     max_distance = 3.0 * reach_mm / _SEARCH_PLACES
     return any(abs(touch.x_mm - kink) < max_distance for touch in minima for kink in kinks_mm)

@@ -1,4 +1,4 @@
-"""Poses of wheel and rail, and their touch points with relative curvatures."""
+"""Poses of wheel and rail, and their contact points with relative curvatures."""
 
 from __future__ import annotations
 
@@ -340,7 +340,7 @@ def search_points(profile: Profile) -> tuple[Floats, CurvePoints]:
 
 
 # Coarse search among every eighth sample of 0.02 mm. The fine search leaves out places that are higher than the lowest
-# of these samples by more than the margin. On two lines of R 6 the coarse samples miss a touch point by 1e-3 mm, a
+# of these samples by more than the margin. On two profiles of R 6 the coarse samples miss a contact point by 1e-3 mm, a
 # tenth of the margin.
 _COARSE_STRIDE = 8
 _COARSE_MARGIN_MM = 0.01
@@ -451,15 +451,15 @@ def find_sign_changes(
     return np.where(changes, x, nearer)
 
 
-# --- Touch points of the rigid bodies: contact frame, contact angle and relative curvatures.
+# --- Contact points of the rigid bodies: contact frame, contact angle and relative curvatures.
 
-# A touch point this close to a junction has the curvatures of both sides: profile tolerances are hundredths of a mm.
+# A contact point this close to a junction has the curvatures of both sides: profile tolerances are hundredths of a mm.
 AT_JUNCTION_MM = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
 class RelativeCurvature:
-    """Curvatures at a touch point and the Hessian of the gap.
+    """Curvatures at a contact point and the Hessian of the gap.
 
     gap = 1/2 (xx x^2 + 2 xy x y + yy y^2) in the contact frame. At a junction each side has its curvature.
 
@@ -501,9 +501,9 @@ class TouchPoint:
     contact_angle_rad
         Angle of the tangent plane about x, positive on the gauge side of the head.
     vertical_gap_mm
-        Undeformed gap; 0 at the first touch point.
+        Undeformed gap; 0 at the first contact point.
     curvatures
-        A single entry, or two entries (gauge side, field side) for a touch point at a junction.
+        A single entry, or two entries (gauge side, field side) for a contact point at a junction.
     """
 
     x_mm: float
@@ -524,7 +524,7 @@ class TouchPoint:
 
     @property
     def at_junction(self) -> bool:
-        """Whether the touch point lies at a junction, where the curvature is undefined."""
+        """Whether the contact point lies at a junction, where the curvature is undefined."""
         return len(self.curvatures) > 1
 
     @property
@@ -541,17 +541,17 @@ class TouchPoint:
         return np.array([0.0, -np.sin(self.contact_angle_rad), np.cos(self.contact_angle_rad)])
 
 
-def make_touch_points(
+def make_contact_points(
     rail: RailPose, wheel: WheelPose, u_wheel: Floats, u_rail: Floats, gap: Floats
 ) -> tuple[TouchPoint, ...]:
-    """Make touch points with their curvatures from parameters of both profiles.
+    """Make contact points with their curvatures from parameters of both profiles.
 
     Parameters
     ----------
     rail, wheel
         Poses of both bodies.
     u_wheel, u_rail (n,)
-        Parameters of the touch points on the wheel profile and on the rail profile.
+        Parameters of the contact points on the wheel profile and on the rail profile.
     gap (n,)
         Gaps between the bodies in mm.
 
@@ -586,7 +586,7 @@ def make_touch_points(
 
 
 def _is_equal_curvature(left: RelativeCurvature, right: RelativeCurvature) -> bool:
-    """Whether both sides of a touch point have equal relative curvature across."""
+    """Whether both sides of a contact point have equal relative curvature across."""
     left_sum, right_sum = (c.rail_per_mm + c.wheel_lateral_per_mm for c in (left, right))
     return abs(left_sum - right_sum) <= 1e-6 * (abs(left_sum) + abs(right_sum)) + 1e-9
 
@@ -594,7 +594,7 @@ def _is_equal_curvature(left: RelativeCurvature, right: RelativeCurvature) -> bo
 def _relative_curvatures(
     rail: RailPose, wheel: WheelPose, u_wheel: Floats, u_rail: Floats, theta: Floats, angle: Floats, side: Side
 ) -> list[RelativeCurvature]:
-    """Relative curvatures at touch points (n,), from a side of the profiles.
+    """Relative curvatures at contact points (n,), from a side of the profiles.
 
     Axes of the wheel's surface and of the rail's tangent are projected on the contact frame.
     """

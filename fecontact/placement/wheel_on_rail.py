@@ -1,4 +1,4 @@
-"""A wheel placed on a rail: touch points and the undeformed gap, also over an irregularity.
+"""A wheel placed on a rail: contact points and the undeformed gap, also over an irregularity.
 
 Track frame (right-handed): x along the running direction, y lateral and positive to the field side of the left rail, z
 up, origin in the track centre at the height of the rail's highest point. The pair is the left wheel on the left rail.
@@ -26,24 +26,24 @@ from fecontact.placement.poses import (
     TouchPoint,
     WheelPose,
     find_sign_changes,
-    make_touch_points,
+    make_contact_points,
     place_rail,
     search_points,
     select_near_minima,
 )
 from fecontact.profiles.curve import Junction, Profile
 
-# --- A wheel on a rail: touch points, contact frame, relative curvatures and the true undeformed gap.
+# --- A wheel on a rail: contact points, contact frame, relative curvatures and the true undeformed gap.
 
 # Gap in mm at rail points with a normal that does not meet the wheel's running surface: far beyond any elastic
 # approach.
 OPEN_GAP_MM = 1e3
-# Largest height in mm of a minimum of the vertical gap that counts as a touch point: three times the approach under 200
-# kN.
+# Largest height in mm of a minimum of the vertical gap that counts as a contact point, three times the approach under
+# 200 kN.
 REACH_MM = 0.3
 TRIAL_SHIFTS_MM = np.arange(-40.0, 40.5, 0.5)
 """Shifts (mm) to try for a message with the possible shifts."""
-# Largest height step of a profile above the touch points. Segments may miss each other by this step.
+# Largest height step of a profile above the contact points. Segments may miss each other by this step.
 _MAX_HEIGHT_STEP_MM = 2e-3
 # Turning angle of a rail profile at the start of the side of the head, and spacing of the trial places for it.
 _SIDE_TURNING_ANGLE_RAD = math.pi / 3.0
@@ -73,14 +73,14 @@ class PlacedJunction:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Placement:
-    """A wheel resting on a rail: poses, touch points and the true gap.
+    """A wheel resting on a rail: poses, contact points and the true gap.
 
     Attributes
     ----------
     rail, wheel
         Poses of both bodies.
     touch_points
-        Touch points; the first of them carries the rigid wheel.
+        Contact points; the first of them carries the rigid wheel.
     climbs
         Whether the wheel touches beyond the steepest place of its flange. Only a lateral force holds it there.
     other_climbs
@@ -113,7 +113,7 @@ class Placement:
 
     @property
     def first(self) -> TouchPoint:
-        """The touch point of the rigid bodies."""
+        """The contact point of the rigid bodies."""
         return self.touch_points[0]
 
     @property
@@ -123,7 +123,7 @@ class Placement:
 
     @cached_property
     def first_arc_length_mm(self) -> float:
-        """Arc length along the rail profile at the first touch point, in mm.
+        """Arc length along the rail profile at the first contact point, in mm.
 
         It is the origin of the surface coordinate s.
         """
@@ -137,7 +137,7 @@ class Placement:
         return self.first.normal if normal else np.array([0.0, 0.0, 1.0])
 
     def arc_mm(self, touch: TouchPoint) -> float:
-        """Surface coordinate s (mm) of a touch point."""
+        """Surface coordinate s (mm) of a contact point."""
         return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm
 
     @cached_property
@@ -596,7 +596,7 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
             " profile"
         )
     lowered = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, drop]))
-    touch_points = make_touch_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)
+    touch_points = make_contact_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)
     climbs = climbs_at(lowered.profile, touch_points[0].wheel_y_mm)
     if reason := find_support_problem(lowered.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason

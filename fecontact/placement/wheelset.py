@@ -43,11 +43,11 @@ class LoweredWheel:
     lever_mm
         Distance by which the axle falls per radian of roll.
     y_mm
-        Lateral position of the touch point from the track's centre.
+        Lateral position of the contact point from the track's centre.
     wheel_y_mm
-        Lateral position of the touch point on the wheel, from its tape circle.
+        Lateral position of the contact point on the wheel, from its tape circle.
     radius_mm
-        Radius of the wheel at the touch point.
+        Radius of the wheel at the contact point.
     """
 
     axle_mm: float
@@ -111,7 +111,7 @@ class PairSampler:
         y = y + np.repeat(shifts_mm, sizes)
         _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
         gap = np.nan_to_num(z - z_rail, nan=np.inf)
-        # The touch point slides along the common tangent of both profiles.
+        # The contact point slides along the common tangent of both profiles.
         slide, wheel_y, radius = z * np.tan(tangent), points.y[places], self.pair.rolling_radius_mm - points.z[places]
         ends = np.cumsum([0, *sizes])
         return [
@@ -137,7 +137,7 @@ def _lowest(
             min_gap -= 0.125 * (before - after) ** 2 / bend
     touch_index, indices = lowest + step, np.arange(gap.size)
     y_touch = float(np.interp(touch_index, indices, y))
-    # The touch point turns about the axle's centre.
+    # The contact point turns about the axle's centre.
     return LoweredWheel(
         axle_mm=-min_gap,
         lever_mm=(y_touch - shift_mm) + float(slide[lowest]),
@@ -253,7 +253,7 @@ class Wheelset:
         """Find the roll at which both wheels touch.
 
         Newton's method, and bisection if it fails. The height difference is continuous in the roll and falls, but has a
-        kink wherever a wheel's touch point jumps.
+        kink wherever a wheel's contact point jumps.
 
         Parameters
         ----------
@@ -362,6 +362,15 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     ------
     InputError
         If a wheel leaves its rail, or a requested wheel climbs over it. The message gives the possible shifts.
+
+    Examples
+    --------
+    >>> from fecontact.placement.wheel_on_rail import pair_of
+    >>> from fecontact.profiles.library import load
+    >>> pair = pair_of(load("60E1"), load("S1002"), inclination_rad=0.025)
+    >>> wheelset = place_wheelset(Wheelset.of(pair, pair), 3.0)
+    >>> round(1e3 * wheelset.roll_rad, 3)
+    0.18
     """
     placement = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placement, str):
@@ -428,7 +437,7 @@ def _describe_possible_gauges(wheelset: Wheelset, yaw_rad: float) -> str:
 
 # Grid spacing of the shifts, between which all functions are linear and jumps are searched for.
 _SHIFT_GRID_SPACING_MM = 0.1
-# A touch point jumps if it moves by more than this across the rail for any step of the shift. Without a jump it moves
+# A contact point jumps if it moves by more than this across the rail for any step of the shift. Without a jump it moves
 # by at most 20 mm per millimetre of shift.
 _MIN_JUMP_MM = 0.5
 _JUMP_TOLERANCE_MM = 1e-4
@@ -439,7 +448,7 @@ _MAX_AMPLITUDE_MM, _MAX_MOTION_SHIFT_MM = 7.0, 10.0
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump of a wheel's first touch point across the rail.
+    """A jump of a wheel's first contact point across the rail.
 
     Attributes
     ----------
@@ -540,7 +549,7 @@ def rolling_radius_difference_mm(placed_wheelset: PlacedWheelset) -> float:
     Returns
     -------
     difference
-        Difference in mm of the radii at the first touch points.
+        Difference in mm of the radii at the first contact points.
     """
     left, right = (
         float(side.wheel.radius(side.first.wheel_u)) for side in (placed_wheelset.left, placed_wheelset.right)
@@ -574,7 +583,7 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     # Without a possible shift there are no jumps.
     possible = [shift for shift, placed_wheelset in positions.items() if not isinstance(placed_wheelset, str)]
     low, high = min(possible, default=0.0), max(possible, default=0.0)
-    touches = _TouchPointsOverShift(wheelset, yaw_rad, rolls=True)
+    touches = _ContactPointsOverShift(wheelset, yaw_rad, rolls=True)
     jumps = touches.jumps(low, high)
     amplitude = max(_MAX_AMPLITUDE_MM, min(-low, high))
     farthest = max(_MAX_MOTION_SHIFT_MM, -low, high)
@@ -612,7 +621,7 @@ def radius_difference(
     RadiusDifference or None
         None if the wheelset stands at fewer than two shifts.
     """
-    return _TouchPointsOverShift(wheelset, yaw_rad, rolls=rolls).radius_difference(low_mm, high_mm)
+    return _ContactPointsOverShift(wheelset, yaw_rad, rolls=rolls).radius_difference(low_mm, high_mm)
 
 
 def positions_at(
@@ -651,10 +660,10 @@ def positions_at(
     return {shift: positions[shift] for shift in sorted(positions)}
 
 
-class _TouchPointsOverShift:
-    """First touch points of both wheels over the shift, cached by shift.
+class _ContactPointsOverShift:
+    """First contact points of both wheels over the shift, cached by shift.
 
-    The wheelset rolls or does not roll. If it is symmetric and not yawed, the touch points at opposite shifts are
+    The wheelset rolls or does not roll. If it is symmetric and not yawed, the contact points at opposite shifts are
     mirror images.
     """
 
@@ -676,7 +685,7 @@ class _TouchPointsOverShift:
         self._guess = 0.0
 
     def jumps(self, low: float, high: float) -> tuple[Jump, ...]:
-        """Jumps of both wheels' first touch points between two shifts."""
+        """Jumps of both wheels' first contact points between two shifts."""
         sides: tuple[TrackSide, TrackSide] = ("left", "right")
         jumps = (self._find_jump(side, a, b) for a, b in pairwise(_shift_grid(low, high)) for side in sides)
         return tuple(jump for jump in jumps if jump is not None)
@@ -727,7 +736,7 @@ class _TouchPointsOverShift:
     def _find_jump(self, side: TrackSide, low: float, high: float) -> Jump | None:
         """A jump between two shifts, by bisection.
 
-        The bisection ends if the touch points at both ends are close.
+        The bisection ends if the contact points at both ends are close.
         """
         ends = self._touch_y(side, low), self._touch_y(side, high)
         while abs(ends[1] - ends[0]) > _MIN_JUMP_MM:
@@ -744,7 +753,7 @@ class _TouchPointsOverShift:
         return None
 
     def _touch_y(self, side: TrackSide, shift: float) -> float:
-        """Lateral position of the first touch point of a side in mm; NaN without both wheels on their rails."""
+        """Lateral position of the first contact point of a side in mm; NaN without both wheels on their rails."""
         standings = self._lowered_wheels(shift)
         return float("nan") if standings is None else standings[0 if side == "left" else 1].y_mm
 
