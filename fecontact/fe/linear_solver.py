@@ -48,7 +48,13 @@ _ZERO_SINGULAR_VALUE = 1e-12
 
 
 def pardiso_available() -> bool:
-    """Whether MKL PARDISO can be loaded on this machine."""
+    """Whether MKL PARDISO can be loaded on this machine.
+
+    Returns
+    -------
+    bool
+        False if the package pypardiso or the library MKL is missing.
+    """
     try:
         return _import_pypardiso() is not None
     except (ImportError, OSError):

@@ -67,7 +67,18 @@ class AlongTrack:
         )
 
     def covers(self, low_x_mm: float, high_x_mm: float) -> bool:
-        """Whether all tables of irregularities extend from `low_x_mm` to `high_x_mm`."""
+        """Whether all tables of irregularities cover a range of the track frame.
+
+        Parameters
+        ----------
+        low_x_mm, high_x_mm
+            Ends of the range in mm.
+
+        Returns
+        -------
+        bool
+            True without any table.
+        """
         shift = self.distance_mm - self.middle_x_mm
         ends = [
             (irregularity.points_mm[0][0], irregularity.points_mm[-1][0])

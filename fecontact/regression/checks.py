@@ -53,7 +53,7 @@ class Check:
         return self.value if self.expected is None else 100.0 * (self.value / self.expected - 1.0)
 
     @property
-    def over_uncertainty(self) -> float | None:
+    def deviation_per_uncertainty(self) -> float | None:
         """Absolute deviation divided by the stated uncertainty; None without a stated uncertainty."""
         return abs(self.deviation_percent) / self.uncertainty_percent if self.uncertainty_percent else None
 
@@ -206,7 +206,7 @@ def _summary_row(questions: Mapping[str, str], study: str, checks: Sequence[Chec
     largest_utilisation = _format_largest(
         abs(check.deviation_percent) / check.limit_percent for check in checks if check.limit_percent
     )
-    largest_ratio = _format_largest(check.over_uncertainty for check in checks if check.kind == "analytic")
+    largest_ratio = _format_largest(check.deviation_per_uncertainty for check in checks if check.kind == "analytic")
     numbers = f"{len(checks)} | {_count_failed(checks)} | {largest_utilisation} | {largest_ratio}"
     return f"| [{study}]({PAGES_FOLDER}/{study}.md) | {questions.get(study, '')} | {numbers} |"
 
@@ -240,7 +240,7 @@ def _check_row(check: Check) -> str:
     """Row of a check on the page of its study."""
     expected = "0" if check.expected is None else f"{check.expected:.5g}"
     uncertainty_text = "" if check.uncertainty_percent is None else f"{check.uncertainty_percent:.2g} %"
-    ratio = "" if check.over_uncertainty is None else f"{check.over_uncertainty:.2g}"
+    ratio = "" if check.deviation_per_uncertainty is None else f"{check.deviation_per_uncertainty:.2g}"
     cells = (
         *(check.quantity, check.case, expected, f"{check.value:.5g}", uncertainty_text),
         *(f"{check.deviation_percent:+.2f} %", ratio, f"{check.limit_percent:g} %"),

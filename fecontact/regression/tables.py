@@ -442,7 +442,18 @@ def normalise_for_match(column: str, texts: pandas.Series) -> pandas.Series:
 
 
 def parse_number(text: str) -> float:
-    """Number in a text; NaN for any other text."""
+    """Number in a text.
+
+    Parameters
+    ----------
+    text
+        Value of a cell.
+
+    Returns
+    -------
+    float
+        NaN if the text is not a number.
+    """
     try:
         return float(text)
     except ValueError:
