@@ -126,7 +126,7 @@ def _new_pardiso_solver() -> Any:
     """
     solver = _import_pypardiso().PyPardisoSolver(mtype=2)
     os.environ.setdefault(_MKL_PATH, solver.libmkl._name)
-    # nested dissection, which is somewhat slower and gives faster solutions
+    # nested dissection: the ordering is somewhat slower, and all later phases are faster
     solver.iparm[0], solver.iparm[1] = 1, 32
     # single precision
     solver.iparm[27] = 1
@@ -148,7 +148,7 @@ class _PardisoFactor:
         rows = _block_rows(matrix)
         block_rows = matrix.indptr.size - 1
         upper = matrix.indices >= rows
-        # pypardiso passes on arrays without blocks. PARDISO reads each block by columns.
+        # The arrays that pypardiso hands over. pypardiso does not support blocks; PARDISO reads each block by columns.
         self._upper: Any = SimpleNamespace(
             shape=(block_rows, block_rows),
             data=matrix.data[upper].transpose(0, 2, 1).astype(np.float32, order="C"),
@@ -330,7 +330,7 @@ class ConjugateGradients:
             If the residual is too large after all iterations.
         """
         load, max_iterations = forces * self._is_free, _MAX_ITERATIONS[self._solver]
-        u, unconverged = cg(
+        u, exit_code = cg(
             self._matrix,
             load,
             x0=self._first_guess(load),
@@ -339,7 +339,7 @@ class ConjugateGradients:
             maxiter=max_iterations,
             M=LinearOperator(self._matrix.shape, self._preconditioner, dtype=float),
         )
-        if unconverged != 0:
+        if exit_code != 0:
             norm = float(np.linalg.norm(load))
             residual = float(np.linalg.norm(load - self._matrix @ u))
             other_solver = "amg" if self._solver == "pardiso" else "pardiso"

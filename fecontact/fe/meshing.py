@@ -171,7 +171,7 @@ _DEPTH_PER_WIDTH, _DEPTH_PER_RADIUS = 0.45, 0.35
 # Number of places of a section's zone at which its curvature is evaluated, and largest slope of the depth of the
 # layers.
 _DEPTH_PLACES, _MAX_DEPTH_SLOPE = 200, 0.5
-# Number of Newton steps from this place to the foot of the normal through the node. Each step squares the error.
+# Number of Newton steps from the nearest place to the foot of the normal through the node. Each step squares the error.
 _FOOT_STEPS = 3
 # Largest distance between layers below and next to the zone, as a fraction of the distance from the zone. At 0.2 peak,
 # area and half-widths are within 4e-5 of a mesh with all layers, the approach is within 1e-4, and the compliance reads
@@ -563,13 +563,13 @@ def _sweep(
         half=half,
         volume_mm3=volume,
         opposite=None if half else np.arange(len(points)).reshape(layers, count)[::-1].ravel(),
-        spacing=_spacing(section, x, zone_layers, half=half),
+        spacing=_constrain_nodes(section, x, zone_layers, half=half),
     )
     check_mesh(mesh)
     return mesh
 
 
-def _spacing(section: Section, x: Floats, zone_layers: slice, *, half: bool) -> ConstrainedNodes:
+def _constrain_nodes(section: Section, x: Floats, zone_layers: slice, *, half: bool) -> ConstrainedNodes:
     """Nodes without unknowns, far from the contact.
 
     There the layers of the solution are farther apart than the layers of the mesh.

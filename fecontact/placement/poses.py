@@ -316,13 +316,15 @@ class WheelPose:
             # Beyond its ends the surface is continued by its end point; such points are removed below by their y.
             p = self.profile.evaluate(self.profile.locate(np.clip(y, y_low, y_high)))
             height = self.rolling_radius_mm - p.z - rho
-            # All over the slope's denominator: if the profile is vertical, or the direction runs along the surface, a
-            # step has no length, and the direction does not count as meeting the surface.
+            # The step is a fraction with the slope's denominator in both parts. If the profile is vertical, or the
+            # direction runs along the surface, the step has no length, and the direction does not count as meeting the
+            # surface.
             rate = (position[0] * direction[0] + position[2] * direction[2]) / rho * p.dy + p.dz * direction[1]
             step = np.copysign(np.inf, height)
             np.divide(height * p.dy, rate, out=step, where=(rate != 0.0) & (p.dy != 0.0))
             distance[active] += np.clip(step, -5.0, 5.0)
-            # Rounded coefficients let a profile step at a junction (S1002: 2e-4 mm), and Newton steps alternate there.
+            # With rounded coefficients a profile has a height step at a junction (S1002: 2e-4 mm), about which Newton
+            # steps alternate.
             has_met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _MAX_MEETING_STEP_MM)
             active = active[np.abs(step) > _NEWTON_TOLERANCE_MM]
             if not active.size:

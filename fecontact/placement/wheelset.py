@@ -323,19 +323,19 @@ class Wheelset:
         PlacedWheelset or str
             The wheelset on its rails, or the reason against it.
         """
-        stand = self.stand(shift_mm, yaw_rad, guess_rad=guess_rad)
-        if isinstance(stand, str):
-            return stand
+        lowered = self.stand(shift_mm, yaw_rad, guess_rad=guess_rad)
+        if isinstance(lowered, str):
+            return lowered
         placements: dict[TrackSide, Placement] = {}
         for side in SIDES:
-            placement = self.placed(side, shift_mm, stand.roll_rad, yaw_rad)
+            placement = self.placed(side, shift_mm, lowered.roll_rad, yaw_rad)
             if isinstance(placement, str):
                 return placement
             placements[side] = placement
         return PlacedWheelset(
             shift_mm=shift_mm,
             yaw_rad=yaw_rad,
-            roll_rad=stand.roll_rad,
+            roll_rad=lowered.roll_rad,
             axle_height_mm=float(placements["left"].wheel.centre_mm[2]),
             **placements,
         )
@@ -583,8 +583,8 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     # Without a possible shift there are no jumps.
     possible = [shift for shift, placed_wheelset in positions.items() if not isinstance(placed_wheelset, str)]
     low, high = min(possible, default=0.0), max(possible, default=0.0)
-    touches = _ContactPointsOverShift(wheelset, yaw_rad, rolls=True)
-    jumps = touches.jumps(low, high)
+    contact_points = _ContactPointsOverShift(wheelset, yaw_rad, rolls=True)
+    jumps = contact_points.jumps(low, high)
     amplitude = max(_MAX_AMPLITUDE_MM, min(-low, high))
     farthest = max(_MAX_MOTION_SHIFT_MM, -low, high)
     return ContactFunctions(
@@ -593,7 +593,7 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
         positions=positions,
         jumps=jumps,
         largest_amplitude_mm=amplitude,
-        rolled=touches.radius_difference(-farthest, farthest),
+        rolled=contact_points.radius_difference(-farthest, farthest),
         unrolled=radius_difference(wheelset, -farthest, farthest, yaw_rad, rolls=False),
     )
 
@@ -725,11 +725,11 @@ class _ContactPointsOverShift:
         """Both wheels on their rails at a shift; None if a wheel cannot stand there."""
         wheelset = self._wheelset
         if self._rolls:
-            stand = wheelset.stand(shift, self._yaw, guess_rad=self._guess)
-            if isinstance(stand, str):
+            lowered = wheelset.stand(shift, self._yaw, guess_rad=self._guess)
+            if isinstance(lowered, str):
                 return None
-            self._guess = stand.roll_rad
-            return stand.left, stand.right
+            self._guess = lowered.roll_rad
+            return lowered.left, lowered.right
         left, right = wheelset.left.standing(shift, 0.0, self._yaw), wheelset.right.standing(-shift, 0.0, -self._yaw)
         return None if left is None or right is None else (left, right)
 
@@ -754,8 +754,8 @@ class _ContactPointsOverShift:
 
     def _touch_y(self, side: TrackSide, shift: float) -> float:
         """Lateral position of the first contact point of a side in mm; NaN without both wheels on their rails."""
-        standings = self._lowered_wheels(shift)
-        return float("nan") if standings is None else standings[0 if side == "left" else 1].y_mm
+        lowered_wheels = self._lowered_wheels(shift)
+        return float("nan") if lowered_wheels is None else lowered_wheels[0 if side == "left" else 1].y_mm
 
     def _radius_difference(self, shift: float) -> float:
         """Rolling-radius difference at a shift in mm.
