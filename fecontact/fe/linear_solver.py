@@ -302,7 +302,7 @@ class ConjugateGradients:
             `pardiso` for a factor, `amg` for multigrid.
         """
         self._matrix, self._is_free, self._solver = matrix, is_free.ravel(), solver
-        self._preconditioner = (
+        self._nearly = (
             _PardisoFactor(matrix) if solver == "pardiso" else _build_multigrid(matrix, is_free, points)
         )
         self._earlier_solutions: deque[tuple[Floats, Floats]] = deque(maxlen=_MAX_EARLIER_SOLUTIONS)
@@ -337,7 +337,7 @@ class ConjugateGradients:
             rtol=tolerance,
             atol=tolerance * whole_load_N,
             maxiter=max_iterations,
-            M=LinearOperator(self._matrix.shape, self._preconditioner, dtype=float),
+            M=LinearOperator(self._matrix.shape, self._nearly, dtype=float),
         )
         if exit_code != 0:
             norm = float(np.linalg.norm(load))
@@ -359,7 +359,7 @@ class ConjugateGradients:
 
     def release(self) -> None:
         """Release the memory of a factor now."""
-        getattr(self._preconditioner, "release", lambda: None)()
+        getattr(self._nearly, "release", lambda: None)()
 
     def _first_guess(self, load: Floats) -> Floats | None:
         """Combination of earlier solutions with the least elastic energy of the error.
