@@ -302,9 +302,7 @@ class ConjugateGradients:
             `pardiso` for a factor, `amg` for multigrid.
         """
         self._matrix, self._is_free, self._solver = matrix, is_free.ravel(), solver
-        self._nearly = (
-            _PardisoFactor(matrix) if solver == "pardiso" else _build_multigrid(matrix, is_free, points)
-        )
+        self._nearly = _PardisoFactor(matrix) if solver == "pardiso" else _build_multigrid(matrix, is_free, points)
         self._earlier_solutions: deque[tuple[Floats, Floats]] = deque(maxlen=_MAX_EARLIER_SOLUTIONS)
 
     def __call__(self, forces: Floats, tolerance: float, whole_load_N: float = 0.0) -> Floats:

@@ -16,7 +16,7 @@ from fecontact.arrays import Floats, Integers
 from fecontact.bodies import BodySize
 from fecontact.errors import FoldedMesh, InputError, NotCovered
 from fecontact.fe.body_mesh import BodyMesh, ConstrainedNodes, check_mesh
-from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, mesh_section, place_nodes
+from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, lines_of, mesh_section
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line, Segment
@@ -117,7 +117,7 @@ class FineZone:
     @property
     def s_mm(self) -> Floats:
         """Arc lengths in mm of the nodes across, including the strips between bands."""
-        return place_nodes(self.stretches)
+        return lines_of(self.stretches)
 
     @property
     def columns(self) -> tuple[slice, ...]:
@@ -384,7 +384,7 @@ def _section_zone(profile: Profile, zone: FineZone, ranges: list[tuple[float, fl
             f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
             f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
         )
-    columns = place_nodes(stretches)
+    columns = lines_of(stretches)
     places = np.union1d(columns, np.linspace(low, high, _DEPTH_PLACES))
     p = profile.evaluate(profile.at_arc_length(places))
     # The layers follow the normals, and must end before the normals of a convex profile meet.

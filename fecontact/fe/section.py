@@ -66,7 +66,7 @@ class Stretch:
         return np.linspace(self.low_mm, self.high_mm, self.intervals + 1)
 
 
-def place_nodes(stretches: Sequence[Stretch]) -> Floats:
+def lines_of(stretches: Sequence[Stretch]) -> Floats:
     """Nodes of all stretches and of the strips between them.
 
     The steps of a strip grow away from both of its ends.
@@ -179,7 +179,7 @@ def mesh_section(
     NotCovered
         If the outline crosses itself or the uniform block: gmsh would hang.
     """
-    zone_s = place_nodes(zone.stretches)
+    zone_s = lines_of(zone.stretches)
     block = _uniform_block(profile, zone_s, zone, layer_ratio)
     columns = zone_s.size
     trace = np.vstack(
