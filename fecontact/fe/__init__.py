@@ -1,1 +1,1 @@
-"""Finite elements of one wheel and one rail; sees no contact theory."""
+"""Finite elements of a wheel and a rail, without contact theories."""

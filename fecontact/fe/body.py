@@ -1,4 +1,4 @@
-"""One elastic body: its mesh, its supports, its stiffness matrix and the linear solver of that matrix."""
+"""An elastic body: its mesh, its supports, its stiffness matrix and its linear solver."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.sparse import bsr_matrix
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Material
 from fecontact.errors import InputError
-from fecontact.fe.body_mesh import BodyMesh, Spacing, half_of
+from fecontact.fe.body_mesh import BodyMesh, ConstrainedNodes, select_half
 from fecontact.fe.linear_solver import LINEAR_TOLERANCE, ConjugateGradients, LinearSolver, SolverName, decouple_fixed
 from fecontact.fe.stiffness import stiffness
 
@@ -22,12 +22,20 @@ from fecontact.fe.stiffness import stiffness
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ElasticBody:
-    """A meshed body, held at its base and on its plane of symmetry, with a solver of its stiffness matrix.
+    """A meshed body with supports and a solver of its stiffness matrix.
+
+    The supports are at the base of the body and on its plane of symmetry.
 
     Attributes
     ----------
+    mesh
+        Mesh of the body, with n nodes.
+    material
+        Elastic constants.
     solve
-        Displacements (3n,) in mm under forces (3n,) in N; zero where the body is held.
+        Displacements (3n,) in mm under forces (3n,) in N; zero at the supports.
+    solver
+        Name of the linear solver.
     """
 
     mesh: BodyMesh
@@ -36,20 +44,39 @@ class ElasticBody:
     solver: SolverName
 
     def __getstate__(self) -> dict[str, Any]:
-        # a factor lives in the memory of the library that made it
-        return {**self.__dict__, "solve": _no_factor}
+        # A factor lives in the memory of the library that made it.
+        return {**self.__dict__, "solve": _refuse_without_factor}
 
     def displacements(
-        self, nodes: Integers, forces: Floats, more: Floats | None = None, *, tolerance: float = LINEAR_TOLERANCE
+        self,
+        nodes: Integers,
+        forces: Floats,
+        further_forces: Floats | None = None,
+        *,
+        tolerance: float = LINEAR_TOLERANCE,
     ) -> Floats:
-        """Displacements (n, 3) in mm under forces (k, 3) in N on `nodes` (k,) and forces `more` (n, 3) on all nodes.
+        """Displacements of all nodes under nodal forces.
 
-        The residual's norm is at most `tolerance` times that of the forces.
+        Parameters
+        ----------
+        nodes (k,)
+            Loaded nodes.
+        forces (k, 3)
+            Forces on `nodes` in N.
+        further_forces (n, 3)
+            Further forces on all nodes in N; None for zero.
+        tolerance
+            Largest norm of the residual, relative to the norm of the forces.
+
+        Returns
+        -------
+        u (n, 3)
+            Displacements in mm.
         """
-        load = np.zeros((len(self.mesh.points), 3)) if more is None else more.copy()
+        load = np.zeros((len(self.mesh.points), 3)) if further_forces is None else further_forces.copy()
         np.add.at(load, nodes, forces)
         spacing = self.mesh.spacing
-        if spacing is not None and more is not None:
+        if spacing is not None and further_forces is not None:
             np.add.at(load, spacing.ends, spacing.parts[:, :, None] * load[spacing.between, None])
         u = self.solve(load.ravel(), tolerance).reshape(-1, 3)
         if spacing is not None:
@@ -57,119 +84,184 @@ class ElasticBody:
         return u
 
     def forget(self) -> None:
-        """Solve the next load as if it were the first one, to the last bit."""
+        """Solve the next load as if it were the first load, to the last bit."""
         getattr(self.solve, "forget", lambda: None)()
 
     def close(self) -> None:
-        """Release the factor's memory now."""
+        """Release the memory of the factor now."""
         release = getattr(self.solve, "release", None)
         if release is not None:
             release()
 
 
-def _no_factor(forces: Floats, tolerance: float) -> Floats:
+def _refuse_without_factor(forces: Floats, tolerance: float) -> Floats:
+    """Raise the error of a body that was read from a pickle."""
     raise InputError("a body that was pickled has no factor of its stiffness; solve the case again")
 
 
 def elastic_body(
     mesh: BodyMesh, material: Material, solver: SolverName, matrix: bsr_matrix | None = None
 ) -> ElasticBody:
-    """Set up the linear solver of one body; `matrix` is the stiffness of its `assembled_part`, if it is there."""
-    part = assembled_part(mesh)
+    """Set up the linear solver of a body.
+
+    The rail is fixed at its base, and at its cut planes in lateral and vertical direction. The wheel is fixed at its
+    driven surface. Half models are fixed normal to the plane of symmetry.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of the body.
+    material
+        Elastic constants.
+    solver
+        Name of the linear solver.
+    matrix
+        Stiffness matrix in N/mm of the mesh that `assembled_part` returns; None to assemble it here.
+
+    Returns
+    -------
+    ElasticBody
+        The body with its linear solver.
+    """
+    assembled = assembled_part(mesh)
     if matrix is None:
-        matrix = stiffness(part, material)
+        matrix = stiffness(assembled, material)
 
-    def held_at(held: NDArray[np.bool_]) -> ConjugateGradients:
-        return ConjugateGradients(decouple_fixed(matrix, ~held), ~held, part.points, solver)
+    def solver_with_supports(is_fixed: NDArray[np.bool_]) -> ConjugateGradients:
+        """The linear solver of the matrix with fixed displacements."""
+        return ConjugateGradients(decouple_fixed(matrix, ~is_fixed), ~is_fixed, assembled.points, solver)
 
-    held = np.zeros((len(mesh.points), 3), dtype=bool)
+    is_fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     if mesh.spacing is not None:
-        # they have no equations
-        held[mesh.spacing.between] = True
-    held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
+        # nodes without equations
+        is_fixed[mesh.spacing.between] = True
+    is_fixed[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
     if mesh.name == "rail":
-        # the rail continues beyond its cut planes: this keeps the head from rolling on its slender web
-        held[np.unique(mesh.surfaces["end"]), 1:] = True
+        # The rail continues beyond its cut planes. This keeps the head from rolling on its slender web.
+        is_fixed[np.unique(mesh.surfaces["end"]), 1:] = True
     if mesh.half:
-        held[np.unique(mesh.surfaces["symmetry"]), 0] = True
-    solve: LinearSolver = held_at(held) if mesh.opposite is None else _BothHalves(mesh, held, held_at)
+        is_fixed[np.unique(mesh.surfaces["symmetry"]), 0] = True
+    solve: LinearSolver = (
+        solver_with_supports(is_fixed)
+        if mesh.opposite is None
+        else _MirroredHalves(mesh, is_fixed, solver_with_supports)
+    )
     return ElasticBody(mesh=mesh, material=material, solve=solve, solver=solver)
 
 
-# --- A whole body that is its own mirror image, solved on one half of it.
+# --- A whole body with a mirror plane, solved on one half of it.
 #
-# A load is the sum of an even and an odd part. Under the even part points of the middle plane stay in it, under the odd
-# part they move straight out of it: two factors of half of the unknowns cost less than one of all of them.
+# A load is the sum of an even and an odd part. Under the even part the points of the middle plane stay in it, under the
+# odd part they move straight out of it. Two factors of half of the unknowns cost less than one factor of all unknowns.
 
 
 _MIRRORED = np.array([-1.0, 1.0, 1.0])
 
 
 def assembled_part(mesh: BodyMesh) -> BodyMesh:
-    """The mesh whose stiffness is needed: all of it, or a half in axes of which the first is the plane's normal."""
+    """The mesh that needs a stiffness matrix: all of a body or half of it.
+
+    A body with a mirror plane needs one half, in axes that begin with the normal of the plane.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of the body.
+
+    Returns
+    -------
+    BodyMesh
+        The mesh itself, or its half without surfaces.
+    """
     if mesh.opposite is None:
         return mesh
-    nodes, axes = half_of(mesh)
+    nodes, axes = select_half(mesh)
     number = np.full(len(mesh.points), -1)
     number[nodes] = np.arange(nodes.size)
 
-    def own(hexes: Integers) -> Integers:
-        found = number[hexes]
-        return found[(found >= 0).all(axis=1)]
+    def hexes_of_half(hexes: Integers) -> Integers:
+        """The hexahedra of the half, with the node numbers of the half."""
+        numbers = number[hexes]
+        return numbers[(numbers >= 0).all(axis=1)]
 
     spacing = mesh.spacing
     if spacing is not None:
-        here = number[spacing.between] >= 0
-        spacing = Spacing(
-            hexes=own(spacing.hexes),
-            between=number[spacing.between[here]],
-            ends=number[spacing.ends[here]],
-            parts=spacing.parts[here],
+        in_half = number[spacing.between] >= 0
+        spacing = ConstrainedNodes(
+            hexes=hexes_of_half(spacing.hexes),
+            between=number[spacing.between[in_half]],
+            ends=number[spacing.ends[in_half]],
+            parts=spacing.parts[in_half],
         )
     return replace(
         mesh,
         points=(mesh.points @ axes)[nodes],
-        hexes=own(mesh.hexes),
+        hexes=hexes_of_half(mesh.hexes),
         surfaces={},
         opposite=None,
         spacing=spacing,
     )
 
 
-class _BothHalves:
-    """Solver of a body that is its own mirror image; it is held alike on both sides (n, 3), and so is each half."""
+class _MirroredHalves:
+    """Linear solver of a body with a mirror plane, for even and odd loads.
+
+    It has a factor for each of them.
+    """
 
     def __init__(
-        self, mesh: BodyMesh, held: NDArray[np.bool_], held_at: Callable[[NDArray[np.bool_]], ConjugateGradients]
+        self,
+        mesh: BodyMesh,
+        is_fixed: NDArray[np.bool_],
+        solver_with_supports: Callable[[NDArray[np.bool_]], ConjugateGradients],
     ) -> None:
+        """Set up the solvers of the half for even and for odd loads.
+
+        Parameters
+        ----------
+        mesh
+            A whole mesh with `opposite` nodes.
+        is_fixed (n, 3)
+            Whether each displacement component is fixed; it must be equal on both sides of the plane.
+        solver_with_supports
+            Function that returns the solver of the half with fixed displacements.
+        """
         assert mesh.opposite is not None
-        self._nodes, self._axes = half_of(mesh)
+        self._nodes, self._axes = select_half(mesh)
         self._opposite = mesh.opposite[self._nodes]
         self._on_plane = self._nodes == self._opposite
-        # a force on the plane is shared by both halves
+        # A force on the plane acts on both halves.
         self._share = np.where(self._on_plane, 0.25, 0.5)[:, None]
-        even, odd = held[self._nodes], held[self._nodes]
+        even, odd = is_fixed[self._nodes], is_fixed[self._nodes]
         even[self._on_plane, 0], odd[self._on_plane, 1:] = True, True
-        self._halves = held_at(even), held_at(odd)
+        self._halves = solver_with_supports(even), solver_with_supports(odd)
 
     def __call__(self, forces: Floats, tolerance: float) -> Floats:
-        f = forces.reshape(-1, 3) @ self._axes
-        here, there = f[self._nodes], f[self._opposite] * _MIRRORED
-        # where one of them is small, so may be its precision
-        whole_N = float(np.linalg.norm(self._share * f[self._nodes]))
+        """Displacements (3n,) in mm under forces (3n,) in N.
+
+        They are the sum of an even and an odd solution.
+        """
+        local_forces = forces.reshape(-1, 3) @ self._axes
+        near_forces, mirrored_forces = local_forces[self._nodes], local_forces[self._opposite] * _MIRRORED
+        # If the even or the odd part is small, its precision relative to itself may be low.
+        whole_load_N = float(np.linalg.norm(self._share * local_forces[self._nodes]))
         even, odd = (
-            solve((self._share * own).ravel(), tolerance, whole_N).reshape(-1, 3)
-            for solve, own in zip(self._halves, (here + there, here - there), strict=True)
+            solve((self._share * half_load).ravel(), tolerance, whole_load_N).reshape(-1, 3)
+            for solve, half_load in zip(
+                self._halves, (near_forces + mirrored_forces, near_forces - mirrored_forces), strict=True
+            )
         )
-        u = np.empty_like(f)
-        # on the plane both are the same
+        u = np.empty_like(local_forces)
+        # On the plane both values are equal.
         u[self._opposite], u[self._nodes] = (even - odd) * _MIRRORED, even + odd
         return np.asarray((u @ self._axes.T).ravel())
 
     def forget(self) -> None:
+        """Start the next solutions of both halves from zero."""
         for solve in self._halves:
             solve.forget()
 
     def release(self) -> None:
+        """Release the memory of both factors."""
         for solve in self._halves:
             solve.release()

@@ -21,14 +21,20 @@ class CoupledBodies:
 
     Attributes
     ----------
+    rail, wheel
+        The two elastic bodies.
+    grid
+        Pressure grid with n nodes on the rail's uniform zone.
     normals (n, 3)
-        Outward unit normals of the true rail at the pressure nodes; the pressure acts along them on both bodies.
-    rail_nodes (n,), wheel_nodes (m,)
-        Mesh nodes of the pressure grid, and the wheel's nodes on its contact surface.
+        Outward unit normals of the true rail at the pressure nodes. The pressure acts along them on both bodies.
+    rail_nodes (n,)
+        Mesh nodes of the pressure grid.
+    wheel_nodes (m,)
+        The wheel's nodes on its contact surface.
     coupling (n, m)
         Mortar matrix M in mm^2.
     bands
-        Columns of the grid with equal steps: all columns, or a band at each of several patches far apart.
+        Columns of the grid with equal grid spacing: all columns, or one band for each of several distant patches.
     """
 
     rail: ElasticBody
@@ -39,62 +45,99 @@ class CoupledBodies:
     wheel_nodes: Integers
     coupling: csr_matrix
     bands: tuple[slice, ...] = (slice(None),)
-    # of the last pressure, with the tolerance: slides and stresses ask for what the contact has ended with
-    _last: list[tuple[Floats, float, tuple[Floats, Floats]]] = field(default_factory=list, init=False, repr=False)
+    # The last pressure, its tolerance and its displacements. Slides and stresses ask for the pressure with which the
+    # contact has ended.
+    _last_solution: list[tuple[Floats, float, tuple[Floats, Floats]]] = field(
+        default_factory=list, init=False, repr=False
+    )
 
     def displacements(
         self,
         pressure: Floats,
-        more: Sequence[Floats | None] = (None, None),
+        further_forces: Sequence[Floats | None] = (None, None),
         *,
         tolerance: float = LINEAR_TOLERANCE,
     ) -> tuple[Floats, Floats]:
-        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa.
+        """Displacements of rail and wheel under nodal pressures.
 
-        `more` are further forces (nodes, 3) in N on rail and wheel. Norms of the residuals are at most `tolerance`
-        times those of the forces.
+        Parameters
+        ----------
+        pressure (n,)
+            Nodal pressures in MPa.
+        further_forces
+            Further forces (nodes, 3) in N on rail and wheel; None for zero.
+        tolerance
+            Largest norm of the residual of a body, relative to the norm of the forces.
+
+        Returns
+        -------
+        u_rail (nodes, 3), u_wheel (nodes, 3)
+            Displacements of all nodes in mm.
         """
-        alone = more[0] is None and more[1] is None
-        if alone and self._last:
-            last, reached, found = self._last[0]
-            if reached <= tolerance and np.array_equal(last, pressure):
-                return found
-        on_rail, on_wheel = self.forces_N(pressure)
-        found = (
-            self.rail.displacements(self.rail_nodes, on_rail, more[0], tolerance=tolerance),
-            self.wheel.displacements(self.wheel_nodes, on_wheel, more[1], tolerance=tolerance),
+        pressure_only = further_forces[0] is None and further_forces[1] is None
+        if pressure_only and self._last_solution:
+            last_pressure, last_tolerance, u = self._last_solution[0]
+            if last_tolerance <= tolerance and np.array_equal(last_pressure, pressure):
+                return u
+        rail_forces, wheel_forces = self.forces_N(pressure)
+        u = (
+            self.rail.displacements(self.rail_nodes, rail_forces, further_forces[0], tolerance=tolerance),
+            self.wheel.displacements(self.wheel_nodes, wheel_forces, further_forces[1], tolerance=tolerance),
         )
-        if alone:
-            self._last[:] = [(pressure.copy(), tolerance, found)]
-        return found
+        if pressure_only:
+            self._last_solution[:] = [(pressure.copy(), tolerance, u)]
+        return u
 
     def forces_N(self, pressure: Floats) -> tuple[Floats, Floats]:
-        """Forces (n, 3) on the rail's and (m, 3) on the wheel's contact nodes under nodal pressures (n,) in MPa."""
-        push = pressure[:, None] * self.normals
-        return -self.grid.nodal_area_mm2()[:, None] * push, self.coupling.T @ push
+        """Forces on the contact nodes of rail and wheel under nodal pressures.
+
+        Parameters
+        ----------
+        pressure (n,)
+            Nodal pressures in MPa.
+
+        Returns
+        -------
+        forces (n, 3), (m, 3)
+            Forces in N on the contact nodes of the rail and of the wheel.
+        """
+        traction = pressure[:, None] * self.normals
+        return -self.grid.nodal_area_mm2()[:, None] * traction, self.coupling.T @ traction
 
     def balance(self, pressure: Floats) -> tuple[float, float]:
-        """What the pressure does to one body and not back to the other: of the force, and of the moment; relative.
+        """Relative imbalance of force and moment between the two bodies.
 
-        Forces act on the curved surfaces of the meshes. The moment is about the centre of the forces, over the sum of
-        forces times their distances from there.
+        Forces act on the curved surfaces of the meshes. The moment is about the centre of the forces, divided by the
+        sum of forces times their distances from that centre.
+
+        Parameters
+        ----------
+        pressure (n,)
+            Nodal pressures in MPa.
+
+        Returns
+        -------
+        force, moment
+            Sums of forces and moments on both bodies, relative to the force and moment on the rail (-).
         """
         forces = self.forces_N(pressure)
-        places = self.rail.mesh.points[self.rail_nodes], self.wheel.mesh.points[self.wheel_nodes]
+        positions = self.rail.mesh.points[self.rail_nodes], self.wheel.mesh.points[self.wheel_nodes]
         sizes = np.linalg.norm(forces[0], axis=1)
-        arms = [one - sizes @ places[0] / sizes.sum() for one in places]
-        force = np.sum([one.sum(axis=0) for one in forces], axis=0)
-        moment = np.sum([np.cross(arm, one).sum(axis=0) for arm, one in zip(arms, forces, strict=True)], axis=0)
+        arms = [position - sizes @ positions[0] / sizes.sum() for position in positions]
+        force = np.sum([body_forces.sum(axis=0) for body_forces in forces], axis=0)
+        moment = np.sum(
+            [np.cross(arm, body_forces).sum(axis=0) for arm, body_forces in zip(arms, forces, strict=True)], axis=0
+        )
         if self.grid.half:
-            # the other half has the opposite of these
+            # the forces and moments of the other half are opposite
             force, moment = force * (0.0, 1.0, 1.0), moment * (1.0, 0.0, 0.0)
-        # a force on a single node has no arm of its own
+        # A force on a single node has an arm of zero.
         lever = max(float(sizes @ np.linalg.norm(arms[0], axis=1)), float(sizes.sum()) * min(self.grid.steps_mm))
-        carried = float(np.linalg.norm(forces[0].sum(axis=0)))
-        return float(np.linalg.norm(force)) / carried, float(np.linalg.norm(moment)) / lever
+        load_N = float(np.linalg.norm(forces[0].sum(axis=0)))
+        return float(np.linalg.norm(force)) / load_N, float(np.linalg.norm(moment)) / lever
 
     def forget(self) -> None:
-        """Solve the next load as if it were the first one, to the last bit."""
+        """Solve the next load as if it were the first load, to the last bit."""
         self.rail.forget()
         self.wheel.forget()
 
@@ -104,33 +147,44 @@ class CoupledBodies:
         self.wheel.close()
 
     def compliance(self, pressure: Floats, tolerance: float = LINEAR_TOLERANCE) -> Floats:
-        """Opening (n,) in mm along the normals, weighted by the dual functions, under pressures (n,) in MPa."""
+        """Opening (n,) in mm along the normals under nodal pressures (n,) in MPa.
+
+        It is weighted by the dual functions of the pressure nodes.
+        """
         return self.opening(*self.displacements(pressure, tolerance=tolerance))
 
     def opening(self, u_rail: Floats, u_wheel: Floats) -> Floats:
-        """Opening (n,) in mm, weighted as in `compliance`, by displacements (nodes, 3) in mm of both bodies."""
+        """Opening (n,) in mm by displacements of both bodies.
+
+        The displacements are (nodes, 3) in mm. The opening is weighted as in `compliance`.
+        """
         return np.asarray(np.einsum("nd,nd->n", self.normals, self._parting(u_rail, u_wheel)))
 
     def parting(self, pressure: Floats, tolerance: float = LINEAR_TOLERANCE) -> Floats:
-        """Displacement (n, 3) in mm of the wheel's surface relative to the rail's, averaged as in `compliance`."""
+        """Displacement (n, 3) in mm of the wheel's surface relative to the rail's surface.
+
+        It is averaged as in `compliance`.
+        """
         return self._parting(*self.displacements(pressure, tolerance=tolerance))
 
     def _parting(self, u_rail: Floats, u_wheel: Floats) -> Floats:
+        """Displacement (n, 3) in mm of the wheel's surface relative to the rail's surface."""
         wheel = (self.coupling @ u_wheel[self.wheel_nodes]) / self.grid.nodal_area_mm2()[:, None]
         return np.asarray(wheel - u_rail[self.rail_nodes])
 
 
 # --- Dual mortar coupling of two non-matching surfaces, and the compliance of the pair of elastic bodies.
 #
-# The pressure lives on the nodes of the rail's uniform zone (the slave), which is a tensor grid in x and in the arc
-# length s of the rail's profile. The wheel's surface (the master) is projected on this plane along the rail's normals;
-# integrals over both meshes are taken on their common refinement, so that every linear function is transferred exactly.
+# The pressure is defined on the nodes of the rail's uniform zone (the slave), which is a tensor grid in x and in the
+# arc length s of the rail's profile. The wheel's surface (the master) is projected on this plane along the rail's
+# normals. Integrals over both meshes are taken on their common refinement, so that every linear function is transferred
+# exactly.
 #
 # Dual shape functions psi_i (Wohlmuth 2000), with int psi_i N_j = 0 for i != j: the pressure p_i of a node gives a
 # force on this node alone, with the area D_i = int N_i.
 
-# Quadrature of degree 5 on a triangle (Radon), in barycentric coordinates: the degree is 2 of the dual function, 2 of
-# the master's function and 1 of the gap's slope.
+# Quadrature of degree 5 on a triangle (Radon), in barycentric coordinates. The degree is the sum of 2 of the dual
+# function, 2 of the master's function and 1 of the slope of the gap.
 _R, _S = (6.0 - np.sqrt(15.0)) / 21.0, (6.0 + np.sqrt(15.0)) / 21.0
 _TRIANGLE_POINTS = np.array(
     [
@@ -147,18 +201,25 @@ _TRIANGLE_WEIGHTS = np.array([9 / 40, *[(155 - np.sqrt(15)) / 1200] * 3, *[(155 
 
 
 def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) -> csr_matrix:
-    """Coupling matrix M_ij = int psi_i N_j (slave nodes, master nodes) in mm^2.
+    """Coupling matrix M_ij = int psi_i N_j of slave nodes i and master nodes j.
 
     Parameters
     ----------
-    master_xs (n, 2)
-        Positions (x, s) of the master's nodes, projected on the slave surface.
-    master_quads (m, 4)
-        Faces of the master; convex in the projection.
+    grid
+        Pressure grid with n slave nodes.
+    master_xs (m, 2)
+        Positions (x, s) in mm of the master's nodes, projected on the slave surface.
+    master_quads (k, 4)
+        Faces of the master, which must be convex in the projection.
+
+    Returns
+    -------
+    csr_matrix
+        M (n, m) in mm^2.
 
     Raises
     ------
-    InputError
+    NotCovered
         If the master does not cover the slave grid: the pressure there would press on nothing.
     """
     nx, ns = grid.shape
@@ -168,10 +229,10 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
     high = np.stack([grid.x_mm[cell_x + 1], grid.s_mm[cell_s + 1]], axis=1)
     polygon, count = _clip(corners[quad], low, high)
     points, weights, pair = _triangle_rule(polygon, count)
-    covered, wanted = float(weights.sum()), float(np.ptp(grid.x_mm) * np.ptp(grid.s_mm))
-    if abs(covered - wanted) > 1e-9 * wanted:
+    covered, area = float(weights.sum()), float(np.ptp(grid.x_mm) * np.ptp(grid.s_mm))
+    if abs(covered - area) > 1e-9 * area:
         raise NotCovered(
-            f"the wheel's surface covers {covered:.3f} of the {wanted:.3f} mm^2 of the rail's contact zone; use smaller"
+            f"the wheel's surface covers {covered:.3f} of the {area:.3f} mm^2 of the rail's contact zone; use smaller"
             " elements or another lateral position"
         )
 
@@ -188,7 +249,10 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
 
 
 def _overlaps(grid: ContactGrid, corners: Floats) -> tuple[Integers, Integers, Integers]:
-    """Pairs of master faces and slave cells whose bounding boxes overlap."""
+    """Pairs of master faces and slave cells with overlapping bounding boxes.
+
+    Returns the index of the face and the indices of the cell along x and along s, each (pairs,).
+    """
     spans = []
     for axis, line in enumerate((grid.x_mm, grid.s_mm)):
         first = np.searchsorted(line, corners[:, :, axis].min(axis=1), side="right") - 1
@@ -203,9 +267,10 @@ def _overlaps(grid: ContactGrid, corners: Floats) -> tuple[Integers, Integers, I
 
 
 def _clip(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers]:
-    """Cut convex quadrilaterals (k, 4, 2) to boxes: polygons (k, 8, 2), padded with their last point, and point counts.
+    """Cut convex quadrilaterals (k, 4, 2) to boxes.
 
-    Sutherland and Hodgman (1974), one half-plane after the other.
+    Returns polygons (k, 8, 2), padded with their last point, and the number of points of each polygon (k,). The method
+    cuts at one half-plane after another (Sutherland and Hodgman 1974).
     """
     k = len(polygons)
     points = np.zeros((k, 8, 2))
@@ -233,7 +298,10 @@ def _clip(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers
 
 
 def _triangle_rule(polygon: Floats, count: Integers) -> tuple[Floats, Floats, Integers]:
-    """Quadrature points (q, 2), weights (q,) and polygon indices (q,) of polygons split into fans of triangles."""
+    """Quadrature of polygons that are split into fans of triangles.
+
+    Returns points (q, 2), weights (q,) and indices of the polygons (q,).
+    """
     fan = np.stack([np.broadcast_to(polygon[:, :1], polygon[:, 1:-1].shape), polygon[:, 1:-1], polygon[:, 2:]], axis=2)
     d1, d2 = fan[:, :, 1] - fan[:, :, 0], fan[:, :, 2] - fan[:, :, 0]
     area = 0.5 * np.abs(d1[..., 0] * d2[..., 1] - d1[..., 1] * d2[..., 0])
@@ -244,15 +312,18 @@ def _triangle_rule(polygon: Floats, count: Integers) -> tuple[Floats, Floats, In
 
 
 def _inverse_bilinear_shapes(corners: Floats, points: Floats) -> Floats:
-    """Bilinear shape functions (q, 4) of quadrilaterals (q, 4, 2) at points (q, 2), by Newton's method."""
+    """Bilinear shape functions of quadrilaterals at points, by Newton's method.
+
+    The quadrilaterals are (q, 4, 2), the points (q, 2) and the functions (q, 4).
+    """
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     r = np.zeros_like(points)
     shape = np.full((len(points), 4), 0.25)
     for _ in range(20):
-        f = 1.0 + signs[None] * r[:, None]
-        shape = 0.25 * f[:, :, 0] * f[:, :, 1]
+        factors = 1.0 + signs[None] * r[:, None]
+        shape = 0.25 * factors[:, :, 0] * factors[:, :, 1]
         residual = points - np.einsum("qc,qcd->qd", shape, corners)
-        d_r, d_s = 0.25 * signs[:, 0] * f[:, :, 1], 0.25 * signs[:, 1] * f[:, :, 0]
+        d_r, d_s = 0.25 * signs[:, 0] * factors[:, :, 1], 0.25 * signs[:, 1] * factors[:, :, 0]
         j_r, j_s = np.einsum("qc,qcd->qd", d_r, corners), np.einsum("qc,qcd->qd", d_s, corners)
         det = j_r[:, 0] * j_s[:, 1] - j_r[:, 1] * j_s[:, 0]
         step = np.stack(
@@ -265,5 +336,5 @@ def _inverse_bilinear_shapes(corners: Floats, points: Floats) -> Floats:
         r = r + step
         if float(np.abs(step).max(initial=0.0)) < 1e-13:
             break
-    f = 1.0 + signs[None] * r[:, None]
-    return np.asarray(0.25 * f[:, :, 0] * f[:, :, 1])
+    factors = 1.0 + signs[None] * r[:, None]
+    return np.asarray(0.25 * factors[:, :, 0] * factors[:, :, 1])

@@ -1,7 +1,7 @@
 """Plane quadrilateral meshes of a body's cross-section: a uniform block under the contact zone, graded outwards.
 
-The outline is meshed here, node by node, so that its nodes lie exactly on the true line; gmsh fills the inside with
-triangles and quadrilaterals twice as large as wanted, and one subdivision makes every cell a quadrilateral.
+The outline is meshed here, node by node, so that its nodes lie exactly on the true profile. gmsh fills the inside with
+triangles and quadrilaterals of twice the intended size, and one subdivision makes every cell a quadrilateral.
 """
 
 from __future__ import annotations
@@ -22,24 +22,34 @@ from fecontact.arrays import Floats, Integers
 from fecontact.errors import NotCovered
 from fecontact.profiles.curve import Profile
 
-# The outline has a corner, which keeps a node, where it turns by more than this between two neighbouring points.
+# Turning angle between two neighbouring points of the outline above which the outline has a corner. A corner keeps a
+# node.
 _CORNER_RAD = 0.3
 _TRACE_STEP_MM = 0.1
-# Element sizes on the outline grow away from the zone: size = step + rate * distance, up to the largest. Inside, the
-# size grows with the distance from the outline and from the uniform block. Finer elements change no contact: peak, area
-# and half-widths are within 0.09 % of a mesh with rate 0.2, 6 mm, layers that grow by 1.12 and a sweep that grows by
-# 1.4, with 0.4 of its unknowns (S1002 on 60E1, 60E2, cylinders on R 300, R 80 and A120, 100 kN).
-_RATE, _LARGEST_MM = 0.3, 9.0
-_INSIDE_RATE, _INSIDE_LARGEST_MM = 0.5, 12.0
-# Decimals in mm of what gmsh is given. Another processor moves points by 1e-13 mm, and gmsh makes another mesh of them.
-_DECIMALS = 5
+# Element sizes on the outline grow away from the zone: size = grid spacing + growth * distance, up to the maximum.
+# Inside, the size grows with the distance from the outline and from the uniform block. Finer elements change no
+# contact: peak, area and half-widths are within 0.09 % of a mesh with growth 0.2, 6 mm, layers that grow by 1.12 and a
+# sweep that grows by 1.4, with 0.4 of its unknowns (S1002 on 60E1, 60E2, cylinders on R 300, R 80 and A120, 100 kN).
+_OUTLINE_GROWTH, _MAX_OUTLINE_SIZE_MM = 0.3, 9.0
+_INSIDE_GROWTH, _MAX_INSIDE_SIZE_MM = 0.5, 12.0
+# Decimals in mm of the coordinates for gmsh. Another processor moves points by 1e-13 mm, and gmsh would make another
+# mesh of the moved points.
+_GMSH_DECIMALS = 5
 LAYER_RATIO = 1.3
 """Ratio of the thicknesses of neighbouring element layers, growing downwards."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stretch:
-    """Part of a line from `low_mm` to `high_mm` in equal steps; `intervals` is even."""
+    """Interval of a profile from `low_mm` to `high_mm` with an even number of equal steps.
+
+    Attributes
+    ----------
+    low_mm, high_mm
+        Arc lengths of both ends in mm.
+    intervals
+        Number of steps, always even.
+    """
 
     low_mm: float
     high_mm: float
@@ -47,31 +57,51 @@ class Stretch:
 
     @property
     def step_mm(self) -> float:
-        """Spacing of the nodes."""
+        """Spacing of the nodes in mm."""
         return (self.high_mm - self.low_mm) / self.intervals
 
     @property
-    def lines_mm(self) -> Floats:
-        """Arc lengths of the nodes."""
+    def nodes_mm(self) -> Floats:
+        """Arc lengths (intervals + 1,) of the nodes in mm."""
         return np.linspace(self.low_mm, self.high_mm, self.intervals + 1)
 
 
 def lines_of(stretches: Sequence[Stretch]) -> Floats:
-    """Nodes of the stretches in order, and of the strips between them, whose steps grow away from both ends."""
-    nodes = [stretches[0].lines_mm]
+    """Nodes of all stretches and of the strips between them.
+
+    The steps of a strip grow away from both of its ends.
+
+    Parameters
+    ----------
+    stretches
+        Stretches by increasing arc length.
+
+    Returns
+    -------
+    nodes (n,)
+        Increasing arc lengths in mm.
+    """
+    nodes = [stretches[0].nodes_mm]
     for before, after in pairwise(stretches):
         strip = np.array([0.0, after.low_mm - before.high_mm])
-        inner = _spaced(strip, (before.step_mm, after.step_mm))[1:-1]
-        nodes += [before.high_mm + inner, after.lines_mm]
+        inner = _graded_places(strip, (before.step_mm, after.step_mm))[1:-1]
+        nodes += [before.high_mm + inner, after.nodes_mm]
     return np.concatenate(nodes)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Zone:
-    """Part of a contact line with regular nodes: stretches of arc lengths of the profile, and coarse strips between.
+    """Interval of a profile with regular nodes: stretches with equal steps, and coarse strips between them.
 
-    Down to `depth_mm` (columns,) layers follow the line, their thicknesses in proportion to it. `depth_step_mm` is the
-    thickness of the first layer where they reach deepest.
+    Attributes
+    ----------
+    stretches
+        Stretches by increasing arc length.
+    depth_step_mm
+        Thickness of the first layer at the greatest depth.
+    depth_mm (columns,)
+        Depth of the layers below each column of nodes. The layers follow the profile, with thicknesses in proportion to
+        the depth.
     """
 
     stretches: tuple[Stretch, ...]
@@ -80,29 +110,36 @@ class Zone:
 
     @property
     def low_mm(self) -> float:
-        """Arc length at which the zone begins."""
+        """Arc length at the start of the zone, in mm."""
         return self.stretches[0].low_mm
 
     @property
     def high_mm(self) -> float:
-        """Arc length at which the zone ends."""
+        """Arc length at the end of the zone, in mm."""
         return self.stretches[-1].high_mm
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Section:
-    """A quadrilateral mesh of a cross-section (mm), cells counter-clockwise.
+    """A quadrilateral mesh of a cross-section in mm.
 
     Attributes
     ----------
-    points (n, 2), quads (m, 4)
-    block_nodes (layers, columns), zone_arc_length_mm (columns,)
-        Nodes of the uniform block, and the arc lengths of its first layer along the profile. The first layer lies on
-        the contact zone from the gauge to the field side; the columns follow its normals.
+    points (n, 2)
+        Nodes in mm.
+    quads (m, 4)
+        Cells, counter-clockwise.
+    block_nodes (layers, columns)
+        Nodes of the uniform block. The first layer lies on the contact zone from the gauge to the field side. The
+        columns follow the normals of the first layer.
+    zone_arc_length_mm (columns,)
+        Arc lengths of the first layer along the profile.
     edges
         Named boundary edges (k, 2): `contact`, `base`, `free`.
-    outline_area_mm2, true_area_mm2
-        Area inside the meshed outline, and area inside the true outline.
+    outline_area_mm2
+        Area inside the meshed outline.
+    true_area_mm2
+        Area inside the true outline.
     """
 
     points: Floats
@@ -121,10 +158,21 @@ def mesh_section(
 
     Parameters
     ----------
+    profile
+        The running surface.
     closure (n, 2)
         Points from the field-side end of the running surface around the body to its gauge-side end, both excluded (mm).
     base
-        Index of the first and last point of `closure` on the straight edge that is held.
+        Index of the first and last point of `closure` on the straight edge that is fixed.
+    zone
+        Regular nodes on the running surface.
+    layer_ratio
+        Ratio of the thicknesses of neighbouring layers of the block, growing downwards.
+
+    Returns
+    -------
+    Section
+        Mesh of the cross-section in the axes of the profile.
 
     Raises
     ------
@@ -132,16 +180,18 @@ def mesh_section(
         If the outline crosses itself or the uniform block: gmsh would hang.
     """
     zone_s = lines_of(zone.stretches)
-    block = _block(profile, zone_s, zone, layer_ratio)
+    block = _uniform_block(profile, zone_s, zone, layer_ratio)
     columns = zone_s.size
-    trace = np.vstack([_along(profile, zone.high_mm, profile.length_mm), closure, _along(profile, 0.0, zone.low_mm)])
+    trace = np.vstack(
+        [_trace_surface(profile, zone.high_mm, profile.length_mm), closure, _trace_surface(profile, 0.0, zone.low_mm)]
+    )
     outer = _graded(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm))
     ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
-    if _crosses_itself(ring):
-        wide, deep = zone.high_mm - zone.low_mm, float(zone.depth_mm.max())
+    if _has_crossing_sides(ring):
+        zone_width, zone_depth = zone.high_mm - zone.low_mm, float(zone.depth_mm.max())
         raise NotCovered(
             f"{profile.kind} {profile.name}: the body is cut too close below its running surface for a contact zone of"
-            f" {wide:.2f} mm, which is meshed {deep:.2f} mm deep; cut it deeper (rail depth, rim thickness)"
+            f" {zone_width:.2f} mm, which is meshed {zone_depth:.2f} mm deep; cut it deeper (rail depth, rim thickness)"
         )
     fill_points, fill_quads = _fill(ring)
 
@@ -151,10 +201,10 @@ def mesh_section(
     fill_ids = np.concatenate([outer_ids, ids[1:, 0], ids[-1, 1:], ids[-2:0:-1, -1], inner_ids])
     points = np.vstack([block.reshape(-1, 2), outer[1:-1], fill_points[len(ring) :]])
     block_quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
-    quads = _counter_clockwise(points, np.vstack([block_quads, fill_ids[fill_quads]]))
+    quads = _orient_counter_clockwise(points, np.vstack([block_quads, fill_ids[fill_quads]]))
 
     edges = np.column_stack([outer_ids[:-1], outer_ids[1:]])
-    held = _on_segment(points[edges], closure[base[0]], closure[base[1]])
+    on_base = _on_segment(points[edges], closure[base[0]], closure[base[1]])
     return Section(
         points=points,
         quads=quads,
@@ -162,11 +212,11 @@ def mesh_section(
         zone_arc_length_mm=zone_s,
         edges={
             "contact": np.column_stack([ids[0, :-1], ids[0, 1:]]),
-            "base": edges[held],
-            "free": edges[~held],
+            "base": edges[on_base],
+            "free": edges[~on_base],
         },
         outline_area_mm2=polygon_area(np.vstack([block[0], outer[1:-1]])),
-        true_area_mm2=polygon_area(np.vstack([_along(profile, zone.low_mm, zone.high_mm), trace[1:-1]])),
+        true_area_mm2=polygon_area(np.vstack([_trace_surface(profile, zone.low_mm, zone.high_mm), trace[1:-1]])),
     )
 
 
@@ -176,21 +226,41 @@ def polygon_area(points: Floats) -> float:
     return float(0.5 * abs(np.dot(y, np.roll(z, -1)) - np.dot(np.roll(y, -1), z)))
 
 
-def _crosses_itself(ring: Floats) -> bool:
-    """Whether two sides of a closed polygon (n, 2) cut through each other."""
+def _has_crossing_sides(ring: Floats) -> bool:
+    """Whether two sides of a closed polygon (n, 2) cross each other."""
     start, end = ring, np.roll(ring, -1, axis=0)
 
-    def side(of: Floats) -> Floats:
-        # on which side of each polygon side (rows) the points lie
-        d, r = end - start, of[None] - start[:, None]
-        return np.asarray(d[:, None, 0] * r[..., 1] - d[:, None, 1] * r[..., 0])
+    def side(points: Floats) -> Floats:
+        """Sign that gives the side of each polygon side (rows) on which points (columns) lie."""
+        direction, offset = end - start, points[None] - start[:, None]
+        return np.asarray(direction[:, None, 0] * offset[..., 1] - direction[:, None, 1] * offset[..., 0])
 
-    parted = side(start) * side(end) < 0.0
-    return bool(np.any(parted & parted.T))
+    is_separated = side(start) * side(end) < 0.0
+    return bool(np.any(is_separated & is_separated.T))
 
 
 def layer_depths(first: float, total: float, ratio: float) -> Floats:
-    """Depths from 0 to `total` in an even number of layers that grow by about `ratio` from about `first`."""
+    """Depths of layers with thicknesses that grow by about a ratio.
+
+    Parameters
+    ----------
+    first
+        Approximate thickness of the first layer.
+    total
+        Depth of the last layer.
+    ratio
+        Approximate ratio of neighbouring thicknesses.
+
+    Returns
+    -------
+    depths (layers + 1,)
+        Depths from 0 to `total`, of an even number of layers.
+
+    Examples
+    --------
+    >>> [round(float(depth), 3) for depth in layer_depths(1.0, 6.0, 1.5)]
+    [0.0, 0.738, 1.846, 3.508, 6.0]
+    """
     if first * 2 >= total:
         return np.linspace(0.0, total, 3)
     count = int(np.ceil(np.log1p((ratio - 1.0) * total / first) / np.log(ratio)))
@@ -199,50 +269,59 @@ def layer_depths(first: float, total: float, ratio: float) -> Floats:
     return np.asarray(depths * (total / depths[-1]))
 
 
-def _block(profile: Profile, zone_s: Floats, zone: Zone, layer_ratio: float) -> Floats:
-    """Nodes (layers, columns, 2) of the uniform block: copies of the line, moved inwards along its normals."""
+def _uniform_block(profile: Profile, zone_s: Floats, zone: Zone, layer_ratio: float) -> Floats:
+    """Nodes (layers, columns, 2) of the uniform block.
+
+    The layers are copies of the profile in the zone, moved inwards along its normals.
+    """
     line = profile.evaluate(profile.at_arc_length(zone_s))
     inward = profile.convex_sign * np.column_stack([-line.dz, line.dy]) / np.hypot(line.dy, line.dz)[:, None]
-    parts = layer_depths(zone.depth_step_mm, float(zone.depth_mm.max()), layer_ratio) / zone.depth_mm.max()
-    depths = parts[:, None] * zone.depth_mm
+    relative_depths = layer_depths(zone.depth_step_mm, float(zone.depth_mm.max()), layer_ratio) / zone.depth_mm.max()
+    depths = relative_depths[:, None] * zone.depth_mm
     return np.asarray(np.column_stack([line.y, line.z])[None] + depths[..., None] * inward[None])
 
 
-def _along(profile: Profile, low: float, high: float) -> Floats:
+def _trace_surface(profile: Profile, low: float, high: float) -> Floats:
     """Points of the running surface between two arc lengths, closely spaced."""
     count = max(2, int(np.ceil((high - low) / _TRACE_STEP_MM)) + 1)
     p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, count)))
     return np.column_stack([p.y, p.z])
 
 
-def _graded(trace: Floats, ends: tuple[float, float]) -> Floats:
-    """Nodes along a polyline with given steps at its two ends; an even number of steps between any two corners."""
+def _graded(trace: Floats, end_steps: tuple[float, float]) -> Floats:
+    """Nodes along a polyline with given steps at its two ends.
+
+    The number of steps between any two corners is even.
+    """
     chords = np.diff(trace, axis=0)
     lengths = np.hypot(*chords.T)
     arc = np.concatenate(([0.0], np.cumsum(lengths)))
     heading = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0]))
     corners = np.flatnonzero(np.abs(np.diff(heading)) > _CORNER_RAD) + 1
-    s = _spaced(np.concatenate(([0.0], arc[corners], [arc[-1]])), ends)
-    return np.column_stack([np.interp(s, arc, trace[:, k]) for k in (0, 1)])
+    arcs = _graded_places(np.concatenate(([0.0], arc[corners], [arc[-1]])), end_steps)
+    return np.column_stack([np.interp(arcs, arc, trace[:, k]) for k in (0, 1)])
 
 
-def _spaced(breaks: Floats, ends: tuple[float, float]) -> Floats:
-    """Places from 0 to the last break, in steps that grow away from both ends; an even number between two breaks."""
+def _graded_places(breaks: Floats, end_steps: tuple[float, float]) -> Floats:
+    """Places from 0 to the last break, in steps that grow away from both ends.
+
+    The number of steps between two breaks is even.
+    """
     length = breaks[-1]
     fine = np.unique(np.concatenate([np.linspace(0.0, length, 4000), breaks]))
     middle = 0.5 * (fine[1:] + fine[:-1])
-    size = np.minimum(ends[0] + _RATE * middle, ends[1] + _RATE * (length - middle))
-    count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / np.minimum(size, _LARGEST_MM))))
+    size = np.minimum(end_steps[0] + _OUTLINE_GROWTH * middle, end_steps[1] + _OUTLINE_GROWTH * (length - middle))
+    count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / np.minimum(size, _MAX_OUTLINE_SIZE_MM))))
     nodes = [np.zeros(1)]
     for start, stop in pairwise(breaks):
-        c0, c1 = np.interp([start, stop], fine, count)
-        steps = 2 * max(1, round((c1 - c0) / 2))
-        nodes.append(np.interp(np.linspace(c0, c1, steps + 1)[1:], count, fine))
+        start_count, stop_count = np.interp([start, stop], fine, count)
+        steps = 2 * max(1, round((stop_count - start_count) / 2))
+        nodes.append(np.interp(np.linspace(start_count, stop_count, steps + 1)[1:], count, fine))
     return np.concatenate(nodes)
 
 
 def _on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
-    """Which edges (k, 2, 2) lie on the straight line between two points."""
+    """Whether edges (k, 2, 2) lie on the straight segment between two points."""
     direction = (end - start) / np.hypot(*(end - start))
     offset = edges - start
     along = offset @ direction
@@ -251,16 +330,19 @@ def _on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.all((np.abs(across) < 1e-6) & (along > -1e-6) & (along < length + 1e-6), axis=1))
 
 
-# Two sessions at a time end the process.
-_ONE_SESSION = threading.Lock()
+# Two gmsh sessions at a time end the process.
+_SESSION_LOCK = threading.Lock()
 
 
 @contextmanager
 def _gmsh_session() -> Iterator[ModuleType]:
-    """Start and end gmsh; threads wait for each other, since its state is global."""
+    """Start and end gmsh.
+
+    Threads wait for each other, since the state of gmsh is global.
+    """
     import gmsh
 
-    with _ONE_SESSION:
+    with _SESSION_LOCK:
         gmsh.initialize(interruptible=False)
         _ignore_broken_pipes()
         try:
@@ -273,21 +355,25 @@ def _gmsh_session() -> Iterator[ModuleType]:
 
 
 def _ignore_broken_pipes() -> None:
-    """Ignore SIGPIPE again, as Python does: gmsh restores the default, by which a broken pipe ends the process."""
+    """Ignore SIGPIPE again, as Python does.
+
+    gmsh restores the default, so that a broken pipe ends the process.
+    """
     if hasattr(signal, "SIGPIPE"):
-        # not signal.signal: it does not see gmsh's change, and works in the main thread only
+        # signal.signal is not used: it does not see the change by gmsh, and works in the main thread only
         handler = ctypes.pythonapi.PyOS_setsig
         handler.argtypes, handler.restype = [ctypes.c_int, ctypes.c_void_p], ctypes.c_void_p
         handler(signal.SIGPIPE, int(signal.SIG_IGN))
 
 
 def _fill(ring: Floats) -> tuple[Floats, Integers]:
-    """Quadrilaterals inside a closed polygon with an even number of nodes; the polygon's nodes come first, in order.
+    """Quadrilaterals inside a closed polygon with an even number of nodes.
 
-    Recombining triangles to quadrilaterals moves nodes, and this now and then turns a remaining triangle inside out.
-    Then nodes are not moved; if cells still fold, the mesh is made from triangles alone, which never fold.
+    The nodes of the polygon are the first points, in order. Recombination of triangles to quadrilaterals moves nodes,
+    and this now and then turns a remaining triangle inside out. Then nodes are not moved. If cells still fold, the mesh
+    is made from triangles alone, which never fold.
     """
-    corners = np.round(ring[::2], _DECIMALS)
+    corners = np.round(ring[::2], _GMSH_DECIMALS)
     for recombine, optimize in ((True, True), (True, False), (False, False)):
         points, quads = _subdivide(*_gmsh_cells(corners, recombine=recombine, optimize=optimize), ring)
         if _all_convex(points[quads]):
@@ -296,31 +382,35 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
 
 
 def _all_convex(p: Floats) -> bool:
-    """Whether all quadrilaterals (m, 4, 2) are convex and have the same orientation."""
+    """Whether all quadrilaterals (m, 4, 2) are convex and have equal orientation."""
     ahead, back = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
-    turn = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
-    return bool(np.all(turn > 0.0) or np.all(turn < 0.0))
+    turns = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+    return bool(np.all(turns > 0.0) or np.all(turns < 0.0))
 
 
 def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Floats, Integers, Integers]:
-    """Points, triangles and quadrilaterals inside a closed polygon, whose nodes come first; its sides stay undivided.
+    """Points, triangles and quadrilaterals inside a closed polygon.
 
-    Inside, cells grow away from each side of the polygon.
+    The nodes of the polygon come first, and its sides stay undivided. Inside, cells grow away from each side of the
+    polygon.
     """
     n = len(corners)
     middles, sides = 0.5 * (corners + np.roll(corners, -1, axis=0)), np.roll(corners, -1, axis=0) - corners
     lengths = np.hypot(*sides.T)
 
-    def size(dimension: int, tag: int, y: float, z: float, x: float, given: float) -> float:
-        away = np.hypot(middles[:, 0] - y, middles[:, 1] - z)
-        return round(float(min(np.min(lengths + 2.0 * _INSIDE_RATE * away), 2.0 * _INSIDE_LARGEST_MM)), _DECIMALS)
+    def size(dimension: int, tag: int, y: float, z: float, x: float, default_size: float) -> float:
+        """Size of the cells at a place (y, z), as gmsh asks for it."""
+        distances = np.hypot(middles[:, 0] - y, middles[:, 1] - z)
+        return round(
+            float(min(np.min(lengths + 2.0 * _INSIDE_GROWTH * distances), 2.0 * _MAX_INSIDE_SIZE_MM)), _GMSH_DECIMALS
+        )
 
     with _gmsh_session() as gmsh:
         gmsh.option.setNumber("Mesh.Algorithm", 8)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
         gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
-        # a poor quadrilateral would fold when it is subdivided; its two triangles never do
+        # A poor quadrilateral would fold in the subdivision; its two triangles never do.
         gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
         if not optimize:
             gmsh.option.setNumber("Mesh.RecombineNodeRepositioning", 0)
@@ -353,7 +443,10 @@ def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Fl
 
 
 def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Floats) -> tuple[Floats, Integers]:
-    """Cut triangles into three and quadrilaterals into four quadrilaterals; new boundary nodes lie on the true ring."""
+    """Cut triangles into three and quadrilaterals into four quadrilaterals.
+
+    New boundary nodes lie on the true ring.
+    """
     n = len(ring) // 2
     sides = np.vstack([np.stack([c, np.roll(c, -1, axis=1)], axis=-1).reshape(-1, 2) for c in (triangles, quads)])
     unique, inverse = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
@@ -363,27 +456,33 @@ def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Float
     ring_index = np.where(high - low == 1, low, high)
     centres = np.vstack([points[triangles].mean(axis=1), points[quads].mean(axis=1)])
 
-    # numbering: ring (corner, middle, corner, ...), gmsh's inner nodes, middles of inner sides, centres of cells
+    # Numbering: ring (corner, middle, corner, ...), gmsh's inner nodes, middles of inner sides, centres of cells.
     corner_id = np.concatenate([2 * np.arange(n), 2 * n + np.arange(len(points) - n)])
     middle_id = np.where(on_ring, 2 * ring_index + 1, len(points) + n + np.cumsum(~on_ring) - 1)
     centre_id = len(points) + n + np.count_nonzero(~on_ring) + np.arange(len(centres))
     all_points = np.vstack([ring, points[n:], middles[~on_ring], centres])
-    out, side = [], 0
-    for cells, first in ((triangles, 0), (quads, len(triangles))):
+    quad_blocks, first_side = [], 0
+    for cells, first_cell in ((triangles, 0), (quads, len(triangles))):
         corners = cells.shape[1]
-        mids = middle_id[inverse.ravel()[side : side + cells.size]].reshape(cells.shape)
-        side += cells.size
+        cell_middles = middle_id[inverse.ravel()[first_side : first_side + cells.size]].reshape(cells.shape)
+        first_side += cells.size
         for k in range(corners):
-            out.append(
+            quad_blocks.append(
                 np.column_stack(
-                    [corner_id[cells[:, k]], mids[:, k], centre_id[first : first + len(cells)], mids[:, k - 1]]
+                    [
+                        corner_id[cells[:, k]],
+                        cell_middles[:, k],
+                        centre_id[first_cell : first_cell + len(cells)],
+                        cell_middles[:, k - 1],
+                    ]
                 )
             )
-    return all_points, np.vstack(out)
+    return all_points, np.vstack(quad_blocks)
 
 
-def _counter_clockwise(points: Floats, quads: Integers) -> Integers:
+def _orient_counter_clockwise(points: Floats, quads: Integers) -> Integers:
+    """Quadrilaterals (m, 4) with counter-clockwise corners."""
     p = points[quads]
     d1, d2 = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
-    turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
-    return np.where(turned[:, None], quads[:, ::-1], quads)
+    is_clockwise = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
+    return np.where(is_clockwise[:, None], quads[:, ::-1], quads)

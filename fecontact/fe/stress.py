@@ -18,44 +18,86 @@ from fecontact.fe.stiffness import elasticity_MPa
 
 
 def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | None = None) -> Floats:
-    """Stress (n, 6) in MPa at the nodes: XX YY ZZ XY YZ XZ, the mean of the adjacent elements' corner values.
+    """Stress at the nodes: the mean of the corner values of adjacent elements.
 
     Corner values are extrapolated from the 2 x 2 x 2 Gauss points, where trilinear elements are most accurate.
 
     Parameters
     ----------
+    body
+        Elastic body with n nodes and m hexahedra.
     displacements (n, 3)
         Displacements of all nodes in mm.
     relaxed (m, 8, 6)
-        Stress at the Gauss points that plastic strain takes off.
+        Stress in MPa at the Gauss points that plastic strain removes; None without plastic strain.
+
+    Returns
+    -------
+    stress (n, 6)
+        XX YY ZZ XY YZ XZ in MPa.
     """
     mesh, signs = body.mesh, CORNER_SIGNS
     p, u = mesh.points[mesh.hexes], displacements[mesh.hexes]
-    at_gauss = np.empty((len(mesh.hexes), 8, 6))
-    law = np.stack([elasticity_MPa(body.material)[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))])
+    gauss_stress = np.empty((len(mesh.hexes), 8, 6))
+    tensor_rows = np.stack(
+        [elasticity_MPa(body.material)[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
+    )
     for k in range(8):
-        # row l and column k: the derivative of u_k by x_l
-        at_gauss[:, k] = np.tensordot(_at_gauss_point(p, k)[0] @ u, law, axes=((2, 1), (1, 2)))
+        # Row l and column k: the derivative of u_k by x_l.
+        gauss_stress[:, k] = np.tensordot(_gradients_at_gauss_point(p, k)[0] @ u, tensor_rows, axes=((2, 1), (1, 2)))
     if relaxed is not None:
-        at_gauss -= relaxed
-    # value at corner c = sum over the Gauss points of value times trilinear function at the scaled corner position
+        gauss_stress -= relaxed
+    # The value at corner c is the sum over the Gauss points of their values times the trilinear functions at the scaled
+    # corner position.
     weights = np.prod(1.0 + signs[:, None, :] * signs[None, :, :] * np.sqrt(3.0), axis=2) / 8.0
-    return mean_at_nodes(mesh, weights @ at_gauss)
+    return mean_at_nodes(mesh, weights @ gauss_stress)
 
 
 def mean_at_nodes(mesh: BodyMesh, corners: Floats) -> Floats:
-    """Mean (n, k) at the nodes of values (m, 8, k) at the corners of all adjacent elements."""
+    """Mean at the nodes of values at the corners of all adjacent elements.
+
+    Parameters
+    ----------
+    mesh
+        Mesh with n nodes and m hexahedra.
+    corners (m, 8, k)
+        Values at the corners.
+
+    Returns
+    -------
+    means (n, k)
+        In the unit of the values.
+    """
     return _sum_at_nodes(mesh.hexes, corners, len(mesh.points)) / np.bincount(mesh.hexes.ravel())[:, None]
 
 
 def _sum_at_nodes(hexes: Integers, corners: Floats, count: int) -> Floats:
-    """Sum (count, k) at the nodes of values (m, 8, k) at the corners of hexahedra (m, 8); numpy.add.at is slower."""
+    """Sum (count, k) at the nodes of values at the corners of hexahedra.
+
+    The values are (m, 8, k), the hexahedra (m, 8). numpy.add.at is slower.
+    """
     adjacent = csc_matrix((np.ones(hexes.size), hexes.ravel(), np.arange(hexes.size + 1)), shape=(count, hexes.size))
     return np.asarray(adjacent @ corners.reshape(hexes.size, -1))
 
 
 def von_mises(stress: Floats) -> Floats:
-    """Von Mises stress (n,) of stresses (n, 6) in the order XX YY ZZ XY YZ XZ."""
+    """Von Mises stress of stresses in the order XX YY ZZ XY YZ XZ.
+
+    Parameters
+    ----------
+    stress (n, 6)
+        Stress in MPa or in another unit.
+
+    Returns
+    -------
+    von_mises (n,)
+        In the unit of the stress.
+
+    Examples
+    --------
+    >>> float(von_mises(np.array([200.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    200.0
+    """
     xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
     return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2)))
 
@@ -65,10 +107,12 @@ def von_mises(stress: Floats) -> Floats:
 
 @dataclass(frozen=True, kw_only=True)
 class StressPeak:
-    """Largest von Mises stress in a body below its contact zone, in MPa, and its place.
+    """Largest von Mises stress in a body below its contact zone, and its place.
 
     Attributes
     ----------
+    von_mises_MPa
+        Von Mises stress in MPa.
     depth_mm
         Depth below the surface, along the normal; 0 at the surface.
     x_mm, y_mm
@@ -82,31 +126,47 @@ class StressPeak:
 
 
 def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
-    """Find the largest von Mises stress below the contact zone of a body, from its stress (n, 6) in MPa at the nodes.
+    """Find the largest von Mises stress below the contact zone of a body.
 
-    The node of the uniform block with the largest stress decides about the normal. Along this normal a cubic spline
-    goes through the nodes, so that depth and size do not stick to the layers. The peak below a Hertz patch lies at 0.48
-    to 0.78 of the shorter semi-axis (Johnson 1985, section 4.2 and eq. 3.69). The block is 1.5 semi-axes deep if the
-    surface allows; below a tight corner the block ends earlier, and the line continues through the mesh below.
+    The node of the uniform block with the largest stress decides on the normal. Along this normal a cubic spline runs
+    through the nodes, so that depth and size do not stick to the layers. The peak below a Hertz patch lies at 0.48 to
+    0.78 of the shorter semi-axis (Johnson 1985, section 4.2 and eq. 3.69). The block is 1.5 semi-axes deep if the
+    surface allows. Below a tight corner the block ends earlier, and the line continues through the mesh below.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of the body with n nodes.
+    stress (n, 6)
+        Stress at the nodes in MPa.
+
+    Returns
+    -------
+    StressPeak
+        Size and place of the peak.
     """
     values = von_mises(stress)
     i, j, k = np.unravel_index(int(np.argmax(values[mesh.block_nodes])), mesh.block_nodes.shape)
     column = mesh.block_nodes[i, j]
-    depth, below = np.linalg.norm(mesh.points[column] - mesh.points[column[0]], axis=1), values[column]
+    depths, column_values = np.linalg.norm(mesh.points[column] - mesh.points[column[0]], axis=1), values[column]
     if k == column.size - 1:
-        further = _below_the_block(mesh, int(i), int(j), values)
-        depth, below = np.concatenate([depth, further[0]]), np.concatenate([below, further[1]])
-    depth_mm, size = peak_on_line(depth, below)
+        continuation = _below_the_block(mesh, int(i), int(j), values)
+        depths, column_values = (
+            np.concatenate([depths, continuation[0]]),
+            np.concatenate([column_values, continuation[1]]),
+        )
+    depth_mm, peak_MPa = peak_on_line(depths, column_values)
     x, y, _ = mesh.points[column[0]]
-    return StressPeak(von_mises_MPa=size, depth_mm=depth_mm, x_mm=float(x), y_mm=float(y))
+    return StressPeak(von_mises_MPa=peak_MPa, depth_mm=depth_mm, x_mm=float(x), y_mm=float(y))
 
 
 def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Floats, Floats]:
-    """Depths from below a block's column (i, j) down to half the zone's width, and nodal values at these depths.
+    """Depths and nodal values below a column (i, j) of the block.
 
-    Values are cubic by piecewise cubics (Clough and Tocher) among the nodes of the cross-section.
+    They extend down to half the zone's width. Values are interpolated by piecewise cubics (Clough and Tocher) among the
+    nodes of the cross-section.
     """
-    # nodes are numbered cross-section by cross-section
+    # Nodes are numbered cross-section by cross-section.
     count = int(mesh.block_nodes[1, 0, 0] - mesh.block_nodes[0, 0, 0])
     first = int(mesh.block_nodes[i, j, 0]) // count * count
     line = mesh.points[mesh.block_nodes[i, j]]
@@ -120,21 +180,36 @@ def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Fl
     reach = 0.5 * float(np.linalg.norm(row[-1] - row[0]))
     near = np.all(np.abs(section) < 2.0 * reach, axis=1)
     step = depths[-1] - depths[-2]
-    further = np.arange(depths[-1] + step, max(reach, depths[-1] + 3.0 * step), step)
-    cubic = CloughTocher2DInterpolator(section[near], values[first : first + count][near])(further, 0.0 * further)
-    inside = np.isfinite(cubic)
-    return further[inside], cubic[inside]
+    new_depths = np.arange(depths[-1] + step, max(reach, depths[-1] + 3.0 * step), step)
+    new_values = CloughTocher2DInterpolator(section[near], values[first : first + count][near])(
+        new_depths, 0.0 * new_depths
+    )
+    inside = np.isfinite(new_values)
+    return new_depths[inside], new_values[inside]
 
 
 def peak_on_line(depth_mm: Floats, values: Floats) -> tuple[float, float]:
-    """Depth and size of the largest value on a cubic spline (not-a-knot) through values at rising depths (n,)."""
+    """Depth and size of the largest value on a cubic spline (not-a-knot) through values.
+
+    Parameters
+    ----------
+    depth_mm (n,)
+        Increasing depths in mm.
+    values (n,)
+        Values at these depths.
+
+    Returns
+    -------
+    depth, size
+        Depth in mm and size in the unit of the values.
+    """
     spline = CubicSpline(depth_mm, values)
-    turns = spline.derivative().roots(extrapolate=False)
-    # a constant piece has no single root
-    candidates = np.concatenate([depth_mm, turns[np.isfinite(turns)]])
+    stationary_depths = spline.derivative().roots(extrapolate=False)
+    # A constant piece has no single root.
+    candidates = np.concatenate([depth_mm, stationary_depths[np.isfinite(stationary_depths)]])
     sizes = spline(candidates)
-    best = int(np.argmax(sizes))
-    return float(candidates[best]), float(sizes[best])
+    largest = int(np.argmax(sizes))
+    return float(candidates[largest]), float(sizes[largest])
 
 
 # --- Elastic-plastic flow in the elements of a body, as initial strains on its elastic stiffness.
@@ -144,17 +219,25 @@ def peak_on_line(depth_mm: Floats, values: Floats) -> tuple[float, float]:
 # only the elastic stiffness is ever factorised. Range of validity: a load that only grows, steel without residual
 # stresses, and plastic strains of a few per cent.
 
-# Substeps of a straight strain path on which the flow is followed: halving them moves a contact's peak by 0.1 %.
+# Substeps of a straight strain path for the plastic flow. Half the substep size moves a contact's peak by 0.1 %.
 SUBSTEPS = 8
-_ROOT = np.sqrt(2.0 / 3.0)
-_ONE = np.eye(3)
+_SQRT_TWO_THIRDS = np.sqrt(2.0 / 3.0)
+_UNIT_TENSOR = np.eye(3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlasticState:
-    """Plastic strain (..., 3, 3), which keeps the volume, and accumulated equivalent plastic strain (...).
+    """Plastic strain and accumulated equivalent plastic strain.
 
-    The equivalent strain is the sum of sqrt(2/3) |d plastic|: in uniaxial stress it is the plastic strain.
+    The plastic strain keeps the volume. The equivalent strain is the sum of sqrt(2/3) |d plastic|: in uniaxial stress
+    it is the plastic strain.
+
+    Attributes
+    ----------
+    strain (..., 3, 3)
+        Plastic strain (-).
+    equivalent (...)
+        Accumulated equivalent plastic strain (-).
     """
 
     strain: Floats
@@ -168,7 +251,26 @@ class PlasticState:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlasticLaw:
-    """Material of a body that yields: shear modulus, yield stress and plastic modulus d stress / d plastic in MPa."""
+    """Material of a body that yields.
+
+    Attributes
+    ----------
+    shear_MPa
+        Shear modulus.
+    yield_MPa
+        Yield stress; infinite for a material that never yields.
+    hardening_MPa
+        Plastic modulus d stress / d plastic strain.
+
+    Examples
+    --------
+    >>> law = PlasticLaw(shear_MPa=80e3, yield_MPa=400.0, hardening_MPa=0.0)
+    >>> strain = np.zeros((3, 3))
+    >>> strain[0, 1] = strain[1, 0] = 0.01
+    >>> state = law.flow(np.zeros((3, 3)), strain, PlasticState.none())
+    >>> round(float(law.von_mises(strain, state)), 6)
+    400.0
+    """
 
     shear_MPa: float
     yield_MPa: float
@@ -176,7 +278,10 @@ class PlasticLaw:
 
     @classmethod
     def of(cls, material: Material) -> PlasticLaw:
-        """The law of a material; a material without a yield stress never yields."""
+        """Plastic law of a material.
+
+        A material without a yield stress never yields.
+        """
         yield_MPa = math.inf if material.yield_MPa is None else material.yield_MPa
         return cls(shear_MPa=material.shear_MPa, yield_MPa=yield_MPa, hardening_MPa=material.hardening_MPa)
 
@@ -186,14 +291,28 @@ class PlasticLaw:
 
     def von_mises(self, strain: Floats, state: PlasticState) -> Floats:
         """Von Mises stress (...) in MPa at strains (..., 3, 3)."""
-        return np.asarray(_norm(self.stress(strain, state)) / _ROOT)
+        return np.asarray(_norm(self.stress(strain, state)) / _SQRT_TWO_THIRDS)
 
     def flow(self, start: Floats, end: Floats, state: PlasticState, substeps: int = SUBSTEPS) -> PlasticState:
-        """State after a straight strain path from `start` to `end` (..., 3, 3).
+        """State after a straight strain path.
 
-        Radial return (Wilkins 1964; Simo and Hughes 1998, box 3.1) in each of `substeps` equal parts of the path.
+        Radial return (Wilkins 1964; Simo and Hughes 1998, box 3.1) in equal substeps of the path.
+
+        Parameters
+        ----------
+        start, end (..., 3, 3)
+            Total strains at both ends of the path (-).
+        state
+            State at the start.
+        substeps
+            Number of substeps.
+
+        Returns
+        -------
+        PlasticState
+            State at the end of the path.
         """
-        # the elastic domain is convex: a path that is inside at both ends is inside all the way
+        # The elastic domain is convex: a path that is inside at both ends is inside all the way.
         yields = self.von_mises(end, state) > self.yield_MPa + self.hardening_MPa * state.equivalent
         if not np.any(yields):
             return state
@@ -202,15 +321,15 @@ class PlasticLaw:
         for k in range(1, substeps + 1):
             strain = first + (k / substeps) * (last - first)
             trial = 2.0 * self.shear_MPa * (strain - plastic)
-            size = _norm(trial)
-            beyond = size - _ROOT * (self.yield_MPa + self.hardening_MPa * equivalent)
-            rate = np.maximum(beyond, 0.0) / (2.0 * self.shear_MPa + _ROOT**2 * self.hardening_MPa)
-            # a point without stress has no direction, and does not yield
-            plastic = plastic + (rate / np.where(size > 0.0, size, 1.0))[..., None, None] * trial
-            equivalent = equivalent + _ROOT * rate
-        strains, passed = state.strain.copy(), state.equivalent.copy()
-        strains[yields], passed[yields] = plastic, equivalent
-        return PlasticState(strain=strains, equivalent=passed)
+            trial_norm = _norm(trial)
+            excess = trial_norm - _SQRT_TWO_THIRDS * (self.yield_MPa + self.hardening_MPa * equivalent)
+            increment = np.maximum(excess, 0.0) / (2.0 * self.shear_MPa + _SQRT_TWO_THIRDS**2 * self.hardening_MPa)
+            # A point without stress has no direction, and does not yield.
+            plastic = plastic + (increment / np.where(trial_norm > 0.0, trial_norm, 1.0))[..., None, None] * trial
+            equivalent = equivalent + _SQRT_TWO_THIRDS * increment
+        strains, equivalents = state.strain.copy(), state.equivalent.copy()
+        strains[yields], equivalents[yields] = plastic, equivalent
+        return PlasticState(strain=strains, equivalent=equivalents)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -219,12 +338,18 @@ class PlasticZone:
 
     Attributes
     ----------
-    elements (m,), nodes (m, 8)
-        Indices of the elements among all hexahedra, and nodes of the elements.
+    law
+        Plastic law of the material.
+    elements (m,)
+        Indices of the elements among all hexahedra.
+    nodes (m, 8)
+        Nodes of the elements.
     gradients (m, 8 points, 3, 8 corners)
         Derivatives of the shape functions by x, y, z at the Gauss points, 1/mm.
     volumes_mm3 (m, 8)
-        Volume that each Gauss point stands for, in the model.
+        Volume of the model at each Gauss point.
+    points
+        Number of nodes of the mesh.
     """
 
     law: PlasticLaw
@@ -236,7 +361,22 @@ class PlasticZone:
 
     @classmethod
     def of(cls, mesh: BodyMesh, law: PlasticLaw, elements: NDArray[np.int64]) -> PlasticZone:
-        """The zone of some elements (m,) of a mesh."""
+        """The zone of some elements of a mesh.
+
+        Parameters
+        ----------
+        mesh
+            Mesh of the body.
+        law
+            Plastic law of the material.
+        elements (m,)
+            Indices of the elements among all hexahedra.
+
+        Returns
+        -------
+        PlasticZone
+            The elements with their derivatives and volumes.
+        """
         nodes = mesh.hexes[elements]
         gradients, volumes = gauss_gradients(mesh.points[nodes])
         return cls(
@@ -248,62 +388,99 @@ class PlasticZone:
             points=len(mesh.points),
         )
 
-    def part(self, chosen: NDArray[np.bool_]) -> PlasticZone:
-        """The part of the zone with the elements chosen (m,)."""
+    def part(self, is_selected: NDArray[np.bool_]) -> PlasticZone:
+        """Subset of the zone with selected elements (m,)."""
         names = ("elements", "nodes", "gradients", "volumes_mm3")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
+        return replace(self, **{name: getattr(self, name)[is_selected] for name in names})
 
     def none(self) -> PlasticState:
-        """The state of virgin material."""
+        """State of virgin material."""
         return PlasticState.none(*self.volumes_mm3.shape)
 
     def strains(self, displacements: Floats) -> Floats:
-        """Strains (m, 8, 3, 3) at the Gauss points under displacements (n, 3) in mm of all nodes."""
+        """Strains at the Gauss points under displacements of the nodes.
+
+        Parameters
+        ----------
+        displacements (n, 3)
+            Displacements of all nodes in mm.
+
+        Returns
+        -------
+        strains (m, 8, 3, 3)
+            Small strains (-).
+        """
         m, points = self.volumes_mm3.shape
         gradient = self.gradients.reshape(m, points * 3, 8) @ displacements[self.nodes]
         gradient = gradient.reshape(m, points, 3, 3)
         return 0.5 * (gradient + gradient.transpose(0, 1, 3, 2))
 
     def forces(self, plastic_strain: Floats) -> Floats:
-        """Forces (n, 3) in N that a plastic strain (m, 8, 3, 3) puts on all nodes: int grad N . C : plastic."""
+        """Nodal forces of a plastic strain: int grad N . C : plastic.
+
+        Parameters
+        ----------
+        plastic_strain (m, 8, 3, 3)
+            Plastic strain at the Gauss points (-).
+
+        Returns
+        -------
+        forces (n, 3)
+            Forces on all nodes in N.
+        """
         m, points = self.volumes_mm3.shape
-        # the plastic strain keeps the volume, so that Hooke's law is 2 G alone
+        # The plastic strain keeps the volume, so that Hooke's law is 2 G alone.
         stress = (2.0 * self.law.shear_MPa * self.volumes_mm3)[..., None, None] * plastic_strain
         at_corners = self.gradients.reshape(m, points * 3, 8).transpose(0, 2, 1) @ stress.reshape(m, points * 3, 3)
         return _sum_at_nodes(self.nodes, at_corners, self.points)
 
     @property
     def weights(self) -> Floats:
-        """Weights (m, 8, 1, 1) of a plastic strain whose squares sum up to twice its elastic energy, N mm."""
+        """Weights (m, 8, 1, 1) of a plastic strain for its elastic energy.
+
+        The sum of the squares of the weighted strain is twice the elastic energy in N mm.
+        """
         return np.asarray(np.sqrt(2.0 * self.law.shear_MPa * self.volumes_mm3)[..., None, None])
 
 
 def gauss_gradients(corners: Floats) -> tuple[Floats, Floats]:
-    """Derivatives (m, 8, 3, 8) of the shape functions at the Gauss points of hexahedra with corners (m, 8, 3), 1/mm.
+    """Derivatives of the shape functions and volumes at the Gauss points of hexahedra.
 
-    Also the volume (m, 8) in mm^3 that each point stands for. Point i lies nearest to corner i.
+    Parameters
+    ----------
+    corners (m, 8, 3)
+        Corners of the hexahedra in mm, in VTK order.
+
+    Returns
+    -------
+    gradients (m, 8, 3, 8)
+        Derivatives by x, y, z in 1/mm. Point i lies nearest to corner i.
+    volumes (m, 8)
+        Volume of the hexahedron at each point in mm^3.
     """
     gradients, volumes = np.empty((len(corners), 8, 3, 8)), np.empty((len(corners), 8))
     for k in range(8):
-        gradients[:, k], volumes[:, k] = _at_gauss_point(corners, k)
+        gradients[:, k], volumes[:, k] = _gradients_at_gauss_point(corners, k)
     return gradients, volumes
 
 
-def _at_gauss_point(corners: Floats, number: int) -> tuple[Floats, Floats]:
-    """Derivatives (m, 3, 8) and volume (m,) of one of the eight points; see `gauss_gradients`."""
-    by_unit = shape_gradients(*(CORNER_SIGNS[number] / np.sqrt(3.0)))
-    jacobian = corners.transpose(0, 2, 1) @ by_unit
+def _gradients_at_gauss_point(corners: Floats, point: int) -> tuple[Floats, Floats]:
+    """Derivatives (m, 3, 8) and volume (m,) at a Gauss point; see `gauss_gradients`."""
+    unit_gradients = shape_gradients(*(CORNER_SIGNS[point] / np.sqrt(3.0)))
+    jacobian = corners.transpose(0, 2, 1) @ unit_gradients
     x, y, z = jacobian.transpose(1, 2, 0)
-    # by cofactors: LAPACK takes four times as long for matrices that are so small
+    # By cofactors: LAPACK takes four times as long for such small matrices.
     cofactors = np.stack((vector_product(y, z), vector_product(z, x), vector_product(x, y)))
     volume = (x * cofactors[0]).sum(axis=0)
-    return (cofactors / volume).transpose(2, 0, 1) @ by_unit.T, volume
+    return (cofactors / volume).transpose(2, 0, 1) @ unit_gradients.T, volume
 
 
 def _deviator(tensor: Floats) -> Floats:
+    """Deviatoric part (..., 3, 3) of tensors (..., 3, 3)."""
     mean = np.trace(tensor, axis1=-2, axis2=-1) / 3.0
-    return np.asarray(tensor - mean[..., None, None] * _ONE)
+    return np.asarray(tensor - mean[..., None, None] * _UNIT_TENSOR)
 
 
 def _norm(tensor: Floats) -> Floats:
+    """Frobenius norm (...) of tensors (..., 3, 3)."""
     return np.asarray(np.sqrt(np.einsum("...ij,...ij->...", tensor, tensor)))

@@ -1,1 +1,1 @@
-"""Wheel on rail as rigid bodies: poses, touch points, curvatures, wheelsets."""
+"""Wheel on rail as rigid bodies: poses, contact points, curvatures and wheelsets."""

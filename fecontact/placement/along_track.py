@@ -16,12 +16,22 @@ class AlongTrack:
 
     Attributes
     ----------
+    lines
+        Irregularities of wheel and rail.
     distance_mm
         Position along the irregularities at which smooth bodies touch.
     middle_x_mm
         This position in the track frame.
     lowered_mm
-        How much lower than on the smooth rail the rigid wheel stands: the smallest sum of gap and irregularity.
+        Distance by which the rigid wheel is lower than on the smooth rail: the smallest sum of gap and irregularity.
+
+    Examples
+    --------
+    >>> from fecontact.placement.irregularity import Irregularity
+    >>> wave = Irregularity(kind="sine", wavelength_mm=30.0, amplitude_mm=0.025)
+    >>> along = AlongTrack(lines=(wave,), distance_mm=15.0, middle_x_mm=0.0)
+    >>> along.opening_mm(np.array([-15.0, 0.0])).tolist()
+    [0.025, -0.025]
     """
 
     lines: tuple[Irregularity, ...]
@@ -30,32 +40,49 @@ class AlongTrack:
     lowered_mm: float = 0.0
 
     def opening_mm(self, x_mm: Floats) -> Floats:
-        """Sum of all openings at places x of the track frame."""
+        """Sum of all openings in mm at places x (n,) in mm."""
         s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
-        return np.asarray(sum(line.opening_mm(s) for line in self.lines))
+        return np.asarray(sum(irregularity.opening_mm(s) for irregularity in self.lines))
 
     @property
     def height_mm(self) -> float:
-        """Largest opening minus the smallest opening."""
-        return sum(line.height_mm for line in self.lines)
+        """Largest opening minus the smallest opening, in mm."""
+        return sum(irregularity.height_mm for irregularity in self.lines)
 
     @property
     def largest_slope(self) -> float:
-        """Largest slope of the sum of all irregularities."""
-        return sum(line.largest_slope for line in self.lines)
+        """Largest slope (-) of the sum of all irregularities."""
+        return sum(irregularity.largest_slope for irregularity in self.lines)
 
     @property
     def finest_mm(self) -> float:
-        """Shortest length along the track that nodes must resolve."""
-        return min(line.finest_mm for line in self.lines)
+        """Shortest length along the track that nodes must resolve, in mm."""
+        return min(irregularity.finest_mm for irregularity in self.lines)
 
     @property
     def kinks_x_mm(self) -> tuple[float, ...]:
-        """Places in the track frame at which the slope jumps."""
-        return tuple(kink - self.distance_mm + self.middle_x_mm for line in self.lines for kink in line.kinks_mm)
+        """Places in the track frame at which the slope jumps, in mm."""
+        return tuple(
+            kink - self.distance_mm + self.middle_x_mm for irregularity in self.lines for kink in irregularity.kinks_mm
+        )
 
     def covers(self, low_x_mm: float, high_x_mm: float) -> bool:
-        """Whether all tables of irregularities reach from one place to another."""
+        """Whether all tables of irregularities cover a range of the track frame.
+
+        Parameters
+        ----------
+        low_x_mm, high_x_mm
+            Ends of the range in mm.
+
+        Returns
+        -------
+        bool
+            True without any table.
+        """
         shift = self.distance_mm - self.middle_x_mm
-        ends = [(line.points_mm[0][0], line.points_mm[-1][0]) for line in self.lines if line.points_mm]
+        ends = [
+            (irregularity.points_mm[0][0], irregularity.points_mm[-1][0])
+            for irregularity in self.lines
+            if irregularity.points_mm
+        ]
         return all(low <= low_x_mm + shift and high_x_mm + shift <= high for low, high in ends)

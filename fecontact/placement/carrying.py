@@ -1,4 +1,7 @@
-"""Places of a wheel profile that can carry the wheel: its tread, and its flange up to the steepest place."""
+"""Places of a wheel profile that can carry the wheel: its tread and its flange.
+
+The flange can carry it up to its steepest place.
+"""
 
 from __future__ import annotations
 
@@ -15,49 +18,68 @@ from fecontact.profiles.curve import Profile
 
 # Slope above which the field side is a chamfer: treads rise by 0.07, chamfers by 0.8.
 _CHAMFER_RAD = 0.35
-# A line that is nowhere steeper than this has no flange; worn treads are less steep.
-_FLANGE_RAD = 0.25 * np.pi
-# The flank is the part of a flange whose angle is within this of the steepest: a straight flank through measured points
-# swings by as much. On the arc of an S1002 beyond the flank (R 20) this angle is 0.08 mm long.
-_FLANK_RAD = 4e-3
+# Steepest angle of a profile below which the profile has no flange. Worn treads are less steep.
+_MIN_FLANGE_ANGLE_RAD = 0.25 * np.pi
+# The flank is the part of a flange with angles within this difference from the steepest angle: a straight flank through
+# measured points varies by this difference. On the arc of an S1002 beyond the flank (R 20) this angle is 0.08 mm long.
+_FLANK_ANGLE_RANGE_RAD = 4e-3
 
 
-def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
-    """Why a wheel cannot run on a touch point; empty if it can. A wheel that `climbs` needs `flange_climb`."""
+def find_support_problem(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
+    """Reason why a wheel cannot run on a contact point; empty if it can.
+
+    Parameters
+    ----------
+    wheel
+        Wheel profile.
+    touch
+        Contact point of the wheel.
+    climbs
+        Whether the contact point lies beyond the steepest place of the flange.
+    flange_climb
+        Whether a wheel may climb.
+
+    Returns
+    -------
+    reason
+        Text of a message, or an empty text.
+    """
     y_mm = touch.wheel_y_mm
     if any(abs(y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.junctions):
         return f"the wheel leaves the rail: the corner of its tread at y = {y_mm:.2f} mm carries it"
-    # a wheel on the chamfer beyond the tread's corner slides down between the rails
-    beyond = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
-    if beyond and touch.contact_angle_rad > _CHAMFER_RAD:
+    # A wheel on the chamfer beyond the tread's corner slides down between the rails.
+    is_beyond_corner = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
+    if is_beyond_corner and touch.contact_angle_rad > _CHAMFER_RAD:
         return f"the wheel leaves the rail: its chamfer carries it, at y = {y_mm:.2f} mm"
     if not climbs:
         return ""
     where = f"the wheel derails: the rail touches it at y = {y_mm:.2f} mm, beyond the"
-    if y_mm <= _flange(wheel)[0]:
+    if y_mm <= _locate_flange(wheel)[0]:
         return f"{where} top of its flange"
     return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb takes it nevertheless)"
 
 
 def climbs_at(wheel: Profile, y_mm: float) -> bool:
-    """Whether a position across a wheel's line lies beyond the steepest place of the flange."""
-    return y_mm < _flange(wheel)[1]
+    """Whether a position across a wheel profile lies beyond the steepest place of the flange."""
+    return y_mm < _locate_flange(wheel)[1]
 
 
 def is_on_flange_top(wheel: Profile, y_mm: float) -> bool:
-    """Whether a position across a wheel's line lies on the top of the flange or beyond it."""
-    top, steepest = _flange(wheel)
+    """Whether a position across a wheel profile lies at or beyond the flange's top."""
+    top, steepest = _locate_flange(wheel)
     return y_mm < steepest and y_mm <= top
 
 
 @lru_cache(maxsize=64)
-def _flange(wheel: Profile) -> tuple[float, float]:
-    """Positions across a wheel's line of the top and of the steepest place of its flange.
+def _locate_flange(wheel: Profile) -> tuple[float, float]:
+    """Positions across a wheel profile of the flange's top and of its steepest place.
 
     A wheel without a flange cannot climb: its steepest place is at minus infinity.
     """
     p = search_points(wheel)[1].taken(slice(1, -1))
-    # angles, not slopes: a flange may be upright
-    slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
-    steepest, top = float(np.max(slope)), float(p.y[np.argmin(p.z)])
-    return top, float(np.min(p.y[slope > steepest - _FLANK_RAD])) if steepest > _FLANGE_RAD else -math.inf
+    # Angles, not slopes: a flange may be upright.
+    angles = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
+    steepest, top = float(np.max(angles)), float(p.y[np.argmin(p.z)])
+    return top, float(
+        np.min(p.y[angles > steepest - _FLANK_ANGLE_RANGE_RAD])
+    ) if steepest > _MIN_FLANGE_ANGLE_RAD else -math.inf

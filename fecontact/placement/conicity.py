@@ -1,8 +1,8 @@
-"""Equivalent conicity of a rolling-radius difference: by the wave length of the kinematic motion, and linearised.
+"""Equivalent conicity of a rolling-radius difference, by the kinematic motion and linearised.
 
-A wheelset without suspension, mass or slip follows y'' = -dr(y) / (e r0): dr is the rolling radius of the left wheel
-minus that of the right wheel, e the distance of the touch points, r0 the mean rolling radius. The equivalent conicity
-is the slope of the cones that have the same wave length at the same amplitude (EN 15302:2021).
+A wheelset without suspension, mass or slip follows y'' = -dr(y) / (e r0). Here dr is the rolling radius of the left
+wheel minus the rolling radius of the right wheel, e the distance of the contact points and r0 the mean rolling radius.
+The equivalent conicity is the slope of the cones with equal wave length at equal amplitude (EN 15302:2021).
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from scipy.optimize import brentq
 from fecontact.arrays import Floats
 
 # Points of an integral over half a wave or over a period. A step of 2 mm of the difference costs 1e-6 of the conicity.
-_PHASES = 4000
-# Differences below this (mm) are the rounding of the touch points: the radii are equal.
-_EQUAL_MM = 1e-9
+_PHASE_COUNT = 4000
+# Differences below this (mm) are the rounding of the contact points: the radii are equal.
+_EQUAL_RADII_MM = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
 class KinematicMotion:
-    """The motion of a wheelset between two shifts, and the cones with the same wave length.
+    """Motion of a wheelset between two shifts, and the cones with equal wave length.
 
     Attributes
     ----------
     conicity
         Slope of these cones: 0 if the wheelset does not return.
     low_mm, high_mm
-        Smallest and largest shift; the amplitude is half of their distance.
+        Smallest and largest shift. The amplitude is half of their distance.
     """
 
     conicity: float
@@ -42,12 +42,16 @@ class KinematicMotion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RadiusDifference:
-    """Rolling radius of the left wheel minus that of the right wheel over the shift, linear between the shifts.
+    """Rolling radius of the left wheel minus rolling radius of the right wheel.
+
+    It is a function of the shift, and linear between the shifts.
 
     Attributes
     ----------
-    shifts_mm, difference_mm (n,)
-        Increasing shifts, positive to the left, and the finite difference at each.
+    shifts_mm (n,)
+        Increasing shifts in mm, positive to the left.
+    difference_mm (n,)
+        Finite difference in mm at each shift.
 
     Examples
     --------
@@ -61,14 +65,24 @@ class RadiusDifference:
 
     @classmethod
     def of(cls, shifts_mm: ArrayLike, difference_mm: ArrayLike) -> RadiusDifference | None:
-        """Make a radius difference of the finite values next to the middle of the track; None of fewer than two.
+        """Radius difference of the finite values next to the middle of the track.
 
-        Values are NaN where a wheel does not stand over its rail.
+        Parameters
+        ----------
+        shifts_mm (n,)
+            Increasing shifts in mm.
+        difference_mm (n,)
+            Difference in mm at each shift; NaN where a wheel is not over its rail.
+
+        Returns
+        -------
+        RadiusDifference or None
+            None with fewer than two finite values.
         """
         shifts, difference = np.asarray(shifts_mm, dtype=float), np.asarray(difference_mm, dtype=float)
-        finite = np.flatnonzero(np.isfinite(difference))
-        stretches = np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1)
-        stretch = min(stretches, key=lambda part: np.abs(shifts[part]).min(initial=math.inf))
+        finite_indices = np.flatnonzero(np.isfinite(difference))
+        stretches = np.split(finite_indices, np.flatnonzero(np.diff(finite_indices) > 1) + 1)
+        stretch = min(stretches, key=lambda indices: np.abs(shifts[indices]).min(initial=math.inf))
         return cls(shifts_mm=shifts[stretch], difference_mm=difference[stretch]) if stretch.size > 1 else None
 
     def at(self, shift_mm: ArrayLike) -> Floats:
@@ -77,11 +91,25 @@ class RadiusDifference:
 
     @cached_property
     def _integrals(self) -> Floats:
+        """Integral (n,) of the difference in mm2 up to each shift."""
         steps = 0.5 * np.diff(self.shifts_mm) * (self.difference_mm[1:] + self.difference_mm[:-1])
         return np.concatenate(([0.0], np.cumsum(steps)))
 
     def integral(self, shift_mm: ArrayLike) -> Floats:
-        """Integral of the difference (mm2) from the smallest shift to shifts (mm), exact between the given shifts."""
+        """Integral of the difference from the smallest shift to other shifts.
+
+        It is exact between the shifts of the difference.
+
+        Parameters
+        ----------
+        shift_mm (m,)
+            Upper ends of the integral in mm.
+
+        Returns
+        -------
+        integral (m,)
+            Integral in mm2.
+        """
         shift = np.asarray(shift_mm, dtype=float)
         k = np.clip(np.searchsorted(self.shifts_mm, shift, side="right") - 1, 0, self.shifts_mm.size - 2)
         mean = 0.5 * (self.difference_mm[k] + self.at(shift))
@@ -89,8 +117,11 @@ class RadiusDifference:
 
     @cached_property
     def equal_radii_mm(self) -> float:
-        """Shift (mm) at which both rolling radii are equal, the nearest to the middle of the track; NaN if none is."""
-        difference = np.where(np.abs(self.difference_mm) < _EQUAL_MM, 0.0, self.difference_mm)
+        """Shift (mm) of equal rolling radii that is nearest to the middle of the track.
+
+        NaN if there is no such shift.
+        """
+        difference = np.where(np.abs(self.difference_mm) < _EQUAL_RADII_MM, 0.0, self.difference_mm)
         zeros = []
         for k in np.flatnonzero(difference[:-1] * difference[1:] <= 0.0):
             low, high = self.shifts_mm[k : k + 2]
@@ -101,8 +132,14 @@ class RadiusDifference:
     def motion(self, amplitude_mm: float) -> KinematicMotion | None:
         """Kinematic motion of an amplitude about the shift of equal radii.
 
-        Its ends have the same integral of the difference: there the wheelset turns round. Nowhere between them is the
-        integral larger. Of several motions the one whose middle is nearest to the shift of equal radii is taken.
+        The integral of the difference is equal at both ends: there the wheelset turns round. Nowhere between them is
+        the integral larger. Of several motions, the result is the motion with the middle nearest to the shift of equal
+        radii.
+
+        Parameters
+        ----------
+        amplitude_mm
+            Half of the distance between both ends in mm.
 
         Returns
         -------
@@ -114,41 +151,48 @@ class RadiusDifference:
         places = np.concatenate((self.shifts_mm, self.shifts_mm - width, [end - width]))
         places = np.unique(places[(places >= self.shifts_mm[0]) & (places <= end - width + 1e-12)])
 
-        def higher(low: ArrayLike) -> Floats:
+        def integral_difference(low: ArrayLike) -> Floats:
+            """Integral at the upper end minus integral at the lower end of motions, in mm2."""
             return np.asarray(self.integral(np.asarray(low) + width) - self.integral(low))
 
-        values = higher(places)
-        values[np.abs(values) < _EQUAL_MM * width] = 0.0
+        values = integral_difference(places)
+        values[np.abs(values) < _EQUAL_RADII_MM * width] = 0.0
         crossings = np.flatnonzero((values[:-1] < 0.0) & (values[1:] > 0.0))
-        lows = [*places[values == 0.0], *(brentq(higher, *places[k : k + 2], xtol=1e-13) for k in crossings)]
-        # by the distance of their middles from the shift of equal radii, which lies within the motion
-        about = sorted((abs(low + amplitude_mm - self.equal_radii_mm), float(low)) for low in lows)
-        for distance, low in about:
-            conicity = self._conicity_between(low, low + width) if distance <= amplitude_mm + _EQUAL_MM else None
+        lows = [
+            *places[values == 0.0],
+            *(brentq(integral_difference, *places[k : k + 2], xtol=1e-13) for k in crossings),
+        ]
+        # Sorted by the distance of their middles from the shift of equal radii, which lies within the motion.
+        motions = sorted((abs(low + amplitude_mm - self.equal_radii_mm), float(low)) for low in lows)
+        for distance, low in motions:
+            conicity = self._conicity_between(low, low + width) if distance <= amplitude_mm + _EQUAL_RADII_MM else None
             if conicity is not None:
                 return KinematicMotion(conicity=conicity, low_mm=low, high_mm=low + width)
         return None
 
     def _conicity_between(self, low: float, high: float) -> float | None:
-        """Conicity of the motion between two shifts; None if the wheelset does not get from one to the other.
+        """Conicity of the motion between two shifts; None if the wheelset does not reach the second shift.
 
         The first integral of the kinematic equation is y'^2 = 2 (S(end) - S(y)) / (e r0), with the integral S of the
-        difference. Half a wave length is the integral of dy / y', and cones of the conicity g have the wave length
-        2 pi sqrt(e r0 / (2 g)).
+        difference. Half a wave length is the integral of dy / y', and cones of the conicity g have the wave length 2 pi
+        sqrt(e r0 / (2 g)).
         """
-        phase = ((np.arange(_PHASES) + 0.5) / _PHASES - 0.5) * np.pi
+        phase = ((np.arange(_PHASE_COUNT) + 0.5) / _PHASE_COUNT - 0.5) * np.pi
         amplitude = 0.5 * (high - low)
-        left = 0.5 * float(np.sum(self.integral([low, high]))) - self.integral(
+        integral_to_end = 0.5 * float(np.sum(self.integral([low, high]))) - self.integral(
             0.5 * (low + high) + amplitude * np.sin(phase)
         )
-        if left.min() < -_EQUAL_MM * amplitude:
+        if integral_to_end.min() < -_EQUAL_RADII_MM * amplitude:
             return None
         with np.errstate(divide="ignore"):
-            integral = np.mean(amplitude * np.cos(phase) / np.sqrt(np.maximum(left, 0.0)))
+            integral = np.mean(amplitude * np.cos(phase) / np.sqrt(np.maximum(integral_to_end, 0.0)))
         return float(1.0 / integral**2)
 
     def conicity(self, amplitude_mm: float) -> float:
-        """Equivalent conicity at an amplitude (mm) by EN 15302; NaN if there is no motion of this amplitude."""
+        """Equivalent conicity (-) at an amplitude in mm by EN 15302.
+
+        NaN if there is no motion of this amplitude.
+        """
         motion = self.motion(amplitude_mm)
         return math.nan if motion is None else motion.conicity
 
@@ -156,12 +200,22 @@ class RadiusDifference:
         """Conicity of cones with an equal first harmonic of the difference: harmonic (quasi-) linearisation.
 
         The motion is y = y0 + A cos(phase), about the middle y0 of the kinematic motion of this amplitude, or about the
-        shift of equal radii if there is no such motion. The value is negative if the wheelset is steered away from
-        there. NaN if the radii are nowhere equal, or the motion leaves the range of the shifts.
+        shift of equal radii if there is no such motion.
+
+        Parameters
+        ----------
+        amplitude_mm
+            Amplitude A of the motion in mm.
+
+        Returns
+        -------
+        conicity
+            Slope (-). It is negative if the wheelset is steered away from y0. NaN if the radii are nowhere equal, or
+            the motion leaves the range of the shifts.
         """
         motion = self.motion(amplitude_mm)
         middle = self.equal_radii_mm if motion is None else 0.5 * (motion.low_mm + motion.high_mm)
-        cosine = np.cos((np.arange(_PHASES) + 0.5) * 2.0 * np.pi / _PHASES)
+        cosine = np.cos((np.arange(_PHASE_COUNT) + 0.5) * 2.0 * np.pi / _PHASE_COUNT)
         shift = middle + amplitude_mm * cosine
-        inside = (shift >= self.shifts_mm[0] - _EQUAL_MM) & (shift <= self.shifts_mm[-1] + _EQUAL_MM)
+        inside = (shift >= self.shifts_mm[0] - _EQUAL_RADII_MM) & (shift <= self.shifts_mm[-1] + _EQUAL_RADII_MM)
         return float(np.mean(self.at(shift) * cosine) / amplitude_mm) if inside.all() else math.nan

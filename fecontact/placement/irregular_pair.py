@@ -16,36 +16,53 @@ from fecontact.placement.poses import (
 from fecontact.placement.wheel_on_rail import REACH_MM, Placement
 
 
-def with_irregularities(placement: Placement, lines: Sequence[Irregularity], distance_mm: float) -> Placement:
-    """The rigid wheel lowered on an irregular rail, with its touch points and their curvatures.
+def with_irregularities(placement: Placement, irregularities: Sequence[Irregularity], distance_mm: float) -> Placement:
+    """Lower the rigid wheel on an irregular rail, with its contact points and their curvatures.
 
     The openings are taken along the normals of the rail. Range of validity: slopes along the track are small, so that
     the wheel's section a few mm ahead of its lowest point equals its profile.
+
+    Parameters
+    ----------
+    placement
+        The wheel on the smooth rail.
+    irregularities
+        Irregularities of wheel and rail.
+    distance_mm
+        Position along the irregularities at which smooth bodies touch.
+
+    Returns
+    -------
+    Placement
+        The wheel on the irregular rail.
 
     Raises
     ------
     InputError
         If the wheel touches an edge, where there is no curvature.
     """
-    flats = [line.on_wheel(placement.wheel.rolling_radius_mm) for line in lines]
-    along = AlongTrack(lines=tuple(flats), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
-    points = [touch for smooth in placement.touch_points for touch in _touches(smooth, along)]
+    deepened = [irregularity.on_wheel(placement.wheel.rolling_radius_mm) for irregularity in irregularities]
+    along = AlongTrack(lines=tuple(deepened), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
+    points = [touch for smooth in placement.touch_points for touch in _irregular_contact_points(smooth, along)]
     points.sort(key=lambda touch: touch.vertical_gap_mm)
-    least = points[0].vertical_gap_mm
-    near = [touch for touch in points if touch.vertical_gap_mm <= least + REACH_MM]
+    first_gap_mm = points[0].vertical_gap_mm
+    near = [touch for touch in points if touch.vertical_gap_mm <= first_gap_mm + REACH_MM]
     return replace(
         placement,
-        touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - least) for touch in near),
-        along=replace(along, lowered_mm=least),
+        touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - first_gap_mm) for touch in near),
+        along=replace(along, lowered_mm=first_gap_mm),
     )
 
 
-def _touches(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
-    """Touch points that replace a touch point of the smooth bodies, with gaps from the first touch of smooth bodies."""
+def _irregular_contact_points(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
+    """Contact points that replace a contact point of the smooth bodies.
+
+    Their gaps are measured from the first touch of the smooth bodies.
+    """
     xx, upright = smooth.curvature.xx_per_mm, float(smooth.normal[2])
     reach = math.sqrt(2.0 * (REACH_MM + along.height_mm) / xx)
-    touched = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
-    if on_edge(touched, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
+    minima = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
+    if on_edge(minima, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
         raise InputError(
             f"at {along.distance_mm:g} mm the wheel stands on an edge of its irregularity, where there is no curvature"
             " and the pressure has no bound; give a haversine, a table with the edge's radius, or another distance"
@@ -55,7 +72,7 @@ def _touches(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
             smooth,
             x_mm=smooth.x_mm + touch.x_mm,
             vertical_gap_mm=smooth.vertical_gap_mm + touch.gap_mm / upright,
-            curvatures=tuple(replace(one, xx_per_mm=2.0 * touch.A_per_mm) for one in smooth.curvatures),
+            curvatures=tuple(replace(curvature, xx_per_mm=2.0 * touch.A_per_mm) for curvature in smooth.curvatures),
         )
-        for touch in touched
+        for touch in minima
     ]

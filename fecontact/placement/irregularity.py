@@ -1,7 +1,7 @@
-"""Irregularities of wheel and rail along the track: waves, flats and welds, and the texts that give them.
+"""Irregularities of wheel and rail along the track: waves, flats and welds, also as texts.
 
-An irregularity is an opening e(s) in mm at the distance s in mm along the running surface, positive if material is
-missing: it opens the gap, on the wheel and on the rail.
+An irregularity is an opening e(s) in mm at the distance s in mm along the running surface. It is positive if material
+is missing: then it opens the gap, on the wheel and on the rail.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ if TYPE_CHECKING:
     from fecontact.arrays import Floats
 
 
-Kind = Literal["sine", "chord", "haversine", "table"]
-STEEPEST = 0.05
-"""Largest slope of an irregularity: with a larger slope it cannot simply be added to the gap."""
-# Change of slope between two pieces of a table that counts as a kink; a patch of 14 mm on points 1 mm apart bends by a
-# tenth of it.
-_KINK = 0.01
-# Largest distance between points of a table, over the median distance.
-_WIDEST = 4.0
-_FEWEST_POINTS = 5
-_NEEDS: Mapping[str, tuple[str, ...]] = {
+IrregularityKind = Literal["sine", "chord", "haversine", "table"]
+MAX_SLOPE = 0.05
+"""Largest slope (-) of an irregularity. A steeper irregularity cannot simply be added to the gap."""
+# Change of slope between two segments of a table that counts as a kink. A patch of 14 mm on points 1 mm apart has bends
+# of a tenth of it.
+_KINK_SLOPE = 0.01
+# Largest distance between points of a table, relative to the median distance.
+_MAX_GAP_RATIO = 4.0
+_MIN_POINTS = 5
+_REQUIRED_INPUTS: Mapping[str, tuple[str, ...]] = {
     "sine": ("wavelength_mm", "amplitude_mm"),
     "chord": ("length_mm",),
     "haversine": ("length_mm", "depth_mm"),
     "table": ("points_mm",),
 }
-_MAY: Mapping[str, tuple[str, ...]] = {"sine": ("phase_rad",), "chord": ("depth_mm",)}
-_LENGTHS = ("wavelength_mm", "amplitude_mm", "length_mm", "depth_mm")
+_OPTIONAL_INPUTS: Mapping[str, tuple[str, ...]] = {"sine": ("phase_rad",), "chord": ("depth_mm",)}
+_LENGTH_INPUTS = ("wavelength_mm", "amplitude_mm", "length_mm", "depth_mm")
 
 
 _REMEDY = "give lengths in mm, um, cm or m"
@@ -61,18 +61,24 @@ class Irregularity:
         `sine`: amplitude cos(2 pi s / wavelength + phase). `chord`: a fresh flat, straight from edge to edge.
         `haversine`: a worn flat, depth (1 + cos(2 pi s / length)) / 2. `table`: measured.
     wavelength_mm, amplitude_mm, phase_rad
-        Numbers of a sine; the amplitude is half of peak to valley.
+        Wave length, half of peak to valley, and phase of a sine.
     length_mm, depth_mm
-        Numbers of a flat; the depth of a chord is length^2 / (8 R) if not given, see `on_wheel`.
+        Length and depth of a flat. Without a depth, a chord has the depth length^2 / (8 R); see `on_wheel`.
     points_mm
-        Distances and openings of a table, in order of distance; a cubic spline between the points.
+        Distances and openings of a table, in order of distance, joined by a cubic spline.
 
     Notes
     -----
     Sources: the haversine of Newton and Clark (1979); the chord of a circle to first order.
+
+    Examples
+    --------
+    >>> flat = Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.4)
+    >>> [round(float(flat.opening_mm(s)), 6) for s in (0.0, 13.0, 26.0)]
+    [0.4, 0.2, 0.0]
     """
 
-    kind: Kind = choice(MISSING, "Its shape", get_args(Kind), label="irregularity")
+    kind: IrregularityKind = choice(MISSING, "Its shape", get_args(IrregularityKind), label="irregularity")
     wavelength_mm: float | None = number(None, "Of a sine", remedy=_REMEDY)
     amplitude_mm: float | None = number(None, "Half of peak to valley of a sine", remedy=_REMEDY)
     phase_rad: float = number(0.0, "Of a sine", low=-1e6, high=1e6)
@@ -81,33 +87,59 @@ class Irregularity:
     points_mm: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        needed, allowed = _NEEDS[self.kind], (*_NEEDS[self.kind], *_MAY.get(self.kind, ()))
-        # a file of records gives them as lists
+        """Refuse missing or additional inputs of the kind, bad tables and steep slopes."""
+        required, possible = (
+            _REQUIRED_INPUTS[self.kind],
+            (*_REQUIRED_INPUTS[self.kind], *_OPTIONAL_INPUTS.get(self.kind, ())),
+        )
+        # Records in a file have the points as lists.
         object.__setattr__(self, "points_mm", tuple((float(s), float(e)) for s, e in self.points_mm))
-        for name in (*_LENGTHS, "phase_rad", "points_mm"):
-            given = getattr(self, name) is not None if name in _LENGTHS else bool(getattr(self, name))
-            if name in needed and not given:
-                raise InputError(f"irregularity {self.kind}: {name} is missing; give {' and '.join(needed)}")
-            if given and name not in allowed:
-                raise InputError(f"irregularity {self.kind}: it has no {name}; allowed: {', '.join(allowed)}")
+        for name in (*_LENGTH_INPUTS, "phase_rad", "points_mm"):
+            has_value = getattr(self, name) is not None if name in _LENGTH_INPUTS else bool(getattr(self, name))
+            if name in required and not has_value:
+                raise InputError(f"irregularity {self.kind}: {name} is missing; give {' and '.join(required)}")
+            if has_value and name not in possible:
+                raise InputError(f"irregularity {self.kind}: it has no {name}; allowed: {', '.join(possible)}")
         if self.kind == "table":
             _check_points(self.points_mm)
-        if self.largest_slope > STEEPEST:
+        if self.largest_slope > MAX_SLOPE:
             raise InputError(
-                f"irregularity {self.kind}: its largest slope is {self.largest_slope:.3g}; allowed: up to {STEEPEST:g},"
-                " beyond which it is a shape of the body and no line to be added to a gap; smooth it, or give the"
-                " wheel or rail that has it"
+                f"irregularity {self.kind}: its largest slope is {self.largest_slope:.3g}; allowed: up to"
+                f" {MAX_SLOPE:g}, beyond which it is a shape of the body and no line to be added to a gap; smooth it,"
+                " or give the wheel or rail that has it"
             )
 
     def on_wheel(self, radius_mm: float) -> Irregularity:
-        """A chord without a depth gets the depth of its length on a wheel of this radius; else unchanged."""
+        """Set the depth of a chord from its length on a wheel.
+
+        Parameters
+        ----------
+        radius_mm
+            Radius of the wheel in mm.
+
+        Returns
+        -------
+        Irregularity
+            A chord with a depth; any other irregularity without a change.
+        """
         if self.kind != "chord" or self.depth_mm is not None:
             return self
         assert self.length_mm is not None
         return replace(self, depth_mm=self.length_mm**2 / (8.0 * radius_mm))
 
     def opening_mm(self, s_mm: ArrayLike) -> Floats:
-        """The opening e at distances s, of any shape; a table continues with its end values."""
+        """The opening e at distances s.
+
+        Parameters
+        ----------
+        s_mm
+            Distances in mm, of any shape. A table continues with its end values.
+
+        Returns
+        -------
+        opening
+            Opening in mm, in the shape of `s_mm`.
+        """
         import numpy as np
 
         s = np.asarray(s_mm)
@@ -123,7 +155,10 @@ class Irregularity:
 
     @property
     def largest_slope(self) -> float:
-        """Largest |de/ds|; 0 for a flat whose depth is not known yet."""
+        """Largest |de/ds| (-).
+
+        It is 0 for a flat without a depth.
+        """
         if self.kind == "table":
             return max(map(abs, _slopes(self.points_mm)))
         if self.kind == "sine":
@@ -133,7 +168,7 @@ class Irregularity:
 
     @property
     def height_mm(self) -> float:
-        """Largest opening minus the smallest opening."""
+        """Largest opening minus the smallest opening, in mm."""
         if self.kind == "table":
             openings = [e for _, e in self.points_mm]
             return max(openings) - min(openings)
@@ -141,14 +176,17 @@ class Irregularity:
 
     @property
     def finest_mm(self) -> float:
-        """Shortest length along the track that nodes must resolve: a wave, a flat, four points of a table."""
+        """Shortest length along the track that nodes must resolve, in mm.
+
+        It is a wave, a flat or four points of a table.
+        """
         if self.kind == "table":
             return 4.0 * median(_steps(self.points_mm))
         return self.wavelength_mm or self.length_mm or math.inf
 
     @property
     def kinks_mm(self) -> tuple[float, ...]:
-        """Places at which the slope jumps, where the elastic pressure is unbounded."""
+        """Places in mm at which the slope jumps, where the elastic pressure is unbounded."""
         if self.kind == "chord":
             half = 0.5 * (self.length_mm or 0.0)
             return (-half, half)
@@ -156,28 +194,31 @@ class Irregularity:
             return ()
         inner = [s for s, _ in self.points_mm[1:-1]]
         jumps = [abs(after - before) for before, after in pairwise(_slopes(self.points_mm))]
-        return tuple(s for s, jump in zip(inner, jumps, strict=True) if jump > _KINK)
+        return tuple(s for s, jump in zip(inner, jumps, strict=True) if jump > _KINK_SLOPE)
 
     @cached_property
     def _spline(self) -> CubicSpline:
+        """Natural cubic spline through the points of a table."""
         from scipy.interpolate import CubicSpline
 
         return CubicSpline(*zip(*self.points_mm, strict=True), bc_type="natural")
 
 
 def _steps(points: Sequence[tuple[float, float]]) -> list[float]:
+    """Distances in mm between neighbouring points."""
     return [after[0] - before[0] for before, after in pairwise(points)]
 
 
 def _slopes(points: Sequence[tuple[float, float]]) -> list[float]:
+    """Slopes (-) between neighbouring points."""
     return [(after[1] - before[1]) / (after[0] - before[0]) for before, after in pairwise(points)]
 
 
 def _check_points(points: Sequence[tuple[float, float]]) -> None:
-    """Refuse a table with too few points, points out of order, gaps and steps."""
-    if len(points) < _FEWEST_POINTS or not all(math.isfinite(one) for point in points for one in point):
+    """Refuse a table with too few points, points out of order, gaps or steps."""
+    if len(points) < _MIN_POINTS or not all(math.isfinite(coordinate) for point in points for coordinate in point):
         raise InputError(
-            f"irregularity table: {len(points)} points; allowed: {_FEWEST_POINTS} and more, all of them finite"
+            f"irregularity table: {len(points)} points; allowed: {_MIN_POINTS} and more, all of them finite"
         )
     middle = median(_steps(points))
     for (s, e), (next_s, next_e) in pairwise(points):
@@ -185,15 +226,16 @@ def _check_points(points: Sequence[tuple[float, float]]) -> None:
             raise InputError(
                 f"irregularity table: distances do not grow at {next_s:g} mm; sort it, and leave nothing in twice"
             )
-        if next_s - s > _WIDEST * middle:
+        if next_s - s > _MAX_GAP_RATIO * middle:
             raise InputError(
                 f"irregularity table: a gap of {next_s - s:g} mm from {s:g} to {next_s:g} mm, where points are"
-                f" {middle:g} mm apart; allowed: {_WIDEST:g} times that; measure it, fill it in, or cut the table there"
+                f" {middle:g} mm apart; allowed: {_MAX_GAP_RATIO:g} times that; measure it, fill it in, or cut the"
+                " table there"
             )
-        if abs(slope := (next_e - e) / (next_s - s)) > STEEPEST:
+        if abs(slope := (next_e - e) / (next_s - s)) > MAX_SLOPE:
             raise InputError(
                 f"irregularity table: a step of {next_e - e:+.4g} mm from {s:g} to {next_s:g} mm, a slope of"
-                f" {abs(slope):.3g}; allowed: up to {STEEPEST:g}; check the units of both columns, smooth it over some"
+                f" {abs(slope):.3g}; allowed: up to {MAX_SLOPE:g}; check the units of both columns, smooth it over some"
                 " mm, or give the wheel or rail that has it"
             )
 
@@ -204,34 +246,59 @@ FORMS = (
     "sine:wavelength_mm=30,amplitude_um=25[,phase_deg=90] (a cosine), chord:length_mm=40,"
     " haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um"
 )
-_UNITS = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1e3}
-_ANGLES = {"deg": math.pi / 180.0, "rad": 1.0}
-_MOST_BYTES = 20_000_000
+_LENGTH_UNITS_MM = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1e3}
+_ANGLE_UNITS_RAD = {"deg": math.pi / 180.0, "rad": 1.0}
+_MAX_BYTES = 20_000_000
 
 
 def parse_irregularity(text: str) -> Irregularity:
-    """The irregularity of a text.
+    """Read an irregularity from a text.
+
+    Parameters
+    ----------
+    text
+        A kind with its quantities, as in `FORMS`.
+
+    Returns
+    -------
+    Irregularity
+        With lengths in mm.
 
     Raises
     ------
     InputError
-        For an unknown kind, quantity or unit, or a table that cannot be read.
+        For an unknown kind, quantity or unit, or an unreadable table.
+
+    Examples
+    --------
+    >>> parse_irregularity("sine:wavelength_mm=30,amplitude_um=25").amplitude_mm
+    0.025
     """
     kind, _, rest = text.strip().partition(":")
-    items = [item for item in rest.split(",") if item.strip()]
+    fields = [field for field in rest.split(",") if field.strip()]
     if kind == "table":
-        items[:1] = [f"file={item.strip()}" for item in items[:1]]
-    pairs = (item.partition("=") for item in items)
+        fields[:1] = [f"file={field.strip()}" for field in fields[:1]]
+    pairs = (field.partition("=") for field in fields)
     return irregularity_of({"kind": kind, **{name.strip(): value.strip() for name, _, value in pairs}})
 
 
 def irregularity_of(value: Any) -> Irregularity:
-    """The irregularity of a text, or of a mapping with a `kind` and quantities with units in their names.
+    """Read an irregularity from a text or a mapping.
+
+    Parameters
+    ----------
+    value
+        An irregularity, a text, or a mapping with a `kind` and quantities with units in their names.
+
+    Returns
+    -------
+    Irregularity
+        With lengths in mm.
 
     Raises
     ------
     InputError
-        As in `parse_irregularity` and `read_table`.
+        As in `parse_irregularity` and `read_irregularity_table`.
     """
     if isinstance(value, Irregularity):
         return value
@@ -239,37 +306,74 @@ def irregularity_of(value: Any) -> Irregularity:
         return parse_irregularity(value)
     if not isinstance(value, dict) or "kind" not in value:
         raise InputError(f"irregularity is {value!r}; allowed: {FORMS}, or a table with a kind")
-    rest = {name: one for name, one in value.items() if name != "kind"}
+    inputs_of_kind = {name: quantity_value for name, quantity_value in value.items() if name != "kind"}
     if value["kind"] == "table":
-        if unknown := rest.keys() - {"file", "distance", "opening"}:
+        if unknown := inputs_of_kind.keys() - {"file", "distance", "opening"}:
             raise InputError(f"irregularity table: {', '.join(sorted(unknown))}; it has file, distance and opening")
-        if not rest.get("file"):
+        if not inputs_of_kind.get("file"):
             raise InputError(f"irregularity table: no file is given; allowed: {FORMS}")
-        return read_table(rest["file"], distance_unit=rest.get("distance"), opening_unit=rest.get("opening"))
-    quantities: dict[str, Any] = dict(quantity(name, one) for name, one in rest.items())
+        return read_irregularity_table(
+            inputs_of_kind["file"],
+            distance_unit=inputs_of_kind.get("distance"),
+            opening_unit=inputs_of_kind.get("opening"),
+        )
+    quantities: dict[str, Any] = dict(
+        convert_quantity(name, quantity_value) for name, quantity_value in inputs_of_kind.items()
+    )
     return Irregularity(kind=value["kind"], **quantities)
 
 
 def irregularity_text(value: Irregularity) -> str:
-    """An irregularity as a text; for a table only the number of its points and its ends."""
+    """Text of an irregularity.
+
+    Parameters
+    ----------
+    value
+        An irregularity with lengths in mm.
+
+    Returns
+    -------
+    text
+        A kind with its quantities. For a table only the number of its points and its ends.
+    """
     if value.kind == "table":
         first, last = value.points_mm[0][0], value.points_mm[-1][0]
         return f"table of {len(value.points_mm)} points from {first:g} to {last:g} mm"
-    given = {name: getattr(value, name) for name in _LENGTHS}
+    quantities = {name: getattr(value, name) for name in _LENGTH_INPUTS}
     if value.phase_rad:
-        given["phase_rad"] = value.phase_rad
-    return f"{value.kind}:" + ",".join(f"{name}={one:.12g}" for name, one in given.items() if one is not None)
+        quantities["phase_rad"] = value.phase_rad
+    return f"{value.kind}:" + ",".join(
+        f"{name}={amount:.12g}" for name, amount in quantities.items() if amount is not None
+    )
 
 
-def quantity(name: str, value: Any) -> tuple[str, float]:
-    """Name and value of a quantity in internal units, from its name in files, which ends in a unit."""
+def convert_quantity(name: str, value: Any) -> tuple[str, float]:
+    """Convert a quantity of a file to internal units.
+
+    Parameters
+    ----------
+    name
+        Name in the file, which ends in a unit.
+    value
+        A number, or its text.
+
+    Returns
+    -------
+    name, value
+        Name and value in mm or rad.
+
+    Raises
+    ------
+    InputError
+        For an unknown name or unit, or a value that is not a number.
+    """
     stem, _, unit = name.rpartition("_")
-    units = _ANGLES if stem == "phase" else _UNITS
-    if (stem != "phase" and f"{stem}_mm" not in _LENGTHS) or unit not in units:
-        known = {name: name for name in (*_LENGTHS, "phase_deg")}
+    units = _ANGLE_UNITS_RAD if stem == "phase" else _LENGTH_UNITS_MM
+    if (stem != "phase" and f"{stem}_mm" not in _LENGTH_INPUTS) or unit not in units:
+        names = {name: name for name in (*_LENGTH_INPUTS, "phase_deg")}
         raise InputError(
-            f"irregularity: {name or 'an empty item'} is no known quantity; allowed: {', '.join(known)}, also in"
-            f" um, cm and m{nearest(name, known)}"
+            f"irregularity: {name or 'an empty item'} is no known quantity; allowed: {', '.join(names)}, also in"
+            f" um, cm and m{nearest(name, names)}"
         )
     try:
         number = float(value)
@@ -278,23 +382,40 @@ def quantity(name: str, value: Any) -> tuple[str, float]:
     return f"{stem}_{'rad' if stem == 'phase' else 'mm'}", number * units[unit]
 
 
-def read_table(path: str | Path, *, distance_unit: str | None = None, opening_unit: str | None = None) -> Irregularity:
-    """A measured irregularity from a text of two columns, the distance and the opening (missing material positive).
+def read_irregularity_table(
+    path: str | Path, *, distance_unit: str | None = None, opening_unit: str | None = None
+) -> Irregularity:
+    """Read a measured irregularity from a text of two columns.
 
-    Units are given, or stand in the heading, such as `s_m,e_um`.
+    The columns are the distance and the opening (missing material positive).
+
+    Parameters
+    ----------
+    path
+        Text file of at most 20 MB.
+    distance_unit, opening_unit
+        Units of both columns; None to take them from the heading, such as `s_m,e_um`.
+
+    Returns
+    -------
+    Irregularity
+        A table in mm.
 
     Raises
     ------
     InputError
         If the file cannot be read, has no units, too few points, gaps or steps.
     """
-    lines = _lines(Path(path))
-    heading = lines[0] if lines and _numbers(lines[0]) is None else None
-    rows = [_numbers(line) for line in (lines[1:] if heading else lines)]
-    bad = next((number for number, row in enumerate(rows, 1) if row is None or len(row) < 2), None)
-    if bad is not None or not rows:
-        raise InputError(f"{path}: row {bad or 1} is no pair of numbers; give distance and opening in two columns")
-    units = [_unit(given, heading, column, str(path)) for column, given in enumerate((distance_unit, opening_unit))]
+    lines = _read_rows(Path(path))
+    heading = lines[0] if lines and _parse_numbers(lines[0]) is None else None
+    rows = [_parse_numbers(line) for line in (lines[1:] if heading else lines)]
+    bad_row = next((number for number, row in enumerate(rows, 1) if row is None or len(row) < 2), None)
+    if bad_row is not None or not rows:
+        raise InputError(f"{path}: row {bad_row or 1} is no pair of numbers; give distance and opening in two columns")
+    units = [
+        _unit_factor(column_unit, heading, column, str(path))
+        for column, column_unit in enumerate((distance_unit, opening_unit))
+    ]
     points = tuple((row[0] * units[0], row[1] * units[1]) for row in rows if row)
     try:
         return Irregularity(kind="table", points_mm=points)
@@ -302,37 +423,45 @@ def read_table(path: str | Path, *, distance_unit: str | None = None, opening_un
         raise InputError(f"{path}: {error}") from None
 
 
-def _lines(path: Path) -> list[list[str]]:
+def _read_rows(path: Path) -> list[list[str]]:
+    """Cells of the non-empty rows of a text file, without comments.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it is too large, cannot be read or is empty.
+    """
     try:
-        if not path.is_file() or path.stat().st_size > _MOST_BYTES:
-            raise InputError(f"{path}: there is no such file of up to {_MOST_BYTES / 1e6:g} MB; check the path")
+        if not path.is_file() or path.stat().st_size > _MAX_BYTES:
+            raise InputError(f"{path}: there is no such file of up to {_MAX_BYTES / 1e6:g} MB; check the path")
         text = path.read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: it cannot be read ({error}); give a text of two columns") from None
-    kept = [line for raw in text.splitlines() if (line := re.sub(r"[#!%].*", "", raw).strip())]
-    if not kept:
+    rows = [line for raw in text.splitlines() if (line := re.sub(r"[#!%].*", "", raw).strip())]
+    if not rows:
         raise InputError(f"{path}: it is empty; give distance and opening in two columns")
-    separator = next((one for one in ";,\t" if one in kept[-1]), None)
-    return [line.split() for line in kept] if separator is None else list(csv.reader(kept, delimiter=separator))
+    separator = next((character for character in ";,\t" if character in rows[-1]), None)
+    return [line.split() for line in rows] if separator is None else list(csv.reader(rows, delimiter=separator))
 
 
-def _numbers(row: list[str]) -> list[float] | None:
+def _parse_numbers(row: list[str]) -> list[float] | None:
+    """The first two cells of a row as numbers; None if a cell is not a number."""
     try:
         return [float(cell) for cell in row[:2]]
     except ValueError:
         return None
 
 
-def _unit(given: str | None, heading: list[str] | None, column: int, path: str) -> float:
-    """Factor to mm of a column, from a given unit or the heading."""
+def _unit_factor(column_unit: str | None, heading: list[str] | None, column: int, path: str) -> float:
+    """Factor to mm of a column, from its unit or the heading."""
     name = ("distance", "opening")[column]
-    found = re.search(r"[\[(_ ](mm|um|µm|cm|m)[\])]?$", heading[column].strip()) if heading else None
-    unit = given or (found[1].replace("µ", "u") if found else None)
+    heading_unit = re.search(r"[\[(_ ](mm|um|µm|cm|m)[\])]?$", heading[column].strip()) if heading else None
+    unit = column_unit or (heading_unit[1].replace("µ", "u") if heading_unit else None)
     if unit is None:
         raise InputError(
             f"{path}: the unit of its {name} is not given; give {name}=mm, um, cm or m, or the heading {name}_mm"
         )
-    if unit not in _UNITS:
-        sizes = ", ".join(f"1 {name} is {factor:g} mm" for name, factor in _UNITS.items())
-        raise InputError(f"{path}: the unit of its {name} is {unit!r}; allowed: {', '.join(_UNITS)}: {sizes}")
-    return _UNITS[unit]
+    if unit not in _LENGTH_UNITS_MM:
+        sizes = ", ".join(f"1 {name} is {factor:g} mm" for name, factor in _LENGTH_UNITS_MM.items())
+        raise InputError(f"{path}: the unit of its {name} is {unit!r}; allowed: {', '.join(_LENGTH_UNITS_MM)}: {sizes}")
+    return _LENGTH_UNITS_MM[unit]

@@ -1,4 +1,4 @@
-"""Poses of wheel and rail, and the points at which they touch with their relative curvatures."""
+"""Poses of wheel and rail, and their contact points with relative curvatures."""
 
 from __future__ import annotations
 
@@ -18,19 +18,30 @@ from fecontact.profiles.reading import remedy
 from fecontact.profiles.segments import CurvePoints
 
 _SEARCH_STEP_MM = 0.02
-# Places of a head that are as high as its highest one.
-_FLAT_MM = 1e-6
+# Height below the highest point of a head within which a place counts as highest.
+_LEVEL_TOLERANCE_MM = 1e-6
 
 
-# A direction meets the surface if the last step along it is below this; without steps of the line it is below 1e-9.
-_STEP_OF_A_LINE_MM = 1e-3
-# A Newton step this small leaves less than its square over 10 mm.
-_LAST_STEP_MM = 1e-5
+# A direction meets the surface if the last Newton step along it is below this. Without height steps of the profile the
+# last step is below 1e-9.
+_MAX_MEETING_STEP_MM = 1e-3
+# Newton's method ends below this step: the remaining error is smaller than the square of the step over 10 mm.
+_NEWTON_TOLERANCE_MM = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RailPose:
-    """A rail profile in the track frame: turned inwards by the inclination, its crown at (crown_y, crown_z) (mm)."""
+    """A rail profile in the track frame.
+
+    Attributes
+    ----------
+    profile
+        Rail profile.
+    inclination_rad
+        Angle by which the profile is turned inwards.
+    crown_y_mm, crown_z_mm
+        Position of the profile's origin, its crown, in the track frame.
+    """
 
     profile: Profile
     inclination_rad: float
@@ -38,11 +49,25 @@ class RailPose:
     crown_z_mm: float
 
     def parameter_at_y(self, y: ArrayLike) -> Floats:
-        """Profile parameter of the points at the lateral position y (mm) of the track, NaN off the head."""
+        """Profile parameter of the points at the lateral position y (mm) of the track.
+
+        NaN off the head.
+        """
         return self.profile.locate(np.asarray(y, dtype=float) - self.crown_y_mm, angle_rad=-self.inclination_rad)
 
     def section(self, u: ArrayLike) -> tuple[Floats, Floats, Floats]:
-        """Position y, z (mm) and tangent angle (rad) in the track frame at the profile parameter u."""
+        """Position and tangent angle in the track frame at a profile parameter.
+
+        Parameters
+        ----------
+        u
+            Profile parameters, of any shape.
+
+        Returns
+        -------
+        y, z, angle
+            Position in mm and tangent angle in rad.
+        """
         p = self.profile.evaluate(u)
         return (*self.point(p.y, p.z), p.angle_rad + self.inclination_rad)
 
@@ -52,32 +77,59 @@ class RailPose:
         return self.point(p.y, p.z)[1]
 
     @cached_property
-    def seen_from_above(self) -> tuple[Floats, Floats]:
-        """Lateral positions and heights (mm) of the part of the head that is seen from above, `_SEARCH_STEP_MM` apart.
+    def visible_head(self) -> tuple[Floats, Floats]:
+        """Lateral positions and heights (mm) of the head as visible from above.
 
-        Empty where none is.
+        They are `_SEARCH_STEP_MM` apart, and empty if no place is visible.
         """
         u, points = search_points(self.profile)
         y, z = self.point(points.y, points.z)
         with np.errstate(invalid="ignore"):
-            seen = np.abs(self.parameter_at_y(y) - u) < 1e-6
-        return y[seen], z[seen]
+            is_visible = np.abs(self.parameter_at_y(y) - u) < 1e-6
+        return y[is_visible], z[is_visible]
 
     def point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
-        """Position y, z (mm) in the track frame of a point at y, z (mm) of the profile."""
+        """Position in the track frame of a point of the profile.
+
+        Parameters
+        ----------
+        y, z
+            Position in the profile in mm.
+
+        Returns
+        -------
+        y, z
+            Position in the track frame in mm.
+        """
         c, s = np.cos(self.inclination_rad), np.sin(self.inclination_rad)
         return self.crown_y_mm + y * c - z * s, self.crown_z_mm + y * s + z * c
 
 
-# cached: one rail carries many positions
+# cached: a rail carries many positions
 @lru_cache(maxsize=64)
 def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPose:
-    """Incline a rail and set it to gauge, its highest point at z = 0.
+    """Incline a rail and set it to gauge.
+
+    Its highest point is at z = 0.
+
+    Parameters
+    ----------
+    profile
+        Rail profile.
+    inclination_rad
+        Angle by which the profile is turned inwards.
+    track
+        Gauge and its depth, or the lateral position of the rail's crown.
+
+    Returns
+    -------
+    RailPose
+        The rail in the track frame.
 
     Raises
     ------
     InputError
-        If the head does not reach down to the gauge plane and no crown position is given.
+        If the head does not extend down to the gauge plane and no crown position is given.
     """
     at_origin = RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=0.0, crown_z_mm=0.0)
     u, points = search_points(profile)
@@ -90,13 +142,15 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         def slope(v: Floats) -> Floats:
             return np.sin(at_origin.section(v)[2])
 
-        (u_top,) = sign_changes(slope, *ends, *map(slope, ends))
+        (u_top,) = find_sign_changes(slope, *ends, *map(slope, ends))
     z_top = float(at_origin.section(u_top)[1])
     if track.rail_crown_y_mm is not None:
-        # the highest place of the rail in its own axes, which is the origin of the library's rails
-        lowest = points.z.max() - _FLAT_MM
-        # a level top ends at junctions, between two search points: 3 um there turn a conforming contact by 0.016 rad
-        level_ends = [one.y_mm for one in profile.junctions if float(profile.height(np.array(one.y_mm))) > lowest]
+        # The highest place of the rail in the axes of its profile, which is the origin of the library's rails.
+        lowest = points.z.max() - _LEVEL_TOLERANCE_MM
+        # A level top ends at junctions, between two search points. 3 um there turn a conforming contact by 0.016 rad.
+        level_ends = [
+            junction.y_mm for junction in profile.junctions if float(profile.height(np.array(junction.y_mm))) > lowest
+        ]
         tops = np.append(points.y[points.z > lowest], level_ends)
         middle = 0.5 * (float(tops.min()) + float(tops.max()))
         from_origin = float(at_origin.point(np.array(middle), np.array(float(points.z.max())))[0])
@@ -105,13 +159,18 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         gauge_z = z_top - track.gauge_depth_mm
         u_gauge = profile.locate(gauge_z, angle_rad=0.5 * np.pi - inclination_rad)
         if not np.isfinite(u_gauge):
-            raise InputError(_no_gauge_side(profile, z_top - float(z[0]), z_top - float(z[-1]), track.gauge_depth_mm))
+            raise InputError(
+                _gauge_side_message(profile, z_top - float(z[0]), z_top - float(z[-1]), track.gauge_depth_mm)
+            )
         crown_y = 0.5 * track.gauge_mm - float(at_origin.section(u_gauge)[0])
     return RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=crown_y, crown_z_mm=-z_top)
 
 
-def _no_gauge_side(profile: Profile, gauge_side_mm: float, field_side_mm: float, depth_mm: float) -> str:
-    """Why a rail has no point of its gauge side at the gauge depth, by how deep both of its sides reach."""
+def _gauge_side_message(profile: Profile, gauge_side_mm: float, field_side_mm: float, depth_mm: float) -> str:
+    """Message for a rail without a point of its gauge side at the gauge depth.
+
+    It gives the depth to which each side of the rail extends.
+    """
     mirrored = (
         f"its field side reaches {field_side_mm:.2f} mm down: {remedy('rail', 'mirror', 'yes')} if it is mirrored; "
     )
@@ -127,8 +186,18 @@ def _no_gauge_side(profile: Profile, gauge_side_mm: float, field_side_mm: float,
 class WheelPose:
     """A wheel profile revolved about the axle and set down in the track frame.
 
-    `axes` has the wheel's own directions as columns: forward, along the axle to the field side, up. The wheelset's
-    centre lies at `centre_mm`; the tape circle `tape_circle_y_mm` along the axle, with the radius `rolling_radius_mm`.
+    Attributes
+    ----------
+    profile
+        Wheel profile.
+    rolling_radius_mm
+        Radius of the tape circle.
+    tape_circle_y_mm
+        Position of the tape circle along the axle.
+    axes (3, 3)
+        Directions of the wheel as columns: forward, along the axle to the field side, up.
+    centre_mm (3,)
+        Centre of the wheelset in the track frame.
     """
 
     profile: Profile
@@ -142,27 +211,64 @@ class WheelPose:
         return np.asarray(self.rolling_radius_mm - self.profile.evaluate(u).z)
 
     def silhouette(self, u: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
-        """Outline of the wheel as seen along the rail: angle theta (rad) about the axle, and x-, y-, z-position (mm).
+        """Outline of the wheel as seen along the rail.
 
         A rail is a prism, so the rigid contact is the plane contact of this outline with the rail's section.
+
+        Parameters
+        ----------
+        u
+            Profile parameters, of any shape.
+
+        Returns
+        -------
+        theta, x, y, z
+            Angle (rad) about the axle, and position (mm) in the track frame.
         """
         return self.silhouette_of(self.profile.evaluate(u))
 
     def silhouette_of(self, p: CurvePoints) -> tuple[Floats, Floats, Floats, Floats]:
-        """Outline, as in `silhouette`, at points of the profile."""
-        # a vertical end of the line (the back of a flange) has no finite slope; it never touches the head
+        """Outline, as in `silhouette`, at points of the profile.
+
+        Parameters
+        ----------
+        p
+            Points of the profile.
+
+        Returns
+        -------
+        theta, x, y, z
+            Angle (rad) about the axle, and position (mm) in the track frame.
+        """
+        # A vertical end of the profile (the back of a flange) has no finite slope; it never touches the head.
         theta = self._silhouette_angle(-p.dz / np.where(np.abs(p.dy) > 1e-12, p.dy, 1e-12))
         position = self.point(p.y, self.rolling_radius_mm - p.z, theta)
         return theta, position[..., 0], position[..., 1], position[..., 2]
 
     def _silhouette_angle(self, radius_rate: Floats) -> Floats:
-        # on the outline the normal (e_r - r' e_axle) has no x-component
+        """Angle (rad) about the axle of the outline at a rate of the radius."""
+        # On the outline the normal (e_r - r' e_axle) has no x-component.
         forward, axle, up = map(float, self.axes[0])
         sine = np.minimum(np.maximum(radius_rate * (axle / math.hypot(up, forward)), -1.0), 1.0)
         return np.asarray(np.arcsin(sine) + math.atan2(up, forward))
 
     def point(self, y: Floats | float, radius: Floats | float, theta: Floats | float) -> Floats:
-        """Track position (..., 3) in mm of a point at y (mm) across, at a radius (mm) and an angle (rad) from below."""
+        """Position of points of the wheel in the track frame.
+
+        Parameters
+        ----------
+        y
+            Position across the profile in mm.
+        radius
+            Distance from the axle in mm.
+        theta
+            Angle about the axle in rad, from straight below it.
+
+        Returns
+        -------
+        position (..., 3)
+            Position in mm.
+        """
         local = np.empty((*np.broadcast_shapes(*map(np.shape, (y, radius, theta))), 3))
         local[..., 0] = radius * np.sin(theta)
         local[..., 1] = self.tape_circle_y_mm + y
@@ -170,107 +276,175 @@ class WheelPose:
         return np.asarray(self.centre_mm + local @ self.axes.T)
 
     def lowest_point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
-        """Position y, z (mm) in the track frame of points at y, z (mm) of the profile, straight below the axle."""
+        """Position y, z (mm) in the track frame of profile points straight below the axle.
+
+        The points are at y, z (mm) of the profile.
+        """
         position = self.point(y, self.rolling_radius_mm - z, 0.0)
         return position[..., 1], position[..., 2]
 
     def distance_along(self, points: Floats, normals: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
-        """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
+        """Distance from points along unit directions to the wheel's running surface.
 
-        NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution, from a
-        guess (...), to 1e-11 mm.
+        Newton's method on the body of revolution, to 1e-11 mm.
+
+        Parameters
+        ----------
+        points (..., 3)
+            Points in the track frame in mm.
+        normals (..., 3)
+            Unit directions.
+        guess_mm (...)
+            First guess of the distance in mm.
+
+        Returns
+        -------
+        distance (...)
+            Distance in mm. NaN if a direction does not meet the surface within a few mm.
         """
         start = np.ascontiguousarray(((points - self.centre_mm) @ self.axes).reshape(-1, 3).T)
         along = np.ascontiguousarray((normals @ self.axes).reshape(-1, 3).T)
         y_low, y_high = self.profile.y_range_mm
-        t = np.broadcast_to(np.asarray(guess_mm, float), points.shape[:-1]).reshape(-1).copy()
-        active = np.arange(t.size)
-        met = np.zeros(t.size, dtype=bool)
+        distance = np.broadcast_to(np.asarray(guess_mm, float), points.shape[:-1]).reshape(-1).copy()
+        active = np.arange(distance.size)
+        has_met = np.zeros(distance.size, dtype=bool)
         for _ in range(12):
-            n = along[:, active]
-            d = start[:, active] + t[active] * n
-            y = d[1] - self.tape_circle_y_mm
-            rho = np.hypot(d[0], d[2])
-            # beyond its ends the surface is continued by its end point; such points are removed below by their y
+            direction = along[:, active]
+            position = start[:, active] + distance[active] * direction
+            y = position[1] - self.tape_circle_y_mm
+            rho = np.hypot(position[0], position[2])
+            # Beyond its ends the surface is continued by its end point; such points are removed below by their y.
             p = self.profile.evaluate(self.profile.locate(np.clip(y, y_low, y_high)))
             height = self.rolling_radius_mm - p.z - rho
-            # all over the slope's denominator: where the line is vertical, or the direction runs along the surface, a
-            # step has no length, and the direction is not taken for one that meets the surface
-            rate = (d[0] * n[0] + d[2] * n[2]) / rho * p.dy + p.dz * n[1]
+            # The step is a fraction with the slope's denominator in both parts. If the profile is vertical, or the
+            # direction runs along the surface, the step has no length, and the direction does not count as meeting the
+            # surface.
+            rate = (position[0] * direction[0] + position[2] * direction[2]) / rho * p.dy + p.dz * direction[1]
             step = np.copysign(np.inf, height)
             np.divide(height * p.dy, rate, out=step, where=(rate != 0.0) & (p.dy != 0.0))
-            t[active] += np.clip(step, -5.0, 5.0)
-            # rounded coefficients let a line step at a junction (S1002: 2e-4 mm), and Newton steps alternate there
-            met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
-            active = active[np.abs(step) > _LAST_STEP_MM]
+            distance[active] += np.clip(step, -5.0, 5.0)
+            # With rounded coefficients a profile has a height step at a junction (S1002: 2e-4 mm), about which Newton
+            # steps alternate.
+            has_met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _MAX_MEETING_STEP_MM)
+            active = active[np.abs(step) > _NEWTON_TOLERANCE_MM]
             if not active.size:
                 break
-        return np.where(met, t, np.nan).reshape(points.shape[:-1])
+        return np.where(has_met, distance, np.nan).reshape(points.shape[:-1])
 
 
 # cached: equal for every position of the profile, and a table of positions has many searches
 @lru_cache(maxsize=64)
 def search_points(profile: Profile) -> tuple[Floats, CurvePoints]:
-    """Parameters along a profile, `_SEARCH_STEP_MM` apart, and the points there."""
+    """Parameters along a profile and the points there, `_SEARCH_STEP_MM` apart."""
     u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
     return u, profile.evaluate(u)
 
 
-# Coarse search among every eighth sample of 0.02 mm; places higher than the lowest of these by more than the bound are
-# left out of the fine search. On two lines of R 6 the coarse samples miss a touch point by 1e-3 mm, a tenth of the
-# bound.
-_EVERY = 8
-_NEAR_MM = 0.01
-# So are places from which the gap falls to the next coarse sample by more than this. A minimum between two samples
-# leaves them nearer to each other if the relative curvature is below 0.08/mm there, as on an arc of R 13; at a junction
-# it may be 2e-5 mm deep and a tenth of a millimetre wide.
-_FALL_MM = 1e-3
+# Coarse search among every eighth sample of 0.02 mm. The fine search leaves out places that are higher than the lowest
+# of these samples by more than the margin. On two profiles of R 6 the coarse samples miss a contact point by 1e-3 mm, a
+# tenth of the margin.
+_COARSE_STRIDE = 8
+_COARSE_MARGIN_MM = 0.01
+# The fine search also leaves out places from which the gap falls to the next coarse sample by more than this. If the
+# relative curvature is below 0.08/mm, as on an arc of R 13, a minimum between two samples leaves their gaps nearer to
+# each other. At a junction a minimum may be 2e-5 mm deep and a tenth of a millimetre wide.
+_MAX_COARSE_FALL_MM = 1e-3
 
 
-def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm: float = 0.0) -> Integers:
-    """Which points (n,) along a wheel lie about minima of the gap that are no higher than the lowest one and so much.
+def select_near_minima(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm: float = 0.0) -> Integers:
+    """Select points along a wheel about minima of the gap.
 
-    None if no point lies over the rail.
+    Parameters
+    ----------
+    rail, wheel
+        Poses of both bodies.
+    points
+        Points (n,) along the wheel profile.
+    above_mm
+        Largest height of a minimum above the lowest minimum in mm.
+
+    Returns
+    -------
+    places (k,)
+        Indices of the points; empty if no point lies over the rail.
     """
-    (places,) = places_at_shifts(rail, wheel, points, [0.0], above_mm)
+    (places,) = select_near_minima_at_shifts(rail, wheel, points, [0.0], above_mm)
     return places
 
 
-def places_at_shifts(
+def select_near_minima_at_shifts(
     rail: RailPose, wheel: WheelPose, points: CurvePoints, shifts_mm: Iterable[float], above_mm: float = 0.0
 ) -> list[Integers]:
-    """As `places_near`, with the wheel shifted across by so much more."""
-    _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _EVERY)))
-    found = []
-    for shift in shifts_mm:
-        gap = z - np.interp(y + shift, *rail.seen_from_above, left=-np.inf, right=-np.inf)
-        near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
-        near[1:] &= gap[1:] <= gap[:-1] + _FALL_MM
-        near[:-1] &= gap[:-1] <= gap[1:] + _FALL_MM
-        beside = np.convolve(near, np.ones(5), "same") > 0.5
-        found.append(np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size]))
-    return found
+    """Select points along a shifted wheel about minima of the gap, for several shifts.
 
+    Parameters
+    ----------
+    rail, wheel
+        Poses of both bodies.
+    points
+        Points (n,) along the wheel profile.
+    shifts_mm
+        Lateral shifts of the wheel in mm.
+    above_mm
+        Largest height of a minimum above the lowest minimum in mm.
 
-# Secants end with a step of the parameter this small, some 2e-9 mm: the place is better than that.
-_LAST_SECANT = 1e-10
-
-
-def sign_changes(f: Callable[[Floats], Floats], low: Floats, high: Floats, f_low: Floats, f_high: Floats) -> Floats:
-    """Where a function changes its sign between places (n,), at which it has values (n,).
-
-    Without a change it is the end at which the function is nearer to 0.
-    By secants for all places at once; the value at an end that stays is halved (Illinois, Dowell and Jarratt 1971).
+    Returns
+    -------
+    places
+        Indices (k,) of the points for each shift; empty if no point lies over the rail.
     """
-    # at a kink the sign change may be missed by rounding at both ends
+    _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _COARSE_STRIDE)))
+    places = []
+    for shift in shifts_mm:
+        gap = z - np.interp(y + shift, *rail.visible_head, left=-np.inf, right=-np.inf)
+        is_near = np.isfinite(gap) & (gap < gap.min() + above_mm + _COARSE_MARGIN_MM)
+        is_near[1:] &= gap[1:] <= gap[:-1] + _MAX_COARSE_FALL_MM
+        is_near[:-1] &= gap[:-1] <= gap[1:] + _MAX_COARSE_FALL_MM
+        is_close = np.convolve(is_near, np.ones(5), "same") > 0.5
+        places.append(np.flatnonzero(np.repeat(is_close, _COARSE_STRIDE)[: points.y.size]))
+    return places
+
+
+# Secants end with a step of the parameter this small, some 2e-9 mm. The place is more exact.
+_SECANT_TOLERANCE = 1e-10
+
+
+def find_sign_changes(
+    f: Callable[[Floats], Floats], low: Floats, high: Floats, f_low: Floats, f_high: Floats
+) -> Floats:
+    """Places between two ends at which a function changes its sign.
+
+    By secants for all places at once. If an end stays, its value is halved (Illinois, Dowell and Jarratt 1971).
+
+    Parameters
+    ----------
+    f
+        Function of places (n,).
+    low, high (n,)
+        Both ends.
+    f_low, f_high (n,)
+        Values of the function at both ends.
+
+    Returns
+    -------
+    places (n,)
+        Without a change of sign, the end at which the function is nearer to 0.
+
+    Examples
+    --------
+    >>> ends = np.array([0.0]), np.array([2.0])
+    >>> round(float(find_sign_changes(lambda x: x**2 - 2.0, *ends, np.array([-2.0]), np.array([2.0]))[0]), 9)
+    1.414213562
+    """
+    # At a kink rounding may hide the sign change at both ends.
     changes = f_low * f_high <= 0.0
     nearer = np.where(np.abs(f_low) < np.abs(f_high), low, high)
     for _ in range(100):
         with np.errstate(divide="ignore", invalid="ignore"):
             x = high - f_high * (high - low) / (f_high - f_low)
         x = np.where(changes & np.isfinite(x), x, high)
-        if not np.any(np.abs(x - high)[changes] > _LAST_SECANT):
+        if not np.any(np.abs(x - high)[changes] > _SECANT_TOLERANCE):
             break
         f_x = f(x)
         stays = f_x * f_high >= 0.0
@@ -279,17 +453,26 @@ def sign_changes(f: Callable[[Floats], Floats], low: Floats, high: Floats, f_low
     return np.where(changes, x, nearer)
 
 
-# --- Touch points of the rigid bodies: contact frame, contact angle and relative curvatures.
+# --- Contact points of the rigid bodies: contact frame, contact angle and relative curvatures.
 
-# A touch point this close to a junction has the curvatures of both sides: profile tolerances are hundredths of a mm.
+# A contact point this close to a junction has the curvatures of both sides: profile tolerances are hundredths of a mm.
 AT_JUNCTION_MM = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
 class RelativeCurvature:
-    """Curvatures at a touch point (1/mm, positive where the body is convex) and the Hessian of the gap.
+    """Curvatures at a contact point and the Hessian of the gap.
 
     gap = 1/2 (xx x^2 + 2 xy x y + yy y^2) in the contact frame. At a junction each side has its curvature.
+
+    Attributes
+    ----------
+    rail_per_mm
+        Curvature of the rail across, in 1/mm, positive if the body is convex.
+    wheel_lateral_per_mm, wheel_rolling_per_mm
+        Curvatures of the wheel across and around the axle, in 1/mm, positive if the body is convex.
+    xx_per_mm, xy_per_mm, yy_per_mm
+        Second derivatives of the gap in 1/mm.
     """
 
     rail_per_mm: float
@@ -313,14 +496,16 @@ class TouchPoint:
     ----------
     x_mm, y_mm, z_mm
         Position in the track frame, on the rail.
+    rail_u, wheel_u
+        Parameters of the rail profile and of the wheel profile.
     rail_y_mm, wheel_y_mm
         Position across the rail's profile and across the wheel's profile.
     contact_angle_rad
         Angle of the tangent plane about x, positive on the gauge side of the head.
     vertical_gap_mm
-        Undeformed gap; 0 at the first touch point.
+        Undeformed gap; 0 at the first contact point.
     curvatures
-        One entry, or two entries (gauge side, field side) for a touch point at a junction.
+        A single entry, or two entries (gauge side, field side) for a contact point at a junction.
     """
 
     x_mm: float
@@ -341,24 +526,42 @@ class TouchPoint:
 
     @property
     def at_junction(self) -> bool:
-        """Whether the touch point lies at a junction, where the curvature is undefined."""
+        """Whether the contact point lies at a junction, where the curvature is undefined."""
         return len(self.curvatures) > 1
 
     @property
     def tangent(self) -> Floats:
-        """Lateral unit vector of the contact frame in the track frame."""
+        """Lateral unit vector (3,) of the contact frame in the track frame."""
         return np.array([0.0, np.cos(self.contact_angle_rad), np.sin(self.contact_angle_rad)])
 
     @property
     def normal(self) -> Floats:
-        """Normal unit vector of the contact frame in the track frame, from the rail to the wheel."""
+        """Normal unit vector (3,) of the contact frame, from the rail to the wheel.
+
+        Its components are in the track frame.
+        """
         return np.array([0.0, -np.sin(self.contact_angle_rad), np.cos(self.contact_angle_rad)])
 
 
-def touch_points_at(
+def make_contact_points(
     rail: RailPose, wheel: WheelPose, u_wheel: Floats, u_rail: Floats, gap: Floats
 ) -> tuple[TouchPoint, ...]:
-    """The touch points at parameters (n,) of both lines with gaps (n,) in mm between them, and their curvatures."""
+    """Make contact points with their curvatures from parameters of both profiles.
+
+    Parameters
+    ----------
+    rail, wheel
+        Poses of both bodies.
+    u_wheel, u_rail (n,)
+        Parameters of the contact points on the wheel profile and on the rail profile.
+    gap (n,)
+        Gaps between the bodies in mm.
+
+    Returns
+    -------
+    touch_points
+        In the order of the parameters.
+    """
     on_wheel, on_rail = wheel.profile.evaluate(u_wheel), rail.profile.evaluate(u_rail)
     theta, x, y, _ = wheel.silhouette_of(on_wheel)
     _, z = rail.point(on_rail.y, on_rail.z)
@@ -378,21 +581,25 @@ def touch_points_at(
             wheel_y_mm=float(on_wheel.y[i]),
             contact_angle_rad=float(angle[i]),
             vertical_gap_mm=float(gap[i]),
-            curvatures=(of_right,) if _are_alike(of_left, of_right) else (of_left, of_right),
+            curvatures=(of_right,) if _is_equal_curvature(of_left, of_right) else (of_left, of_right),
         )
         for i, (of_left, of_right) in enumerate(zip(left, right, strict=True))
     )
 
 
-def _are_alike(left: RelativeCurvature, right: RelativeCurvature) -> bool:
-    """Whether both sides of a touch point have one curvature across."""
-    one, other = (c.rail_per_mm + c.wheel_lateral_per_mm for c in (left, right))
-    return abs(one - other) <= 1e-6 * (abs(one) + abs(other)) + 1e-9
+def _is_equal_curvature(left: RelativeCurvature, right: RelativeCurvature) -> bool:
+    """Whether both sides of a contact point have equal relative curvature across."""
+    left_sum, right_sum = (c.rail_per_mm + c.wheel_lateral_per_mm for c in (left, right))
+    return abs(left_sum - right_sum) <= 1e-6 * (abs(left_sum) + abs(right_sum)) + 1e-9
 
 
 def _relative_curvatures(
     rail: RailPose, wheel: WheelPose, u_wheel: Floats, u_rail: Floats, theta: Floats, angle: Floats, side: Side
 ) -> list[RelativeCurvature]:
+    """Relative curvatures at contact points (n,), from a side of the profiles.
+
+    Axes of the wheel's surface and of the rail's tangent are projected on the contact frame.
+    """
     p, zero = wheel.profile.evaluate(u_wheel, side), np.zeros_like(theta)
     meridian = np.arctan2(p.dz, p.dy)[:, None]
     radial = np.stack([np.sin(theta), zero, -np.cos(theta)], axis=1) @ wheel.axes.T
@@ -402,14 +609,14 @@ def _relative_curvatures(
     lateral = wheel.profile.convex_sign * p.curvature_per_mm
     of_rail = rail.profile.convex_sign * rail.profile.evaluate(u_rail, side).curvature_per_mm
     tangent = np.stack([zero, np.cos(angle), np.sin(angle)], axis=1)
-    (ax, ay), (bx, by) = ((v[:, 0], (v * tangent).sum(axis=1)) for v in (round_about, along))
+    (round_x, round_y), (along_x, along_y) = ((v[:, 0], (v * tangent).sum(axis=1)) for v in (round_about, along))
     columns = (
         of_rail,
         lateral,
         rolling,
-        rolling * ax**2 + lateral * bx**2,
-        rolling * ax * ay + lateral * bx * by,
-        rolling * ay**2 + lateral * by**2 + of_rail,
+        rolling * round_x**2 + lateral * along_x**2,
+        rolling * round_x * round_y + lateral * along_x * along_y,
+        rolling * round_y**2 + lateral * along_y**2 + of_rail,
     )
     names = [field.name for field in fields(RelativeCurvature)]
     return [RelativeCurvature(**dict(zip(names, map(float, row), strict=True))) for row in zip(*columns, strict=True)]

@@ -1,7 +1,7 @@
-"""A wheel placed on a rail: touch points of the rigid bodies and the undeformed gap, also over an irregularity.
+"""A wheel placed on a rail: contact points and the undeformed gap, also over an irregularity.
 
-Track frame (right-handed): x along the running direction, y lateral and positive to the field side of the left rail,
-z up, origin in the track centre at the height of the rail's highest point. The pair is the left wheel on the left rail.
+Track frame (right-handed): x along the running direction, y lateral and positive to the field side of the left rail, z
+up, origin in the track centre at the height of the rail's highest point. The pair is the left wheel on the left rail.
 The wheelset turns about its centre on the axle: first roll about x, then yaw about z (both right-handed, so that
 positive roll lifts this wheel and positive yaw moves it backwards).
 """
@@ -20,31 +20,33 @@ from fecontact.arrays import Floats
 from fecontact.bodies import Track, TrackSide
 from fecontact.errors import InputError, NotCovered
 from fecontact.placement.along_track import AlongTrack
-from fecontact.placement.carrying import climbs_at, why_it_cannot_carry
+from fecontact.placement.carrying import climbs_at, find_support_problem
 from fecontact.placement.poses import (
     RailPose,
     TouchPoint,
     WheelPose,
+    find_sign_changes,
+    make_contact_points,
     place_rail,
-    places_near,
     search_points,
-    sign_changes,
-    touch_points_at,
+    select_near_minima,
 )
 from fecontact.profiles.curve import Junction, Profile
 
-# --- A wheel on a rail: touch points, contact frame, relative curvatures and the true undeformed gap.
+# --- A wheel on a rail: contact points, contact frame, relative curvatures and the true undeformed gap.
 
-# Gap at rail points whose normal does not meet the wheel's running surface: far beyond any elastic approach.
+# Gap in mm at rail points with a normal that does not meet the wheel's running surface: far beyond any elastic
+# approach.
 OPEN_GAP_MM = 1e3
-# Further minima of the vertical gap up to this height are touch points: three times the approach under 200 kN.
+# Largest height in mm of a minimum of the vertical gap that counts as a contact point, three times the approach under
+# 200 kN.
 REACH_MM = 0.3
-EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
-"""Shifts (mm) that are tried for a message with the possible shifts."""
-# Largest step in the height of a line above the touch points: segments may miss each other by as much.
-_STEP_MM = 2e-3
-# Angle of a rail's line at which the side of the head begins, and spacing of the places that are tried for it.
-_SIDE_TURN_RAD = math.pi / 3.0
+TRIAL_SHIFTS_MM = np.arange(-40.0, 40.5, 0.5)
+"""Shifts (mm) to try for a message with the possible shifts."""
+# Largest height step of a profile above the contact points. Segments may miss each other by this step.
+_MAX_HEIGHT_STEP_MM = 2e-3
+# Turning angle of a rail profile at the start of the side of the head, and spacing of the trial places for it.
+_SIDE_TURNING_ANGLE_RAD = math.pi / 3.0
 _SIDE_STEP_MM = 0.1
 SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
@@ -52,7 +54,17 @@ SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedJunction:
-    """A junction of the rail's or the wheel's profile; `s_mm` is its distance along the line from first touch."""
+    """A junction of the rail's or the wheel's profile on the placed pair.
+
+    Attributes
+    ----------
+    profile
+        Profile of the rail or of the wheel.
+    junction
+        The junction.
+    s_mm
+        Distance of the junction along the profile from first touch.
+    """
 
     profile: Profile
     junction: Junction
@@ -61,11 +73,20 @@ class PlacedJunction:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Placement:
-    """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
+    """A wheel resting on a rail: poses, contact points and the true gap.
 
-    `climbs` says that the wheel touches beyond the steepest place of its flange: only a lateral force holds it there.
-    `other_climbs` says so of the other wheel of its wheelset, which has the wheelset's roll from there.
-    `along` holds the irregularities of both bodies along the track, if any.
+    Attributes
+    ----------
+    rail, wheel
+        Poses of both bodies.
+    touch_points
+        Contact points; the first of them carries the rigid wheel.
+    climbs
+        Whether the wheel touches beyond the steepest place of its flange. Only a lateral force holds it there.
+    other_climbs
+        Whether the other wheel of the wheelset climbs. The roll of the wheelset follows from that wheel too.
+    along
+        Irregularities of both bodies along the track; None without any.
     """
 
     rail: RailPose
@@ -77,89 +98,135 @@ class Placement:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be known of both profiles, and of flanges that climb."""
+        """Notes on both profiles and on flanges that climb."""
         climbing = (
             f"the flange climbs: it touches the rail beyond its steepest place, at"
             f" {math.degrees(self.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
         )
-        other = (
+        other_climbing = (
             "the wheelset derails on its other side: there the flange touches the rail beyond its steepest place; this"
             " wheel stands at the roll which that gives"
         )
-        said = (*((climbing,) if self.climbs else ()), *((other,) if self.other_climbs else ()))
+        climb_notes = (*((climbing,) if self.climbs else ()), *((other_climbing,) if self.other_climbs else ()))
         profiles = (self.rail.profile, self.wheel.profile)
-        return (*(f"{one.kind}: {note}" for one in profiles for note in one.notes), *said)
+        return (*(f"{profile.kind}: {note}" for profile in profiles for note in profile.notes), *climb_notes)
 
     @property
     def first(self) -> TouchPoint:
-        """The touch point of the rigid bodies."""
+        """The contact point of the rigid bodies."""
         return self.touch_points[0]
 
     @property
     def ahead_mm(self) -> float:
-        """Distance along the track of the first touch point ahead of the touch point of smooth bodies."""
+        """Distance along the track from first touch of smooth bodies to first touch."""
         return 0.0 if self.along is None else self.first.x_mm - self.along.middle_x_mm
 
     @cached_property
     def first_arc_length_mm(self) -> float:
-        """Arc length along the rail profile at the first touch point: the origin of the surface coordinate s."""
+        """Arc length along the rail profile at the first contact point, in mm.
+
+        It is the origin of the surface coordinate s.
+        """
         return float(self.rail.profile.arc_length(self.first.rail_u))
 
     def load_direction(self, *, normal: bool) -> Floats:
-        """Unit vector (3,) along which load and approach act: the normal at first touch, or the vertical."""
+        """Unit vector (3,) along which load and approach act.
+
+        It is the normal at first touch, or the vertical.
+        """
         return self.first.normal if normal else np.array([0.0, 0.0, 1.0])
 
     def arc_mm(self, touch: TouchPoint) -> float:
-        """Surface coordinate s (mm) of a touch point."""
+        """Surface coordinate s (mm) of a contact point."""
         return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm
 
     @cached_property
     def junctions(self) -> tuple[PlacedJunction, ...]:
         """Junctions of the rail, then of the wheel, each by increasing y."""
-        placed = []
+        placed_junctions = []
         for profile, u in ((self.rail.profile, self.first.rail_u), (self.wheel.profile, self.first.wheel_u)):
             arcs = profile.arc_length(profile.locate([j.y_mm for j in profile.junctions]))
             for junction, arc in zip(profile.junctions, arcs - float(profile.arc_length(u)), strict=True):
                 if np.isfinite(arc):
-                    placed.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
-        return tuple(placed)
+                    placed_junctions.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
+        return tuple(placed_junctions)
 
     def on_profiles(self, x: float, s: float) -> tuple[float, float, float]:
-        """Position (mm) across the rail's and the wheel's profile at surface coordinates (mm), and the rail's angle.
+        """Position across both profiles at surface coordinates, and the angle of the rail.
 
-        The wheel's point faces the rail along the rail's normal; NaN if there is no such point.
+        The wheel's point is opposite the rail's point along the rail's normal.
+
+        Parameters
+        ----------
+        x, s
+            Surface coordinates in mm.
+
+        Returns
+        -------
+        rail_y, wheel_y, angle
+            Positions across the rail's and the wheel's profile in mm, and angle of the rail in rad. The position on the
+            wheel is NaN if there is no opposite point.
         """
         u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
         point, normal = self.surface(x, s)
-        facing = point + self.wheel.distance_along(point, normal) * normal
-        wheel_y = (facing - self.wheel.centre_mm) @ self.wheel.axes[:, 1] - self.wheel.tape_circle_y_mm
+        wheel_point = point + self.wheel.distance_along(point, normal) * normal
+        wheel_y = (wheel_point - self.wheel.centre_mm) @ self.wheel.axes[:, 1] - self.wheel.tape_circle_y_mm
         return float(self.rail.profile.evaluate(u).y), float(wheel_y), float(self.rail.section(u)[2])
 
     def bodies_that_end(self, low_s_mm: float, high_s_mm: float) -> tuple[str, ...]:
-        """Bodies (rail, wheel) whose running surface does not reach from one surface coordinate to another."""
+        """Bodies with a running surface that is too short between two surface coordinates.
+
+        Parameters
+        ----------
+        low_s_mm, high_s_mm
+            Surface coordinates in mm.
+
+        Returns
+        -------
+        bodies
+            `rail`, `wheel`, both or neither.
+        """
         ends = [self.on_profiles(0.0, s)[:2] for s in (low_s_mm, high_s_mm)]
         return tuple(
-            body
-            for body, places in zip(("rail", "wheel"), zip(*ends, strict=True), strict=True)
-            if np.isnan(places).any()
+            body for body, ys in zip(("rail", "wheel"), zip(*ends, strict=True), strict=True) if np.isnan(ys).any()
         )
 
     def side_mm(self, s: float) -> float:
-        """Distance (mm) along the rail's surface from a place to the nearer side of the head.
+        """Distance along the rail's surface from a place to the nearer side of the head.
 
-        A side begins where the line has turned by a sixth of a circle, or where the line ends.
+        A side begins where the profile has turned by a sixth of a circle, or where the profile ends.
+
+        Parameters
+        ----------
+        s
+            Surface coordinate of the place in mm.
+
+        Returns
+        -------
+        distance
+            Distance in mm.
         """
         profile, place = self.rail.profile, self.first_arc_length_mm + s
         u = profile.spread(_SIDE_STEP_MM)
         arc, angle = profile.arc_length(u), profile.evaluate(u).angle_rad
-        turned = np.abs(angle - np.interp(place, arc, angle)) > _SIDE_TURN_RAD
-        turned[[0, -1]] = True
-        return float(np.abs(arc[turned] - place).min())
+        is_side = np.abs(angle - np.interp(place, arc, angle)) > _SIDE_TURNING_ANGLE_RAD
+        is_side[[0, -1]] = True
+        return float(np.abs(arc[is_side] - place).min())
 
     def surface(self, x: ArrayLike, s: ArrayLike) -> tuple[Floats, Floats]:
-        """Points (..., 3) on the rail and their outward unit normals at x and the arc length s (mm) from first touch.
+        """Points on the rail and their outward unit normals.
 
-        NaN beyond the running surface.
+        Parameters
+        ----------
+        x
+            Distance from first touch along the track in mm.
+        s
+            Arc length from first touch in mm.
+
+        Returns
+        -------
+        points (..., 3), normals (..., 3)
+            Points in mm and unit vectors in the track frame; NaN beyond the running surface.
         """
         u = self.rail.profile.at_arc_length(np.asarray(s, float) + self.first_arc_length_mm)
         y, z, angle = self.rail.section(u)
@@ -168,7 +235,17 @@ class Placement:
         return np.stack(points, axis=-1), np.stack(normals, axis=-1)
 
     def project(self, points: Floats) -> Floats:
-        """Surface coordinates (x, s) (..., 2) in mm of points near the rail's surface, along its normals.
+        """Surface coordinates of points near the rail's surface, along its normals.
+
+        Parameters
+        ----------
+        points (..., 3)
+            Points in the track frame in mm.
+
+        Returns
+        -------
+        coordinates (..., 2)
+            x and s in mm.
 
         Raises
         ------
@@ -177,7 +254,7 @@ class Placement:
         """
         rail = self.rail
         u = rail.parameter_at_y(points[..., 1])
-        # the search for points beside the head begins at its nearer end
+        # For points outside the head, the search begins at the nearer end of the head.
         end = np.where(points[..., 1] > rail.crown_y_mm, rail.profile.length_mm, 0.0)
         s = np.where(np.isfinite(u), rail.profile.arc_length(np.nan_to_num(u)), end)
         for _ in range(30):
@@ -199,7 +276,18 @@ class Placement:
         return np.stack([points[..., 0] - self.first.x_mm, s - self.first_arc_length_mm], axis=-1)
 
     def gap(self, x: ArrayLike, s: ArrayLike) -> Floats:
-        """True undeformed gap (mm) along the rail's normal at (x, s); OPEN_GAP_MM where the surfaces never meet."""
+        """True undeformed gap along the rail's normal.
+
+        Parameters
+        ----------
+        x, s
+            Surface coordinates in mm.
+
+        Returns
+        -------
+        gap
+            Gap in mm, including irregularities; OPEN_GAP_MM if the surfaces never meet.
+        """
         points, normals = self.surface(x, s)
         gap = np.nan_to_num(self.wheel.distance_along(points, normals), nan=OPEN_GAP_MM)
         if self.along is None:
@@ -207,9 +295,17 @@ class Placement:
         return gap + self.along.opening_mm(points[..., 0]) - self.along.lowered_mm * normals[..., 2]
 
     def over_tangent_plane(self, t: ArrayLike) -> tuple[Floats, Floats]:
-        """Parameters of the rail, and points (..., 3) on it, over places t (mm) across in the tangent plane.
+        """Parameters of the rail and points on it over places across in the tangent plane.
 
-        NaN if the rail is missing there.
+        Parameters
+        ----------
+        t (n,)
+            Distances across from first touch in the tangent plane, in mm.
+
+        Returns
+        -------
+        u (n,), points (n, 3)
+            Parameters of the rail profile and points in mm; NaN if the rail is missing there.
         """
         touch, rail = self.first, self.rail
         tilt = touch.contact_angle_rad - rail.inclination_rad
@@ -221,19 +317,43 @@ class Placement:
         return u, origin + np.asarray(t, float)[..., None] * touch.tangent + height[..., None] * touch.normal
 
     def gap_over_plane(self, points: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
-        """True undeformed gap (mm) along the normal at first touch, at points (..., 3) that lie over the tangent plane.
+        """True undeformed gap along the normal at first touch.
 
-        Sought from a guess (...); NaN if one of the bodies is missing there. Irregularities are left out:
-        they are constant along a line across.
+        Irregularities are left out: they are constant along a profile.
+
+        Parameters
+        ----------
+        points (..., 3)
+            Points of the rail over the tangent plane, in mm.
+        guess_mm (...)
+            First guess of the gap in mm.
+
+        Returns
+        -------
+        gap (...)
+            Gap in mm; NaN if a body is missing there.
         """
         return self.wheel.distance_along(points, np.broadcast_to(self.first.normal, points.shape), guess_mm)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pair:
-    """A wheel and the rail below it, in the frame of the left side; the right side is given as its mirror image.
+    """A wheel and the rail below it, in the frame of the left side.
 
-    With `flange_climb` the wheel may stand beyond the steepest place of its flange.
+    The right side is given as its mirror image.
+
+    Attributes
+    ----------
+    rail
+        Pose of the rail.
+    wheel
+        Wheel profile.
+    rolling_radius_mm
+        Radius of the tape circle.
+    tape_circle_y_mm
+        Position of the tape circle along the axle.
+    flange_climb
+        Whether the wheel may stand beyond the steepest place of its flange.
     """
 
     rail: RailPose
@@ -243,20 +363,44 @@ class Pair:
     flange_climb: bool = False
 
     def hung(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> WheelPose:
-        """The wheel with the axle's centre at height zero; shift, roll and yaw as in `place`, on the left side."""
+        """The wheel with the axle's centre at height zero.
+
+        Parameters
+        ----------
+        shift_mm, roll_rad, yaw_rad
+            Shift, roll and yaw of the wheelset as in `place`, on the left side.
+
+        Returns
+        -------
+        WheelPose
+            The wheel above its rail.
+        """
         return WheelPose(
             profile=self.wheel,
             rolling_radius_mm=self.rolling_radius_mm,
             tape_circle_y_mm=self.tape_circle_y_mm,
-            axes=_axes(roll_rad, yaw_rad),
+            axes=_wheel_axes(roll_rad, yaw_rad),
             centre_mm=np.array([0.0, shift_mm, 0.0]),
         )
 
     def placed(
         self, shift_mm: float, roll_rad: float, yaw_rad: float, *, reach_mm: float = REACH_MM
     ) -> Placement | str:
-        """The wheel lowered on the rail, or why it cannot stand there."""
-        return _touch(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm, flange_climb=self.flange_climb)
+        """Lower the wheel on the rail.
+
+        Parameters
+        ----------
+        shift_mm, roll_rad, yaw_rad
+            Shift, roll and yaw of the wheelset as in `place`, on the left side.
+        reach_mm
+            Largest height of further minima of the vertical gap above the first touch in mm.
+
+        Returns
+        -------
+        Placement or str
+            The wheel on its rail, or the reason against it.
+        """
+        return _lower_wheel(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm, flange_climb=self.flange_climb)
 
 
 def pair_of(
@@ -269,6 +413,24 @@ def pair_of(
     flange_climb: bool = False,
 ) -> Pair:
     """Set a rail to gauge, and a wheel on its axle.
+
+    Parameters
+    ----------
+    rail_profile, wheel_profile
+        Profiles of both bodies.
+    inclination_rad
+        Angle by which the rail is turned inwards.
+    rolling_radius_mm
+        Radius of the tape circle.
+    track
+        Gauge and tape circle; None for the standard track.
+    flange_climb
+        Whether the wheel may stand beyond the steepest place of its flange.
+
+    Returns
+    -------
+    Pair
+        Rail and wheel, before the wheel is lowered.
 
     Raises
     ------
@@ -303,19 +465,41 @@ def place(
 
     Parameters
     ----------
+    rail_profile, wheel_profile
+        Profiles of both bodies.
+    inclination_rad
+        Angle by which the rail is turned inwards.
     lateral_shift_mm
-        Wheelset displacement, positive towards the left rail.
+        Displacement of the wheelset, positive towards the left rail.
+    roll_rad, yaw_rad
+        Roll and yaw of the wheelset.
+    rolling_radius_mm
+        Radius of the tape circle.
+    track
+        Gauge and tape circle; None for the standard track.
     side
-        Which wheel; the right wheel on its rail is given as the left wheel of the mirror image.
+        Side of the wheel. The right wheel on its rail is given as the left wheel of the mirror image.
     reach_mm
-        Further minima of the vertical gap up to this height above the first touch are reported.
+        Largest height of further minima of the vertical gap above the first touch.
     flange_climb
         Whether the wheel may stand beyond the steepest place of its flange.
+
+    Returns
+    -------
+    Placement
+        The wheel on its rail, in the frame of the left side.
 
     Raises
     ------
     InputError
-        If the wheel leaves the rail or its flange climbs over it; the message gives the possible shifts.
+        If the wheel leaves the rail or its flange climbs over it. The message gives the possible shifts.
+
+    Examples
+    --------
+    >>> from fecontact.profiles.library import load
+    >>> placement = place(load("60E1"), load("S1002"), inclination_rad=0.025)
+    >>> len(placement.touch_points), round(placement.first.wheel_y_mm, 1)
+    (2, 3.2)
     """
     pair = pair_of(
         rail_profile,
@@ -327,54 +511,71 @@ def place(
     )
     sign = SIGN[side]
 
-    def at(shift: float) -> Placement | str:
+    def place_at(shift: float) -> Placement | str:
+        """The wheel at a shift, or the reason against it."""
         return pair.placed(sign * shift, sign * roll_rad, sign * yaw_rad, reach_mm=reach_mm)
 
-    placed = at(lateral_shift_mm)
-    if isinstance(placed, str):
-        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placed}; {possible_shifts(at)}")
-    return placed
+    placement = place_at(lateral_shift_mm)
+    if isinstance(placement, str):
+        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placement}; {describe_possible_shifts(place_at)}")
+    return placement
 
 
-def possible_shifts(at: Callable[[float], object]) -> str:
-    """Possible shifts in words: the shifts at which `at` does not return a reason against them."""
-    good = [float(shift) for shift in EVERY_SHIFT if not isinstance(at(float(shift)), str)]
+def describe_possible_shifts(place_at: Callable[[float], object]) -> str:
+    """Text with the possible shifts, which an error message ends with.
+
+    Parameters
+    ----------
+    place_at
+        Function of a shift in mm, which returns a text if the shift is impossible.
+
+    Returns
+    -------
+    text
+        Ranges of possible shifts, or the statement that there is none.
+    """
+    good = [float(shift) for shift in TRIAL_SHIFTS_MM if not isinstance(place_at(float(shift)), str)]
     if not good:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
-    # a crane wheel may stand on its tread and beyond the corner of it, and not between
-    step = float(EVERY_SHIFT[1] - EVERY_SHIFT[0])
-    ends = np.split(np.array(good), np.flatnonzero(np.diff(good) > 1.5 * step) + 1)
-    runs = [f"of {run[0]:g} mm" if run.size == 1 else f"between {run[0]:g} and {run[-1]:g} mm" for run in ends]
-    return f"shifts {' and '.join(runs)} (in steps of {step:g} mm) are possible"
+    # a crane wheel may stand on its tread and beyond the corner of the tread, but not between
+    step = float(TRIAL_SHIFTS_MM[1] - TRIAL_SHIFTS_MM[0])
+    ranges = np.split(np.array(good), np.flatnonzero(np.diff(good) > 1.5 * step) + 1)
+    texts = [f"of {run[0]:g} mm" if run.size == 1 else f"between {run[0]:g} and {run[-1]:g} mm" for run in ranges]
+    return f"shifts {' and '.join(texts)} (in steps of {step:g} mm) are possible"
 
 
-def _axes(roll: float, yaw: float) -> Floats:
+def _wheel_axes(roll: float, yaw: float) -> Floats:
+    """Directions (3, 3) of a wheel as columns: forward, along the axle, up."""
     cr, sr, cy, sy = np.cos(roll), np.sin(roll), np.cos(yaw), np.sin(yaw)
     turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
     turn_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(turn_z @ turn_x)
 
 
-def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
-    """The wheel lowered from an axle at height zero onto the rail, or the reason why it cannot stand there."""
+def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
+    """Lower the wheel from an axle at height zero onto the rail.
+
+    Returns the reason if the wheel cannot stand there.
+    """
     u, points = search_points(wheel.profile)
-    places = places_near(rail, wheel, points, reach_mm)
+    places = select_near_minima(rail, wheel, points, reach_mm)
     _, _, y, z = wheel.silhouette_of(points.taken(places))
-    # what is not looked at lies higher
+    # All other places are higher.
     gap = np.full(u.size, np.inf)
     gap[places] = z - rail.height_at_y(y)
-    over = np.isfinite(gap)
-    if np.count_nonzero(over) < 3:
+    is_over_rail = np.isfinite(gap)
+    if np.count_nonzero(is_over_rail) < 3:
         return "the wheel does not stand over the rail"
     lowest = int(np.nanargmin(gap))
-    if not (0 < lowest < u.size - 1 and over[lowest - 1] and over[lowest + 1]):
+    if not (0 < lowest < u.size - 1 and is_over_rail[lowest - 1] and is_over_rail[lowest + 1]):
         return "the wheel leaves the rail: the end of one of the running surfaces carries it"
-    inner = np.flatnonzero(over[:-2] & over[1:-1] & over[2:]) + 1
+    inner = np.flatnonzero(is_over_rail[:-2] & is_over_rail[1:-1] & is_over_rail[2:]) + 1
     minima = inner[
         (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
     ]
 
     def slope_difference(v: Floats) -> Floats:
+        """Slope of the wheel's outline minus slope of the rail at parameters of the wheel."""
         p = wheel.profile.evaluate(v)
         theta, _, y, _ = wheel.silhouette_of(p)
         normal = wheel.axes @ (np.sin(theta), p.dz / p.dy, -np.cos(theta))
@@ -382,25 +583,25 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
 
     low, high = u[minima - 1], u[minima + 1]
     f_low, f_high = np.split(slope_difference(np.concatenate((low, high))), 2)
-    # without a sign change it is a step in the height (rounded data of a profile), not a stationary point
-    rising = (f_low < 0.0) & (f_high > 0.0)
-    v = sign_changes(slope_difference, *(ends[rising] for ends in (low, high, f_low, f_high)))
+    # Without a sign change the minimum is a height step (rounded data of a profile), not a stationary point.
+    has_tangent = (f_low < 0.0) & (f_high > 0.0)
+    v = find_sign_changes(slope_difference, *(ends[has_tangent] for ends in (low, high, f_low, f_high)))
     _, _, y, z = wheel.silhouette(v)
     u_rail = rail.parameter_at_y(y)
     tangent_gap = z - rail.section(u_rail)[1]
     if not v.size:
         return "no point of the running surfaces is tangent to the other one where they come closest"
     order = np.argsort(tangent_gap)
-    height = float(tangent_gap[order[0]])
-    if height - gap[lowest] > _STEP_MM:
+    drop = float(tangent_gap[order[0]])
+    if drop - gap[lowest] > _MAX_HEIGHT_STEP_MM:
         return (
             f"the bodies come closest at y = {points.y[lowest]:.2f} mm of the wheel, where neither line is tangent to"
-            f" the other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
+            f" the other one, {1e3 * (drop - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
             " profile"
         )
-    down = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]))
-    touch_points = touch_points_at(rail, down, v[order], u_rail[order], tangent_gap[order] - height)
-    climbs = climbs_at(down.profile, touch_points[0].wheel_y_mm)
-    if reason := why_it_cannot_carry(down.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
+    lowered = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, drop]))
+    touch_points = make_contact_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)
+    climbs = climbs_at(lowered.profile, touch_points[0].wheel_y_mm)
+    if reason := find_support_problem(lowered.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
-    return Placement(rail=rail, wheel=down, touch_points=touch_points, climbs=climbs)
+    return Placement(rail=rail, wheel=lowered, touch_points=touch_points, climbs=climbs)

@@ -1,1 +1,4 @@
-"""Comparison of two sets of results, and of results with references; imports nothing that makes results."""
+"""Comparison of two sets of results, and of results with references.
+
+It imports nothing that makes results.
+"""

@@ -1,4 +1,4 @@
-"""Baselines of studies: results with which later results are compared."""
+"""Baselines of studies: results for the comparison with later results."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import pandas
 
 from fecontact.errors import InputError, usable
 from fecontact.files import write_json, write_text
-from fecontact.regression.compare import TableComparison, compare_tables, counted
-from fecontact.regression.tables import EFFORT, TEXT, ResultTable, Tolerances, kind_of, load_table, number
+from fecontact.regression.compare import TableComparison, compare_tables, format_count
+from fecontact.regression.tables import EFFORT, TEXT, ResultTable, Tolerances, kind_of, load_table, parse_number
 
-# Enough for every tolerance; further digits would differ between machines and fill the version history.
-_DIGITS = 10
-# A value below this part of its absolute tolerance is rounding about zero, such as a centre of 4e-19 mm.
-_NOISE = 1e-6
+# Enough for every tolerance. Further digits would differ between machines and fill the version history.
+_SIGNIFICANT_DIGITS = 10
+# Fraction of the absolute tolerance below which a value is rounding about zero, such as a centre of 4e-19 mm.
+_NOISE_PER_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,11 +27,11 @@ class BaselineUpdate:
     Attributes
     ----------
     path
-        CSV of the baseline; study, reason and versions are in the .json of the same name.
+        CSV of the baseline. Study, reason and versions are in the .json of the same name.
     comparison
         Comparison with the old baseline; None without an old baseline, or without a case in common.
     text
-        What changed, in one line.
+        The changes, in one line.
     """
 
     path: Path
@@ -51,14 +51,19 @@ def update_baseline(
     folder
         Folder of the baselines.
     reason
-        Why the results are right as they are now.
+        Reason why the new results are right.
     allow_failed
-        Take cases that failed or did not converge as well.
+        Whether to accept cases that failed or did not converge.
+
+    Returns
+    -------
+    BaselineUpdate
+        The written file and the comparison with the old baseline.
 
     Raises
     ------
     InputError
-        If there is no reason, a case failed, or the results do not say which study they are of.
+        If there is no reason, a case failed, or the results do not name their study.
     """
     reason = reason.strip()
     if not reason:
@@ -67,19 +72,26 @@ def update_baseline(
     name = _study_name(table)
     _check_status(table, allow_failed)
     path = Path(folder) / f"{name}.csv"
-    comparison, text = _against_old(path, table)
-    # the platform names the release of the kernel, which changes often and decides about no number
+    comparison, text = _compare_with_old(path, table)
+    # The platform names the release of the kernel, which changes often and affects no number.
     versions = {name: version for name, version in table.versions.items() if name != "platform"}
     document = {"schema": "fecontact/baseline/1", "study": name, "reason": reason, "versions": versions}
-    # the CSV is written last: it marks the baseline as complete
+    # The CSV is written last: it marks the baseline as complete.
     write_json(path.with_suffix(".json"), document)
     write_text(path, _csv_text(table))
     return BaselineUpdate(path=path, comparison=comparison, text=text)
 
 
 def _study_name(table: ResultTable) -> str:
+    """Name of the study that made a table.
+
+    Raises
+    ------
+    InputError
+        If the table has no name that can be the name of a file.
+    """
     name = table.settings.get("study", "")
-    # the study's name becomes the name of a file
+    # The name of the study becomes the name of a file.
     if table.key != ("id",) or not re.fullmatch(r"\w[\w.-]*", name):
         raise InputError(
             f"results {table.path}: study {name!r}; allowed is the name of a study; give the folder that"
@@ -89,37 +101,41 @@ def _study_name(table: ResultTable) -> str:
 
 
 def _check_status(table: ResultTable, allow_failed: bool) -> None:
+    """Refuse a table with failed or unconverged cases, unless they are allowed."""
     if "status" not in table.columns:
         raise InputError(f"results {table.path}: there is no column status; give a folder that `fecontact run` wrote")
     rows = table.rows.to_dict("index")
     unusable = [f"{case}: {row['status']}" for case, row in rows.items() if not usable(row)]
     if unusable and not allow_failed:
         raise InputError(
-            f"results {table.path}: not converged: {len(unusable)} of {counted(len(table.rows), 'case')}"
+            f"results {table.path}: not converged: {len(unusable)} of {format_count(len(table.rows), 'case')}"
             f" ({unusable[0]}); correct the study, or take them as they are with --allow-failed"
         )
 
 
-def _against_old(path: Path, table: ResultTable) -> tuple[TableComparison | None, str]:
+def _compare_with_old(path: Path, table: ResultTable) -> tuple[TableComparison | None, str]:
+    """Comparison with an old baseline, and a text of the changes."""
     if not path.is_file():
-        return None, f"new baseline of {counted(len(table.rows), 'case')}"
+        return None, f"new baseline of {format_count(len(table.rows), 'case')}"
     old = load_table(path)
     if not old.rows.index.isin(table.rows.index).any():
-        return None, f"{counted(len(old.rows), 'case')} replaced by {counted(len(table.rows), 'other case')}"
+        return None, f"{format_count(len(old.rows), 'case')} replaced by {format_count(len(table.rows), 'other case')}"
     comparison = compare_tables(old, table)
     return comparison, comparison.verdict
 
 
 def _csv_text(table: ResultTable) -> str:
+    """Text of the CSV of a baseline, without the columns of the kind `effort`."""
     columns = [name for name in table.columns if kind_of(name) != EFFORT]
-    rounded = {name: [_rounded(name, text) for text in table.rows[name]] for name in ("id", *columns)}
+    rounded = {name: [_round_text(name, text) for text in table.rows[name]] for name in ("id", *columns)}
     return str(pandas.DataFrame(rounded).to_csv(index=False, lineterminator="\n"))
 
 
-def _rounded(column: str, text: str) -> str:
-    value = math.nan if kind_of(column) == TEXT else number(text)
+def _round_text(column: str, text: str) -> str:
+    """Text of a cell with rounded numbers."""
+    value = math.nan if kind_of(column) == TEXT else parse_number(text)
     if math.isnan(value):
         return text
     tolerance = Tolerances().of(column)
-    small = tolerance is not None and abs(value) < _NOISE * tolerance.absolute
-    return "0" if small else f"{value:.{_DIGITS}g}"
+    small = tolerance is not None and abs(value) < _NOISE_PER_TOLERANCE * tolerance.absolute
+    return "0" if small else f"{value:.{_SIGNIFICANT_DIGITS}g}"

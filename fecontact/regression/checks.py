@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-Kind = Literal["analytic", "other code", "invariant"]
+ReferenceKind = Literal["analytic", "other code", "invariant"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,21 +18,30 @@ class Check:
     Attributes
     ----------
     quantity, case
-        What is checked, with its unit, and in which case.
+        The checked quantity with its unit, and its case.
     reference, kind
-        Where the expected value comes from.
+        Source of the expected value.
     value, expected
         Numbers in the quantity's unit. `expected` is None if the value is itself an error in percent.
     limit_percent
-        Largest deviation; the study gives the reason for it.
+        Largest deviation. The study gives the reason for it.
     uncertainty_percent
         Stated numerical uncertainty of the value, or None.
+
+    Examples
+    --------
+    >>> check = Check(
+    ...     quantity="p_max, MPa", case="sphere", reference="Hertz", kind="analytic",
+    ...     value=1004.0, expected=1000.0, limit_percent=0.5,
+    ... )
+    >>> round(check.deviation_percent, 3), check.passed
+    (0.4, True)
     """
 
     quantity: str
     case: str
     reference: str
-    kind: Kind
+    kind: ReferenceKind
     value: float
     expected: float | None
     limit_percent: float
@@ -40,12 +49,12 @@ class Check:
 
     @property
     def deviation_percent(self) -> float:
-        """Deviation of the value from the expected value."""
+        """Deviation of the value from the expected value, in percent."""
         return self.value if self.expected is None else 100.0 * (self.value / self.expected - 1.0)
 
     @property
-    def over_uncertainty(self) -> float | None:
-        """Size of the deviation over the stated uncertainty; None where none is stated."""
+    def deviation_per_uncertainty(self) -> float | None:
+        """Absolute deviation divided by the stated uncertainty; None without a stated uncertainty."""
         return abs(self.deviation_percent) / self.uncertainty_percent if self.uncertainty_percent else None
 
     @property
@@ -55,7 +64,24 @@ class Check:
 
 
 def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: float) -> Check:
-    """Check of a measure of a row, such as `p_max_MPa`, against Hertz in a case for which Hertz's theory is exact."""
+    """Check of a measure against Hertz, in a case for which Hertz's theory is exact.
+
+    Parameters
+    ----------
+    row
+        Row of a result.
+    measure
+        Column of the measure without its prefix, such as `p_max_MPa`.
+    case
+        Name of the case.
+    limit_percent
+        Largest deviation.
+
+    Returns
+    -------
+    Check
+        Finite elements against Hertz, with the stated uncertainty.
+    """
     name, _, unit = measure.rpartition("_")
     return Check(
         quantity=f"{name}, {unit}",
@@ -70,9 +96,21 @@ def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: 
 
 
 def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float) -> list[Check]:
-    """Check of the row in which Hertz's gap on the discrete half-space deviates most from Hertz.
+    """Check of the largest deviation of the discrete half-space from Hertz, under Hertz's gap.
 
-    Both have the same normal force: they differ by the resolution of the pressure and the contact solver only.
+    Both have equal normal force: they differ only by the resolution of the pressure and the contact solver.
+
+    Parameters
+    ----------
+    rows
+        Rows of results.
+    limit_percent
+        Largest deviation.
+
+    Returns
+    -------
+    checks
+        The check of the worst row; empty without rows.
     """
     checks = [
         Check(
@@ -89,9 +127,9 @@ def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float
     return [max(checks, key=lambda check: abs(check.deviation_percent))] if checks else []
 
 
-PAGES = "validation"
-"""Folder of the pages, beside the table that links to them."""
-_HOW = """\
+PAGES_FOLDER = "validation"
+"""Folder of the pages, next to the table that links to them."""
+_ERROR_EXPLANATION = """\
 The error E is result over reference, less one; a result that is an error itself has the reference 0. u_val (ASME V&V
 20) is the uncertainty of E. It has the uncertainty of the result, which is stated for 95 %, and the uncertainty of the
 reference. Inputs are the same on both sides and add nothing. A closed form has no uncertainty. No other reference
@@ -103,90 +141,108 @@ def reports(
     questions: Mapping[str, str],
     versions: Mapping[str, str | None],
     unusable: Sequence[str],
-    before: str = "",
+    old_table: str = "",
 ) -> dict[str, str]:
-    """Files of a validation by their places: VALIDATION.md with a line for each study, and a page for each.
+    """Files of a validation by their paths: VALIDATION.md and a page for each study.
+
+    VALIDATION.md has a row for each study.
 
     Parameters
     ----------
+    checks
+        Checks of each study.
     questions
-        What a study asks, by its name.
+        Question of each study.
     versions
-        Of the programs, which the table names; one without a version is left out.
+        Versions of the programs that the table names; None leaves a program out.
     unusable
-        Studies without a usable result, with what is wrong.
-    before
-        The table as it was: lines of studies that were not run now are kept, and it says which were run.
+        Studies without a usable result, each with the reason.
+    old_table
+        The old table. Rows of studies that were not run now are kept, and the table lists the studies that were run.
+
+    Returns
+    -------
+    files
+        Text of each file.
     """
-    made = ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None)
-    kept = [text for text in before.splitlines() if (study := _study_of(text)) and study not in questions]
-    found = sorted(
-        [text for text in kept if text.startswith("|")] + [_summary(questions, *of) for of in checks.items()]
+    version_text = ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None)
+    kept_lines = [text for text in old_table.splitlines() if (study := _find_study(text)) and study not in questions]
+    study_rows = sorted(
+        [text for text in kept_lines if text.startswith("|")]
+        + [_summary_row(questions, *named_checks) for named_checks in checks.items()]
     )
-    numbers = [[int(cell) for cell in text.split(" | ")[2:4]] for text in found]
-    lines = [
+    numbers = [[int(cell) for cell in text.split(" | ")[2:4]] for text in study_rows]
+    document = [
         "# Validation",
         "",
         f"{sum(number for number, _ in numbers)} checks, {sum(failed for _, failed in numbers)} failed. Written by"
         " `make validate`; not to be edited.",
         "",
-        made + (f" in the last run, of {', '.join(questions)} alone" if kept else ""),
-        *(f"\n{text}" for text in kept if not text.startswith("|")),
+        version_text + (f" in the last run, of {', '.join(questions)} alone" if kept_lines else ""),
+        *(f"\n{text}" for text in kept_lines if not text.startswith("|")),
         *(f"\n**No usable result: {text}**" for text in unusable),
         "",
-        _HOW,
+        _ERROR_EXPLANATION,
         "",
         "| study | question | checks | failed | largest error / limit | largest error / u_val, closed forms |",
         "|---|---|---|---|---|---|",
     ]
-    lines += found
-    pages = {f"{PAGES}/{study}.md": _page(study, questions.get(study, ""), own) for study, own in checks.items()}
-    return {"VALIDATION.md": "\n".join(lines) + "\n", **pages}
+    document += study_rows
+    pages = {
+        f"{PAGES_FOLDER}/{study}.md": _render_page(study, questions.get(study, ""), study_checks)
+        for study, study_checks in checks.items()
+    }
+    return {"VALIDATION.md": "\n".join(document) + "\n", **pages}
 
 
-def _study_of(line: str) -> str | None:
-    """The study of which a line of a table, or one on what is not usable, tells."""
-    found = re.match(r"\| \[(\w+)\]|\*\*No usable result: (\w+):", line)
-    return found and (found[1] or found[2])
+def _find_study(line: str) -> str | None:
+    """Study of a row of the table, or of a line about an unusable result; None for other lines."""
+    match = re.match(r"\| \[(\w+)\]|\*\*No usable result: (\w+):", line)
+    return match and (match[1] or match[2])
 
 
-def _summary(questions: Mapping[str, str], study: str, own: Sequence[Check]) -> str:
-    """The line of a study in the table."""
-    used = _largest(abs(check.deviation_percent) / check.limit_percent for check in own if check.limit_percent)
-    of_exact = _largest(check.over_uncertainty for check in own if check.kind == "analytic")
-    numbers = f"{len(own)} | {_failed(own)} | {used} | {of_exact}"
-    return f"| [{study}]({PAGES}/{study}.md) | {questions.get(study, '')} | {numbers} |"
+def _summary_row(questions: Mapping[str, str], study: str, checks: Sequence[Check]) -> str:
+    """Row of a study in the table."""
+    largest_utilisation = _format_largest(
+        abs(check.deviation_percent) / check.limit_percent for check in checks if check.limit_percent
+    )
+    largest_ratio = _format_largest(check.deviation_per_uncertainty for check in checks if check.kind == "analytic")
+    numbers = f"{len(checks)} | {_count_failed(checks)} | {largest_utilisation} | {largest_ratio}"
+    return f"| [{study}]({PAGES_FOLDER}/{study}.md) | {questions.get(study, '')} | {numbers} |"
 
 
-def _failed(checks: Sequence[Check]) -> int:
+def _count_failed(checks: Sequence[Check]) -> int:
+    """Number of checks beyond their limit."""
     return sum(not check.passed for check in checks)
 
 
-def _largest(values: Iterable[float | None]) -> str:
-    known = [value for value in values if value is not None]
-    return f"{max(known, key=lambda value: (math.isnan(value), value)):.2g}" if known else ""
+def _format_largest(values: Iterable[float | None]) -> str:
+    """Text of the largest value, NaN first; empty without values."""
+    stated_values = [value for value in values if value is not None]
+    return f"{max(stated_values, key=lambda value: (math.isnan(value), value)):.2g}" if stated_values else ""
 
 
-def _page(study: str, question: str, checks: Sequence[Check]) -> str:
-    """The page of a study: a table for each reference."""
-    lines = [f"# Validation: {study}", "", question, "", f"{len(checks)} checks, {_failed(checks)} failed."]
+def _render_page(study: str, question: str, checks: Sequence[Check]) -> str:
+    """Page of a study: a table for each reference."""
+    lines = [f"# Validation: {study}", "", question, "", f"{len(checks)} checks, {_count_failed(checks)} failed."]
     for reference, kind in dict.fromkeys((check.reference, check.kind) for check in checks):
-        unsure = "no uncertainty" if kind == "analytic" else "its uncertainty is not stated"
+        uncertainty_text = "no uncertainty" if kind == "analytic" else "its uncertainty is not stated"
         lines += [
-            f"\n## Against {reference} ({kind}; {unsure})\n",
+            f"\n## Against {reference} ({kind}; {uncertainty_text})\n",
             "| quantity | case | reference | result | its ± | error E | E / u_val | limit of E | |",
             "|---|---|---|---|---|---|---|---|---|",
-            *(_line(check) for check in checks if (check.reference, check.kind) == (reference, kind)),
+            *(_check_row(check) for check in checks if (check.reference, check.kind) == (reference, kind)),
         ]
     return "\n".join(lines) + "\n"
 
 
-def _line(check: Check) -> str:
+def _check_row(check: Check) -> str:
+    """Row of a check on the page of its study."""
     expected = "0" if check.expected is None else f"{check.expected:.5g}"
-    unsure = "" if check.uncertainty_percent is None else f"{check.uncertainty_percent:.2g} %"
-    ratio = "" if check.over_uncertainty is None else f"{check.over_uncertainty:.2g}"
+    uncertainty_text = "" if check.uncertainty_percent is None else f"{check.uncertainty_percent:.2g} %"
+    ratio = "" if check.deviation_per_uncertainty is None else f"{check.deviation_per_uncertainty:.2g}"
     cells = (
-        *(check.quantity, check.case, expected, f"{check.value:.5g}", unsure),
+        *(check.quantity, check.case, expected, f"{check.value:.5g}", uncertainty_text),
         *(f"{check.deviation_percent:+.2f} %", ratio, f"{check.limit_percent:g} %"),
         "pass" if check.passed else "**FAIL**",
     )
