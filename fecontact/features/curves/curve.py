@@ -16,8 +16,8 @@ from fecontact.criteria import FRICTION
 from fecontact.errors import InputError
 from fecontact.features.curves.balance import Balance, Line, wheelset_states
 from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle
-from fecontact.features.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, standing
-from fecontact.features.curves.steady import BASE_MM, Equilibrium, path
+from fecontact.features.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, place_wheel
+from fecontact.features.curves.steady import CANT_BASE_MM, Equilibrium, path
 from fecontact.features.curves.wheel_forces import ContactLaw, PatchForce
 from fecontact.inputs.kinds import given, number
 from fecontact.inputs.slots import inputs
@@ -98,7 +98,7 @@ def lines_of(ride: Ride, *, widest_per_mm: float) -> Callable[[float], Line]:
         straight track.
     """
     wheelset, conditions = ride.wheelset, ride.conditions
-    left, right = Surfaces.of(wheelset)
+    left, right = Surfaces.make_sides(wheelset)
     law = ContactLaw(
         normal=normal_theory(ride.theory),
         contact_modulus_MPa=contact_modulus_MPa(*ride.materials),
@@ -107,7 +107,7 @@ def lines_of(ride: Ride, *, widest_per_mm: float) -> Callable[[float], Line]:
 
     def at(curvature_per_mm: float) -> Line:
         part = min(1.0, abs(curvature_per_mm / widest_per_mm)) if curvature_per_mm else 0.0
-        tilt = part * math.asin(conditions.cant_mm / BASE_MM)
+        tilt = part * math.asin(conditions.cant_mm / CANT_BASE_MM)
         return Line(
             left=left,
             right=right,
@@ -166,7 +166,7 @@ def curvatures_per_mm(radii_m: Sequence[float], vehicle: Vehicle, wheelset: Whee
 
 def _largest_shift_mm(pair: Pair) -> float:
     """The shift at which a wheel without roll and yaw comes to the steepest place of its flange."""
-    standing(pair, 0.0)
+    place_wheel(pair, 0.0)
     low, high = 0.0, _FARTHEST_MM
     while high - low > _STEP_MM:
         middle = 0.5 * (low + high)
@@ -191,8 +191,8 @@ def check_speed(vehicle: Vehicle, line: Line) -> None:
         height_m = sum(m * h for m, h in zip(masses, heights, strict=True)) / sum(masses)
     curvature, cant = 1e3 * abs(line.curvature_per_mm), abs(line.cant_rad)
     said = f"speed is {3.6 * line.speed_m_s:.0f} km/h at R {1.0 / curvature:.0f} m; allowed: below"
-    if abs(across) * height_m >= abs(down) * 0.5e-3 * BASE_MM:
-        most = math.sqrt(GRAVITY_M_S2 * math.tan(math.atan(0.5e-3 * BASE_MM / height_m) + cant) / curvature)
+    if abs(across) * height_m >= abs(down) * 0.5e-3 * CANT_BASE_MM:
+        most = math.sqrt(GRAVITY_M_S2 * math.tan(math.atan(0.5e-3 * CANT_BASE_MM / height_m) + cant) / curvature)
         raise InputError(f"{said} {3.6 * most:.0f} km/h, where the vehicle overturns; run slower")
     if abs(across) > MOST_UNBALANCED_M_S2 + _ROUNDING_M_S2:
         most = math.sqrt((MOST_UNBALANCED_M_S2 + GRAVITY_M_S2 * math.sin(cant)) / (curvature * math.cos(cant)))

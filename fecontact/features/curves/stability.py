@@ -19,9 +19,9 @@ from fecontact.features.curves.balance import (
     FRAME_SIZE,
     WHEELSET_SIZE,
     Line,
+    compute_rail_forces,
     links,
-    on_wheelset,
-    rail_forces,
+    sum_rail_forces,
     wheelset_states,
     without_rails,
 )
@@ -130,10 +130,10 @@ def linear_model(vehicle: Vehicle, line: Line) -> LinearModel:
 
 def _of_rails(state: Floats, line: Line, rates: Floats | None = None) -> Floats:
     """Sums (5,) that rails add to a wheelset's balance, of contacts that were solved."""
-    wheels = rail_forces(state, line, rates)
+    wheels = compute_rail_forces(state, line, rates)
     if problem := wheels[0].problem or wheels[1].problem:
         raise ConvergenceError(problem)
-    return on_wheelset(wheels, state)
+    return sum_rail_forces(wheels, state)
 
 
 def _central(f: Callable[[Floats], Floats], at: Floats, step: float) -> Floats:

@@ -22,7 +22,7 @@ from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse, hertz_
 from fecontact.placement.openings import GapOpening, Touch, on_edge, touches
 
 _GAUSS = np.polynomial.legendre.leggauss(48)
-_HALVINGS = 400
+_MAX_STEP_TRIALS = 400
 _LOOKED_AT = 201
 _SETTLED = 1e-9
 
@@ -212,7 +212,7 @@ def fitted_force_N(place: Place, approach_mm: float) -> float:
 def _fitted(place: Place, contact: Callable[[float, float], HertzContact]) -> tuple[float, HertzContact] | str:
     """Gap and contact of the parabola that fits over the contact's length, or why there is no such parabola."""
     middle, half = place.touches[0].x_mm, place.hertz.a_mm
-    for _ in range(_HALVINGS):
+    for _ in range(_MAX_STEP_TRIALS):
         gap, moved, A = _parabola(place, middle, half)
         if A <= 0.0:
             return "the parabola over the patch is hollow: the patch bridges it"
