@@ -202,8 +202,8 @@ def _choose_shifts(wheelset: Wheelset) -> list[float]:
         if motion is None:
             raise InputError(
                 f"the rolling radii of both wheels are equal at no shift between {-_MAX_SHIFT_MM:g} and"
-                f" {_MAX_SHIFT_MM:g} mm about which the wheelset could move by {_AMPLITUDES_MM[-1]:g} mm; check profiles"
-                " and diameters of both sides"
+                f" {_MAX_SHIFT_MM:g} mm about which the wheelset could move by {_AMPLITUDES_MM[-1]:g} mm; check"
+                " profiles and diameters of both sides"
             )
         low, high = motion.low_mm - _SHIFT_MARGIN_MM, motion.high_mm + _SHIFT_MARGIN_MM
     return [float(shift) for shift in np.linspace(low, high, round((high - low) / _SHIFT_STEP_MM) + 1)]
