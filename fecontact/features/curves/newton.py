@@ -1,4 +1,4 @@
-"""Newton's method with a Jacobian that follows the residual by rank-one updates."""
+"""Newton's method with a Jacobian that Broyden's updates adapt to the residual."""
 
 from __future__ import annotations
 
