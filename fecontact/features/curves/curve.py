@@ -46,6 +46,13 @@ class Conditions:
     """Running conditions in a curve.
 
     Without a speed, the speed is derived from the lateral acceleration `unbalanced_m_s2` that the cant leaves.
+
+    Examples
+    --------
+    >>> from fecontact.features.curves.curve import Conditions
+    >>> conditions = Conditions(friction=0.4, speed_km_h=80.0)
+    >>> conditions.friction, conditions.cant_mm
+    (0.4, 100.0)
     """
 
     friction: float = given(0.3, FRICTION)
@@ -124,6 +131,7 @@ def lines_of(ride: Ride, *, widest_per_mm: float) -> Callable[[float], Line]:
     )
 
     def track_at(curvature_per_mm: float) -> Line:
+        """Track and running conditions at a curvature (1/mm)."""
         fraction = min(1.0, abs(curvature_per_mm / widest_per_mm)) if curvature_per_mm else 0.0
         cant_rad = fraction * math.asin(conditions.cant_mm / CANT_BASE_MM)
         return Line(

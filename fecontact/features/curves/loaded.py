@@ -97,6 +97,7 @@ def radius_differences_mm(
     sides, normal, modulus = Surfaces.make_sides(wheelset), normal_theory(theory), contact_modulus_MPa(*materials)
 
     def solve_wheel(overlap: Overlap | None) -> tuple[float, float]:
+        """Vertical force (N) and rolling radius (mm) of a wheel at its centre of pressure."""
         patches = press(overlap, normal, modulus)
         if overlap is None or not patches:
             return 0.0, np.nan
@@ -116,6 +117,7 @@ def radius_differences_mm(
         return _WheelPair(residual_N=forces - wheel_load_N, radii_mm=radii)
 
     def solve_shift(shift: float) -> float:
+        """Difference of the rolling radii (mm) at a shift (mm)."""
         rigid_position = wheelset.stand(shift)
         if isinstance(rigid_position, str):
             raise InputError(f"lateral shift {shift:g} mm of the wheelset: {rigid_position}; give smaller shifts")

@@ -117,6 +117,21 @@ def newton(
     -----
     Sources: Newton's method, and Broyden (1965) for the updates. Range of validity: starts near a root of a residual
     that is smooth between the start and the root.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> import numpy as np
+    >>> from fecontact.features.curves.newton import newton
+    >>> state, _, _ = newton(
+    ...     lambda x: SimpleNamespace(residual_N=x**2 - 2.0),
+    ...     lambda x: np.diag(2.0 * x),
+    ...     np.array([1.0]),
+    ...     wanted_N=1e-12,
+    ...     most=20,
+    ... )
+    >>> round(float(state[0]), 6)
+    1.414214
     """
     position_indices = np.delete(np.arange(start.size), list(slip_indices))
     state, current, stall_count, smallest, iterations = start, value_at(start), 0, np.inf, 0

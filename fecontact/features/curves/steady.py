@@ -229,6 +229,7 @@ class _PathFollower:
     """Last equilibria of a path from straight track, and the ends of paths."""
 
     def __init__(self, vehicle: Vehicle, track_at: Callable[[float], Line]) -> None:
+        """Start a path at the equilibrium on straight track."""
         self._vehicle, self._track_at = vehicle, track_at
         track = track_at(0.0)
         self._equilibria = [solve_at(straight_start(vehicle, track), vehicle, track)]
@@ -238,7 +239,18 @@ class _PathFollower:
         self._gap_start = math.inf
 
     def solve(self, curvature: float) -> Equilibrium:
-        """Solve the equilibrium at a curvature beyond all previous curvatures."""
+        """Solve the equilibrium at a curvature beyond all previous curvatures.
+
+        Parameters
+        ----------
+        curvature
+            Curvature in 1/mm.
+
+        Returns
+        -------
+        Equilibrium
+            The equilibrium, with the ends of paths before it.
+        """
         sign = -1.0 if curvature < 0.0 else 1.0
         while not self._has_ended and abs(self._curvature) < abs(curvature):
             self._take_step(curvature, sign)

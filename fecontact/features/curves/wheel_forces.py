@@ -64,7 +64,13 @@ class Motion:
     rates: Floats = field(default_factory=lambda: np.zeros(4))
 
     def mirror_image(self) -> Motion:
-        """Motion of the right wheel as the motion of a left wheel."""
+        """Motion of the right wheel as the motion of a left wheel.
+
+        Returns
+        -------
+        Motion
+            The motion, mirrored at the vertical plane along the track.
+        """
         mirror = np.array([-1.0, 1.0, -1.0, -1.0])
         curvature = -self.curvature_per_mm
         return replace(self, place=self.place * mirror, curvature_per_mm=curvature, rates=self.rates * mirror)
@@ -141,6 +147,11 @@ class WheelForce:
         """Force on the right wheel in the frame of the left side.
 
         A force that was computed on the mirror image of the right side is mirrored back.
+
+        Returns
+        -------
+        WheelForce
+            The mirrored force and moment. The patches stay in the frame of the left side.
         """
         return replace(
             self,
@@ -265,6 +276,17 @@ def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats
         Velocity at each arm, divided by V.
     turning (3,)
         Angular velocity per mm of way.
+
+    Examples
+    --------
+    A wheelset that rolls on its nominal radius has no slip:
+
+    >>> import numpy as np
+    >>> from fecontact.features.curves.wheel_forces import Motion, rigid_slip
+    >>> motion = Motion(place=np.array([0.0, 460.0, 0.0, 0.0]), slip=0.0, curvature_per_mm=0.0)
+    >>> velocity, _ = rigid_slip(np.array([[0.0, 750.0, -460.0]]), motion, 460.0)
+    >>> bool(np.abs(velocity).max() < 1e-12)
+    True
     """
     y_rate, z_rate, roll_rate, yaw_rate = motion.rates
     kappa = motion.curvature_per_mm

@@ -221,6 +221,16 @@ def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s
     ------
     InputError, ConvergenceError
         As in `truth_on`.
+
+    Examples
+    --------
+    >>> from fecontact.features.irregular.model_errors import judge_place
+    >>> from fecontact.features.irregular.models import Pair
+    >>> from fecontact.placement.irregularity import Irregularity
+    >>> pair = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
+    >>> wave = Irregularity(kind="sine", wavelength_mm=60.0, amplitude_mm=0.01)
+    >>> judge_place(pair, 1e5, wave, 0.0).models["eq6"].holds()
+    True
     """
     place = place_on(pair, normal_force_N, irregularity, s_mm)
     truth = _solve_reference(place, irregularity, s_mm)

@@ -308,6 +308,15 @@ def estimate_fitted(place: IrregularPlace) -> ModelEstimate:
     -----
     Source: this program, with Legendre coefficients on the length of the patch. Range of validity: patches that do not
     bridge a hollow.
+
+    Examples
+    --------
+    >>> from fecontact.features.irregular.models import IrregularPlace, Pair, estimate_fitted
+    >>> pair = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
+    >>> smooth = IrregularPlace(pair=pair, opening=lambda x: 0.0 * x, reach_mm=15.0, normal_force_N=1e5)
+    >>> estimate = estimate_fitted(smooth)
+    >>> abs(estimate.p_max_MPa / smooth.hertz.p0_MPa - 1.0) < 1e-6
+    True
     """
 
     def contact(A_per_mm: float, _: float) -> HertzContact:
@@ -477,6 +486,13 @@ def filter_of(wave_number_per_mm: float, half_length_mm: float) -> float:
     -------
     float
         The fraction.
+
+    Examples
+    --------
+    >>> import math
+    >>> from fecontact.features.irregular.models import filter_of
+    >>> round(filter_of(2.0 * math.pi / 60.0, 6.0), 3)
+    0.935
     """
     phase = wave_number_per_mm * half_length_mm
     return math.sin(phase) / phase
@@ -506,6 +522,14 @@ def eq6_limits(pair: Pair, normal_force_N: float, wavelength_mm: float, limit: f
     Source of the model: Otero Yugat, Part I, eq. 6. Range of validity: the amplitudes are within 8 % of the half-space
     for a/b 1.33 and errors of 5 %. They are within 20 % at about 4 lengths of the patch, and for a/b 0.46 and 3.2. The
     slope decides from 6 lengths of the patch.
+
+    Examples
+    --------
+    >>> from fecontact.features.irregular.models import Pair, eq6_limits
+    >>> pair = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
+    >>> limits = eq6_limits(pair, 1e5, 60.0)
+    >>> round(limits.patch_mm, 3), round(limits.slope_mm, 3), round(limits.peak_mm, 3)
+    (0.038, 0.037, 0.032)
     """
     hertz = pair.hertz(normal_force_N)
     wave_number = 2.0 * math.pi / wavelength_mm
@@ -530,6 +554,12 @@ def peak_exponent(pair: Pair) -> float:
     -------
     float
         The exponent. It does not depend on the force, and is 1/3 for a circle.
+
+    Examples
+    --------
+    >>> from fecontact.features.irregular.models import Pair, peak_exponent
+    >>> round(peak_exponent(Pair(A_per_mm=1e-3, B_per_mm=1e-3, contact_modulus_MPa=115385.0)), 4)
+    0.3333
     """
     log_peak_up, log_peak_down = (
         math.log(pair.hertz(1.0, pair.A_per_mm * factor).p0_MPa)
