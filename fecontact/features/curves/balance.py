@@ -302,18 +302,18 @@ def suspension_links(
         Closing of the link in a curve of curvature 1 1/m.
     """
     primary, secondary, half_wheelbase = bogie.primary, bogie.secondary, bogie.frame.half_wheelbase_m
-    places, arm2 = np.eye(size), primary.half_distance_m**2
-    y, roll, yaw = places[-FRAME_SIZE:]
+    unit_motions, arm2 = np.eye(size), primary.half_distance_m**2
+    y, roll, yaw = unit_motions[-FRAME_SIZE:]
     for index, sign in enumerate((1.0, -1.0)):
-        wheelset_places = places[WHEELSET_SIZE * index :]
+        wheelset_motions = unit_motions[WHEELSET_SIZE * index :]
         # each wheelset has a separate track frame, at its position on the curve
         yield (
             2.0 * getattr(primary, f"lateral_{kind}"),
-            y + sign * half_wheelbase * yaw - wheelset_places[0],
+            y + sign * half_wheelbase * yaw - wheelset_motions[0],
             -0.5 * half_wheelbase**2,
         )
-        yield 2.0 * getattr(primary, f"vertical_{kind}") * arm2, roll - wheelset_places[2], 0.0
-        yield 2.0 * getattr(primary, f"longitudinal_{kind}") * arm2, yaw - wheelset_places[3], -sign * half_wheelbase
+        yield 2.0 * getattr(primary, f"vertical_{kind}") * arm2, roll - wheelset_motions[2], 0.0
+        yield 2.0 * getattr(primary, f"longitudinal_{kind}") * arm2, yaw - wheelset_motions[3], -sign * half_wheelbase
     yield 2.0 * getattr(secondary, f"longitudinal_{kind}") * secondary.half_distance_m**2, yaw, bogie.ahead_m
 
 

@@ -115,11 +115,11 @@ class Overlap:
         Overlap
             Depth, position, angle and radius at the m arc lengths.
         """
-        place = np.stack([np.interp(s_mm, self.s_mm, column) for column in self.place_mm.T], axis=1)
+        position = np.stack([np.interp(s_mm, self.s_mm, column) for column in self.place_mm.T], axis=1)
         depth, angle, radius = (
             np.interp(s_mm, self.s_mm, values) for values in (self.depth_mm, self.angle_rad, self.radius_mm)
         )
-        return Overlap(s_mm=s_mm, depth_mm=depth, place_mm=place, angle_rad=angle, radius_mm=radius)
+        return Overlap(s_mm=s_mm, depth_mm=depth, place_mm=position, angle_rad=angle, radius_mm=radius)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -201,13 +201,13 @@ class Surfaces:
             return None
         close = close[np.argsort(arc_length[close], kind="stable")]
         half = 0.5 * depth[close]
-        place = np.stack(
+        position = np.stack(
             [x[close], y[close] - np.sin(angle[close]) * half, z[close] + np.cos(angle[close]) * half], axis=1
         )
         return Overlap(
             s_mm=arc_length[close],
             depth_mm=depth[close],
-            place_mm=place,
+            place_mm=position,
             angle_rad=angle[close],
             radius_mm=self.pair.rolling_radius_mm - self._wheel.z[nearby[close]],
         )
@@ -411,7 +411,7 @@ def solve_hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[PatchStri
     Source: Hertz (1882). Range of validity: a single patch with a constant curvature.
     """
     minima = _find_deepest_points(overlap)
-    deepest = max(minima, key=lambda place: float(overlap.depth_mm[place]), default=None)
+    deepest = max(minima, key=lambda point: float(overlap.depth_mm[point]), default=None)
     return () if deepest is None else (_solve_ellipse(overlap, deepest, contact_modulus_MPa),)
 
 
@@ -435,7 +435,7 @@ def solve_multi_hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pat
     Source: Otero Yugat, Part I, eq. 6. Range of validity: the springs do not interact. If a local maximum appears or
     vanishes under load, then the force jumps.
     """
-    return tuple(_solve_ellipse(overlap, place, contact_modulus_MPa) for place in _find_deepest_points(overlap))
+    return tuple(_solve_ellipse(overlap, point, contact_modulus_MPa) for point in _find_deepest_points(overlap))
 
 
 def solve_overlap(overlap: Overlap, contact_modulus_MPa: float) -> tuple[PatchStrips, ...]:
@@ -713,14 +713,14 @@ def _find_deepest_points(overlap: Overlap) -> list[int]:
     return [int(index) for index in np.flatnonzero((inner > depth[:-2]) & (inner >= depth[2:]) & (inner > 0.0)) + 1]
 
 
-def _solve_ellipse(overlap: Overlap, place: int, contact_modulus_MPa: float) -> PatchStrips:
+def _solve_ellipse(overlap: Overlap, point: int, contact_modulus_MPa: float) -> PatchStrips:
     """Hertz's spring and ellipse about a point of locally largest depth."""
     s, depth = overlap.s_mm, overlap.depth_mm
-    neighbours = slice(place - 1, place + 2)
+    neighbours = slice(point - 1, point + 2)
     # the parabola through the point and its neighbours
-    curvature, slope, _ = np.polyfit(s[neighbours] - s[place], depth[neighbours], 2)
+    curvature, slope, _ = np.polyfit(s[neighbours] - s[point], depth[neighbours], 2)
     offset = -0.5 * slope / curvature
-    centre, peak_depth = float(s[place] + offset), float(depth[place] - 0.25 * slope**2 / curvature)
+    centre, peak_depth = float(s[point] + offset), float(depth[point] - 0.25 * slope**2 / curvature)
     # only the deviation from the parabola is interpolated linearly: straight lines do not follow the parabola itself
     deviation = np.interp(
         [centre - _HALF_CHORD_MM, centre + _HALF_CHORD_MM], s, depth - peak_depth - curvature * (s - centre) ** 2

@@ -75,13 +75,15 @@ def _draw_single_curve(axes: NDArray[Any], runs: Mapping[str, Sequence[CurveRun]
     for index, (theory, run) in enumerate(balanced_runs.items()):
         wheelset_names = ("leading", "trailing") if len(run.wheelsets) > 1 else ("wheelset",)
         panels = (
-            {place: wheelset.lateral_shift_mm for place, wheelset in zip(wheelset_names, run.wheelsets, strict=False)},
-            {place: wheelset.yaw_mrad for place, wheelset in zip(wheelset_names, run.wheelsets, strict=False)},
+            {name: wheelset.lateral_shift_mm for name, wheelset in zip(wheelset_names, run.wheelsets, strict=False)},
+            {name: wheelset.yaw_mrad for name, wheelset in zip(wheelset_names, run.wheelsets, strict=False)},
             {wheelset_names[0]: _outer_y_over_q(run)},
             {"vehicle": run.resistance_N_per_kN},
         )
         for ax, values in zip(axes.flat, panels, strict=True):
-            positions = [place + (index - (len(balanced_runs) - 1) / 2.0) * width for place in range(len(values))]
+            positions = [
+                value_index + (index - (len(balanced_runs) - 1) / 2.0) * width for value_index in range(len(values))
+            ]
             bars = ax.bar(positions, list(values.values()), width, color=series_style(index)["color"], label=theory)
             ax.bar_label(bars, fmt="%.3g", padding=2, fontsize=8)
             ax.set_xticks(range(len(values)), list(values))

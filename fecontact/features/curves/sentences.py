@@ -30,17 +30,17 @@ def difference_words(difference: TheoryDifference) -> str:
     str
         The sentence.
     """
-    parts = []
+    phrases = []
     if difference.without_m:
-        parts.append(f"no equilibrium at R {', '.join(f'{radius:g}' for radius in difference.without_m)} m")
+        phrases.append(f"no equilibrium at R {', '.join(f'{radius:g}' for radius in difference.without_m)} m")
     if math.isfinite(difference.shift_mm):
-        parts.append(f"shift differs by up to {difference.shift_mm:.2f} mm (R {difference.shift_at_m:g} m)")
-        parts.append(f"Y/Q by up to {difference.y_over_q:.3f} (R {difference.y_over_q_at_m:g} m)")
+        phrases.append(f"shift differs by up to {difference.shift_mm:.2f} mm (R {difference.shift_at_m:g} m)")
+        phrases.append(f"Y/Q by up to {difference.y_over_q:.3f} (R {difference.y_over_q_at_m:g} m)")
     if difference.critical_speed is not None:
-        parts.append(f"the critical speed by {1e2 * difference.critical_speed:+.0f} %")
+        phrases.append(f"the critical speed by {1e2 * difference.critical_speed:+.0f} %")
     elif difference.without_speed:
-        parts.append(f"critical speeds are not compared ({difference.without_speed})")
-    return f"{difference.theory} against {difference.reference}: {', '.join(parts) or 'nothing to compare'}"
+        phrases.append(f"critical speeds are not compared ({difference.without_speed})")
+    return f"{difference.theory} against {difference.reference}: {', '.join(phrases) or 'nothing to compare'}"
 
 
 def straight_words(track: StraightTrack) -> str:
@@ -80,9 +80,9 @@ def path_words(results: Curves) -> list[str]:
     list of str
         A sentence for each theory and side with an end.
     """
-    words = []
-    for theory, sign in itertools.product(results.runs, (1.0, -1.0)):
-        runs_beyond = [run for run in results.runs[theory] if run.path_ends_m and run.radius_m * sign > 0.0]
+    sentences = []
+    for theory, side in itertools.product(results.runs, (1.0, -1.0)):
+        runs_beyond = [run for run in results.runs[theory] if run.path_ends_m and run.radius_m * side > 0.0]
         if not runs_beyond:
             continue
         first_end, *later_ends = max((run.path_ends_m for run in runs_beyond), key=len)
@@ -93,8 +93,8 @@ def path_words(results: Curves) -> list[str]:
         )
         outcomes = [f"no equilibrium was found at R {_format_radii(radii_without)} m"] if radii_without else []
         outcomes += [f"another equilibrium at R {_format_radii(radii_with)} m"] if radii_with else []
-        words.append(f"{theory}: the path from straight track ends {end}{further}; beyond it {', '.join(outcomes)}")
-    return words
+        sentences.append(f"{theory}: the path from straight track ends {end}{further}; beyond it {', '.join(outcomes)}")
+    return sentences
 
 
 def _format_radii(radii_m: Sequence[float]) -> str:

@@ -115,7 +115,7 @@ def solve_at(
     Equilibrium
         The equilibrium, or the last state with the status `no equilibrium`.
     """
-    slips = [WHEELSET_SIZE * index + 4 for index in range(vehicle.wheelsets)]
+    slip_indices = [WHEELSET_SIZE * index + 4 for index in range(vehicle.wheelsets)]
     try:
         state, reached, jacobian = newton(
             lambda state: balance(state, vehicle, track),
@@ -123,7 +123,7 @@ def solve_at(
             start,
             wanted_N=_PATH_TOLERANCE_N if intermediate else _TARGET_N,
             most=_PATH_ITERATIONS if intermediate else _MAX_ITERATIONS,
-            slip_indices=slips,
+            slip_indices=slip_indices,
             slopes=jacobian,
             max_distance=_MAX_PATH_DISTANCE if intermediate else math.inf,
             stalls=1 if intermediate else MAX_STALLS,
@@ -148,7 +148,7 @@ def solve_at(
         state=state,
         balance=reached,
         jacobian=jacobian,
-        start_distance=largest_magnitude(np.delete(state - start, slips)),
+        start_distance=largest_magnitude(np.delete(state - start, slip_indices)),
         notes=reached.problems,
     )
 

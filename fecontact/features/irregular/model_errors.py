@@ -418,12 +418,12 @@ def _find_larger_error(cell: Cell, model: str, errors: Sequence[str]) -> float:
     return np.inf if np.isnan(values).any() else float(max(values))
 
 
-def _interpolate_amplitude(places: Sequence[float], worst: Sequence[float], index: int, limit: float) -> float:
+def _interpolate_amplitude(amplitudes: Sequence[float], worst: Sequence[float], index: int, limit: float) -> float:
     """Interpolate the amplitude between two cells at which the error passes the limit.
 
     If an error is not finite or not positive, then the result is the amplitude of the cell that holds.
     """
-    (low, high), (error_below, error_above) = places[index - 1 : index + 1], worst[index - 1 : index + 1]
+    (low, high), (error_below, error_above) = amplitudes[index - 1 : index + 1], worst[index - 1 : index + 1]
     if not np.isfinite([error_below, error_above]).all() or min(error_below, error_above) <= 0.0:
         return low if error_below <= limit else high
     fraction = np.log(limit / error_below) / np.log(error_above / error_below)
