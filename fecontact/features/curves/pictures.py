@@ -48,7 +48,7 @@ def curves_figure(results: Curves, path: str | Path) -> Path:
     figure = blank_figure(12.0, 8.0)
     axes = figure.subplots(2, 2)
     curvatures = {1.0 / run.radius_m for runs in results.runs.values() for run in runs}
-    (_draw_single_curve if len(curvatures) == 1 else _draw_curves)(axes, results.runs)
+    (_draw_single_curve if len(curvatures) == 1 else _draw_over_curvature)(axes, results.runs)
     labels = ("lateral shift, mm", "yaw (angle of attack), mrad", "Y/Q, leading outer wheel", "curve resistance, N/kN")
     for ax, label in zip(axes.flat, labels, strict=True):
         ax.set(ylabel=label)
@@ -91,7 +91,7 @@ def _draw_single_curve(axes: NDArray[Any], runs: Mapping[str, Sequence[CurveRun]
             ax.margins(y=0.15)
 
 
-def _draw_curves(axes: NDArray[Any], runs_by_theory: Mapping[str, Sequence[CurveRun]]) -> None:
+def _draw_over_curvature(axes: NDArray[Any], runs_by_theory: Mapping[str, Sequence[CurveRun]]) -> None:
     """Draw the results over the curvature, a curve for each path and theory."""
     for index, (theory, runs) in enumerate(runs_by_theory.items()):
         balanced_runs = sorted((run for run in runs if run.is_balanced), key=lambda run: 1.0 / run.radius_m)

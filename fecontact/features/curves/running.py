@@ -105,9 +105,9 @@ def curve(
             curve_runs = chain.from_iterable([curves(chosen_vehicle, ride, radii) for ride in rides])
             solved_runs = list(watched(curve_runs, len(theories) * len(radii), progress, "curves"))
         else:
-            runs_by_ride = map_over(partial(_solve_curves, chosen_vehicle, radii), rides)
+            runs_by_ride = map_over(partial(_solve_ride, chosen_vehicle, radii), rides)
             solved_runs = list(chain.from_iterable(watched(runs_by_ride, len(theories), progress, "theories")))
-        straight = tuple(map_over(partial(_analyse_straight_track, chosen_vehicle), rides))
+        straight = tuple(map_over(partial(_analyse_ride, chosen_vehicle), rides))
     run_by_key = {(run.theory, run.radius_m): run for run in solved_runs}
     runs = {theory: tuple(run_by_key[theory, radius] for radius in radii) for theory in theories}
     return Curves(
@@ -145,12 +145,12 @@ def _check_radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tupl
     return radii, tuple(share / sum(shares) for share in shares)
 
 
-def _solve_curves(vehicle: Vehicle, radii_m: Sequence[float], ride: Ride) -> list[CurveRun]:
+def _solve_ride(vehicle: Vehicle, radii_m: Sequence[float], ride: Ride) -> list[CurveRun]:
     """Solve all curves by the theory of a ride, in a worker process."""
     return list(curves(vehicle, ride, radii_m))
 
 
-def _analyse_straight_track(vehicle: Vehicle, ride: Ride) -> StraightTrack:
+def _analyse_ride(vehicle: Vehicle, ride: Ride) -> StraightTrack:
     """Analyse straight track by the theory of a ride, in a worker process."""
     return straight_track(ride.theory, vehicle, straight_line(ride))
 
