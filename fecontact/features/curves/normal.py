@@ -546,8 +546,8 @@ def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = Fal
     Returns
     -------
     tuple of PatchStrips
-        A patch for each unbroken run of strips that carry load; empty if no node overlaps. If the iterations do not
-        converge, then each patch has a `problem`.
+        A patch for each unbroken run of strips that carry load; empty if fewer than 3 points or no node overlap. If the
+        iterations do not converge, then each patch has a `problem`.
 
     Notes
     -----
