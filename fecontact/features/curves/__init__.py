@@ -1,1 +1,4 @@
-"""Steady running of a wheelset and of a bogie on curved track: equilibrium, loaded contact, stability."""
+"""Steady running of a wheelset and of a bogie on curved track.
+
+The feature has equilibrium, loaded contact and stability.
+"""

@@ -62,28 +62,41 @@ class CurveOptions:
     map: Path | None = None
     workers: int = 1
 
-    def shared_radii(self) -> dict[float, float] | tuple[float, ...]:
-        """Radii in m with the share of the way that each has; radii alone where one is there twice.
+    def read_radii(self) -> dict[float, float] | tuple[float, ...]:
+        """Read the radii in m, with the share of the way of each radius.
+
+        Returns
+        -------
+        dict or tuple
+            Shares by radius; radii alone if a radius is there twice.
 
         Raises
         ------
         InputError
-            If there are not as many shares as radii.
+            If the number of shares differs from the number of radii.
         """
-        every = parse_numbers(self.radii, "radii")
-        parts = parse_numbers(self.shares, "shares") if self.shares else [1.0] * len(every)
-        if len(parts) != len(every):
-            raise InputError(f"there are {len(parts)} shares for {len(every)} radii; give one number >= 0 for each")
-        return dict(zip(every, parts, strict=True)) if len(set(every)) == len(every) else every
+        radius_values = parse_numbers(self.radii, "radii")
+        share_values = parse_numbers(self.shares, "shares") if self.shares else [1.0] * len(radius_values)
+        if len(share_values) != len(radius_values):
+            raise InputError(
+                f"there are {len(share_values)} shares for {len(radius_values)} radii; give one number >= 0 for each"
+            )
+        return (
+            dict(zip(radius_values, share_values, strict=True))
+            if len(set(radius_values)) == len(radius_values)
+            else radius_values
+        )
 
 
-_AS_USUAL = CurveOptions()
-# A curve by a theory, with its part of straight track.
-_SECONDS, _MOST_SECONDS = {"overlap": 2.0, "kik_piotrowski": 2.0, "strip": 3.0}, 7.0
+_DEFAULT_OPTIONS = CurveOptions()
+# Seconds of a curve by a theory, including the share of straight track.
+_SECONDS_PER_CURVE, _MAX_SECONDS_PER_CURVE = {"overlap": 2.0, "kik_piotrowski": 2.0, "strip": 3.0}, 7.0
 
 
 @takes("pair", "profiles", "material")
-def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool = False, out: Path | None = None) -> int:
+def curve(
+    *, options: CaseOptions, curve_options: CurveOptions = _DEFAULT_OPTIONS, json: bool = False, out: Path | None = None
+) -> int:
     """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, critical speed (no mesh).
 
     Parameters
@@ -101,34 +114,34 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
     from fecontact.files import write_json
     from fecontact.outputs.tables import write_csv
 
-    radii, theories = asked.shared_radii(), asked.theory.split(",")
-    seconds = len(radii) * sum(_SECONDS.get(name, _MOST_SECONDS) for name in theories)
-    what = "curves" if 1 in (len(theories), asked.workers) else "theories"
-    with many(what, before=lambda _: f"{count(len(radii), 'curve')}: about {duration(seconds)}") as progress:
-        found = run_curves(
-            asked.vehicle,
+    radii, theories = curve_options.read_radii(), curve_options.theory.split(",")
+    seconds = len(radii) * sum(_SECONDS_PER_CURVE.get(name, _MAX_SECONDS_PER_CURVE) for name in theories)
+    unit = "curves" if 1 in (len(theories), curve_options.workers) else "theories"
+    with many(unit, before=lambda _: f"{count(len(radii), 'curve')}: about {duration(seconds)}") as progress:
+        results = run_curves(
+            curve_options.vehicle,
             radii,
             case=options.case(),
             conditions=Conditions(
-                friction=asked.friction,
-                cant_mm=asked.cant_mm,
-                unbalanced_m_s2=asked.unbalanced_m_s2,
-                speed_km_h=asked.speed_km_h,
+                friction=curve_options.friction,
+                cant_mm=curve_options.cant_mm,
+                unbalanced_m_s2=curve_options.unbalanced_m_s2,
+                speed_km_h=curve_options.speed_km_h,
             ),
             theories=theories,
-            bogie=asked.bogie,
-            map_folder=asked.map,
-            workers=asked.workers,
+            bogie=curve_options.bogie,
+            map_folder=curve_options.map,
+            workers=curve_options.workers,
             progress=progress,
         )
-    record = curves_record(found)
+    record = curves_record(results)
     if out is not None:
         with telling_replaced(out):
-            write_csv(curve_rows(found), out / "curve.csv")
-            write_csv(position_rows(found), out / "positions.csv")
+            write_csv(curve_rows(results), out / "curve.csv")
+            write_csv(position_rows(results), out / "positions.csv")
             write_json(out / "curve.json", record)
-            curves_figure(found, out / "curve.png")
-            if found.columns:
-                visits_figure(found, out / "curve_map.png")
-    answer(record, lambda _: curves_lines(found), json=json, written=out)
-    return 0 if all(run.status == "equilibrium" for runs in found.runs.values() for run in runs) else 3
+            curves_figure(results, out / "curve.png")
+            if results.columns:
+                visits_figure(results, out / "curve_map.png")
+    answer(record, lambda _: curves_lines(results), json=json, written=out)
+    return 0 if all(run.status == "equilibrium" for runs in results.runs.values() for run in runs) else 3

@@ -1,4 +1,4 @@
-"""What this feature offers."""
+"""Entry points of this feature."""
 
 COMMANDS = {"Solve": ("command.curve",)}
 NAMES = ("curve.Conditions", "running.curve")

@@ -1,4 +1,7 @@
-"""Vehicles as values, read from TOML files: masses, dimensions, suspensions, all with units in their keys."""
+"""Vehicles as values, read from TOML files.
+
+A vehicle has masses, dimensions and suspensions. The unit of each value is in the name of its key.
+"""
 
 from __future__ import annotations
 
@@ -13,92 +16,118 @@ from fecontact.inputs.kinds import number
 from fecontact.inputs.slots import inputs, read_table
 
 GRAVITY_M_S2 = 9.81
+"""Acceleration of gravity, m/s2."""
 BOGIES = ("leading", "trailing")
-"""The bogies of a vehicle."""
-_DATA = Path(__file__).parent / "data"
+"""Names of the two bogies of a vehicle."""
+_DATA_FOLDER = Path(__file__).parent / "data"
 
 
-def _value(help: str, default: Any = MISSING, **more: Any) -> Any:
-    """A field of a table, > 0."""
-    return number(default, help, remedy="compare with the vehicles that come with the program", **more)
+def _positive_field(help: str, default: Any = MISSING, **options: Any) -> Any:
+    """Field of a table with an allowed range above 0.
+
+    `options` are further keywords of `number`, such as `low` and `high`.
+    """
+    return number(default, help, remedy="compare with the vehicles that come with the program", **options)
 
 
-def _from_zero(help: str, default: Any = 0.0) -> Any:
-    """Likewise, or 0."""
-    return _value(help, default, high=1e12)
+def _field_from_zero(help: str, default: Any = 0.0) -> Any:
+    """Field of a table with an allowed range from 0 to 1e12, 0 included."""
+    return _positive_field(help, default, high=1e12)
 
 
 @inputs
 class WheelsetBody:
-    """A wheelset: mass, inertias about its own axes, nominal radius."""
+    """Mass, inertias and nominal radius of a wheelset.
 
-    mass_kg: float = _value("Mass of the wheelset")
-    roll_inertia_kg_m2: float = _value("Roll inertia of the wheelset")
-    axle_inertia_kg_m2: float = _value("Inertia of the wheelset about its axle")
-    yaw_inertia_kg_m2: float = _value("Yaw inertia of the wheelset")
-    rolling_radius_mm: float = _value("Rolling radius", low=100.0, high=1000.0)
+    The inertias are about the axes of the wheelset.
+    """
+
+    mass_kg: float = _positive_field("Mass of the wheelset")
+    roll_inertia_kg_m2: float = _positive_field("Roll inertia of the wheelset")
+    axle_inertia_kg_m2: float = _positive_field("Inertia of the wheelset about its axle")
+    yaw_inertia_kg_m2: float = _positive_field("Yaw inertia of the wheelset")
+    rolling_radius_mm: float = _positive_field("Rolling radius", low=100.0, high=1000.0)
 
 
 @inputs
 class Guide:
-    """What a wheelset without a bogie carries, and springs to a frame that follows the track."""
+    """Load and springs of a wheelset without a bogie.
 
-    axle_load_kN: float = _value("Axle load")
-    lateral_N_per_m: float = _from_zero("Lateral stiffness of the guide")
-    yaw_Nm_per_rad: float = _from_zero("Yaw stiffness of the guide")
+    The springs connect the wheelset to a frame that follows the track.
+    """
+
+    axle_load_kN: float = _positive_field("Axle load")
+    lateral_N_per_m: float = _field_from_zero("Lateral stiffness of the guide")
+    yaw_Nm_per_rad: float = _field_from_zero("Yaw stiffness of the guide")
 
 
 @inputs
 class Frame:
-    """A bogie frame."""
+    """Frame of a bogie."""
 
-    mass_kg: float = _value("Mass of the frame")
-    roll_inertia_kg_m2: float = _value("Roll inertia of the frame")
-    yaw_inertia_kg_m2: float = _value("Yaw inertia of the frame")
-    height_m: float = _value("Height of the frame's centre", high=5.0, inclusive=False)
-    half_wheelbase_m: float = _value("Half of the wheelbase", high=10.0, inclusive=False)
+    mass_kg: float = _positive_field("Mass of the frame")
+    roll_inertia_kg_m2: float = _positive_field("Roll inertia of the frame")
+    yaw_inertia_kg_m2: float = _positive_field("Yaw inertia of the frame")
+    height_m: float = _positive_field("Height of the frame's centre", high=5.0, inclusive=False)
+    half_wheelbase_m: float = _positive_field("Half of the wheelbase", high=10.0, inclusive=False)
 
 
 @inputs
 class Body:
-    """A car body on two bogies, reduced to its weight, roll, and the yaw of the secondary suspension."""
+    """Car body on two bogies.
 
-    mass_kg: float = _value("Mass of the body")
-    height_m: float = _value("Height of the body's centre", high=10.0, inclusive=False)
-    half_pivots_m: float = _value("Half of the distance of the pivots", high=30.0, inclusive=False)
+    The body is reduced to its weight, its roll, and the yaw of the secondary suspension.
+    """
+
+    mass_kg: float = _positive_field("Mass of the body")
+    height_m: float = _positive_field("Height of the body's centre", high=10.0, inclusive=False)
+    half_pivots_m: float = _positive_field("Half of the distance of the pivots", high=30.0, inclusive=False)
 
 
 @inputs
 class Primary:
-    """Suspension of one axle box, at half a distance from the middle."""
+    """Suspension of an axle box.
 
-    longitudinal_N_per_m: float = _value("Longitudinal primary stiffness")
-    lateral_N_per_m: float = _value("Lateral primary stiffness")
-    vertical_N_per_m: float = _value("Vertical primary stiffness")
-    half_distance_m: float = _value("Half of the distance of the primary springs", high=3.0, inclusive=False)
-    longitudinal_Ns_per_m: float = _from_zero("Longitudinal primary damping")
-    lateral_Ns_per_m: float = _from_zero("Lateral primary damping")
-    vertical_Ns_per_m: float = _from_zero("Vertical primary damping")
+    The axle box is at `half_distance_m` from the middle of the wheelset.
+    """
+
+    longitudinal_N_per_m: float = _positive_field("Longitudinal primary stiffness")
+    lateral_N_per_m: float = _positive_field("Lateral primary stiffness")
+    vertical_N_per_m: float = _positive_field("Vertical primary stiffness")
+    half_distance_m: float = _positive_field("Half of the distance of the primary springs", high=3.0, inclusive=False)
+    longitudinal_Ns_per_m: float = _field_from_zero("Longitudinal primary damping")
+    lateral_Ns_per_m: float = _field_from_zero("Lateral primary damping")
+    vertical_Ns_per_m: float = _field_from_zero("Vertical primary damping")
 
 
 @inputs
 class Secondary:
-    """Suspension of the body on one side of a bogie."""
+    """Suspension of the body on each side of a bogie."""
 
-    longitudinal_N_per_m: float = _from_zero("Longitudinal secondary stiffness", MISSING)
-    lateral_N_per_m: float = _from_zero("Lateral secondary stiffness", MISSING)
-    vertical_N_per_m: float = _value("Vertical secondary stiffness")
-    half_distance_m: float = _value("Half of the distance of the secondary springs", high=3.0, inclusive=False)
-    height_m: float = _value("Height of the secondary springs", high=5.0, inclusive=False)
-    roll_bar_Nm_per_rad: float = _from_zero("Stiffness of the anti-roll bar")
-    longitudinal_Ns_per_m: float = _from_zero("Longitudinal secondary damping")
-    lateral_Ns_per_m: float = _from_zero("Lateral secondary damping")
-    vertical_Ns_per_m: float = _from_zero("Vertical secondary damping")
+    longitudinal_N_per_m: float = _field_from_zero("Longitudinal secondary stiffness", MISSING)
+    lateral_N_per_m: float = _field_from_zero("Lateral secondary stiffness", MISSING)
+    vertical_N_per_m: float = _positive_field("Vertical secondary stiffness")
+    half_distance_m: float = _positive_field("Half of the distance of the secondary springs", high=3.0, inclusive=False)
+    height_m: float = _positive_field("Height of the secondary springs", high=5.0, inclusive=False)
+    roll_bar_Nm_per_rad: float = _field_from_zero("Stiffness of the anti-roll bar")
+    longitudinal_Ns_per_m: float = _field_from_zero("Longitudinal secondary damping")
+    lateral_Ns_per_m: float = _field_from_zero("Lateral secondary damping")
+    vertical_Ns_per_m: float = _field_from_zero("Vertical secondary damping")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bogie:
-    """A bogie of two wheelsets below half a body: the leading one of its vehicle, or the trailing one."""
+    """Bogie of two wheelsets below half a body.
+
+    Attributes
+    ----------
+    frame, body
+        Frame of the bogie, and the body of which the bogie carries one half.
+    primary, secondary
+        Suspension of each axle box, and of the body on each side.
+    leads
+        Whether the bogie is the leading bogie of its vehicle, not the trailing bogie.
+    """
 
     frame: Frame
     body: Body
@@ -112,7 +141,8 @@ class Bogie:
         Raises
         ------
         InputError
-            With both stiffnesses.
+            If the roll stiffness is at most the moment per radian with which half of the body's weight tilts the body.
+            The message gives both stiffnesses.
         """
         tilting = 0.5 * self.body.mass_kg * GRAVITY_M_S2 * (self.body.height_m - self.secondary.height_m)
         if self.roll_stiffness_Nm_per_rad <= tilting:
@@ -123,19 +153,37 @@ class Bogie:
 
     @property
     def roll_stiffness_Nm_per_rad(self) -> float:
-        """Stiffness of the body's roll on one bogie."""
-        above = self.secondary
-        return 2.0 * above.vertical_N_per_m * above.half_distance_m**2 + above.roll_bar_Nm_per_rad
+        """Roll stiffness of the body on its bogie, N m/rad."""
+        springs = self.secondary
+        return 2.0 * springs.vertical_N_per_m * springs.half_distance_m**2 + springs.roll_bar_Nm_per_rad
 
     @property
     def ahead_m(self) -> float:
-        """How far its pivot is ahead of the middle of the body."""
+        """Distance from the middle of the body forward to the pivot of the bogie, m."""
         return self.body.half_pivots_m if self.leads else -self.body.half_pivots_m
 
 
 @dataclass(frozen=True, kw_only=True)
 class Vehicle:
-    """A vehicle: one wheelset with its load (`guide`), or bogies of two wheelsets (`bogie`)."""
+    """Vehicle of a single loaded wheelset, or of bogies with two wheelsets each.
+
+    Attributes
+    ----------
+    name, source
+        Name of the vehicle, and the source of its values.
+    wheelset
+        Mass, inertias and radius of each wheelset.
+    guide
+        Load and springs of a single wheelset; None for a vehicle with bogies.
+    bogie
+        Bogie of two wheelsets; None for a single wheelset.
+
+    Examples
+    --------
+    >>> from fecontact.features.curves.model import load_vehicle
+    >>> load_vehicle("manchester").wheelsets, load_vehicle("wheelset").wheelsets
+    (2, 1)
+    """
 
     name: str
     source: str
@@ -149,67 +197,104 @@ class Vehicle:
         return 1 if self.bogie is None else 2
 
 
-def with_bogie(vehicle: Vehicle, which: str) -> Vehicle:
-    """A vehicle with its `leading` or `trailing` bogie.
+def with_bogie(vehicle: Vehicle, bogie_name: str) -> Vehicle:
+    """Choose the leading or the trailing bogie of a vehicle.
+
+    Parameters
+    ----------
+    vehicle
+        Vehicle with or without bogies.
+    bogie_name
+        `leading` or `trailing`.
+
+    Returns
+    -------
+    Vehicle
+        The vehicle with this bogie; the vehicle itself if it has no bogie and the name is `leading`.
 
     Raises
     ------
     InputError
-        For another word, and for the trailing bogie of a vehicle without any.
+        For another name, and for the trailing bogie of a vehicle without bogies.
     """
-    if which not in BOGIES:
-        raise InputError(f"bogie is {which!r}; allowed: {', '.join(BOGIES)}")
-    leads = which == BOGIES[0]
+    if bogie_name not in BOGIES:
+        raise InputError(f"bogie is {bogie_name!r}; allowed: {', '.join(BOGIES)}")
+    leads = bogie_name == BOGIES[0]
     if vehicle.bogie is None:
         if not leads:
-            raise InputError(f"bogie is {which!r}, but {vehicle.name} has none; leave it out")
+            raise InputError(f"bogie is {bogie_name!r}, but {vehicle.name} has none; leave it out")
         return vehicle
     return replace(vehicle, bogie=replace(vehicle.bogie, leads=leads))
 
 
-_OF_BOGIE: Mapping[str, type] = {"frame": Frame, "body": Body, "primary": Primary, "secondary": Secondary}
-_TABLES: Mapping[str, type] = {"wheelset": WheelsetBody, "guide": Guide, **_OF_BOGIE}
+_BOGIE_TABLES: Mapping[str, type] = {"frame": Frame, "body": Body, "primary": Primary, "secondary": Secondary}
+_TABLES: Mapping[str, type] = {"wheelset": WheelsetBody, "guide": Guide, **_BOGIE_TABLES}
 
 
 def built_in_vehicles() -> tuple[str, ...]:
     """Names of the vehicles that come with the program."""
-    return tuple(sorted(path.stem for path in _DATA.glob("*.toml")))
+    return tuple(sorted(path.stem for path in _DATA_FOLDER.glob("*.toml")))
 
 
 def load_vehicle(spec: str) -> Vehicle:
-    """A vehicle by the name of a built-in one, or from a TOML file.
+    """Load a built-in vehicle by its name, or a vehicle from a TOML file.
+
+    Parameters
+    ----------
+    spec
+        Name of a built-in vehicle, or path of a TOML file.
+
+    Returns
+    -------
+    Vehicle
+        The vehicle with its leading bogie, if it has bogies.
 
     Raises
     ------
     InputError
-        If there is no such vehicle or file, a key is missing or unknown, or a value is out of its range.
+        If there is no such vehicle or file, if a key is missing or unknown, or if a value is out of its range.
+
+    Examples
+    --------
+    >>> from fecontact.features.curves.model import load_vehicle
+    >>> load_vehicle("manchester").wheelset.rolling_radius_mm
+    460.0
     """
-    path = _DATA / f"{spec}.toml" if spec in built_in_vehicles() else Path(spec)
+    path = _DATA_FOLDER / f"{spec}.toml" if spec in built_in_vehicles() else Path(spec)
     if not path.is_file():
         raise InputError(
             f"vehicle is {spec!r}: no such file; allowed: {', '.join(built_in_vehicles())}, or a TOML file"
         )
     try:
-        given = tomllib.loads(path.read_text("utf-8"))
+        tables = tomllib.loads(path.read_text("utf-8"))
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"vehicle {path.name}: it is not TOML ({error}); correct it") from error
     try:
-        return _vehicle(given)
+        return _build_vehicle(tables)
     except InputError as error:
         raise InputError(f"vehicle {path.name}: {error}") from error
 
 
-def _vehicle(given: Mapping[str, Any]) -> Vehicle:
-    known = {"name", "source", *_TABLES}
-    if unknown := [key for key in given if key not in known]:
-        raise InputError(f"{unknown[0]}: there is no such key; keys: {', '.join(sorted(known))}")
-    has_bogie = any(table in given for table in _OF_BOGIE)
-    if has_bogie == ("guide" in given):
+def _build_vehicle(tables: Mapping[str, Any]) -> Vehicle:
+    """Build a vehicle from the tables of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown, if a table is wrong, or if the tables are neither `guide` alone nor those of a bogie alone.
+    """
+    known_keys = {"name", "source", *_TABLES}
+    if unknown := [key for key in tables if key not in known_keys]:
+        raise InputError(f"{unknown[0]}: there is no such key; keys: {', '.join(sorted(known_keys))}")
+    has_bogie = any(table in tables for table in _BOGIE_TABLES)
+    if has_bogie == ("guide" in tables):
         raise InputError(
-            f"it needs either [guide] (one wheelset with its load) or all of [{'], ['.join(_OF_BOGIE)}], not both"
+            f"it needs either [guide] (one wheelset with its load) or all of [{'], ['.join(_BOGIE_TABLES)}], not both"
         )
-    wanted = ("wheelset", *(_OF_BOGIE if has_bogie else ("guide",)))
-    parts: dict[str, Any] = {name: read_table(_TABLES[name], name, given.get(name)) for name in wanted}
-    bogie = Bogie(**{name: parts[name] for name in _OF_BOGIE}) if has_bogie else None
-    name, source = str(given.get("name", "vehicle")), str(given.get("source", ""))
-    return Vehicle(name=name, source=source, wheelset=parts["wheelset"], guide=parts.get("guide"), bogie=bogie)
+    required_tables = ("wheelset", *(_BOGIE_TABLES if has_bogie else ("guide",)))
+    table_values: dict[str, Any] = {name: read_table(_TABLES[name], name, tables.get(name)) for name in required_tables}
+    bogie = Bogie(**{name: table_values[name] for name in _BOGIE_TABLES}) if has_bogie else None
+    name, source = str(tables.get("name", "vehicle")), str(tables.get("source", ""))
+    return Vehicle(
+        name=name, source=source, wheelset=table_values["wheelset"], guide=table_values.get("guide"), bogie=bogie
+    )

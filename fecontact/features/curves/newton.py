@@ -1,4 +1,4 @@
-"""Newton's method with slopes that follow the residual."""
+"""Newton's method with a Jacobian that Broyden's updates adapt to the residual."""
 
 from __future__ import annotations
 
@@ -11,128 +11,193 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.features.curves.normal import OutOfReach
 
-_HALVINGS = 4
-# So many iterations that do not bring what is left over below this part of the least before end the search; between
-# asked places, where a smaller step is at hand, the first.
-STALLS, _STALLED = 5, 0.7
-# Slopes from elsewhere are good as long as a step leaves less than this part over.
-_WELL_DOWN = 0.3
-# Largest change of a position in an iteration, in mm and mrad, and of a slip, in thousandths: beyond about 3 all of a
-# patch slips, the force hardly changes any more, and a step by its slope has no bound.
-_LONGEST_STEP, _LARGEST_SLIP_STEP = 0.6, 3.0
+_MAX_STEP_TRIALS = 4
+# Number of stalls that end the search. A stall is an iteration whose residual is above this fraction of the smallest
+# residual before it. Between the requested curvatures of a path, where a smaller step is possible, the first stall ends
+# the search.
+MAX_STALLS, _STALL_RATIO = 5, 0.7
+# A Jacobian from another state is good enough if a step reduces the residual to less than this fraction.
+_FAST_DECREASE = 0.3
+# Largest change of a position in an iteration (mm and mrad), and of a slip (thousandths). Beyond a slip of about 3 the
+# whole patch slips and the force hardly changes with the slip, so that a step by the Jacobian has no bound.
+_MAX_POSITION_STEP, _MAX_SLIP_STEP = 0.6, 3.0
 
 
-class LeftOver(Protocol):
-    """What is evaluated at a state."""
+class Evaluation(Protocol):
+    """Result of an evaluation at a state."""
 
     @property
     def residual_N(self) -> Floats:
-        """What must vanish (n,)."""
+        """Residual (n,) that must vanish."""
 
 
-_Value = TypeVar("_Value", bound=LeftOver)
+_Evaluation = TypeVar("_Evaluation", bound=Evaluation)
 
 
-def largest(values: Floats) -> float:
-    """Largest absolute value."""
+def largest_magnitude(values: Floats) -> float:
+    """Largest absolute value of an array."""
     return float(np.abs(values).max())
 
 
-def differences(f: Callable[[Floats], Floats], at: Floats, step: float) -> Floats:
-    """Slopes (m, n) of a function."""
-    here = f(at)
-    return np.stack([(f(at + step * unit) - here) / step for unit in np.eye(at.size)], axis=1)
+def estimate_jacobian(function: Callable[[Floats], Floats], state: Floats, step: float) -> Floats:
+    """Estimate the Jacobian (m, n) of a function by forward differences.
+
+    Parameters
+    ----------
+    function
+        Function from a state (n,) to values (m,).
+    state (n,)
+        State at which the Jacobian is estimated.
+    step
+        Change of each component of the state.
+
+    Returns
+    -------
+    array (m, n)
+        Derivatives of the values.
+    """
+    value = function(state)
+    return np.stack([(function(state + step * unit) - value) / step for unit in np.eye(state.size)], axis=1)
 
 
 def newton(
-    value_at: Callable[[Floats], _Value],
-    slopes_at: Callable[[Floats], Floats],
+    value_at: Callable[[Floats], _Evaluation],
+    jacobian_at: Callable[[Floats], Floats],
     start: Floats,
     *,
     wanted_N: float,
     most: int,
-    rates: Sequence[int] = (),
+    slip_indices: Sequence[int] = (),
     slopes: Floats | None = None,
-    near: float = math.inf,
-    stalls: int = STALLS,
-) -> tuple[Floats, _Value, Floats | None]:
-    """Newton's method from a start (n,): the last state, what is there, and slopes (n, n) near it if there are any.
+    max_distance: float = math.inf,
+    stalls: int = MAX_STALLS,
+) -> tuple[Floats, _Evaluation, Floats | None]:
+    """Search a root by Newton's method from a start (n,).
 
-    Steps are bounded, and halved if they make things worse. A step to a state that is out of reach has failed too.
+    Steps are bounded, and halved if they increase the residual. A step to a state that is out of reach has failed too.
 
     Parameters
     ----------
+    value_at
+        Evaluation at a state (n,).
+    jacobian_at
+        Jacobian (n, n) at a state.
+    start (n,)
+        First state.
     wanted_N
-        Below this in all components the search ends.
+        Tolerance: the search ends if all components of the residual are below it.
     most
-        Iterations.
-    rates
-        Which components are slips of rotation, and no positions.
+        Largest number of iterations.
+    slip_indices
+        Components of the state that are slips of rotation, not positions.
     slopes
-        A Jacobian (n, n) from nearby. It follows by Broyden's rank-one updates (1965) as long as steps bring what is
-        left over well down, and is taken anew where they do not.
-    near
-        The search is given up where a position is so far from its start.
+        Jacobian (n, n) from a state nearby. The method updates it by Broyden's rank-one updates (1965) as long as steps
+        reduce the residual fast enough, and evaluates it again if they do not.
+    max_distance
+        The search is given up if a position is at least this far from its start (mm and mrad).
     stalls
-        And after so many iterations that do not bring what is left over well below the least before.
+        The search is given up after this number of successive iterations that do not reduce the residual well below the
+        smallest residual before them.
+
+    Returns
+    -------
+    state (n,)
+        Last state.
+    evaluation
+        Evaluation at this state.
+    jacobian
+        Jacobian (n, n) near this state; None if there is none.
 
     Raises
     ------
     OutOfReach
         If the start is out of reach.
+
+    Notes
+    -----
+    Sources: Newton's method, and Broyden (1965) for the updates. Range of validity: starts near a root of a residual
+    that is smooth between the start and the root.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> import numpy as np
+    >>> from fecontact.features.curves.newton import newton
+    >>> state, _, _ = newton(
+    ...     lambda x: SimpleNamespace(residual_N=x**2 - 2.0),
+    ...     lambda x: np.diag(2.0 * x),
+    ...     np.array([1.0]),
+    ...     wanted_N=1e-12,
+    ...     most=20,
+    ... )
+    >>> round(float(state[0]), 6)
+    1.414214
     """
-    places = np.delete(np.arange(start.size), list(rates))
-    state, here, stalled, least, iterations = start, value_at(start), 0, np.inf, 0
-    while iterations < most and stalled < stalls:
-        if largest(here.residual_N) < wanted_N or largest((state - start)[places]) >= near:
+    position_indices = np.delete(np.arange(start.size), list(slip_indices))
+    state, current, stall_count, smallest, iterations = start, value_at(start), 0, np.inf, 0
+    while iterations < most and stall_count < stalls:
+        if (
+            largest_magnitude(current.residual_N) < wanted_N
+            or largest_magnitude((state - start)[position_indices]) >= max_distance
+        ):
             break
         iterations += 1
-        size, fresh = float(np.linalg.norm(here.residual_N)), slopes is None
+        size, is_fresh = float(np.linalg.norm(current.residual_N)), slopes is None
         try:
-            slopes = slopes_at(state) if slopes is None else slopes
-            step = np.asarray(np.linalg.solve(slopes, -here.residual_N))
+            slopes = jacobian_at(state) if slopes is None else slopes
+            step = np.asarray(np.linalg.solve(slopes, -current.residual_N))
         except (OutOfReach, np.linalg.LinAlgError):
             slopes = None
-            if fresh:
+            if is_fresh:
                 break
             continue
-        too_long = max(1.0, largest(step[places]) / _LONGEST_STEP, *np.abs(step[list(rates)]) / _LARGEST_SLIP_STEP)
-        step = step / too_long
-        damped = _damped(value_at, state, step, size, _HALVINGS if fresh else 1)
-        if damped is None:
+        reduction = max(
+            1.0,
+            largest_magnitude(step[position_indices]) / _MAX_POSITION_STEP,
+            *np.abs(step[list(slip_indices)]) / _MAX_SLIP_STEP,
+        )
+        step = step / reduction
+        accepted = _damp_step(value_at, state, step, size, _MAX_STEP_TRIALS if is_fresh else 1)
+        if accepted is None:
             slopes = None
-            if fresh:
+            if is_fresh:
                 break
             continue
-        part, trial = damped
-        found = float(np.linalg.norm(trial.residual_N))
-        if not fresh and found > _WELL_DOWN * size:
-            # from the better of both places with slopes of its own
-            state, here, slopes = (state + part * step, trial, None) if found < size else (state, here, None)
+        factor, trial = accepted
+        trial_size = float(np.linalg.norm(trial.residual_N))
+        if not is_fresh and trial_size > _FAST_DECREASE * size:
+            # go on from the better of both states, and evaluate the Jacobian there
+            state, current, slopes = (
+                (state + factor * step, trial, None) if trial_size < size else (state, current, None)
+            )
             continue
-        change = trial.residual_N - here.residual_N - part * (slopes @ step)
-        slopes = slopes + np.outer(change, step) / (part * float(step @ step))
-        state, here = state + part * step, trial
-        if found > _WELL_DOWN * size:
+        change = trial.residual_N - current.residual_N - factor * (slopes @ step)
+        slopes = slopes + np.outer(change, step) / (factor * float(step @ step))
+        state, current = state + factor * step, trial
+        if trial_size > _FAST_DECREASE * size:
             slopes = None
-        stalled, least = (stalled + 1, least) if found > _STALLED * least else (0, found)
-    return state, here, slopes
+        stall_count, smallest = (stall_count + 1, smallest) if trial_size > _STALL_RATIO * smallest else (0, trial_size)
+    return state, current, slopes
 
 
-def _damped(
-    value_at: Callable[[Floats], _Value], state: Floats, step: Floats, size: float, parts: int
-) -> tuple[float, _Value] | None:
-    """The part of a step, halved some times, that leaves enough less over, or else the best one; and the value.
+def _damp_step(
+    value_at: Callable[[Floats], _Evaluation], state: Floats, step: Floats, size: float, trial_count: int
+) -> tuple[float, _Evaluation] | None:
+    """Halve a step until it reduces the residual enough.
 
-    None if all parts lead out of reach.
+    Returns
+    -------
+    tuple or None
+        Factor on the step, and the evaluation there: the first factor that reduces the residual enough, or else the
+        factor with the smallest residual. None if all factors lead out of reach.
     """
-    tried: list[tuple[float, float, _Value]] = []
-    for part in map(float, 0.5 ** np.arange(parts)):
+    trials: list[tuple[float, float, _Evaluation]] = []
+    for factor in map(float, 0.5 ** np.arange(trial_count)):
         try:
-            trial = value_at(state + part * step)
+            trial = value_at(state + factor * step)
         except OutOfReach:
             continue
-        tried.append((float(np.linalg.norm(trial.residual_N)), part, trial))
-        if tried[-1][0] < (1.0 - 0.25 * part) * size:
+        trials.append((float(np.linalg.norm(trial.residual_N)), factor, trial))
+        if trials[-1][0] < (1.0 - 0.25 * factor) * size:
             break
-    return min(tried, key=lambda one: one[0])[1:] if tried else None
+    return min(trials, key=lambda candidate: candidate[0])[1:] if trials else None

@@ -12,52 +12,81 @@ from fecontact.features.curves.visits import NO_CELL, Curves
 from fecontact.outputs.flat_records import Record, flat, picked, told
 from fecontact.outputs.pair_names import pair_words
 
-SHARES: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
+SHARE_ANSWERS: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
     "visited_percent": "verdict",
     "cheapest_theory_percent": "cheapest_theory",
 }
-OF_MAPS = "the map's wheels have no yaw"
-OF_STABILITY = "the critical speed is that of straight track; whether the motion in a curve is stable is not looked at"
+MAP_NOTE = "the map's wheels have no yaw"
+STABILITY_NOTE = (
+    "the critical speed is that of straight track; whether the motion in a curve is stable is not looked at"
+)
 
 
-def curves_record(found: Curves) -> Record:
-    """All runs, with units in the keys; each wheelset is told in the frame of its place on the track."""
+def curves_record(results: Curves) -> Record:
+    """Make the record of all curves, with units in the keys.
+
+    Parameters
+    ----------
+    results
+        Results of a vehicle in curves.
+
+    Returns
+    -------
+    Record
+        Plain values for JSON. Each wheelset is described in the track frame at its position on the curve. With a map,
+        the record also has the visits, and the shares of the way by verdict and by cheapest theory in percent.
+    """
     record: Record = {
         "schema": "fecontact/curve/1",
-        "pair": pair_words(found.case),
-        **picked(found, "vehicle conditions differences"),
-        "straight_track": told(found.straight),
-        "stability_notes": [OF_STABILITY],
-        "path_notes": path_words(found),
-        "curves": [told(run) for runs in found.runs.values() for run in runs],
+        "pair": pair_words(results.case),
+        **picked(results, "vehicle conditions differences"),
+        "straight_track": told(results.straight),
+        "stability_notes": [STABILITY_NOTE],
+        "path_notes": path_words(results),
+        "curves": [told(run) for runs in results.runs.values() for run in runs],
     }
-    if found.columns:
+    if results.columns:
         record["visits"] = [
-            told(visit) | {"verdict": getattr(visit.cell, "verdict", NO_CELL)} for visit in found.visits
+            told(visit) | {"verdict": getattr(visit.cell, "verdict", NO_CELL)} for visit in results.visits
         ]
-        for name, of in SHARES.items():
-            record[name] = {
-                theory: {one: 1e2 * part for one, part in found.shares(theory, of).items()} for theory in found.runs
+        for key, answer_kind in SHARE_ANSWERS.items():
+            record[key] = {
+                theory: {answer: 1e2 * share for answer, share in results.shares(theory, answer_kind).items()}
+                for theory in results.runs
             }
-        record["map_notes"] = [OF_MAPS]
+        record["map_notes"] = [MAP_NOTE]
     return record
 
 
-def curve_rows(found: Curves) -> list[Record]:
-    """One row per theory, radius, wheelset and wheel; one row for a curve without any numbers."""
+def curve_rows(results: Curves) -> list[Record]:
+    """Make a row for each theory, radius, wheelset and wheel.
+
+    A curve without any numbers has a single row.
+
+    Parameters
+    ----------
+    results
+        Results of a vehicle in curves.
+
+    Returns
+    -------
+    list of Record
+        Rows of curve.csv.
+    """
     return [
         {
             **picked(run, "theory radius_m status speed_km_h unbalanced_m_s2"),
             **wheel,
             **flat(picked(run, "resistance_N_per_kN left_over_N path_ends_m notes")),
         }
-        for runs in found.runs.values()
+        for runs in results.runs.values()
         for run in runs
-        for wheel in _wheel_rows(run) or [{}]
+        for wheel in _make_wheel_rows(run) or [{}]
     ]
 
 
-def _wheel_rows(run: CurveRun) -> list[Record]:
+def _make_wheel_rows(run: CurveRun) -> list[Record]:
+    """Make a row for each wheel of a curve; no rows if there are no wheelsets."""
     return [
         {
             "wheelset": number,
@@ -70,20 +99,31 @@ def _wheel_rows(run: CurveRun) -> list[Record]:
     ]
 
 
-def position_rows(found: Curves) -> list[Record]:
-    """Shift and load of each wheel on a map of the left wheel, by the last theory, with its weight.
+def position_rows(results: Curves) -> list[Record]:
+    """Make rows with shift, load and weight of each wheel, by the last theory.
 
-    A wheel has its part of the way of its radius; those of radii without an equilibrium are left out.
+    Shifts are those on a map of the left wheel. The weight of a wheel is its share of the way of its radius. Radii
+    without an equilibrium have no rows.
+
+    Parameters
+    ----------
+    results
+        Results of a vehicle in curves.
+
+    Returns
+    -------
+    list of Record
+        Rows of positions.csv.
     """
-    way = dict(zip(found.radii_m, found.share, strict=True))
-    wheels = [one for one in found.visits if one.theory == list(found.runs)[-1]]
-    of_radius = Counter(one.radius_m for one in wheels)
+    radius_shares = dict(zip(results.radii_m, results.share, strict=True))
+    visits = [visit for visit in results.visits if visit.theory == list(results.runs)[-1]]
+    visit_counts = Counter(visit.radius_m for visit in visits)
     return [
         {
-            "shift_mm": one.lateral_shift_mm,
-            "load_kN": 1e-3 * one.vertical_force_N,
-            "weight": way[one.radius_m] / of_radius[one.radius_m],
-            **picked(one, "radius_m wheelset side yaw_mrad"),
+            "shift_mm": visit.lateral_shift_mm,
+            "load_kN": 1e-3 * visit.vertical_force_N,
+            "weight": radius_shares[visit.radius_m] / visit_counts[visit.radius_m],
+            **picked(visit, "radius_m wheelset side yaw_mrad"),
         }
-        for one in wheels
+        for visit in visits
     ]

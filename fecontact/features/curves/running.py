@@ -1,4 +1,4 @@
-"""What a vehicle does in curves, by one theory of the contact or several, and where that is on a map."""
+"""Vehicle in curves by several theories of the contact, with its wheels on a map."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from fecontact.features.curves.curve import Conditions, CurveRun, Ride, curves, 
 from fecontact.features.curves.model import BOGIES, Vehicle, load_vehicle, with_bogie
 from fecontact.features.curves.normal import DEFAULT_THEORY, normal_theory
 from fecontact.features.curves.stability import StraightTrack, straight_track
-from fecontact.features.curves.visits import Curves, MapCell, MapColumn, differences, visits_on
+from fecontact.features.curves.visits import Curves, MapCell, MapColumn, differences, locate_wheels
 from fecontact.jobs.remaining import Progress, watched
 from fecontact.jobs.workers import evaluators
 from fecontact.runs.map_lookup import map_bands, map_rows
 from fecontact.solving.placing import wheelset_of_case
 
-# Inputs in which a map may differ from the vehicle: its wheels stand without yaw, and their radius is seldom equal.
-_OTHER = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_climb", "rolling_radius_mm")
+# Inputs in which a map may differ from the vehicle: its wheels have no yaw, and their radius is seldom equal.
+_UNCOMPARED_INPUTS = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_climb", "rolling_radius_mm")
 
 
 def curve(
@@ -36,67 +36,82 @@ def curve(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> Curves:
-    """Steady running of a wheelset or a bogie in curves, and its stability on straight track; nothing is meshed.
+    """Solve the steady running of a wheelset or a bogie in curves.
+
+    The result includes the stability on straight track. No finite elements are used.
 
     >>> import fecontact
-    >>> found = fecontact.curve("wheelset", [1000.0])
-    >>> (run,) = found.runs["overlap"]
+    >>> results = fecontact.curve("wheelset", [1000.0])
+    >>> (run,) = results.runs["overlap"]
     >>> run.status, round(run.wheelsets[0].lateral_shift_mm, 1)
     ('equilibrium', 1.8)
 
     Parameters
     ----------
     vehicle
-        Name of a built-in one, path of a TOML file, or a vehicle.
+        Name of a built-in vehicle, path of a TOML file, or a vehicle.
     radii_m
-        Positive to the right, negative to the left; as a mapping with the share of the way that each has, else equal.
+        Radii, positive to the right, negative to the left. A mapping has the share of the way for each radius; without
+        a mapping all shares are equal.
     case
-        Its profiles, track and materials count; wheels have the vehicle's rolling radius.
+        Case with the profiles, the track and the materials. The wheels have the vehicle's rolling radius.
     conditions
         Friction, cant and speed.
     theories
-        Of the normal force, by names of `features.curves.normal`; each is held against the last.
+        Names of theories of the normal force from `features.curves.normal`. Each theory is compared with the last
+        theory.
     bogie
         `leading` or `trailing`.
     map_folder
-        A map of the same pair that `fecontact map` wrote, to see where the wheels are on it.
+        Folder of a map of the same pair by `fecontact map`, on which the wheels are located.
     workers
-        Processes, one a theory.
+        Number of processes; each process solves a theory at a time.
     progress
-        As for `run`, with curves by each theory in place of cases, or theories where there are several processes.
+        As for `run`, with curves by each theory instead of cases, or with theories if there are several processes.
+
+    Returns
+    -------
+    Curves
+        Positions and forces of all wheels, differences between theories, stability on straight track, and positions on
+        the map.
 
     Raises
     ------
     InputError
-        For unknown vehicles and theories, radii that the gauge does not let through, speeds at which the vehicle
-        overturns, and maps of another contact.
+        For unknown vehicles and theories, radii that do not fit into the gauge, speeds at which the vehicle overturns,
+        and maps of another contact.
     WorkersLost
-        If a process ends before its time.
+        If a process ends early.
+
+    Notes
+    -----
+    Source: Otero Yugat, Part I, eq. 15 and 16, see `features.curves.steady`. Range of validity: steady motion and, on
+    straight track, small motions. Must not be used for transitions or track irregularities.
     """
-    made = with_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
-    radii, share = _radii(radii_m)
+    chosen_vehicle = with_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
+    radii, share = _check_radii(radii_m)
     if len(set(theories)) != len(theories) or not theories:
         raise InputError(f"theories are {', '.join(theories) or 'none'}; give each of them once")
     for theory in theories:
         normal_theory(theory)
     case, conditions = case or Case(), conditions or Conditions()
-    columns = () if map_folder is None else _columns(Path(map_folder), case)
-    case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
+    columns = () if map_folder is None else _read_columns(Path(map_folder), case)
+    case = replace(case, rolling_radius_mm=chosen_vehicle.wheelset.rolling_radius_mm)
     wheelset, materials = wheelset_of_case(case), (case.wheel_material, case.rail_material)
     rides = [Ride(wheelset=wheelset, conditions=conditions, theory=theory, materials=materials) for theory in theories]
-    here = 1 in (workers, len(theories))
-    with evaluators(len(theories), here=here, workers=workers) as map_over:
-        if here:
-            each = chain.from_iterable([curves(made, ride, radii) for ride in rides])
-            found = list(watched(each, len(theories) * len(radii), progress, "curves"))
+    is_in_process = 1 in (workers, len(theories))
+    with evaluators(len(theories), here=is_in_process, workers=workers) as map_over:
+        if is_in_process:
+            curve_runs = chain.from_iterable([curves(chosen_vehicle, ride, radii) for ride in rides])
+            solved_runs = list(watched(curve_runs, len(theories) * len(radii), progress, "curves"))
         else:
-            walks = map_over(partial(_walked, made, radii), rides)
-            found = list(chain.from_iterable(watched(walks, len(theories), progress, "theories")))
-        straight = tuple(map_over(partial(_straight, made), rides))
-    by_theory = {(run.theory, run.radius_m): run for run in found}
-    runs = {theory: tuple(by_theory[theory, radius] for radius in radii) for theory in theories}
+            runs_by_ride = map_over(partial(_solve_ride, chosen_vehicle, radii), rides)
+            solved_runs = list(chain.from_iterable(watched(runs_by_ride, len(theories), progress, "theories")))
+        straight = tuple(map_over(partial(_analyse_ride, chosen_vehicle), rides))
+    run_by_key = {(run.theory, run.radius_m): run for run in solved_runs}
+    runs = {theory: tuple(run_by_key[theory, radius] for radius in radii) for theory in theories}
     return Curves(
-        vehicle=made,
+        vehicle=chosen_vehicle,
         case=case,
         conditions=conditions,
         radii_m=radii,
@@ -105,12 +120,18 @@ def curve(
         straight=straight,
         differences=differences(runs, straight),
         columns=columns,
-        visits=visits_on(runs, columns),
+        visits=locate_wheels(runs, columns),
     )
 
 
-def _radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Radii, and the part of the way that each has."""
+def _check_radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Check radii, and normalise their shares of the way.
+
+    Raises
+    ------
+    InputError
+        If there are no radii, if a radius is there twice, or if shares are negative or all zero.
+    """
     radii = tuple(float(radius) for radius in radii_m)
     if not radii:
         raise InputError("there are no radii; give one or more, for example 300,500,1000")
@@ -118,21 +139,31 @@ def _radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[floa
         raise InputError(f"radii are {', '.join(f'{radius:g}' for radius in radii)} m; give each of them once")
     shares = tuple(map(float, radii_m.values())) if isinstance(radii_m, Mapping) else (1.0,) * len(radii)
     if not (min(shares) >= 0.0 and 0.0 < sum(shares) < float("inf")):
-        raise InputError(f"shares of the way are {', '.join(f'{one:g}' for one in shares)}; allowed: >= 0, and one > 0")
-    return radii, tuple(one / sum(shares) for one in shares)
+        raise InputError(
+            f"shares of the way are {', '.join(f'{share:g}' for share in shares)}; allowed: >= 0, and one > 0"
+        )
+    return radii, tuple(share / sum(shares) for share in shares)
 
 
-def _walked(vehicle: Vehicle, radii_m: Sequence[float], ride: Ride) -> list[CurveRun]:
+def _solve_ride(vehicle: Vehicle, radii_m: Sequence[float], ride: Ride) -> list[CurveRun]:
+    """Solve all curves by the theory of a ride, in a worker process."""
     return list(curves(vehicle, ride, radii_m))
 
 
-def _straight(vehicle: Vehicle, ride: Ride) -> StraightTrack:
+def _analyse_ride(vehicle: Vehicle, ride: Ride) -> StraightTrack:
+    """Analyse straight track by the theory of a ride, in a worker process."""
     return straight_track(ride.theory, vehicle, straight_line(ride))
 
 
-def _columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
-    """A map of the same contact, shift by shift."""
-    rows = map_rows(folder, case, but_for=_OTHER)
+def _read_columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
+    """Read a map for the contact of a case, a column for each shift.
+
+    Raises
+    ------
+    InputError
+        If the map has no cells, or is a map of another contact.
+    """
+    rows = map_rows(folder, case, but_for=_UNCOMPARED_INPUTS)
     if not rows:
         raise InputError(f"map {folder}: it has no cells; give another one")
     cells = [

@@ -1,4 +1,4 @@
-"""Sentences about a vehicle in curves."""
+"""Sentences about the results of a vehicle in curves."""
 
 from __future__ import annotations
 
@@ -7,67 +7,117 @@ import math
 from collections.abc import Mapping, Sequence
 
 from fecontact.features.curves.stability import StraightTrack
-from fecontact.features.curves.visits import NO_CELL, NO_EQUILIBRIUM, Curves, Difference
+from fecontact.features.curves.visits import NO_CELL, NO_EQUILIBRIUM, Curves, TheoryDifference
 from fecontact.outputs.style import (
     ANSWER_WORDS,
     BETWEEN,
 )
 
-# what a map says of the places that a vehicle visits
-ZONES = ("HOLDS", "UNRESOLVED", "FAILS", BETWEEN, NO_CELL, NO_EQUILIBRIUM)
+# Results of a map at the positions of the wheels, in the order of the report.
+ZONE_ORDER = ("HOLDS", "UNRESOLVED", "FAILS", BETWEEN, NO_CELL, NO_EQUILIBRIUM)
 
 
-def difference_words(one: Difference) -> str:
-    """What a theory changes against the reference, in a sentence."""
-    parts = []
-    if one.without_m:
-        parts.append(f"no equilibrium at R {', '.join(f'{radius:g}' for radius in one.without_m)} m")
-    if math.isfinite(one.shift_mm):
-        parts.append(f"shift differs by up to {one.shift_mm:.2f} mm (R {one.shift_at_m:g} m)")
-        parts.append(f"Y/Q by up to {one.y_over_q:.3f} (R {one.y_over_q_at_m:g} m)")
-    if one.critical_speed is not None:
-        parts.append(f"the critical speed by {1e2 * one.critical_speed:+.0f} %")
-    elif one.without_speed:
-        parts.append(f"critical speeds are not compared ({one.without_speed})")
-    return f"{one.theory} against {one.reference}: {', '.join(parts) or 'nothing to compare'}"
+def difference_words(difference: TheoryDifference) -> str:
+    """Describe the differences between a theory and the reference in a sentence.
+
+    Parameters
+    ----------
+    difference
+        Differences over all curves.
+
+    Returns
+    -------
+    str
+        The sentence.
+    """
+    phrases = []
+    if difference.without_m:
+        phrases.append(f"no equilibrium at R {', '.join(f'{radius:g}' for radius in difference.without_m)} m")
+    if math.isfinite(difference.shift_mm):
+        phrases.append(f"shift differs by up to {difference.shift_mm:.2f} mm (R {difference.shift_at_m:g} m)")
+        phrases.append(f"Y/Q by up to {difference.y_over_q:.3f} (R {difference.y_over_q_at_m:g} m)")
+    if difference.critical_speed is not None:
+        phrases.append(f"the critical speed by {1e2 * difference.critical_speed:+.0f} %")
+    elif difference.without_speed:
+        phrases.append(f"critical speeds are not compared ({difference.without_speed})")
+    return f"{difference.theory} against {difference.reference}: {', '.join(phrases) or 'nothing to compare'}"
 
 
-def straight_words(one: StraightTrack) -> str:
-    """What a theory says of straight track, in a sentence."""
-    if one.wavelength_m is None or one.slow_wavelength_m is None or one.frequency_Hz is None:
-        return f"straight track, {one.theory}: {one.problem}"
-    slow = f"wavelength {one.slow_wavelength_m:.1f} m at {one.slow_km_h:g} km/h"
-    if one.problem or one.critical_speed_km_h is None:
-        return f"straight track, {one.theory}: {one.problem}; {slow}"
+def straight_words(track: StraightTrack) -> str:
+    """Describe the stability on straight track in a sentence.
+
+    Parameters
+    ----------
+    track
+        Stability by a theory.
+
+    Returns
+    -------
+    str
+        The sentence.
+    """
+    if track.wavelength_m is None or track.slow_wavelength_m is None or track.frequency_Hz is None:
+        return f"straight track, {track.theory}: {track.problem}"
+    slow = f"wavelength {track.slow_wavelength_m:.1f} m at {track.slow_km_h:g} km/h"
+    if track.problem or track.critical_speed_km_h is None:
+        return f"straight track, {track.theory}: {track.problem}; {slow}"
     return (
-        f"straight track, {one.theory}: critical speed {one.critical_speed_km_h:.0f} km/h, where it hunts with"
-        f" {one.frequency_Hz:.1f} Hz and {one.wavelength_m:.1f} m; {slow}"
+        f"straight track, {track.theory}: critical speed {track.critical_speed_km_h:.0f} km/h, where it hunts with"
+        f" {track.frequency_Hz:.1f} Hz and {track.wavelength_m:.1f} m; {slow}"
     )
 
 
-def path_words(found: Curves) -> list[str]:
-    """Where paths from straight track end, and which of the curves lie beyond: a sentence a theory and side."""
-    words = []
-    for theory, sign in itertools.product(found.runs, (1.0, -1.0)):
-        beyond = [run for run in found.runs[theory] if run.path_ends_m and run.radius_m * sign > 0.0]
-        if not beyond:
+def path_words(results: Curves) -> list[str]:
+    """Describe the ends of paths from straight track, and the curves beyond them.
+
+    Parameters
+    ----------
+    results
+        Results of a vehicle in curves.
+
+    Returns
+    -------
+    list of str
+        A sentence for each theory and side with an end.
+    """
+    sentences = []
+    for theory, side in itertools.product(results.runs, (1.0, -1.0)):
+        runs_beyond = [run for run in results.runs[theory] if run.path_ends_m and run.radius_m * side > 0.0]
+        if not runs_beyond:
             continue
-        first, *others = max((run.path_ends_m for run in beyond), key=len)
-        end = f"at R {first:.0f} m" if math.isfinite(first) else "where it begins"
-        further = f", another one at R {_radii_words(others)} m" if others else ""
-        without, another = ([run.radius_m for run in beyond if run.is_balanced is had] for had in (False, True))
-        reached = [f"no equilibrium was found at R {_radii_words(without)} m"] if without else []
-        reached += [f"another equilibrium at R {_radii_words(another)} m"] if another else []
-        words.append(f"{theory}: the path from straight track ends {end}{further}; beyond it {', '.join(reached)}")
-    return words
+        first_end, *later_ends = max((run.path_ends_m for run in runs_beyond), key=len)
+        end = f"at R {first_end:.0f} m" if math.isfinite(first_end) else "where it begins"
+        further = f", another one at R {_format_radii(later_ends)} m" if later_ends else ""
+        radii_without, radii_with = (
+            [run.radius_m for run in runs_beyond if run.is_balanced is is_balanced] for is_balanced in (False, True)
+        )
+        outcomes = [f"no equilibrium was found at R {_format_radii(radii_without)} m"] if radii_without else []
+        outcomes += [f"another equilibrium at R {_format_radii(radii_with)} m"] if radii_with else []
+        sentences.append(f"{theory}: the path from straight track ends {end}{further}; beyond it {', '.join(outcomes)}")
+    return sentences
 
 
-def _radii_words(radii_m: Sequence[float]) -> str:
+def _format_radii(radii_m: Sequence[float]) -> str:
     return ", ".join(f"{radius:.4g}" for radius in radii_m)
 
 
-def share_words(parts: Mapping[str, float], order: tuple[str, ...] = ()) -> str:
-    """Shares of the way in percent, those in a given order first, the rest from the largest."""
-    rest = sorted((name for name in parts if name not in order), key=lambda name: -parts[name])
-    said = {BETWEEN: ANSWER_WORDS[BETWEEN]}
-    return ", ".join(f"{said.get(name, name)} {1e2 * parts[name]:.3g} %" for name in (*order, *rest) if parts.get(name))
+def describe_shares(shares: Mapping[str, float], order: tuple[str, ...] = ()) -> str:
+    """Describe shares of the way in percent.
+
+    Parameters
+    ----------
+    shares
+        Share of the way by name.
+    order
+        Names that come first. All other names follow by decreasing share.
+
+    Returns
+    -------
+    str
+        Shares that are not zero, separated by commas.
+    """
+    rest = sorted((name for name in shares if name not in order), key=lambda name: -shares[name])
+    labels = {BETWEEN: ANSWER_WORDS[BETWEEN]}
+    return ", ".join(
+        f"{labels.get(name, name)} {1e2 * shares[name]:.3g} %" for name in (*order, *rest) if shares.get(name)
+    )

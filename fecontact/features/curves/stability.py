@@ -1,7 +1,8 @@
-"""Small motions about an equilibrium on straight track: eigenvalues, critical speed, wavelength of hunting.
+"""Small motions about an equilibrium on straight track.
 
-The equation of motion (Otero Yugat, Part I, eq. 15) is linearised about the equilibrium: the rails' forces by
-differences in positions and in rates over the speed, masses and suspension as they are. The car body stays where it is.
+The module has eigenvalues, critical speed, and wavelength of hunting. The equation of motion (Otero Yugat, Part I,
+eq. 15) is linearised about the equilibrium. The forces of the rails are linearised by differences in positions and in
+rates divided by the speed; masses and suspension are linear. The car body does not move.
 """
 
 from __future__ import annotations
@@ -19,72 +20,93 @@ from fecontact.features.curves.balance import (
     FRAME_SIZE,
     WHEELSET_SIZE,
     Line,
-    links,
-    on_wheelset,
-    rail_forces,
+    compute_rail_forces,
+    sum_rail_forces,
+    suspension_links,
     wheelset_states,
     without_rails,
 )
 from fecontact.features.curves.model import Vehicle
 from fecontact.features.curves.steady import solve_at, straight_start
 
-# Positions of a wheelset but for its slip of rotation, which is a rate.
-_PLACES = 4
-# Of mm and mrad, and of their rates over the speed.
-_PLACE_STEP, _RATE_STEP = 1e-4, 1e-7
-_SLOWEST_M_S, _FASTEST_M_S, _SPEEDS = 2.0, 250.0, 60
-_SPEED_WITHIN_M_S = 0.01
+# Number of positions of a wheelset, without its slip of rotation, which is a rate.
+_POSITION_COUNT = 4
+# Steps of the differences: of positions in mm and mrad, and of their rates per mm of way.
+_POSITION_STEP, _RATE_STEP = 1e-4, 1e-7
+# Lowest and highest speed of the search for the critical speed, and number of speeds.
+_MIN_SPEED_M_S, _MAX_SPEED_M_S, _SPEED_COUNT = 2.0, 250.0, 60
+_SPEED_TOLERANCE_M_S = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
 class StraightTrack:
-    """How a vehicle runs on straight track; of its stability in curves nothing is known.
+    """Stability of a vehicle on straight track.
+
+    The stability in curves is not analysed.
 
     Attributes
     ----------
+    theory
+        Name of the theory of the normal force.
     critical_speed_km_h
-        From which on an oscillation grows; None if there is none, if one grows at `slow_km_h` already, the lowest speed
-        that is searched, or without an equilibrium.
+        Speed above which an oscillation grows. None if no oscillation grows, if an oscillation grows at `slow_km_h`,
+        the lowest speed of the search, or without an equilibrium.
     frequency_Hz, wavelength_m
-        Of the least damped oscillation: of hunting, where it begins, or else at `slow_km_h`.
+        Least damped oscillation: hunting at the critical speed, or else the oscillation at `slow_km_h`.
+    slow_km_h
+        Lowest speed of the search.
     slow_wavelength_m
-        At `slow_km_h`, where masses count for nothing: Klingel's, of what the suspension holds together.
+        Wavelength at `slow_km_h`, where masses have no effect: Klingel's wavelength of the wheelsets as the suspension
+        connects them.
     problem
-        Why there is nothing, or what is to be said.
+        Reason why there is no result, or a remark on it.
     """
 
     theory: str
     critical_speed_km_h: float | None = None
     frequency_Hz: float | None = None
     wavelength_m: float | None = None
-    slow_km_h: float = 3.6 * _SLOWEST_M_S
+    slow_km_h: float = 3.6 * _MIN_SPEED_M_S
     slow_wavelength_m: float | None = None
     problem: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearModel:
-    """A vehicle linearised about its equilibrium on straight track: what does not hang on the speed.
+    """Vehicle linearised about its equilibrium on straight track.
 
-    Forces in N, and moments at a metre; positions in mm and mrad, as in `features.curves.steady`.
+    The model has all terms that do not depend on the speed. Forces are in N, and moments in N at an arm of a metre.
+    Positions are in mm and mrad, as in `features.curves.steady`.
 
     Attributes
     ----------
     stiffness (n, n)
-        Force over positions, and over slips of rotation.
-    damping (n, n), of_rates (n, n)
-        Force of the dampers over rates in mm/s and mrad/s, and of the rails over rates per mm of way.
+        Derivatives of the forces by positions, and by slips of rotation.
+    damping (n, n)
+        Derivatives of the dampers' forces by rates in mm/s and mrad/s.
+    rail_damping (n, n)
+        Derivatives of the rails' forces by rates per mm of way.
     """
 
     vehicle: Vehicle
     stiffness: Floats
     damping: Floats
-    of_rates: Floats
+    rail_damping: Floats
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hunting:
-    """The least damped oscillation at a speed: its rate of growth (1/s), frequency (Hz), and wavelength (m)."""
+    """Least damped oscillation at a speed.
+
+    Attributes
+    ----------
+    speed_m_s
+        Running speed.
+    growth_per_s
+        Rate of growth; negative if the oscillation fades.
+    frequency_Hz
+        Frequency.
+    """
 
     speed_m_s: float
     growth_per_s: float
@@ -92,165 +114,266 @@ class Hunting:
 
     @property
     def wavelength_m(self) -> float:
-        """Way of one period."""
+        """Distance that the vehicle runs in a period, m."""
         return self.speed_m_s / self.frequency_Hz if self.frequency_Hz > 0.0 else math.inf
 
 
-def linear_model(vehicle: Vehicle, line: Line) -> LinearModel:
+def linear_model(vehicle: Vehicle, track: Line) -> LinearModel:
     """Linearise a vehicle about its equilibrium on straight track.
+
+    Parameters
+    ----------
+    vehicle
+        Vehicle.
+    track
+        Straight track, with the theory of the contact.
+
+    Returns
+    -------
+    LinearModel
+        Stiffness and damping by central differences.
 
     Raises
     ------
     InputError
-        If it has none there, or the track is curved.
+        If there is no equilibrium, or if the track is curved.
     ConvergenceError
-        If a contact beside it is not solved.
+        If a contact at a state nearby is not solved.
+
+    Notes
+    -----
+    Source: Otero Yugat, Part I, eq. 15. Range of validity: small motions about the centred position; the body is fixed.
     """
-    if line.curvature_per_mm != 0.0:
+    if track.curvature_per_mm != 0.0:
         raise InputError("stability is computed on straight track alone; allowed: curvature 0")
-    found = solve_at(straight_start(vehicle, line), vehicle, line)
-    if found.status != "equilibrium":
-        why = "; ".join(found.notes) or f"{found.left_over_N:.0f} N left; check profiles"
-        raise InputError(f"there is no equilibrium on straight track: {why}")
-    size = found.state.size
-    stiffness = _central(lambda q: without_rails(q, vehicle, line), found.state, 1e-3)
+    equilibrium = solve_at(straight_start(vehicle, track), vehicle, track)
+    if equilibrium.status != "equilibrium":
+        reason = "; ".join(equilibrium.notes) or f"{equilibrium.left_over_N:.0f} N left; check profiles"
+        raise InputError(f"there is no equilibrium on straight track: {reason}")
+    size = equilibrium.state.size
+    stiffness = _estimate_central_jacobian(lambda state: without_rails(state, vehicle, track), equilibrium.state, 1e-3)
     if vehicle.bogie is not None:
         stiffness[-FRAME_SIZE, -FRAME_SIZE] -= 2e-3 * vehicle.bogie.secondary.lateral_N_per_m
-    of_rates = np.zeros((size, size))
-    for k, one in enumerate(wheelset_states(found.state, vehicle)):
-        block = slice(WHEELSET_SIZE * k, WHEELSET_SIZE * (k + 1))
-        stiffness[block, block] += _central(lambda q: _of_rails(q, line), one, _PLACE_STEP)
-        of_rates[block, WHEELSET_SIZE * k : WHEELSET_SIZE * k + _PLACES] = _central(
-            lambda r, q=one: _of_rails(q, line, r),  # type: ignore[misc]
-            np.zeros(_PLACES),
-            _RATE_STEP,
+    rail_damping = np.zeros((size, size))
+    for index, wheelset_state in enumerate(wheelset_states(equilibrium.state, vehicle)):
+        block = slice(WHEELSET_SIZE * index, WHEELSET_SIZE * (index + 1))
+        stiffness[block, block] += _estimate_central_jacobian(
+            lambda state: _sum_solved_rail_forces(state, track), wheelset_state, _POSITION_STEP
         )
-    return LinearModel(vehicle=vehicle, stiffness=stiffness, damping=_dampers(vehicle, size), of_rates=of_rates)
+        rail_damping[block, WHEELSET_SIZE * index : WHEELSET_SIZE * index + _POSITION_COUNT] = (
+            _estimate_central_jacobian(
+                lambda rates, state=wheelset_state: _sum_solved_rail_forces(state, track, rates),  # type: ignore[misc]
+                np.zeros(_POSITION_COUNT),
+                _RATE_STEP,
+            )
+        )
+    return LinearModel(
+        vehicle=vehicle, stiffness=stiffness, damping=_make_damping_matrix(vehicle, size), rail_damping=rail_damping
+    )
 
 
-def _of_rails(state: Floats, line: Line, rates: Floats | None = None) -> Floats:
-    """Sums (5,) that rails add to a wheelset's balance, of contacts that were solved."""
-    wheels = rail_forces(state, line, rates)
-    if problem := wheels[0].problem or wheels[1].problem:
-        raise ConvergenceError(problem)
-    return on_wheelset(wheels, state)
-
-
-def _central(f: Callable[[Floats], Floats], at: Floats, step: float) -> Floats:
-    return np.stack([(f(at + step * unit) - f(at - step * unit)) / (2.0 * step) for unit in np.eye(at.size)], axis=1)
-
-
-def eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.complex128]:
-    """Eigenvalues (1/s) at a speed."""
-    vehicle = model.vehicle
-    size = model.stiffness.shape[0]
-    slips = [WHEELSET_SIZE * k + _PLACES for k in range(vehicle.wheelsets)]
-    places = [k for k in range(size) if k not in slips]
-    mass, gyroscopic = _masses(vehicle, size, speed_m_s)
-    # rates of the position over the speed are per mm of way
-    rates = model.of_rates / (1e3 * speed_m_s) + model.damping + gyroscopic
-    n, m = len(places), len(slips)
-    system = np.zeros((2 * n + m, 2 * n + m))
-    system[:n, n : 2 * n] = np.eye(n)
-    inverse = np.linalg.inv(mass)
-    stiff, slow = inverse @ model.stiffness, inverse @ rates
-    moved = np.concatenate([stiff[:, places], slow[:, places], stiff[:, slips]], axis=1)
-    system[n : 2 * n], system[2 * n :] = moved[places], moved[slips]
-    return np.asarray(np.linalg.eigvals(system))
-
-
-def hunting(model: LinearModel, speed_m_s: float) -> Hunting:
-    """The least damped oscillation at a speed.
+def _sum_solved_rail_forces(state: Floats, track: Line, rates: Floats | None = None) -> Floats:
+    """Sums (5,) of both rails' contributions to the residual of a wheelset.
 
     Raises
     ------
     ConvergenceError
-        If no motion oscillates, as without conicity.
+        If a contact is not solved.
     """
-    found = eigenvalues(model, speed_m_s)
-    swinging = found[found.imag > 1e-6]
-    if swinging.size == 0:
-        raise ConvergenceError(f"no motion oscillates at {3.6 * speed_m_s:g} km/h")
-    worst = swinging[int(np.argmax(swinging.real))]
-    return Hunting(
-        speed_m_s=speed_m_s, growth_per_s=float(worst.real), frequency_Hz=float(worst.imag) / (2.0 * math.pi)
+    wheels = compute_rail_forces(state, track, rates)
+    if problem := wheels[0].problem or wheels[1].problem:
+        raise ConvergenceError(problem)
+    return sum_rail_forces(wheels, state)
+
+
+def _estimate_central_jacobian(function: Callable[[Floats], Floats], state: Floats, step: float) -> Floats:
+    """Estimate a Jacobian (m, n) by central differences."""
+    return np.stack(
+        [(function(state + step * unit) - function(state - step * unit)) / (2.0 * step) for unit in np.eye(state.size)],
+        axis=1,
     )
 
 
-def straight_track(theory: str, vehicle: Vehicle, line: Line) -> StraightTrack:
-    """Critical speed and wavelengths on a straight line, by a theory that `line` has; without an equilibrium, why."""
+def eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.complex128]:
+    """Compute the eigenvalues of a linear model at a speed.
+
+    Parameters
+    ----------
+    model
+        Vehicle linearised about its equilibrium.
+    speed_m_s
+        Running speed.
+
+    Returns
+    -------
+    array of complex
+        Eigenvalues in 1/s; a positive real part is a motion that grows.
+    """
+    vehicle = model.vehicle
+    size = model.stiffness.shape[0]
+    slip_indices = [WHEELSET_SIZE * index + _POSITION_COUNT for index in range(vehicle.wheelsets)]
+    position_indices = [index for index in range(size) if index not in slip_indices]
+    mass, gyroscopic = _make_mass_matrices(vehicle, size, speed_m_s)
+    # the rail forces depend on rates of the position per mm of way
+    rates = model.rail_damping / (1e3 * speed_m_s) + model.damping + gyroscopic
+    position_count, slip_count = len(position_indices), len(slip_indices)
+    system = np.zeros((2 * position_count + slip_count, 2 * position_count + slip_count))
+    system[:position_count, position_count : 2 * position_count] = np.eye(position_count)
+    inverse = np.linalg.inv(mass)
+    stiffness_rates, damping_rates = inverse @ model.stiffness, inverse @ rates
+    accelerations = np.concatenate(
+        [stiffness_rates[:, position_indices], damping_rates[:, position_indices], stiffness_rates[:, slip_indices]],
+        axis=1,
+    )
+    system[position_count : 2 * position_count], system[2 * position_count :] = (
+        accelerations[position_indices],
+        accelerations[slip_indices],
+    )
+    return np.asarray(np.linalg.eigvals(system))
+
+
+def hunting(model: LinearModel, speed_m_s: float) -> Hunting:
+    """Find the least damped oscillation at a speed.
+
+    Parameters
+    ----------
+    model
+        Vehicle linearised about its equilibrium.
+    speed_m_s
+        Running speed.
+
+    Returns
+    -------
+    Hunting
+        Growth, frequency and wavelength.
+
+    Raises
+    ------
+    ConvergenceError
+        If no motion oscillates, for example without conicity.
+    """
+    values = eigenvalues(model, speed_m_s)
+    oscillating = values[values.imag > 1e-6]
+    if oscillating.size == 0:
+        raise ConvergenceError(f"no motion oscillates at {3.6 * speed_m_s:g} km/h")
+    least_damped = oscillating[int(np.argmax(oscillating.real))]
+    return Hunting(
+        speed_m_s=speed_m_s,
+        growth_per_s=float(least_damped.real),
+        frequency_Hz=float(least_damped.imag) / (2.0 * math.pi),
+    )
+
+
+def straight_track(theory: str, vehicle: Vehicle, track: Line) -> StraightTrack:
+    """Analyse the stability of a vehicle on straight track.
+
+    Parameters
+    ----------
+    theory
+        Name of the theory, for the result.
+    vehicle
+        Vehicle.
+    track
+        Straight track, with the normal force by this theory.
+
+    Returns
+    -------
+    StraightTrack
+        Critical speed and wavelengths; without an equilibrium only the reason.
+    """
     try:
-        model = linear_model(vehicle, line)
-        found, slow = critical_speed_m_s(model), hunting(model, _SLOWEST_M_S)
-        # at the lowest speed it is not known from which on
-        critical = None if found == _SLOWEST_M_S else found
-        at = slow if critical is None else hunting(model, critical)
+        model = linear_model(vehicle, track)
+        critical_speed, slow_motion = critical_speed_m_s(model), hunting(model, _MIN_SPEED_M_S)
+        # if an oscillation grows at the lowest speed, then the critical speed is not known
+        reported_speed = None if critical_speed == _MIN_SPEED_M_S else critical_speed
+        motion = slow_motion if reported_speed is None else hunting(model, reported_speed)
     except (InputError, ConvergenceError) as error:
         return StraightTrack(theory=theory, problem=str(error))
     return StraightTrack(
         theory=theory,
-        critical_speed_km_h=None if critical is None else 3.6 * critical,
-        frequency_Hz=at.frequency_Hz,
-        wavelength_m=at.wavelength_m,
-        slow_wavelength_m=slow.wavelength_m,
-        problem=_said_of(found),
+        critical_speed_km_h=None if reported_speed is None else 3.6 * reported_speed,
+        frequency_Hz=motion.frequency_Hz,
+        wavelength_m=motion.wavelength_m,
+        slow_wavelength_m=slow_motion.wavelength_m,
+        problem=_describe_critical_speed(critical_speed),
     )
 
 
-def _said_of(critical_m_s: float | None) -> str:
+def _describe_critical_speed(critical_m_s: float | None) -> str:
+    """Remark on a critical speed that is outside of the range of the search; else empty."""
     if critical_m_s is None:
-        return f"no oscillation grows up to {3.6 * _FASTEST_M_S:g} km/h, the highest speed searched"
-    slowest = f"the critical speed is below {3.6 * _SLOWEST_M_S:g} km/h, the lowest speed searched"
-    return slowest * (critical_m_s == _SLOWEST_M_S)
+        return f"no oscillation grows up to {3.6 * _MAX_SPEED_M_S:g} km/h, the highest speed searched"
+    note = f"the critical speed is below {3.6 * _MIN_SPEED_M_S:g} km/h, the lowest speed searched"
+    return note * (critical_m_s == _MIN_SPEED_M_S)
 
 
 def critical_speed_m_s(model: LinearModel) -> float | None:
-    """The lowest speed from which on an oscillation grows, 2 m/s if one grows there already; None up to 250 m/s.
+    """Find the lowest speed above which an oscillation grows.
 
-    Of a model about the equilibrium: motions with amplitudes of their own may persist below it (limit cycles).
+    Parameters
+    ----------
+    model
+        Vehicle linearised about its equilibrium.
+
+    Returns
+    -------
+    float or None
+        Critical speed in m/s, accurate to 0.01 m/s. 2 m/s if an oscillation grows there already; None if no oscillation
+        grows up to 250 m/s.
+
+    Notes
+    -----
+    Range of validity: small motions about the equilibrium. Limit cycles, which are motions with a finite amplitude, may
+    persist below the critical speed.
     """
 
-    def grows(speed: float) -> bool:
+    def is_growing(speed: float) -> bool:
         return bool(eigenvalues(model, speed).real.max() > 1e-9)
 
-    speeds = np.linspace(_SLOWEST_M_S, _FASTEST_M_S, _SPEEDS)
-    first = next((k for k, speed in enumerate(speeds) if grows(float(speed))), None)
-    if not first:
-        return None if first is None else float(speeds[0])
-    low, high = float(speeds[first - 1]), float(speeds[first])
-    while high - low > _SPEED_WITHIN_M_S:
+    speeds = np.linspace(_MIN_SPEED_M_S, _MAX_SPEED_M_S, _SPEED_COUNT)
+    first_growing = next((index for index, speed in enumerate(speeds) if is_growing(float(speed))), None)
+    if not first_growing:
+        return None if first_growing is None else float(speeds[0])
+    low, high = float(speeds[first_growing - 1]), float(speeds[first_growing])
+    while high - low > _SPEED_TOLERANCE_M_S:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if grows(middle) else (middle, high)
+        low, high = (low, middle) if is_growing(middle) else (middle, high)
     return 0.5 * (low + high)
 
 
-def _masses(vehicle: Vehicle, size: int, speed_m_s: float) -> tuple[Floats, Floats]:
-    """Mass (n, n) in N over mm/s2 and mrad/s2 (moments at a metre), and gyroscopic force over rates."""
+def _make_mass_matrices(vehicle: Vehicle, size: int, speed_m_s: float) -> tuple[Floats, Floats]:
+    """Make the mass matrix (n, n) and the matrix of gyroscopic forces by rates.
+
+    The mass is in N per mm/s2 and per mrad/s2, with moments in N at an arm of a metre.
+    """
     body = vehicle.wheelset
     mass, gyroscopic = np.zeros((size, size)), np.zeros((size, size))
-    turning = body.axle_inertia_kg_m2 * speed_m_s / (1e-3 * body.rolling_radius_mm)
-    # slips of rotation are thousandths of the speed over the radius
-    values = (body.mass_kg, body.mass_kg, body.roll_inertia_kg_m2, body.yaw_inertia_kg_m2, turning)
-    for k in range(vehicle.wheelsets):
-        at = WHEELSET_SIZE * k
-        mass[range(at, at + WHEELSET_SIZE), range(at, at + WHEELSET_SIZE)] = values
-        gyroscopic[at + 2, at + 3], gyroscopic[at + 3, at + 2] = turning, -turning
+    gyroscopic_inertia = body.axle_inertia_kg_m2 * speed_m_s / (1e-3 * body.rolling_radius_mm)
+    # slips of rotation are thousandths of the ratio of speed and radius
+    values = (body.mass_kg, body.mass_kg, body.roll_inertia_kg_m2, body.yaw_inertia_kg_m2, gyroscopic_inertia)
+    for index in range(vehicle.wheelsets):
+        start = WHEELSET_SIZE * index
+        mass[range(start, start + WHEELSET_SIZE), range(start, start + WHEELSET_SIZE)] = values
+        gyroscopic[start + 2, start + 3], gyroscopic[start + 3, start + 2] = gyroscopic_inertia, -gyroscopic_inertia
     if vehicle.bogie is not None:
         frame = vehicle.bogie.frame
-        own = (frame.mass_kg, frame.roll_inertia_kg_m2, frame.yaw_inertia_kg_m2)
-        mass[range(-FRAME_SIZE, 0), range(-FRAME_SIZE, 0)] = own
+        frame_values = (frame.mass_kg, frame.roll_inertia_kg_m2, frame.yaw_inertia_kg_m2)
+        mass[range(-FRAME_SIZE, 0), range(-FRAME_SIZE, 0)] = frame_values
     return 1e-3 * mass, 1e-3 * gyroscopic
 
 
-def _dampers(vehicle: Vehicle, size: int) -> Floats:
-    """Force of all dampers over rates in mm/s and mrad/s; dampers of the body act against its resting place."""
-    found = np.zeros((size, size))
+def _make_damping_matrix(vehicle: Vehicle, size: int) -> Floats:
+    """Derivatives of all dampers' forces by rates in mm/s and mrad/s.
+
+    Dampers of the body act against its position at rest.
+    """
+    damping_matrix = np.zeros((size, size))
     if vehicle.bogie is None:
-        return found
-    above, (y, roll, _) = vehicle.bogie.secondary, np.eye(size)[-FRAME_SIZE:]
-    dampers = [(damping, moves) for damping, moves, _ in links(vehicle.bogie, size, "Ns_per_m")]
-    dampers.append((2.0 * above.lateral_Ns_per_m, y))
-    dampers.append((2.0 * above.vertical_Ns_per_m * above.half_distance_m**2, roll))
-    for damping, moves in dampers:
-        found -= damping * np.outer(moves, moves)
-    return 1e-3 * found
+        return damping_matrix
+    secondary, (y, roll, _) = vehicle.bogie.secondary, np.eye(size)[-FRAME_SIZE:]
+    dampers = [(damping, closures) for damping, closures, _ in suspension_links(vehicle.bogie, size, "Ns_per_m")]
+    dampers.append((2.0 * secondary.lateral_Ns_per_m, y))
+    dampers.append((2.0 * secondary.vertical_Ns_per_m * secondary.half_distance_m**2, roll))
+    for damping, closures in dampers:
+        damping_matrix -= damping * np.outer(closures, closures)
+    return 1e-3 * damping_matrix

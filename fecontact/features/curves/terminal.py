@@ -1,4 +1,4 @@
-"""A vehicle in curves on the terminal."""
+"""Results of a vehicle in curves on the terminal."""
 
 from __future__ import annotations
 
@@ -6,13 +6,19 @@ from collections.abc import Sequence
 from typing import Any
 
 from fecontact.features.curves.curve import CurveRun
-from fecontact.features.curves.records import OF_MAPS, OF_STABILITY, SHARES
-from fecontact.features.curves.sentences import ZONES, difference_words, path_words, share_words, straight_words
+from fecontact.features.curves.records import MAP_NOTE, SHARE_ANSWERS, STABILITY_NOTE
+from fecontact.features.curves.sentences import (
+    ZONE_ORDER,
+    describe_shares,
+    difference_words,
+    path_words,
+    straight_words,
+)
 from fecontact.features.curves.visits import Curves
 from fecontact.outputs.tables import Table, number, number_text, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 
-_WHEELSET = (
+_WHEELSET_COLUMNS = (
     number("radius\nm", "radius_m", none=""),
     number("speed\nkm/h", "speed_km_h", "{:.0f}", none=""),
     number("wheelset", "wheelset", "{:.0f}"),
@@ -24,43 +30,61 @@ _WHEELSET = (
 )
 
 
-def curves_lines(found: Curves) -> Lines:
-    """What theories change, a table a theory, straight track, and where the wheels are on the map."""
-    yield from map(difference_words, found.differences)
-    bogie = found.vehicle.bogie
-    which = "" if bogie is None else ", leading bogie" if bogie.leads else ", trailing bogie"
-    for theory, runs in found.runs.items():
-        title = f"{found.vehicle.name}{which}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
-        yield _wheelset_table(title, runs)
+def curves_lines(results: Curves) -> Lines:
+    """Format the results of a vehicle in curves for the terminal.
+
+    Parameters
+    ----------
+    results
+        Results of a vehicle in curves.
+
+    Yields
+    ------
+    str or Table
+        Differences between theories, a table for each theory, straight track, and with a map the shares of the way.
+    """
+    yield from map(difference_words, results.differences)
+    bogie = results.vehicle.bogie
+    bogie_words = "" if bogie is None else ", leading bogie" if bogie.leads else ", trailing bogie"
+    for theory, runs in results.runs.items():
+        title = f"{results.vehicle.name}{bogie_words}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
+        yield _make_wheelset_table(title, runs)
         yield from notes(f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes)
-    yield from notes(path_words(found))
-    yield from map(straight_words, found.straight)
-    yield from notes([OF_STABILITY])
-    if found.columns:
-        for theory in found.runs:
-            way, enough = (found.shares(theory, of) for of in SHARES.values())
-            yield f"{theory}: of the way of all wheels {share_words(way, ZONES)}"
-            yield f"{theory}: the cheapest theory that holds there: {share_words(enough)}"
-        yaw = max((abs(visit.yaw_mrad) for visit in found.visits), default=0.0)
-        yield from notes([f"{OF_MAPS}; here up to {yaw:.1f} mrad"])
+    yield from notes(path_words(results))
+    yield from map(straight_words, results.straight)
+    yield from notes([STABILITY_NOTE])
+    if results.columns:
+        for theory in results.runs:
+            verdict_shares, theory_shares = (
+                results.shares(theory, answer_kind) for answer_kind in SHARE_ANSWERS.values()
+            )
+            yield f"{theory}: of the way of all wheels {describe_shares(verdict_shares, ZONE_ORDER)}"
+            yield f"{theory}: the cheapest theory that holds there: {describe_shares(theory_shares)}"
+        yaw = max((abs(visit.yaw_mrad) for visit in results.visits), default=0.0)
+        yield from notes([f"{MAP_NOTE}; here up to {yaw:.1f} mrad"])
 
 
-def _wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
-    """One line per wheelset; values common to a run stand in its first line."""
-    items: list[dict[str, Any]] = []
+def _make_wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
+    """Make a table with a line for each wheelset.
+
+    Values common to all wheelsets of a curve are in its first line.
+    """
+    rows: list[dict[str, Any]] = []
     for run in runs:
-        own: dict[str, Any] = {"radius_m": run.radius_m, "speed_km_h": run.speed_km_h}
+        row: dict[str, Any] = {"radius_m": run.radius_m, "speed_km_h": run.speed_km_h}
         if run.is_balanced:
-            own["resistance"] = number_text(run.resistance_N_per_kN, "{:.2f}")
-        for place, wheelset in enumerate(run.wheelsets, start=1):
-            own["wheelset"] = place
+            row["resistance"] = number_text(run.resistance_N_per_kN, "{:.2f}")
+        for wheelset_number, wheelset in enumerate(run.wheelsets, start=1):
+            row["wheelset"] = wheelset_number
             if run.is_balanced:
-                own |= {"lateral_shift_mm": wheelset.lateral_shift_mm, "yaw_mrad": wheelset.yaw_mrad}
+                row |= {"lateral_shift_mm": wheelset.lateral_shift_mm, "yaw_mrad": wheelset.yaw_mrad}
             for wheel in wheelset.wheels if run.is_balanced else ():
-                own[f"y_over_q {wheel.side}"] = number_text(wheel.y_over_q, "{:+z.2f}")
-                own[f"patches {wheel.side}"] = " + ".join(f"{1e-3 * one.normal_force_N:.1f}" for one in wheel.patches)
-            items.append(own)
-            own = {}
+                row[f"y_over_q {wheel.side}"] = number_text(wheel.y_over_q, "{:+z.2f}")
+                row[f"patches {wheel.side}"] = " + ".join(
+                    f"{1e-3 * patch.normal_force_N:.1f}" for patch in wheel.patches
+                )
+            rows.append(row)
+            row = {}
         if not run.wheelsets:
-            items.append(own)
-    return table_of(title, _WHEELSET, items)
+            rows.append(row)
+    return table_of(title, _WHEELSET_COLUMNS, rows)

@@ -1,4 +1,7 @@
-"""Force and moment of a rail on its wheel at any position of the wheelset on a curved track."""
+"""Force and moment of a rail on its wheel.
+
+The wheelset may have any position on a curved track.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +14,26 @@ from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.contact_theories.rolling.creepage import Creepages, CurvedCreepages
 from fecontact.contact_theories.rolling.fastsim import Strips, strip_forces
-from fecontact.features.curves.normal import NormalTheory, Overlap, Pressed, Surfaces, press, within_reach
+from fecontact.features.curves.normal import NormalTheory, Overlap, PatchStrips, Surfaces, errors_as_out_of_reach, press
 
 _FASTSIM_CELLS = 30
-# Kalker's table ends there; flange contact has 17 to 23.
-_MOST_SLENDER = 10.0
+# Largest ratio of the semi-axes: Kalker's table ends there; flange contact has 17 to 23.
+_MAX_AXIS_RATIO = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactLaw:
-    """What a contact is evaluated with: theory of the normal force, contact modulus, friction and elastic constants."""
+    """Theories and constants of a contact.
+
+    Attributes
+    ----------
+    normal
+        Theory of the normal force.
+    contact_modulus_MPa
+        Contact modulus E*.
+    pair
+        Friction and elastic constants of wheel and rail.
+    """
 
     normal: NormalTheory
     contact_modulus_MPa: float
@@ -29,18 +42,20 @@ class ContactLaw:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """Motion of a wheelset's centre in the track frame that runs along, of the left side; all over the running speed.
+    """Motion of a wheelset's centre in the moving track frame of the left side.
+
+    All rates are divided by the running speed.
 
     Attributes
     ----------
     place (4,)
         Lateral shift and height (mm), roll and yaw (rad).
     slip
-        Speed of rotation over that which rolls the tape circle, less 1.
+        Speed of rotation divided by the speed of rotation that rolls on the tape circle, minus 1.
     curvature_per_mm
-        Of the track, positive to the left.
+        Curvature of the track, positive to the left.
     rates (4,)
-        Of the place; zero in steady motion.
+        Rates of `place` per mm of way; zero in steady motion.
     """
 
     place: Floats
@@ -48,8 +63,14 @@ class Motion:
     curvature_per_mm: float
     rates: Floats = field(default_factory=lambda: np.zeros(4))
 
-    def mirrored(self) -> Motion:
-        """The motion of the right wheel, mirrored to a left wheel."""
+    def mirror_image(self) -> Motion:
+        """Motion of the right wheel as the motion of a left wheel.
+
+        Returns
+        -------
+        Motion
+            The motion, mirrored at the vertical plane along the track.
+        """
         mirror = np.array([-1.0, 1.0, -1.0, -1.0])
         curvature = -self.curvature_per_mm
         return replace(self, place=self.place * mirror, curvature_per_mm=curvature, rates=self.rates * mirror)
@@ -57,28 +78,28 @@ class Motion:
     @property
     def axle(self) -> Floats:
         """Direction (3,) of the axle to the left."""
-        (cr, cy), (sr, sy) = np.cos(self.place[2:]), np.sin(self.place[2:])
-        return np.array([-sy * cr, cy * cr, sr])
+        (cos_roll, cos_yaw), (sin_roll, sin_yaw) = np.cos(self.place[2:]), np.sin(self.place[2:])
+        return np.array([-sin_yaw * cos_roll, cos_yaw * cos_roll, sin_roll])
 
 
 @dataclass(frozen=True, kw_only=True)
 class PatchForce:
-    """What one patch of a wheel carries, in the frame of the left side.
+    """Forces of a wheel's contact patch, in the frame of the left side.
 
     Attributes
     ----------
     normal_force_N, fx_N, fy_N
-        On the wheel: size of the normal force, and creep forces along and across.
+        Forces on the wheel: size of the normal force, and creep forces along and across.
     angle_rad, place_mm
-        Contact angle and place (3,) at its centre of pressure, the latter from the wheelset's track frame.
+        Contact angle and position (3,) at the centre of pressure, the position in the track frame of the wheelset.
     radius_mm
-        Rolling radius there.
+        Rolling radius at the centre of pressure.
     a_mm, b_mm
-        Semi-axes of the ellipse that stands for it.
+        Semi-axes of the equivalent ellipse.
     creepages
-        There.
+        Creepages at the centre of pressure.
     problem
-        Why the normal force is not to be trusted; empty where it is.
+        Reason why the normal force is not reliable; empty if it is reliable.
     """
 
     normal_force_N: float
@@ -95,9 +116,20 @@ class PatchForce:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WheelForce:
-    """Force (3,) and moment (3,) about the wheelset's centre on a wheel, and the power of slip over the speed.
+    """Force and moment of a rail on a wheel.
 
-    `turned_N` is what contacts ahead of the axle add along the rails, which are turned there.
+    Attributes
+    ----------
+    force_N (3,)
+        Force on the wheel.
+    moment_Nmm (3,)
+        Moment about the centre of the wheelset.
+    power_per_speed_N
+        Power of slip, divided by the running speed.
+    turned_N
+        Force along the rails from contacts ahead of the axle, where the rails are turned.
+    patches
+        Forces of the patches.
     """
 
     force_N: Floats
@@ -108,11 +140,19 @@ class WheelForce:
 
     @property
     def problem(self) -> str:
-        """Why the normal force of a patch is not to be trusted; empty where all are."""
+        """Reason why the normal force of a patch is not reliable; empty if all are reliable."""
         return next((patch.problem for patch in self.patches if patch.problem), "")
 
-    def mirrored(self) -> WheelForce:
-        """That of the right wheel in the frame of the left side, which it is the mirror image of."""
+    def mirror_image(self) -> WheelForce:
+        """Force on the right wheel in the frame of the left side.
+
+        A force that was computed on the mirror image of the right side is mirrored back.
+
+        Returns
+        -------
+        WheelForce
+            The mirrored force and moment. The patches stay in the frame of the left side.
+        """
         return replace(
             self,
             force_N=self.force_N * np.array([1.0, -1.0, 1.0]),
@@ -121,80 +161,132 @@ class WheelForce:
 
 
 def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelForce:
-    """Force on a left wheel; zero where it does not touch.
+    """Compute the force of a rail on a left wheel.
+
+    Parameters
+    ----------
+    surfaces
+        Wheel and rail.
+    motion
+        Motion of the wheelset.
+    law
+        Theories and constants of the contact.
+
+    Returns
+    -------
+    WheelForce
+        Force and moment; zero if the wheel does not touch the rail.
 
     Raises
     ------
     OutOfReach
-        If the wheel lies in the rail where no theory has a force.
+        If the wheel lies so in the rail that no theory has a force.
+
+    Notes
+    -----
+    Creep forces are by FASTSIM on strips (`contact_theories.rolling.fastsim`), with 30 cells per strip. Range of
+    validity: steady rolling; for ratios of the semi-axes beyond 10, where Kalker's table ends, the coefficients are
+    those for 10.
     """
     overlap = surfaces.overlap(*map(float, motion.place))
-    pressed = press(overlap, law.normal, law.contact_modulus_MPa)
-    with within_reach():
-        parts = [
-            _patch_force(patch, overlap, motion, law, surfaces.pair.rolling_radius_mm) for patch in pressed if overlap
+    patches = press(overlap, law.normal, law.contact_modulus_MPa)
+    with errors_as_out_of_reach():
+        patch_forces = [
+            _compute_patch_force(patch, overlap, motion, law, surfaces.pair.rolling_radius_mm)
+            for patch in patches
+            if overlap
         ]
     return WheelForce(
-        force_N=sum((part.force_N for part in parts), start=np.zeros(3)),
-        moment_Nmm=sum((part.moment_Nmm for part in parts), start=np.zeros(3)),
-        power_per_speed_N=sum(part.power_per_speed_N for part in parts),
-        turned_N=sum(part.turned_N for part in parts),
-        patches=tuple(patch for part in parts for patch in part.patches),
+        force_N=sum((patch_force.force_N for patch_force in patch_forces), start=np.zeros(3)),
+        moment_Nmm=sum((patch_force.moment_Nmm for patch_force in patch_forces), start=np.zeros(3)),
+        power_per_speed_N=sum(patch_force.power_per_speed_N for patch_force in patch_forces),
+        turned_N=sum(patch_force.turned_N for patch_force in patch_forces),
+        patches=tuple(patch for patch_force in patch_forces for patch in patch_force.patches),
     )
 
 
-def _patch_force(pressed: Pressed, overlap: Overlap, motion: Motion, law: ContactLaw, radius_mm: float) -> WheelForce:
-    """What one patch adds to the force on its wheel."""
-    line = pressed.force_N_per_mm * pressed.width_mm
-    load = float(line.sum())
-    centre_s = float(pressed.s_mm @ line) / load
-    # the strips, and the centre of pressure
-    here = overlap.at(np.append(pressed.s_mm, centre_s))
-    place, angle = here.place_mm, here.angle_rad
+def _compute_patch_force(
+    patch_strips: PatchStrips, overlap: Overlap, motion: Motion, law: ContactLaw, radius_mm: float
+) -> WheelForce:
+    """Compute the contribution of a patch to the force on its wheel."""
+    strip_forces_N = patch_strips.force_N_per_mm * patch_strips.width_mm
+    load = float(strip_forces_N.sum())
+    centre_s = float(patch_strips.s_mm @ strip_forces_N) / load
+    # points of the strips, and last the centre of pressure
+    points = overlap.interpolate(np.append(patch_strips.s_mm, centre_s))
+    positions, angle = points.place_mm, points.angle_rad
     normal = np.stack([np.zeros_like(angle), -np.sin(angle), np.cos(angle)], axis=1)
-    arm = place - np.array([0.0, *motion.place[:2]])
+    arm = positions - np.array([0.0, *motion.place[:2]])
     velocity, turning = rigid_slip(arm, motion, radius_mm)
     spin = normal @ turning
     tangent = np.array([0.0, math.cos(angle[-1]), math.sin(angle[-1])])
     plane = Creepages(xi=float(velocity[-1, 0]), eta=float(velocity[-1] @ tangent), spin_per_mm=float(spin[-1]))
-    across = pressed.s_mm - centre_s
+    across = patch_strips.s_mm - centre_s
     creepages = CurvedCreepages(
         plane=plane,
         y_mm=across,
         xi_beside=velocity[:-1, 0] - plane.across(across)[0],
         spin_beside_per_mm=spin[:-1] - plane.spin_per_mm,
     )
-    piece = _piece(pressed, across, law)
-    fx, fy, turning_moment = strip_forces(piece, creepages, cells=_FASTSIM_CELLS)
-    lines = slice(0, -1)
-    along = np.stack([np.zeros_like(fy), np.cos(angle[lines]), np.sin(angle[lines])], axis=1)
-    tangential = np.array([1.0, 0.0, 0.0]) * fx[:, None] + along * fy[:, None]
-    of_strips = normal[lines] * line[:, None] + tangential
+    fastsim_strips = _make_fastsim_strips(patch_strips, across, law)
+    fx, fy, turning_moment = strip_forces(fastsim_strips, creepages, cells=_FASTSIM_CELLS)
+    strips = slice(0, -1)
+    across_direction = np.stack([np.zeros_like(fy), np.cos(angle[strips]), np.sin(angle[strips])], axis=1)
+    tangential = np.array([1.0, 0.0, 0.0]) * fx[:, None] + across_direction * fy[:, None]
+    force = normal[strips] * strip_forces_N[:, None] + tangential
     patch = PatchForce(
         normal_force_N=load,
         fx_N=float(fx.sum()),
         fy_N=float(fy.sum()),
         angle_rad=float(angle[-1]),
-        place_mm=(float(place[-1, 0]), float(place[-1, 1]), float(place[-1, 2])),
-        radius_mm=float(here.radius_mm[-1]),
-        a_mm=piece.contact.a_mm,
-        b_mm=piece.contact.b_mm,
+        place_mm=(float(positions[-1, 0]), float(positions[-1, 1]), float(positions[-1, 2])),
+        radius_mm=float(points.radius_mm[-1]),
+        a_mm=fastsim_strips.contact.a_mm,
+        b_mm=fastsim_strips.contact.b_mm,
         creepages=plane,
-        problem=pressed.problem,
+        problem=patch_strips.problem,
     )
     return WheelForce(
-        force_N=of_strips.sum(axis=0),
-        moment_Nmm=np.cross(arm[lines], of_strips).sum(axis=0) + turning_moment @ normal[lines],
-        power_per_speed_N=-float((velocity[lines] * tangential).sum() + spin[lines] @ turning_moment),
-        turned_N=motion.curvature_per_mm * float(of_strips[:, 1] @ arm[lines, 0]),
+        force_N=force.sum(axis=0),
+        moment_Nmm=np.cross(arm[strips], force).sum(axis=0) + turning_moment @ normal[strips],
+        power_per_speed_N=-float((velocity[strips] * tangential).sum() + spin[strips] @ turning_moment),
+        turned_N=motion.curvature_per_mm * float(force[:, 1] @ arm[strips, 0]),
         patches=(patch,),
     )
 
 
 def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats, Floats]:
-    """Velocity (n, 3) of the rigid wheel against the rail at arms (n, 3) from its centre, and its turning (3,); over V.
+    """Velocity of the rigid wheel relative to the rail, and its angular velocity.
 
-    The rail bends as well: ahead of the axle it is turned by the curvature times the distance.
+    Both are divided by the running speed V. The rail bends as well: ahead of the axle it is turned by the curvature
+    times the distance.
+
+    Parameters
+    ----------
+    arm_mm (n, 3)
+        Arms from the centre of the wheelset.
+    motion
+        Motion of the wheelset.
+    radius_mm
+        Nominal rolling radius.
+
+    Returns
+    -------
+    velocity (n, 3)
+        Velocity at each arm, divided by V.
+    turning (3,)
+        Angular velocity per mm of way.
+
+    Examples
+    --------
+    A wheelset that rolls on its nominal radius has no slip:
+
+    >>> import numpy as np
+    >>> from fecontact.features.curves.wheel_forces import Motion, rigid_slip
+    >>> motion = Motion(place=np.array([0.0, 460.0, 0.0, 0.0]), slip=0.0, curvature_per_mm=0.0)
+    >>> velocity, _ = rigid_slip(np.array([[0.0, 750.0, -460.0]]), motion, 460.0)
+    >>> bool(np.abs(velocity).max() < 1e-12)
+    True
     """
     y_rate, z_rate, roll_rate, yaw_rate = motion.rates
     kappa = motion.curvature_per_mm
@@ -205,17 +297,19 @@ def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats
     return velocity, turning
 
 
-def _piece(pressed: Pressed, across: Floats, law: ContactLaw) -> Strips:
-    """The patch for FASTSIM, with the ellipse of its second moments."""
-    piece = Strips.of(
+def _make_fastsim_strips(patch_strips: PatchStrips, across: Floats, law: ContactLaw) -> Strips:
+    """Make the strips of a patch for FASTSIM, with the ellipse of its second moments."""
+    fastsim_strips = Strips.of(
         law.pair,
         y_mm=across,
-        width_mm=pressed.width_mm,
+        width_mm=patch_strips.width_mm,
         middle_x_mm=np.zeros_like(across),
-        half_length_mm=pressed.half_length_mm,
-        force_N_per_mm=pressed.force_N_per_mm,
+        half_length_mm=patch_strips.half_length_mm,
+        force_N_per_mm=patch_strips.force_N_per_mm,
     )
-    ellipse = piece.contact
-    slender = math.sqrt(min(max(ellipse.a_mm / ellipse.b_mm, 1.0 / _MOST_SLENDER), _MOST_SLENDER))
-    size = math.sqrt(ellipse.a_mm * ellipse.b_mm)
-    return replace(piece, contact=replace(ellipse, a_mm=size * slender, b_mm=size / slender))
+    ellipse = fastsim_strips.contact
+    root_axis_ratio = math.sqrt(min(max(ellipse.a_mm / ellipse.b_mm, 1.0 / _MAX_AXIS_RATIO), _MAX_AXIS_RATIO))
+    mean_axis = math.sqrt(ellipse.a_mm * ellipse.b_mm)
+    return replace(
+        fastsim_strips, contact=replace(ellipse, a_mm=mean_axis * root_axis_ratio, b_mm=mean_axis / root_axis_ratio)
+    )

@@ -1,1 +1,4 @@
-"""Feature: Hertz's spring over corrugation, flats and welds (eq. 6) and models like it, judged by the half-space."""
+"""Hertz's spring over corrugation, flats and welds, judged by the half-space.
+
+The feature has this spring (Otero Yugat, Part I, eq. 6) and similar models.
+"""

@@ -52,16 +52,16 @@ class IrregularOptions:
     workers: int | None = None
 
 
-_NOTHING = IrregularOptions()
-# CPU seconds of a cell or a place, by all models and the half-space: 18 cells took 2.6, 12 places 0.9.
-_SECONDS = 0.15
+_DEFAULT_OPTIONS = IrregularOptions()
+# CPU seconds of a cell or a place, for all models and the half-space: 18 cells took 2.6 s, and 12 places 0.9 s.
+_SECONDS_PER_PLACE = 0.15
 
 
 @takes(*POSITION)
 def irregular(
     *,
     options: CaseOptions,
-    asked: IrregularOptions = _NOTHING,
+    irregular_options: IrregularOptions = _DEFAULT_OPTIONS,
     json: bool = False,
     out: Path | None = None,
 ) -> int:
@@ -76,33 +76,38 @@ def irregular(
     out
         Folder for irregular.json and irregular.png.
     """
-    from fecontact.features.irregular.running import irregular as judged
+    from fecontact.features.irregular.running import irregular as judge_irregularity
     from fecontact.features.irregular.telling import irregular_figure, irregular_lines
     from fecontact.files import write_json
     from fecontact.jobs.workers import default_workers
 
-    if asked.irregularity and asked.table:
+    if irregular_options.irregularity and irregular_options.table:
         raise InputError("irregular: give --irregularity or --table, not both")
 
     def numbers(text: str, name: str) -> tuple[float, ...]:
         return parse_numbers(text, name) if text else ()
 
-    case, text = options.case(), f"table:{asked.table}" if asked.table else asked.irregularity
+    case, text = (
+        options.case(),
+        f"table:{irregular_options.table}" if irregular_options.table else irregular_options.irregularity,
+    )
     tell_notes(unusual([case]))
     tell_geometry([case])
-    workers = default_workers() if asked.workers is None else asked.workers
-    what = "place" if text else "cell"
+    workers = default_workers() if irregular_options.workers is None else irregular_options.workers
+    unit = "place" if text else "cell"
     with many(
-        f"{what}s",
-        before=lambda number: f"{count(number, what)}: about {duration(max(1.0, _SECONDS * number / workers))}",
+        f"{unit}s",
+        before=lambda number: (
+            f"{count(number, unit)}: about {duration(max(1.0, _SECONDS_PER_PLACE * number / workers))}"
+        ),
     ) as progress:
-        record = judged(
+        record = judge_irregularity(
             case,
-            wavelengths_mm=numbers(asked.wavelengths_mm, "wavelengths"),
-            amplitudes_mm=[1e-3 * one for one in numbers(asked.amplitudes_um, "amplitudes")],
+            wavelengths_mm=numbers(irregular_options.wavelengths_mm, "wavelengths"),
+            amplitudes_mm=[1e-3 * amplitude for amplitude in numbers(irregular_options.amplitudes_um, "amplitudes")],
             irregularity=text or None,
-            positions_mm=numbers(asked.positions_mm, "positions"),
-            limit=0.01 * asked.limit_percent,
+            positions_mm=numbers(irregular_options.positions_mm, "positions"),
+            limit=0.01 * irregular_options.limit_percent,
             workers=workers,
             progress=progress,
         )
@@ -111,5 +116,5 @@ def irregular(
             write_json(out / "irregular.json", record)
             irregular_figure(record, out / "irregular.png")
     answer(record, irregular_lines, json=json, written=out)
-    solved = record["cells"] if "cells" in record else record["places"]
-    return 3 if any(one["problem"] for one in solved) else 0
+    results = record["cells"] if "cells" in record else record["places"]
+    return 3 if any(result["problem"] for result in results) else 0

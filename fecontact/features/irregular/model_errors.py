@@ -1,4 +1,7 @@
-"""One-point models of a wheel on an irregularity, judged by the half-space with the irregularity in its gap."""
+"""Models of a wheel on an irregularity, judged by the half-space.
+
+The models are one-point models. The half-space has the irregularity in its gap.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +17,21 @@ from fecontact.contact.halfspace import NODES, contact_on_gap
 from fecontact.contact.patch import Patch, measure_patch
 from fecontact.contact_theories.hertz import HertzContact, hertz_spring_force_N
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.features.irregular.models import MODELS, Model, Pair, Place
+from fecontact.features.irregular.models import MODELS, IrregularPlace, Model, Pair
 from fecontact.placement.irregularity import Irregularity
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.alone import HALF_SPACE, normal_force_of, theory_alone
 from fecontact.solving.placing import place_case
 
-# Fewest nodes on a wave, if a patch has NODES on its half length.
-_FEWEST_A_WAVE = 4
-# Factor on the number of nodes for an edge: the approach is then within 0.02 %, without the factor within 0.15 %.
-_EDGED = 2
-# Places may touch if their gap is below the irregularity's height plus this many times Hertz's approach.
-_BEYOND = 1.6
+# Smallest number of nodes per wave, if a patch has NODES nodes on its half length.
+_MIN_NODES_PER_WAVE = 4
+# Factor on the number of nodes for an edge. With this factor the error of the approach is at most 0.02 %, and without
+# the factor at most 0.15 %.
+_EDGE_NODE_FACTOR = 2
+# Bodies may touch where their gap is below the irregularity's height plus this multiple of Hertz's approach.
+_REACH_FACTOR = 1.6
 LIMIT = 0.05
-"""Largest error of force and peak with which a model holds, unless another limit is given."""
+"""Default limit: the largest error of force and peak pressure with which a model holds."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,7 +45,7 @@ class Truth:
     patch
         Measures of the patch.
     p_max_MPa
-        Peak pressure; None if an edge lies in the patch, where the pressure is unbounded.
+        Peak pressure; None if an edge is in the patch, where the pressure is unbounded.
     residual
         Contact residual plus penetration residual, relative to the approach.
     """
@@ -54,12 +58,15 @@ class Truth:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelErrors:
-    """Errors of a model at one place, or the largest errors over several places with their signs.
+    """Errors of a model at a place, or its largest errors over several places.
+
+    The errors have their signs.
 
     Attributes
     ----------
     force_error
-        Error of the force over the load, at the approach at which the half-space carries the load; NaN without a force.
+        Error of the force divided by the load, at the approach at which the half-space carries the load; NaN without a
+        force.
     peak_error
         Relative error of the peak pressure under the load; NaN if the model or the half-space has no peak.
     """
@@ -68,13 +75,13 @@ class ModelErrors:
     peak_error: float
 
     def holds(self, limit: float = LIMIT) -> bool:
-        """Whether both errors are within a limit; NaN is not."""
+        """Whether both errors are within a limit; NaN is not within it."""
         return abs(self.force_error) <= limit and abs(self.peak_error) <= limit
 
 
 @dataclass(frozen=True, kw_only=True)
 class JudgedModel(ModelErrors):
-    """A model at one place.
+    """Model at a place.
 
     Attributes
     ----------
@@ -83,7 +90,7 @@ class JudgedModel(ModelErrors):
     force_N
         Force at the approach at which the half-space carries the load.
     problem
-        Why the model has no answer.
+        Reason why the model has no result; empty if it has a result.
     """
 
     approach_mm: float
@@ -93,30 +100,57 @@ class JudgedModel(ModelErrors):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JudgedPlace:
-    """All models at one place of an irregularity, and the half-space by which they are judged."""
+    """All models at a place of an irregularity, and the half-space that judges them.
+
+    Attributes
+    ----------
+    s_mm
+        Distance along the irregularity.
+    truth
+        Contact on the half-space.
+    models
+        Results and errors by the name of the model.
+    """
 
     s_mm: float
     truth: Truth
     models: Mapping[str, JudgedModel]
 
 
-def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> Place:
-    """A pair at a distance along an irregularity.
+def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> IrregularPlace:
+    """Make the place of a pair at a distance along an irregularity.
+
+    Parameters
+    ----------
+    pair
+        The smooth bodies.
+    normal_force_N
+        Normal force.
+    irregularity
+        Irregularity of wheel and rail.
+    s_mm
+        Distance along the irregularity.
+
+    Returns
+    -------
+    IrregularPlace
+        The place.
 
     Raises
     ------
     InputError
-        If a table does not reach over the contact, or waves are too short for the nodes.
+        If a table does not reach over the contact, or if waves are too short for the nodes.
     """
     hertz = pair.hertz(normal_force_N)
-    step = hertz.a_mm / NODES
-    if irregularity.finest_mm < _FEWEST_A_WAVE * step:
+    spacing = hertz.a_mm / NODES
+    if irregularity.finest_mm < _MIN_NODES_PER_WAVE * spacing:
         raise InputError(
             f"irregularity {irregularity.kind}: its shortest wave is {irregularity.finest_mm:g} mm, and the patch of"
-            f" {2.0 * hertz.a_mm:.1f} mm has nodes {step:.2g} mm apart; allowed: {_FEWEST_A_WAVE * step:.2g} mm and"
-            " more; shorter ones are roughness, which the patch flattens: leave them out"
+            f" {2.0 * hertz.a_mm:.1f} mm has nodes {spacing:.2g} mm apart; allowed:"
+            f" {_MIN_NODES_PER_WAVE * spacing:.2g} mm and more;"
+            " shorter ones are roughness, which the patch flattens: leave them out"
         )
-    reach = math.sqrt((_BEYOND * hertz.approach_mm + irregularity.height_mm) / pair.A_per_mm)
+    reach = math.sqrt((_REACH_FACTOR * hertz.approach_mm + irregularity.height_mm) / pair.A_per_mm)
     if irregularity.kind == "table":
         first, last = irregularity.points_mm[0][0], irregularity.points_mm[-1][0]
         if not first + hertz.a_mm <= s_mm <= last - hertz.a_mm:
@@ -124,7 +158,7 @@ def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm
                 f"irregularity table: the contact at {s_mm:g} mm reaches past its ends, {first:g} and {last:g} mm;"
                 f" allowed: {first + hertz.a_mm:.6g} to {last - hertz.a_mm:.6g} mm"
             )
-    return Place(
+    return IrregularPlace(
         pair=pair,
         opening=lambda x: irregularity.opening_mm(s_mm + x),
         reach_mm=reach,
@@ -136,97 +170,147 @@ def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm
 def truth_on(
     pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float, *, nodes: int | None = None
 ) -> Truth:
-    """The half-space at a distance along an irregularity, on 16 nodes per semi-axis, or 32 if it has edges.
+    """Solve the half-space at a distance along an irregularity.
+
+    Parameters
+    ----------
+    pair
+        The smooth bodies.
+    normal_force_N
+        Normal force.
+    irregularity
+        Irregularity of wheel and rail.
+    s_mm
+        Distance along the irregularity.
+    nodes
+        Nodes per semi-axis; 16 if not given, or 32 if the irregularity has edges.
+
+    Returns
+    -------
+    Truth
+        Contact on the half-space.
 
     Raises
     ------
     InputError, ConvergenceError
         As in `place_on` and `contact_on_gap`.
     """
-    return _truth(place_on(pair, normal_force_N, irregularity, s_mm), irregularity, s_mm, nodes)
+    return _solve_reference(place_on(pair, normal_force_N, irregularity, s_mm), irregularity, s_mm, nodes)
 
 
 def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace:
-    """All models at a distance along an irregularity, compared with the half-space.
+    """Judge all models by the half-space at a distance along an irregularity.
+
+    Parameters
+    ----------
+    pair
+        The smooth bodies.
+    normal_force_N
+        Normal force.
+    irregularity
+        Irregularity of wheel and rail.
+    s_mm
+        Distance along the irregularity.
+
+    Returns
+    -------
+    JudgedPlace
+        Results and errors of all models.
 
     Raises
     ------
     InputError, ConvergenceError
         As in `truth_on`.
+
+    Examples
+    --------
+    >>> from fecontact.features.irregular.model_errors import judge_place
+    >>> from fecontact.features.irregular.models import Pair
+    >>> from fecontact.placement.irregularity import Irregularity
+    >>> pair = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
+    >>> wave = Irregularity(kind="sine", wavelength_mm=60.0, amplitude_mm=0.01)
+    >>> judge_place(pair, 1e5, wave, 0.0).models["eq6"].holds()
+    True
     """
     place = place_on(pair, normal_force_N, irregularity, s_mm)
-    truth = _truth(place, irregularity, s_mm)
+    truth = _solve_reference(place, irregularity, s_mm)
     return JudgedPlace(
         s_mm=s_mm,
         truth=truth,
-        models={name: _judged(model, place, truth) for name, model in MODELS.items()},
+        models={name: _judge_model(model, place, truth) for name, model in MODELS.items()},
     )
 
 
-def _truth(place: Place, irregularity: Irregularity, s_mm: float, nodes: int | None = None) -> Truth:
+def _solve_reference(place: IrregularPlace, irregularity: Irregularity, s_mm: float, nodes: int | None = None) -> Truth:
+    """Solve the half-space at a place of an irregularity."""
     pair = place.pair
 
     def gap(x: Floats, y: Floats) -> Floats:
         return pair.A_per_mm * x**2 + pair.B_per_mm * y**2 + irregularity.opening_mm(s_mm + x)
 
-    solved = contact_on_gap(
+    half_space = contact_on_gap(
         gap,
         place.normal_force_N,
         pair.contact_modulus_MPa,
         reach_mm=1.2 * place.hertz.approach_mm,
         far_mm=(
             2.0 * place.reach_mm,
-            2.0 * math.sqrt((_BEYOND * place.hertz.approach_mm + irregularity.height_mm) / pair.B_per_mm),
+            2.0 * math.sqrt((_REACH_FACTOR * place.hertz.approach_mm + irregularity.height_mm) / pair.B_per_mm),
         ),
-        nodes=nodes or (_EDGED * NODES if irregularity.kinks_mm else NODES),
+        nodes=nodes or (_EDGE_NODE_FACTOR * NODES if irregularity.kinks_mm else NODES),
     )
-    patch, x = measure_patch(solved.pressure), solved.pressure.grid.x_mm
-    columns = np.flatnonzero(solved.pressure.values.any(axis=1))
-    step = solved.pressure.grid.steps_mm[0]
+    patch, x = measure_patch(half_space.pressure), half_space.pressure.grid.x_mm
+    columns = np.flatnonzero(half_space.pressure.values.any(axis=1))
+    step = half_space.pressure.grid.steps_mm[0]
     low, high = x[columns[0]] - step, x[columns[-1]] + step
-    edge = any(low < kink < high for kink in place.kinks_mm)
+    has_edge = any(low < kink < high for kink in place.kinks_mm)
     return Truth(
-        approach_mm=solved.approach_mm,
+        approach_mm=half_space.approach_mm,
         patch=patch,
-        p_max_MPa=None if edge else patch.p_max_MPa,
-        residual=solved.residual,
+        p_max_MPa=None if has_edge else patch.p_max_MPa,
+        residual=half_space.residual,
     )
 
 
-def _judged(model: Model, place: Place, truth: Truth) -> JudgedModel:
-    said = model.under(place)
-    force = np.nan if said.problem else model.force_N(place, truth.approach_mm)
-    peak = np.nan if truth.p_max_MPa is None else said.p_max_MPa / truth.p_max_MPa - 1.0
+def _judge_model(model: Model, place: IrregularPlace, truth: Truth) -> JudgedModel:
+    """Compare a model with the half-space at a place."""
+    estimate = model.under(place)
+    force = np.nan if estimate.problem else model.force_N(place, truth.approach_mm)
+    peak = np.nan if truth.p_max_MPa is None else estimate.p_max_MPa / truth.p_max_MPa - 1.0
     return JudgedModel(
         force_error=force / place.normal_force_N - 1.0,
         peak_error=float(peak),
-        approach_mm=said.approach_mm,
+        approach_mm=estimate.approach_mm,
         force_N=force,
-        problem=said.problem,
+        problem=estimate.problem,
     )
 
 
-# --- Range in which models of the contact on a wave hold: cells over wavelength and amplitude, and largest amplitudes.
+# --- Range in which models on a wave hold: cells over wavelength and amplitude, and largest amplitudes.
 
 PHASES = (0.0, 0.125, 0.25, 0.375, 0.5)
-"""Places along half a wave at which a cell is judged, in wavelengths; the other half is the mirror image."""
+"""Positions along half a wave at which a cell is judged, in wavelengths; the other half is the mirror image."""
 ERRORS = ("force_error", "peak_error")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cell:
-    """All models on a wave, and the half-space by which they are judged.
+    """All models on a wave, and the half-space that judges them.
 
     Attributes
     ----------
+    wavelength_mm, amplitude_mm
+        Wavelength, and amplitude (half of peak to valley).
     models
         Largest errors over all places, by name; empty if the half-space has no solution, see `problem`.
     p_max_MPa
         Largest peak of the half-space over all places.
     pieces
-        Largest number of pieces into which the patch splits at a place.
+        Largest number of patches at a place.
     residual
         Largest residual of all solutions.
+    problem
+        Reason why there is no solution; empty if there is a solution.
     """
 
     wavelength_mm: float
@@ -239,7 +323,22 @@ class Cell:
 
 
 def judge_cell(pair: Pair, normal_force_N: float, wavelength_mm: float, amplitude_mm: float) -> Cell:
-    """Judge all models at five places of a wave; a cell without a solution gives the reason."""
+    """Judge all models at five places of a wave.
+
+    Parameters
+    ----------
+    pair
+        The smooth bodies.
+    normal_force_N
+        Normal force.
+    wavelength_mm, amplitude_mm
+        Wavelength, and amplitude (half of peak to valley).
+
+    Returns
+    -------
+    Cell
+        Largest errors of all models; a cell without a solution has the reason in `problem`.
+    """
     try:
         wave = Irregularity(kind="sine", wavelength_mm=wavelength_mm, amplitude_mm=amplitude_mm)
         places = [judge_place(pair, normal_force_N, wave, phase * wavelength_mm) for phase in PHASES]
@@ -248,15 +347,28 @@ def judge_cell(pair: Pair, normal_force_N: float, wavelength_mm: float, amplitud
     return Cell(
         wavelength_mm=wavelength_mm,
         amplitude_mm=amplitude_mm,
-        models={name: worst_of_places(name, places) for name in MODELS},
+        models={name: find_largest_errors(name, places) for name in MODELS},
         p_max_MPa=max(place.truth.patch.p_max_MPa for place in places),
         pieces=max(place.truth.patch.pieces for place in places),
         residual=max(place.truth.residual for place in places),
     )
 
 
-def worst_of_places(name: str, places: Sequence[JudgedPlace]) -> ModelErrors:
-    """Largest errors of a model over some places."""
+def find_largest_errors(name: str, places: Sequence[JudgedPlace]) -> ModelErrors:
+    """Find the largest errors of a model over several places.
+
+    Parameters
+    ----------
+    name
+        Name of the model.
+    places
+        Judged places.
+
+    Returns
+    -------
+    ModelErrors
+        Largest errors with their signs; NaN if an error is NaN.
+    """
     forces, peaks = (np.array([getattr(place.models[name], error) for place in places]) for error in ERRORS)
     # a NaN counts as the largest
     return ModelErrors(
@@ -267,45 +379,61 @@ def worst_of_places(name: str, places: Sequence[JudgedPlace]) -> ModelErrors:
 def largest_amplitude_mm(
     cells: Sequence[Cell], model: str, errors: Sequence[str] = ERRORS, limit: float = LIMIT
 ) -> float | None:
-    """Amplitude up to which a model holds on waves of one length; None if the model holds on all cells, or on no cell.
+    """Find the amplitude up to which a model holds on waves of a given length.
 
     Parameters
     ----------
     cells
         Cells of one wavelength, from small to large amplitudes.
+    model
+        Name of the model.
     errors
         Names of the errors that must be within the limit.
+    limit
+        Largest error.
+
+    Returns
+    -------
+    float or None
+        Amplitude in mm; None if the model holds on all cells, or not on the first cell.
 
     Notes
     -----
     Between two cells the logarithm of the larger error is linear over the logarithm of the amplitude.
     """
-    worst = [_worst(cell, model, errors) for cell in cells]
-    first = next((number for number, one in enumerate(worst) if one > limit), 0)
-    return None if first == 0 else _between([cell.amplitude_mm for cell in cells], worst, first, limit)
+    largest_errors = [_find_larger_error(cell, model, errors) for cell in cells]
+    first_failing = next((index for index, error in enumerate(largest_errors) if error > limit), 0)
+    return (
+        None
+        if first_failing == 0
+        else _interpolate_amplitude([cell.amplitude_mm for cell in cells], largest_errors, first_failing, limit)
+    )
 
 
-def _worst(cell: Cell, model: str, errors: Sequence[str]) -> float:
-    """The larger error of a model; infinite if the model or the half-space has no answer."""
+def _find_larger_error(cell: Cell, model: str, errors: Sequence[str]) -> float:
+    """Find the larger error of a model; infinite if the model or the half-space has no result."""
     if not cell.models:
         return np.inf
-    found = [abs(getattr(cell.models[model], error)) for error in errors]
-    return np.inf if np.isnan(found).any() else float(max(found))
+    values = [abs(getattr(cell.models[model], error)) for error in errors]
+    return np.inf if np.isnan(values).any() else float(max(values))
 
 
-def _between(places: Sequence[float], worst: Sequence[float], number: int, limit: float) -> float:
-    """Amplitude between two cells at which the error passes the limit; the holding cell's if an error is unknown."""
-    (low, high), (below, above) = places[number - 1 : number + 1], worst[number - 1 : number + 1]
-    if not np.isfinite([below, above]).all() or min(below, above) <= 0.0:
-        return low if below <= limit else high
-    share = np.log(limit / below) / np.log(above / below)
-    return float(low * (high / low) ** share)
+def _interpolate_amplitude(amplitudes: Sequence[float], worst: Sequence[float], index: int, limit: float) -> float:
+    """Interpolate the amplitude between two cells at which the error passes the limit.
+
+    If an error is not finite or not positive, then the result is the amplitude of the cell that holds.
+    """
+    (low, high), (error_below, error_above) = amplitudes[index - 1 : index + 1], worst[index - 1 : index + 1]
+    if not np.isfinite([error_below, error_above]).all() or min(error_below, error_above) <= 0.0:
+        return low if error_below <= limit else high
+    fraction = np.log(limit / error_below) / np.log(error_above / error_below)
+    return float(low * (high / low) ** fraction)
 
 
-# --- The smooth pair of a case, on which models of an irregularity are judged: Hertz's bodies at the first touch point.
+# --- Smooth pair of a case, on which models of an irregularity are judged: Hertz's bodies at the first touch point.
 
-# Amplitude of a wave of practically no height, for comparing the half-space with Hertz's closed form.
-_NONE = 1e-9
+# Amplitude (mm) of a wave with practically no height, to compare the half-space with Hertz's closed form.
+_FLAT_AMPLITUDE_MM = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -314,14 +442,17 @@ class SmoothPair:
 
     Attributes
     ----------
+    case, placement
+        The case, and its wheel on its rail.
     pair, hertz
         Gap of the bodies, and Hertz under the force along the normal.
     approach_error, peak_error
         Errors of the half-space on its nodes against Hertz on these bodies without an irregularity.
     on_profiles
-        Errors of Hertz without an irregularity against the half-space on the whole profiles, or why they are not known.
+        Errors of Hertz without an irregularity against the half-space on the whole profiles, or the reason why there
+        are no errors.
     notes
-        What is left out.
+        Effects that are not included.
     """
 
     case: Case
@@ -334,14 +465,26 @@ class SmoothPair:
     notes: tuple[str, ...] = ()
 
 
-def smooth_pair(case: Case) -> SmoothPair:
-    """The smooth pair of a case; only the curvatures at first touch are taken from its profiles.
+def make_smooth_pair(case: Case) -> SmoothPair:
+    """Make the smooth pair of a case from the curvatures at the first touch point.
+
+    Other properties of the profiles are not used for the pair.
+
+    Parameters
+    ----------
+    case
+        Case without yaw and without irregularities.
+
+    Returns
+    -------
+    SmoothPair
+        Hertz's bodies.
 
     Raises
     ------
     InputError
-        As in `place_case`; also for a yaw, for an irregular case, and if the surfaces conform, so that there is no
-        Hertz.
+        As in `place_case`; also for a yaw, for an irregular case, and if the surfaces conform, so that Hertz has no
+        ellipse.
     """
     if case.yaw_rad != 0.0:
         raise InputError(
@@ -358,31 +501,36 @@ def smooth_pair(case: Case) -> SmoothPair:
         contact_modulus_MPa=case.contact_modulus_MPa,
     )
     hertz = pair.hertz(force)
-    flat = truth_on(pair, force, Irregularity(kind="sine", wavelength_mm=8.0 * hertz.a_mm, amplitude_mm=_NONE), 0.0)
-    assert flat.p_max_MPa is not None
+    reference = truth_on(
+        pair, force, Irregularity(kind="sine", wavelength_mm=8.0 * hertz.a_mm, amplitude_mm=_FLAT_AMPLITUDE_MM), 0.0
+    )
+    assert reference.p_max_MPa is not None
     return SmoothPair(
         case=case,
         placement=placement,
         pair=pair,
         hertz=hertz,
-        approach_error=flat.approach_mm / hertz.approach_mm - 1.0,
-        peak_error=flat.p_max_MPa / hertz.p0_MPa - 1.0,
-        on_profiles=_on_profiles(case, hertz),
+        approach_error=reference.approach_mm / hertz.approach_mm - 1.0,
+        peak_error=reference.p_max_MPa / hertz.p0_MPa - 1.0,
+        on_profiles=_judge_hertz_on_profiles(case, hertz),
         notes=("the touch point lies at a curvature junction: field side",) if touch.at_junction else (),
     )
 
 
-def _on_profiles(case: Case, hertz: HertzContact) -> ModelErrors | str:
-    """Errors of Hertz against the half-space on the whole profiles of a smooth case, or why they are not known."""
+def _judge_hertz_on_profiles(case: Case, hertz: HertzContact) -> ModelErrors | str:
+    """Errors of Hertz against the half-space on the whole profiles of a smooth case.
+
+    If there is no solution, then the result is the reason.
+    """
     try:
-        found = theory_alone(case, HALF_SPACE)
+        half_space = theory_alone(case, HALF_SPACE)
     except (InputError, ConvergenceError) as error:
         return str(error)
-    contact = found.contact
+    contact = half_space.contact
     if contact is None or not contact.definite:
-        return found.problem or found.status
+        return half_space.problem or half_space.status
     force_N = float(hertz_spring_force_N(hertz.stiffness_N_per_mm15, contact.approach_mm))
     return ModelErrors(
         force_error=force_N / contact.normal_force_N - 1.0,
-        peak_error=hertz.p0_MPa / max(one.p_max_MPa for one in contact.patches) - 1.0,
+        peak_error=hertz.p0_MPa / max(patch.p_max_MPa for patch in contact.patches) - 1.0,
     )
