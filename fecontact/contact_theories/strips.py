@@ -1,4 +1,4 @@
-"""Fast theories of a gap line: Kik and Piotrowski, KPEC, STRIPES, ANALYN, equivalent ellipse, strip method."""
+"""Strip method on a gap line, and the gap line of a wheel under load."""
 
 from __future__ import annotations
 
@@ -15,22 +15,72 @@ from fecontact.contact_theories.strip_method import Line, Load, Search, solve_st
 from fecontact.errors import InputError, check_positive
 from fecontact.placement.wheel_on_rail import Placement
 
-# --- The strip method on a gap line.
+# --- Strip method on a gap line.
 
 STRIPS = 100
-_FEWEST_STRIPS = 20
-# They give the approach within 0.02 % of 100.
-_STRIPS_OF_SLIDE = 32
+_MIN_STRIPS = 20
+# With this number of strips, the approach is within 0.02 % of the approach with 100 strips.
+_SLIDE_STRIPS = 32
 
 
 def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> StripContact:
-    """The strip method under a normal force; see `strip_at`."""
+    """Contact by the strip method under a normal force.
+
+    Equations, source and range of validity are in `strip_method`.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    normal_force_N
+        Force, > 0.
+    strips
+        Number of strips across the patch, at least 20.
+
+    Returns
+    -------
+    StripContact
+        Half length and pressure of each strip, and the approach.
+
+    Raises
+    ------
+    InputError
+        If the force is not positive, or there are too few strips.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import GapLine
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> from fecontact.contact_theories.strips import strip
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.002, contact_modulus_MPa=115e3)
+    >>> exact = hertz_ellipse(0.002, 0.005, normal_force_N=1e4, contact_modulus_MPa=115e3)
+    >>> bool(abs(strip(line, 1e4).p_max_MPa / exact.p0_MPa - 1.0) < 0.003)
+    True
+    """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    return _solved(line, strips, Load(force=normal_force_N))
+    return _solve(line, strips, Load(force=normal_force_N))
 
 
 def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> StripContact:
-    """The strip method at an approach (mm): equations, source and range in `strip_method`.
+    """Contact by the strip method at an approach.
+
+    Equations, source and range of validity are in `strip_method`.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    approach_mm
+        Approach of the bodies, > 0.
+    strips
+        Number of strips across the patch, at least 20.
+
+    Returns
+    -------
+    StripContact
+        Half length and pressure of each strip, and the force.
 
     Raises
     ------
@@ -39,17 +89,18 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
 
     Notes
     -----
-    Class of cost: a few linear systems with as many equations as strips. Exact for constant curvature; the force grows
-    with the approach, so that there is one solution.
+    Class of cost: a few linear systems with an equation per strip. Exact for constant curvature. The force increases
+    with the approach, so that there is a single solution.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
-    return _solved(line, strips, Load(approach=approach_mm))
+    return _solve(line, strips, Load(approach=approach_mm))
 
 
-def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
-    if strips < _FEWEST_STRIPS:
-        raise InputError(f"number of strips is {strips}; allowed: {_FEWEST_STRIPS} and more; 100 are good to 0.1 %")
-    solved = solve_strips(
+def _solve(line: GapLine, strips: int, load: Load) -> StripContact:
+    """Solve the strip method on a gap line, and note problems."""
+    if strips < _MIN_STRIPS:
+        raise InputError(f"number of strips is {strips}; allowed: {_MIN_STRIPS} and more; 100 are good to 0.1 %")
+    solution = solve_strips(
         Line(
             t=line.surface_mm,
             f=line.f_mm,
@@ -60,31 +111,49 @@ def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
         load,
         Search(strips=strips),
     )
-    half_length = np.sqrt(solved.q)
+    half_length = np.sqrt(solution.q)
     notes = []
-    if solved.at_end:
+    if solution.at_end:
         notes.append("the patch reaches the end of the line; give a longer one")
-    if not solved.converged:
-        notes.append(f"sweeps did not end: c and q still change by {100.0 * solved.change:.1f} %")
+    if not solution.converged:
+        notes.append(f"sweeps did not end: c and q still change by {100.0 * solution.change:.1f} %")
     return StripContact(
-        status="not converged" if not solved.converged else "out of range" if notes else "solved",
+        status="not converged" if not solution.converged else "out of range" if notes else "solved",
         notes=tuple(notes),
         solutions=1,
-        approach_mm=solved.approach,
-        normal_force_N=solved.force,
-        t_mm=solved.t,
-        width_mm=solved.h,
+        approach_mm=solution.approach,
+        normal_force_N=solution.force,
+        t_mm=solution.t,
+        width_mm=solution.h,
         half_length_mm=half_length,
-        centre_pressure_MPa=solved.c * half_length,
+        centre_pressure_MPa=solution.c * half_length,
     )
 
 
 def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:
-    """Gap line of a wheel under a vertical load, which slides along the tangent plane by approach times tan(angle).
+    """Gap line of a wheel under a vertical load.
 
-    Range of validity: as in `gap_line`; below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
+    The wheel slides along the tangent plane by approach times tan(contact angle).
+
+    Parameters
+    ----------
+    placement
+        Placed wheel and rail.
+    normal_force_N
+        Force along the contact normal, > 0.
+    contact_modulus_MPa
+        E* of the pair.
+
+    Returns
+    -------
+    GapLine
+        Gap after the slide.
+
+    Notes
+    -----
+    Range of validity: as in `gap_line`. Below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
     """
     line = gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
-    approach = strip(line, normal_force_N, strips=_STRIPS_OF_SLIDE).approach_mm
+    approach = strip(line, normal_force_N, strips=_SLIDE_STRIPS).approach_mm
     slide = -approach * math.tan(placement.first.contact_angle_rad)
     return gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=slide)
