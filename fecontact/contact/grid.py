@@ -317,12 +317,12 @@ class Field:
         Field
             Values (nx, ns); zero outside the nodes of this field.
         """
-        nodes = self.grid
-        if np.array_equal(nodes.x_mm, grid.x_mm) and np.array_equal(nodes.s_mm, grid.s_mm):
+        node_grid = self.grid
+        if np.array_equal(node_grid.x_mm, grid.x_mm) and np.array_equal(node_grid.s_mm, grid.s_mm):
             return Field(grid=grid, values=self.values)
-        along_x, across = hat_functions(nodes.x_mm, grid.x_mm), hat_functions(nodes.s_mm, grid.s_mm)
-        inside = np.outer(_is_within(nodes.x_mm, grid.x_mm), _is_within(nodes.s_mm, grid.s_mm))
-        return Field(grid=grid, values=np.where(inside, along_x.T @ self.values @ across, 0.0))
+        shapes_x, shapes_s = hat_functions(node_grid.x_mm, grid.x_mm), hat_functions(node_grid.s_mm, grid.s_mm)
+        is_inside = np.outer(_is_within(node_grid.x_mm, grid.x_mm), _is_within(node_grid.s_mm, grid.s_mm))
+        return Field(grid=grid, values=np.where(is_inside, shapes_x.T @ self.values @ shapes_s, 0.0))
 
     def _fill_between_bands(self) -> Field:
         """Field with zeros on cells between its bands."""

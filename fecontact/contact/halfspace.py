@@ -222,6 +222,7 @@ def _opening_between_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Cal
     spectrum = rfft(periodic_kernel, axis=0).real
 
     def apply(pressure: Floats) -> Floats:
+        """Opening (nx, ns) in mm under pressures (nx, ns) in MPa."""
         force = pressure * grid.cells_mm
         if grid.half:
             force = np.concatenate([force[:0:-1], force])

@@ -143,12 +143,12 @@ def measure_patch(pressure: Field) -> Patch:
     )
 
 
-def _interpolate_peak(p: Floats) -> float:
+def _interpolate_peak(pressure: Floats) -> float:
     """Interpolate the peak of a pressure (nx, ns) between its nodes."""
-    row, column = (int(index) for index in np.unravel_index(np.argmax(p), p.shape))
-    square = p[row - 1 : row + 2, column - 1 : column + 2] ** 2
+    row, column = (int(index) for index in np.unravel_index(np.argmax(pressure), pressure.shape))
+    square = pressure[row - 1 : row + 2, column - 1 : column + 2] ** 2
     if row == 0 or column == 0 or square.shape != (3, 3) or not np.all(square > 0.0):
-        return float(p[row, column])
+        return float(pressure[row, column])
     # Least squares of c + g t + t H t / 2 on the nine nodes.
     gradient = np.array([(square[2] - square[0]).sum(), (square[:, 2] - square[:, 0]).sum()]) / 6.0
     xx = (square[2] - 2.0 * square[1] + square[0]).sum() / 3.0
@@ -156,21 +156,21 @@ def _interpolate_peak(p: Floats) -> float:
     xs = (square[2, 2] - square[2, 0] - square[0, 2] + square[0, 0]) / 4.0
     hessian = np.array([[xx, xs], [xs, ss]])
     if np.linalg.eigvalsh(hessian)[1] >= 0.0:
-        return float(p[row, column])
+        return float(pressure[row, column])
     peak_square = float(square.mean() - (xx + ss) / 3.0 - 0.5 * gradient @ np.linalg.solve(hessian, gradient))
     # A saddle near a ridge is not a peak.
-    return float(np.sqrt(peak_square)) if peak_square <= 1.1 * float(square.max()) else float(p[row, column])
+    return float(np.sqrt(peak_square)) if peak_square <= 1.1 * float(square.max()) else float(pressure[row, column])
 
 
-def _measure_lobes(p: Floats, force_shares: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float]:
+def _measure_lobes(pressure: Floats, force_shares: Floats, positions: Floats) -> tuple[tuple[Lobe, ...], float]:
     """Lobes of a pressure in descending order, and the valley.
 
     The pressure is (nx, ns). The force shares (ns,) are the fractions of the force on each column.
     """
-    ridge, peaks, ends, valley = _find_lobes(p)
+    ridge, peaks, ends, valley = _find_lobes(pressure)
     lobes = (
         Lobe(
-            y_mm=float(s[peak - 1]),
+            y_mm=float(positions[peak - 1]),
             p_max_MPa=float(ridge[peak]),
             force_share=float(force_shares[window.columns] @ window.parts),
         )
@@ -374,14 +374,14 @@ def _pressed_range(is_pressed: Any) -> slice:
     return slice(lines[0], lines[-1] + 1) if lines.size else slice(0, 0)
 
 
-def _continue_once(value: Floats, is_valid: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
+def _continue_once(squares: Floats, is_valid: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
     """Extrapolate to the nodes next to valid nodes, along both grid directions.
 
     If several continuations reach a node, then the value is their mean. Continuations through three nodes are
     preferred. If no continuation has two nodes to start from, then the value is the negative neighbour.
     """
     is_next_to_valid = binary_dilation(is_valid) & ~is_valid
-    padded, padded_is_valid = np.pad(value, _CONTINUATION_NODES), np.pad(is_valid, _CONTINUATION_NODES)
+    padded, padded_is_valid = np.pad(squares, _CONTINUATION_NODES), np.pad(is_valid, _CONTINUATION_NODES)
     rows, columns = np.nonzero(is_next_to_valid)
     total, count = np.zeros((2, rows.size)), np.zeros((2, rows.size))
     fallback = np.zeros(rows.size)
@@ -404,7 +404,7 @@ def _continue_once(value: Floats, is_valid: NDArray[np.bool_]) -> tuple[Floats, 
         count[0] > 0.0, total[0] / np.maximum(count[0], 1.0), total[1] / np.maximum(count[1], 1.0)
     )
     is_reached = count.sum(axis=0) > 0.0
-    continuation, is_continued = np.zeros_like(value), np.zeros_like(is_valid)
+    continuation, is_continued = np.zeros_like(squares), np.zeros_like(is_valid)
     continuation[is_next_to_valid] = np.where(is_reached, mean_extrapolated, fallback)
     is_continued[is_next_to_valid] = is_reached | (fallback < 0.0)
     return continuation, is_continued
@@ -456,7 +456,7 @@ def _clip_outline(contour: Floats, low: float, high: float) -> Floats:
     return np.concatenate([contour, contour[:1]])
 
 
-def _measure_outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] | None = None) -> Floats:
+def _measure_outline(x: Floats, s: Floats, square: Floats, range_mm: tuple[float, float] | None = None) -> Floats:
     """Area and lengths of the bounding box (3,) of a contour.
 
     On the contour, a signed square (nx + 2, ns + 2) is zero. The ring around the nodes is negative in it, so that each
@@ -473,8 +473,8 @@ def _measure_outline(x: Floats, s: Floats, square: Floats, between: tuple[float,
         for ring, last_row in ((0, 1), (-1, -2)):
             view[ring] = np.minimum(view[ring], -np.abs(view[last_row]))
     contours = cast(list[Floats], contour_generator(x=s, y=x, z=square).lines(0.0))
-    if between is not None:
-        contours = [clipped for contour in contours if len(clipped := _clip_outline(contour[:-1], *between))]
+    if range_mm is not None:
+        contours = [clipped for contour in contours if len(clipped := _clip_outline(contour[:-1], *range_mm))]
         if not contours:
             return np.zeros(3)
     area = 0.0

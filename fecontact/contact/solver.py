@@ -226,16 +226,16 @@ def solve_contact(
         direction_approach = _fit_approach(problem, direction_opening, is_active) if approach_mm is None else 0.0
         curvature = inner(weights * search_direction, direction_opening - direction_approach * problem.closing)
         step_length = inner(weights * gap, search_direction) / curvature
-        trial = pressure - step_length * search_direction
-        nonnegative = np.maximum(trial, 0.0)
-        scale = _load_scale(problem, load_N, nonnegative)
-        if np.any(trial < 0.0):
-            opening = problem.compliance(scale * nonnegative)
+        trial_pressure = pressure - step_length * search_direction
+        nonnegative_pressure = np.maximum(trial_pressure, 0.0)
+        scale = _load_scale(problem, load_N, nonnegative_pressure)
+        if np.any(trial_pressure < 0.0):
+            opening = problem.compliance(scale * nonnegative_pressure)
             compliance_calls += 1
         else:
             # The opening is linear in the pressure, so the compliance is not applied again.
             opening = scale * (opening - step_length * direction_opening)
-        pressure = scale * nonnegative
+        pressure = scale * nonnegative_pressure
 
 
 def _pressures_closing_gap(problem: ContactProblem, gap: Floats, nodes: NDArray[np.bool_]) -> Floats:
@@ -451,5 +451,5 @@ def solve_by_correction(
         # A pressure outside the contact of the last solution would be a gap under pressure.
         mixed_pressure = np.where(model_pressure > 0.0, np.maximum(mixture(outputs, changes), 0.0), 0.0)
         pressure = mixed_pressure if len(outputs) == 1 else mixed_pressure * (load_N / problem.load_N(mixed_pressure))
-    continued = solve_contact(problem, load_N, start_MPa=best_pressure, tolerance=tolerance)
-    return replace(continued, compliance_calls=continued.compliance_calls + _MAX_CORRECTIONS)
+    final_solution = solve_contact(problem, load_N, start_MPa=best_pressure, tolerance=tolerance)
+    return replace(final_solution, compliance_calls=final_solution.compliance_calls + _MAX_CORRECTIONS)

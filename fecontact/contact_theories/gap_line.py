@@ -85,6 +85,7 @@ class GapLine:
     turned_rad: Floats = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
+        """Check the arrays and constants, and calculate the default arrays."""
         t, f, b, s, angle = (
             np.asarray(values, dtype=np.float64)
             for values in (self.t_mm, self.f_mm, self.B_per_mm, self.surface_mm, self.turned_rad)
@@ -130,14 +131,14 @@ class GapLine:
         """
         return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, LEAST_B_PER_MM))
 
-    def concave_notes(self, inside: NDArray[np.bool_]) -> list[str]:
+    def concave_notes(self, is_in_contact: NDArray[np.bool_]) -> list[str]:
         """Note on flat or concave positions, for theories of local ellipses.
 
         A theory of local ellipses is out of its range there.
 
         Parameters
         ----------
-        inside (n,)
+        is_in_contact (n,)
             Mask of the positions in contact.
 
         Returns
@@ -145,10 +146,10 @@ class GapLine:
         list of str
             The reason why the theory is out of its range; empty if the gap is convex in the whole contact.
         """
-        is_flat = inside & (self.B_per_mm < LEAST_B_PER_MM)
+        is_flat = is_in_contact & (self.B_per_mm < LEAST_B_PER_MM)
         if not is_flat.any():
             return []
-        share = 100.0 * np.count_nonzero(is_flat) / np.count_nonzero(inside)
+        share = 100.0 * np.count_nonzero(is_flat) / np.count_nonzero(is_in_contact)
         return [f"{share:.0f} % of the patch is flat or concave across; {LEAST_B_PER_MM:g} 1/mm stands for it"]
 
 
@@ -257,12 +258,12 @@ def _around(is_selected: NDArray[np.bool_], index: int) -> slice:
     return slice(low, high)
 
 
-def regions(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def regions(is_selected: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and last index of each unbroken run of true values.
 
     Parameters
     ----------
-    inside (n,)
+    is_selected (n,)
         Mask of positions.
 
     Returns
@@ -277,7 +278,7 @@ def regions(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     >>> regions(np.array([True, True, False, True]))
     [(0, 1), (3, 3)]
     """
-    indices = np.flatnonzero(inside)
+    indices = np.flatnonzero(is_selected)
     if indices.size == 0:
         return []
     runs: Iterable[Floats] = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
@@ -569,7 +570,7 @@ def under_load(
         )
     first = changes[0]
     contact = _approach_for_force(at_approach, normal_force_N, approaches[first], approaches[first + 1])
-    return _with_solution_notes(contact, normal_force_N, len(changes))
+    return _note_solutions(contact, normal_force_N, len(changes))
 
 
 def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
@@ -621,7 +622,7 @@ def _approach_for_force(
     return contact
 
 
-def _with_solution_notes(contact: StripContact, target_N: float, solutions: int) -> StripContact:
+def _note_solutions(contact: StripContact, target_N: float, solutions: int) -> StripContact:
     """Contact with notes and a status for several solutions and for a jump."""
     notes = list(contact.notes)
     status = contact.status

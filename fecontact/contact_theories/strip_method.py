@@ -270,7 +270,10 @@ def _influence_of_distant_strips(q: Floats, distance2: Floats) -> tuple[Floats, 
 
 
 def _sweep(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
-    """Solve q and d by Newton steps with a change of c after each, until they converge."""
+    """Solve q and d by Newton steps until they converge.
+
+    A change of c follows each Newton step.
+    """
     t, h, c = strips.t, strips.h, strips.c
     approach = strips.approach if load.approach is None else load.approach
     f, closing = line.at(t)
