@@ -204,8 +204,8 @@ class UnitResponse:
         -------
         float
             Relative error (-), positive for elements that are too soft. NaN outside the range of validity: at least 8
-            visible nodes to each side, and normals that turn by at most 0.3 rad. Use `UNSEEN_COMPLIANCE` as the
-            uncertainty instead.
+            visible nodes to each side, normals that turn by at most 0.3 rad, and a small residual on a body that is
+            narrow for the fit. Use `UNSEEN_COMPLIANCE` as the uncertainty instead.
         """
         x, s = np.meshgrid(*self._node_offsets(), indexing="ij")
         distance_nodes, (is_visible, visible_nodes) = np.hypot(x, s), self._visible_offsets(x, s)
@@ -343,14 +343,14 @@ class Bands:
     contact_modulus_MPa: float
 
     @property
-    def grids(self) -> list[ContactGrid]:
+    def band_grids(self) -> list[ContactGrid]:
         """Uniform grid of each band."""
         grid = self.grid
         return [ContactGrid(x_mm=grid.x_mm, s_mm=grid.s_mm[columns], half=grid.half) for columns in self.columns]
 
     def half_space(self) -> Compliance:
         """Compliance of a pair of half-spaces on all nodes."""
-        return self.together([half_space_below(grid, self.contact_modulus_MPa) for grid in self.grids])
+        return self.together([half_space_below(grid, self.contact_modulus_MPa) for grid in self.band_grids])
 
     def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
         """Response of each band to a unit pressure at its middle.
@@ -372,7 +372,7 @@ class Bands:
             UnitResponse.of(
                 self._restrict_to_columns(columns, compliance), grid, contact_modulus_MPa=modulus, beside=beside
             )
-            for columns, grid in zip(self.columns, self.grids, strict=True)
+            for columns, grid in zip(self.columns, self.band_grids, strict=True)
         ]
 
     def together(self, band_compliances: Sequence[Compliance]) -> Compliance:

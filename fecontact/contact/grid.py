@@ -138,14 +138,14 @@ class ContactGrid:
         return node_integrals.ravel() / self.nodal_area_mm2()
 
 
-def in_bands(x_mm: Floats, lines_mm: Sequence[Floats], *, half: bool) -> ContactGrid:
+def in_bands(x_mm: Floats, band_positions_mm: Sequence[Floats], *, half: bool) -> ContactGrid:
     """Build a grid from bands of nodes with equal steps.
 
     Parameters
     ----------
     x_mm (nx,)
         Positions of the nodes along x.
-    lines_mm
+    band_positions_mm
         Positions across of the nodes of each band, in ascending order of the bands.
     half
         Whether the grid is a half model.
@@ -156,18 +156,18 @@ def in_bands(x_mm: Floats, lines_mm: Sequence[Floats], *, half: bool) -> Contact
         Grid with the bands. If two bands are close together, the grid is uniform instead, with the smallest of their
         steps.
     """
-    steps = [float(positions[1] - positions[0]) for positions in lines_mm]
-    widths = np.repeat(steps, [positions.size for positions in lines_mm])
-    banded_grid = ContactGrid(x_mm=x_mm, s_mm=np.concatenate(lines_mm), half=half, widths_mm=widths)
-    pairs = zip(pairwise(lines_mm), pairwise(steps), strict=True)
+    steps = [float(positions[1] - positions[0]) for positions in band_positions_mm]
+    widths = np.repeat(steps, [positions.size for positions in band_positions_mm])
+    banded_grid = ContactGrid(x_mm=x_mm, s_mm=np.concatenate(band_positions_mm), half=half, widths_mm=widths)
+    pairs = zip(pairwise(band_positions_mm), pairwise(steps), strict=True)
     if all(
         high_band[0] - low_band[-1] > _MIN_BAND_DISTANCE * sum(neighbour_steps)
         for (low_band, high_band), neighbour_steps in pairs
     ):
         return banded_grid
     low, high, step = (
-        min(positions[0] for positions in lines_mm),
-        max(positions[-1] for positions in lines_mm),
+        min(positions[0] for positions in band_positions_mm),
+        max(positions[-1] for positions in band_positions_mm),
         min(steps),
     )
     return ContactGrid(x_mm=x_mm, s_mm=np.asarray(low + step * np.arange(round((high - low) / step) + 1)), half=half)

@@ -415,7 +415,7 @@ def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) 
 
 # --- Contact of an even gap on a half-space, on nodes that follow the patch, without profiles and placement.
 
-Gap = Callable[[Floats, Floats], Floats]
+GapFunction = Callable[[Floats, Floats], Floats]
 NODES = 16
 """Number of nodes on the half length and the half width of the narrowest piece of a patch."""
 # Bound of the residuals, relative to the approach. The resulting error of approach and pressure is smaller than the
@@ -449,7 +449,7 @@ class GapContact:
 
 
 def contact_on_gap(
-    gap_mm: Gap,
+    gap_mm: GapFunction,
     load_N: float,
     contact_modulus_MPa: float,
     *,
@@ -531,7 +531,7 @@ def contact_on_gap(
 
 
 def _solve_on_grid(
-    gap_mm: Gap, grid: ContactGrid, load_N: float, modulus: float
+    gap_mm: GapFunction, grid: ContactGrid, load_N: float, modulus: float
 ) -> tuple[ContactSolution, ContactGrid]:
     """Solve the contact on a grid with the plane of symmetry y = 0.
 

@@ -196,7 +196,7 @@ def valley_of(pressure: Floats) -> float:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Window:
+class LobeWindow:
     """Range of columns of a lobe.
 
     Attributes
@@ -216,7 +216,7 @@ class Window:
     high: float
 
 
-def lobe_windows(pressure: Floats) -> tuple[Window, ...]:
+def lobe_windows(pressure: Floats) -> tuple[LobeWindow, ...]:
     """Range of columns of each lobe, from the gauge side on.
 
     Parameters
@@ -226,14 +226,14 @@ def lobe_windows(pressure: Floats) -> tuple[Window, ...]:
 
     Returns
     -------
-    tuple of Window
+    tuple of LobeWindow
         A window for each lobe.
     """
     ridge, _, ends, _ = _find_lobes(pressure)
     return tuple(_split_at_valleys(ridge, ends))
 
 
-def _split_at_valleys(ridge: Floats, ends: Sequence[int]) -> Iterator[Window]:
+def _split_at_valleys(ridge: Floats, ends: Sequence[int]) -> Iterator[LobeWindow]:
     """Windows of the lobes between valleys.
 
     The ridge is the largest pressure of each column, with a zero at each end. The outermost lobes have all of their
@@ -252,7 +252,7 @@ def _split_at_valleys(ridge: Floats, ends: Sequence[int]) -> Iterator[Window]:
             fractions[0] = 0.5 - (low - columns.start)
         if number + 2 < len(ends):
             fractions[-1] = 0.5 + (high - (columns.stop - 1))
-        yield Window(columns=columns, parts=fractions, low=low, high=high)
+        yield LobeWindow(columns=columns, parts=fractions, low=low, high=high)
 
 
 def _parabola_minimum(values: Floats) -> float:

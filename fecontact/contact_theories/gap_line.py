@@ -34,7 +34,7 @@ _MAX_APPROACH_MM = 1.0
 # Number of positions to each side of first touch.
 _POSITIONS_PER_SIDE = round(_HALF_WIDTH_MM / _STEP_MM)
 _MAX_STEP_DIFFERENCE = 1e-6
-LEAST_B_PER_MM = 1e-4
+MIN_B_PER_MM = 1e-4
 """Smallest curvature across (1/mm), set for a flat or concave gap where a theory needs a convex gap."""
 
 
@@ -72,7 +72,7 @@ class GapLine:
     >>> from fecontact.contact_theories.gap_line import GapLine
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.001, contact_modulus_MPa=115e3)
-    >>> round(line.step_mm, 3), line.touch, round(float(line.B_per_mm[250]), 6)
+    >>> round(line.step_mm, 3), line.contact_index, round(float(line.B_per_mm[250]), 6)
     (0.02, 250, 0.005)
     """
 
@@ -119,7 +119,7 @@ class GapLine:
         return float((self.t_mm[-1] - self.t_mm[0]) / (self.t_mm.size - 1))
 
     @property
-    def touch(self) -> int:
+    def contact_index(self) -> int:
         """Index of the contact point, the position of the smallest gap."""
         return int(np.argmin(self.f_mm))
 
@@ -127,9 +127,9 @@ class GapLine:
     def local_ellipses(self) -> EllipseShape:
         """Shape (n,) of Hertz's ellipse for the curvature at each position.
 
-        The curvature is at least `LEAST_B_PER_MM`, also at flat and concave positions.
+        The curvature is at least `MIN_B_PER_MM`, also at flat and concave positions.
         """
-        return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, LEAST_B_PER_MM))
+        return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, MIN_B_PER_MM))
 
     def concave_notes(self, is_in_contact: NDArray[np.bool_]) -> list[str]:
         """Note on flat or concave positions, for theories of local ellipses.
@@ -146,11 +146,11 @@ class GapLine:
         list of str
             The reason why the theory is out of its range; empty if the gap is convex in the whole contact.
         """
-        is_flat = is_in_contact & (self.B_per_mm < LEAST_B_PER_MM)
+        is_flat = is_in_contact & (self.B_per_mm < MIN_B_PER_MM)
         if not is_flat.any():
             return []
         share = 100.0 * np.count_nonzero(is_flat) / np.count_nonzero(is_in_contact)
-        return [f"{share:.0f} % of the patch is flat or concave across; {LEAST_B_PER_MM:g} 1/mm stands for it"]
+        return [f"{share:.0f} % of the patch is flat or concave across; {MIN_B_PER_MM:g} 1/mm stands for it"]
 
 
 def _curvature(f: Floats, step: float) -> Floats:
@@ -576,7 +576,7 @@ def under_load(
 def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     """Approach of Hertz's ellipse for the curvature at the contact point.
 
-    The curvature is at least `LEAST_B_PER_MM`, also at a flat or concave contact point.
+    The curvature is at least `MIN_B_PER_MM`, also at a flat or concave contact point.
 
     Parameters
     ----------
@@ -590,9 +590,9 @@ def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     float
         Approach in mm.
     """
-    B = max(float(line.B_per_mm[line.touch]), LEAST_B_PER_MM)
+    B = max(float(line.B_per_mm[line.contact_index]), MIN_B_PER_MM)
     part_t, integral = (
-        float(values[line.touch]) for values in (line.local_ellipses.part_t, line.local_ellipses.integral)
+        float(values[line.contact_index]) for values in (line.local_ellipses.part_t, line.local_ellipses.integral)
     )
     # N = (2 pi / 3) a b p0, with a, b and p0 as functions of the approach.
     force_coefficient = (part_t / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * integral)

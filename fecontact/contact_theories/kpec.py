@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.contact_theories.gap_line import (
-    LEAST_B_PER_MM,
+    MIN_B_PER_MM,
     GapLine,
     StripContact,
     build_strip_contact,
@@ -71,14 +71,14 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
     low, high = crossings_mm(t, f, level, (regions_below[0][0], regions_below[-1][1]))
     middle, half_width = 0.5 * (low + high), 0.5 * (high - low)
     fitted_B = level / half_width**2
-    B = max(LEAST_B_PER_MM, fitted_B)
+    B = max(MIN_B_PER_MM, fitted_B)
     shape = ellipse_shape(A, B)
     # A a^2 and B b^2 of the ellipse, as fractions of the approach; then the squared offset across as a fraction of b^2.
     part_x, part_t = float(shape.part_x), float(shape.part_t)
     offset_square = (t - middle) ** 2 * B / (part_t * approach_mm)
     gap_fraction = np.clip(part_x - (part_x - part_t) * offset_square, 0.0, 1.0)
     a = np.sqrt(np.maximum(gap_fraction * approach_mm - f, 0.0) / A)
-    pressure = find_pressure_factor(line, a, line.touch, approach_mm) * a
+    pressure = find_pressure_factor(line, a, line.contact_index, approach_mm) * a
     range_notes = end_notes(line, regions_below[0][0], regions_below[-1][1])
     if fitted_B < B:
         range_notes.append(f"the parabola has {fitted_B:.2g} 1/mm; {B:g} 1/mm stands for it")

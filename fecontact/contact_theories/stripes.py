@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.contact_theories.gap_line import (
-    LEAST_B_PER_MM,
+    MIN_B_PER_MM,
     GapLine,
     StripContact,
     build_strip_contact,
@@ -61,9 +61,9 @@ def stripes_at(line: GapLine, approach_mm: float) -> StripContact:
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     f, ellipses = line.f_mm, line.local_ellipses
-    depth = np.maximum(float(ellipses.part_t[line.touch]) * approach_mm - f, 0.0)
+    depth = np.maximum(float(ellipses.part_t[line.contact_index]) * approach_mm - f, 0.0)
     is_in_contact = depth > 0.0
-    a = ellipses.axis_ratio * np.sqrt(depth / np.maximum(line.B_per_mm, LEAST_B_PER_MM))
+    a = ellipses.axis_ratio * np.sqrt(depth / np.maximum(line.B_per_mm, MIN_B_PER_MM))
     pressure_shape = np.divide(depth, a, out=np.zeros_like(f), where=is_in_contact)
     pressure = line.contact_modulus_MPa * pressure_shape / (ellipses.integral * ellipses.part_t)
     return build_strip_contact(line, approach_mm, a, pressure, line.concave_notes(is_in_contact))
