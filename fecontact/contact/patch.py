@@ -429,7 +429,7 @@ def area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
     return 0.5 * sum(float(_measure_outline(x, s, square, (low_mm, high_mm))[0]) for square in squares)
 
 
-# Each lobe of a contact is cut from an equal field.
+# Cached: every lobe of a contact is cut from the squares of this contact.
 @lru_cache(maxsize=1)
 def _signed_squares(pressure: Field) -> tuple[Floats, Floats, tuple[Floats, ...]]:
     """Positions of the whole grid, and signed squares of a pressure.
