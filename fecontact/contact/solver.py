@@ -83,7 +83,7 @@ class ContactProblem:
         float
             Force in N.
         """
-        return inner_product(self.area_mm2 * self.closing, pressure)
+        return inner(self.area_mm2 * self.closing, pressure)
 
     def opening_mm(self, solution: ContactSolution) -> Floats:
         """Opening of the surfaces under the pressures of a solution.
@@ -217,15 +217,15 @@ def solve_contact(
             descent = (
                 descent - problem.load_N(descent) / problem.load_N(unit_approach_pressure) * unit_approach_pressure
             )
-        descent_norm = inner_product(weights * descent, gap)
-        conjugate_factor = max(0.0, inner_product(weights * descent, gap - gap_before) / descent_norm_before)
+        descent_norm = inner(weights * descent, gap)
+        conjugate_factor = max(0.0, inner(weights * descent, gap - gap_before) / descent_norm_before)
         search_direction = np.where(is_active, descent + conjugate_factor * search_direction, 0.0)
         gap_before, descent_norm_before = gap, descent_norm
         direction_opening = problem.compliance(search_direction)
         compliance_calls += 1
         direction_approach = _fit_approach(problem, direction_opening, is_active) if approach_mm is None else 0.0
-        curvature = inner_product(weights * search_direction, direction_opening - direction_approach * problem.closing)
-        step_length = inner_product(weights * gap, search_direction) / curvature
+        curvature = inner(weights * search_direction, direction_opening - direction_approach * problem.closing)
+        step_length = inner(weights * gap, search_direction) / curvature
         trial_pressure = pressure - step_length * search_direction
         nonnegative_pressure = np.maximum(trial_pressure, 0.0)
         scale = _load_scale(problem, load_N, nonnegative_pressure)
@@ -304,10 +304,10 @@ def _fit_approach(problem: ContactProblem, values: Floats, nodes: NDArray[np.boo
     If all normals are parallel to the approach, then the approach is the mean of the displacements.
     """
     closing, weights = problem.closing[nodes], problem.area_mm2[nodes]
-    return inner_product(weights * closing, values[nodes]) / inner_product(weights * closing, closing)
+    return inner(weights * closing, values[nodes]) / inner(weights * closing, closing)
 
 
-def inner_product(a: Floats, b: Floats) -> float:
+def inner(a: Floats, b: Floats) -> float:
     """Inner product of two arrays (n,).
 
     It does not use BLAS: starting and ending the threads of BLAS takes a hundred times as long as a sum of ten thousand

@@ -61,7 +61,7 @@ def equivalent_ellipse_at(line: GapLine, approach_mm: float) -> StripContact:
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     level = VIRTUAL_PENETRATION * approach_mm
     regions_below = regions(line.f_mm < level)
-    first, last = next(run for run in regions_below if run[0] <= line.contact_index <= run[1])
+    first, last = next(run for run in regions_below if run[0] <= line.touch <= run[1])
     low, high = crossings_mm(line.t_mm, line.f_mm, level, (first, last))
     middle, B = 0.5 * (low + high), level / (0.5 * (high - low)) ** 2
     shape, range_notes = ellipse_shape(line.A_per_mm, B), end_notes(line, first, last)

@@ -72,7 +72,7 @@ class GapLine:
     >>> from fecontact.contact_theories.gap_line import GapLine
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.001, contact_modulus_MPa=115e3)
-    >>> round(line.step_mm, 3), line.contact_index, round(float(line.B_per_mm[250]), 6)
+    >>> round(line.step_mm, 3), line.touch, round(float(line.B_per_mm[250]), 6)
     (0.02, 250, 0.005)
     """
 
@@ -119,7 +119,7 @@ class GapLine:
         return float((self.t_mm[-1] - self.t_mm[0]) / (self.t_mm.size - 1))
 
     @property
-    def contact_index(self) -> int:
+    def touch(self) -> int:
         """Index of the contact point, the position of the smallest gap."""
         return int(np.argmin(self.f_mm))
 
@@ -590,9 +590,9 @@ def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     float
         Approach in mm.
     """
-    B = max(float(line.B_per_mm[line.contact_index]), MIN_B_PER_MM)
+    B = max(float(line.B_per_mm[line.touch]), MIN_B_PER_MM)
     part_t, integral = (
-        float(values[line.contact_index]) for values in (line.local_ellipses.part_t, line.local_ellipses.integral)
+        float(values[line.touch]) for values in (line.local_ellipses.part_t, line.local_ellipses.integral)
     )
     # N = (2 pi / 3) a b p0, with a, b and p0 as functions of the approach.
     force_coefficient = (part_t / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * integral)

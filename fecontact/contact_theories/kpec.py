@@ -78,7 +78,7 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
     offset_square = (t - middle) ** 2 * B / (part_t * approach_mm)
     gap_fraction = np.clip(part_x - (part_x - part_t) * offset_square, 0.0, 1.0)
     a = np.sqrt(np.maximum(gap_fraction * approach_mm - f, 0.0) / A)
-    pressure = find_pressure_factor(line, a, line.contact_index, approach_mm) * a
+    pressure = find_pressure_factor(line, a, line.touch, approach_mm) * a
     range_notes = end_notes(line, regions_below[0][0], regions_below[-1][1])
     if fitted_B < B:
         range_notes.append(f"the parabola has {fitted_B:.2g} 1/mm; {B:g} 1/mm stands for it")

@@ -61,7 +61,7 @@ def stripes_at(line: GapLine, approach_mm: float) -> StripContact:
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     f, ellipses = line.f_mm, line.local_ellipses
-    depth = np.maximum(float(ellipses.part_t[line.contact_index]) * approach_mm - f, 0.0)
+    depth = np.maximum(float(ellipses.part_t[line.touch]) * approach_mm - f, 0.0)
     is_in_contact = depth > 0.0
     a = ellipses.axis_ratio * np.sqrt(depth / np.maximum(line.B_per_mm, MIN_B_PER_MM))
     pressure_shape = np.divide(depth, a, out=np.zeros_like(f), where=is_in_contact)
