@@ -1,1 +1,4 @@
-"""The frictionless contact problem on a grid of pressure nodes; imports nothing about bodies."""
+"""Frictionless contact problem on a grid of pressure nodes.
+
+This folder imports nothing about bodies.
+"""

@@ -1,8 +1,9 @@
-"""How finite elements answer a pressure, seen in one response: as a half-space does, but for two differences.
+"""Stiffness error of finite elements, from their response to unit pressure.
 
-Over a few nodes they are softer or stiffer than a continuum. This is felt alike at every node, scales with the elements
-and is an error. Over the whole patch they have the shape of the bodies. This varies slowly, is what the elements are
-there for, and is known well on coarse meshes. The response to a unit pressure at one node shows both.
+The response of finite elements differs from the response of a half-space in two ways. Over a few nodes, finite elements
+are softer or stiffer than a continuum. This difference is equal at every node, scales with the element size, and is an
+error. Over the whole patch, the response has the shape of the bodies. This difference varies slowly, is accurate on
+coarse meshes, and is the purpose of the finite elements. A response to a unit pressure at a single node shows both.
 """
 
 from __future__ import annotations
@@ -20,48 +21,79 @@ from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.halfspace import convolution, half_space_below, love_influence
 from fecontact.contact.solver import Compliance
 
-# A response beside a curved body's edge, carried to all nodes, need not be positive definite.
-_LEAST_SPECTRUM = 1e-3
+# Lower bound of the spectrum of a compliance, relative to its largest value. A response near the edge of a curved body,
+# applied at every node, is not always positive definite.
+_MIN_RELATIVE_SPECTRUM = 1e-3
 COMPLIANCE_LIMIT = 0.02
-"""Error of the elements' compliance beyond which the elements do not have the stiffness of the bodies' material.
+"""Largest relative compliance error of finite elements with the stiffness of their material.
 
 Measured on the finest meshes of 24 contacts at `quick` and `standard` (R 460 to R 10, S1002 on 60E1, 60E2 and
 MBench_UIC60, one and two lobes, with and without yaw): -0.8 to 0.4 %, median 0.0 %; -1.3 % on a flange root (6.3 mm,
 100 kN).
 """
-# Near the node a response is the elements' part plus a quadratic function of the place; further away only the first
-# term of the elements' part is left. The limit is this part of the nodes seen to each side, and at least so many nodes.
-# This leaves an error of 0.05 to 0.2 % of Hertz's peak (R 80 and R 13 under loads so small that bodies are half-spaces,
-# 4 to 14 elements per semi-axis); five nodes without the first term left 0.1 to 0.6 %, and more on finer meshes.
-_REACH = 0.75
-_LEAST_REACH_NODES = 5.0
-# With fewer nodes to each side a half-space's 1/r cannot be told from a smooth function.
-_LEAST_SEEN_NODES = 8
-# Further nodes are left out: there the bodies' part below a slender patch is no quadratic function any more. With them
-# the error of healthy elements reaches -1.3 % on patches four times as long as wide.
-_FAR_NODES = 14.0
-# If the body's side is nearer to the node than this, the bodies' part may be no quadratic function. A residual of the
-# fit above this part of the half-space's response shows it. Healthy elements under 29 contacts leave 0.08 to 0.17 %,
-# with errors within 1.5 %; a tongue of 20 mm on sixteen nodes or fewer leaves 0.23 % and more, with errors of 3 to
-# 46 %, and on 16.4 nodes 0.19 %, with 1.4 to 2.2 % on meshes that differ by how gmsh fills the rest of the body alone.
-# On the flange root, whose head is wide, 0.48 % are left and the error is 1.5 %.
-_WIDE_NODES = 18.0
-_MOST_LEFT = 0.0018
-# If the normals turn by more than this (rad) within the fit, the bodies' part is no quadratic function, and the
-# residual does not always show it: in four conforming grooves and on three gauge corners, where they turn by 0.33 to
-# 1.11 rad, healthy elements read -14 to 3 %, all beyond the limit; where they turn by 0.24 or less, at most 1.1 %.
-_MOST_TURN_RAD = 0.3
+# Near the pressed node, a response is the contribution of the elements plus a quadratic function of the offset. Farther
+# away, only the first term of the contribution of the elements remains. The boundary between both is this fraction of
+# the visible nodes to each side, and at least this number of nodes. The remaining error is 0.05 to 0.2 % of Hertz's
+# peak (R 80 and R 13 under loads so small that the bodies are half-spaces, 4 to 14 elements per semi-axis). With a
+# boundary at five nodes and without the first term, the error was 0.1 to 0.6 %, and larger on finer meshes.
+_NEAR_FIELD_FRACTION = 0.75
+_MIN_NEAR_FIELD_NODES = 5.0
+# With fewer visible nodes to each side, a least-squares fit cannot separate the 1/r of a half-space from a smooth
+# function.
+_MIN_VISIBLE_NODES = 8
+# Nodes at a larger distance are left out of the fit: below a slender patch the contribution of the bodies is not a
+# quadratic function there. With these nodes, the error of healthy elements is up to -1.3 % on patches that are four
+# times as long as wide.
+_MAX_FIT_NODES = 14.0
+# If the side of the body is nearer to the node than this distance, the contribution of the bodies is not always a
+# quadratic function. If it is not, then the residual of the fit, as a fraction of the half-space response, exceeds this
+# limit. Measured: 0.08 to 0.17 % for healthy elements in 29 contacts (errors within 1.5 %); at least 0.23 % on a tongue
+# of 20 mm with at most 16 nodes (errors of 3 to 46 %); 0.19 % with 16.4 nodes (errors of 1.4 to 2.2 % on meshes that
+# differ only in how gmsh fills the rest of the body). On a flange root with a wide head the residual is 0.48 % and the
+# error 1.5 %: there the limit does not apply.
+_MIN_SIDE_DISTANCE_NODES = 18.0
+_MAX_FIT_RESIDUAL = 0.0018
+# If the normals turn by more than this angle within the fit, the contribution of the bodies is not a quadratic
+# function, and the residual does not always show it. In four conforming grooves and on three gauge corners the normals
+# turn by 0.33 to 1.11 rad: the measured error of healthy elements is -14 to 3 %, and always beyond the limit. Where the
+# normals turn by at most 0.24 rad, the measured error is at most 1.1 %.
+_MAX_NORMAL_TURN_RAD = 0.3
 UNSEEN_COMPLIANCE = 0.06
-"""Error of the elements' compliance that is taken for granted where it cannot be measured.
+"""Relative compliance error to assume for finite elements without a measured compliance error.
 
-On a gauge corner healthy elements read -5.6, -2.3 and -1.2 % with 6, 9 and 13.5 of them a semi-axis: there elements
-that are softer by 5 % are not told from them.
+On a gauge corner, the measured error of healthy elements is -5.6, -2.3 and -1.2 % with 6, 9 and 13.5 elements per
+semi-axis. There, elements that are softer by 5 % cannot be distinguished from healthy elements.
 """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnitResponse:
-    """Opening (nx, ns) in mm of a compliance under 1 MPa at a node (row, column) of a uniform grid of nodes."""
+    """Response of a compliance to 1 MPa at a single node.
+
+    Attributes
+    ----------
+    grid
+        Uniform grid of the pressure nodes.
+    contact_modulus_MPa
+        Contact modulus of the material of both bodies.
+    node
+        Row and column of the pressed node.
+    opening_mm (nx, ns)
+        Opening between the surfaces at each node.
+
+    Examples
+    --------
+    The compliance error of an exact half-space is zero:
+
+    >>> import numpy as np
+    >>> from fecontact.contact.elements import UnitResponse
+    >>> from fecontact.contact.grid import ContactGrid
+    >>> from fecontact.contact.halfspace import half_space_below
+    >>> grid = ContactGrid(x_mm=0.2 * np.arange(25), s_mm=0.2 * np.arange(25), half=False)
+    >>> response = UnitResponse.of(half_space_below(grid, 115e3), grid, contact_modulus_MPa=115e3)
+    >>> abs(response.compliance_error(np.zeros(25))) < 1e-9
+    True
+    """
 
     grid: ContactGrid
     contact_modulus_MPa: float
@@ -72,144 +104,238 @@ class UnitResponse:
     def of(
         cls, compliance: Compliance, grid: ContactGrid, *, contact_modulus_MPa: float, beside: float = 0.0
     ) -> UnitResponse:
-        """Apply the compliance once, at the middle node; `beside` moves the node by this part of length and width."""
+        """Apply a compliance to a unit pressure at the middle node.
+
+        Parameters
+        ----------
+        compliance
+            Opening (n,) in mm from pressures (n,) in MPa at the nodes of the grid. It is called once.
+        grid
+            Uniform grid of the pressure nodes.
+        contact_modulus_MPa
+            Contact modulus of the material of both bodies.
+        beside
+            Offset of the pressed node from the middle node, as a fraction of the length and of the width of the grid.
+
+        Returns
+        -------
+        UnitResponse
+            The opening at every node.
+        """
         rows, columns = grid.shape
         node = ((0 if grid.half else rows // 2) + round(beside * rows), columns // 2 + round(beside * columns))
-        unit = np.zeros(grid.shape)
-        unit[node] = 1.0
-        opening = Field.of_nodes(grid, compliance(unit.ravel())).values
+        pressure = np.zeros(grid.shape)
+        pressure[node] = 1.0
+        opening = Field.of_nodes(grid, compliance(pressure.ravel())).values
         return cls(grid=grid, contact_modulus_MPa=contact_modulus_MPa, node=node, opening_mm=opening)
 
     def model(self) -> Compliance:
-        """The compliance, taken to be the same at every node.
+        """Compliance with this response at every node.
 
-        Beyond the response's reach it is a half-space's compliance plus the difference at the end of the reach.
+        Returns
+        -------
+        Compliance
+            Opening (n,) in mm from pressures (n,) in MPa, positive definite. Beyond the visible offsets, the difference
+            from a half-space has its value at the last visible offset.
         """
-        return self._convolution(self._half_space() + self._beyond_half_space(), least_spectrum=_LEAST_SPECTRUM)
+        return self._convolution(
+            self._half_space_response() + self._deviation_from_half_space(), least_spectrum=_MIN_RELATIVE_SPECTRUM
+        )
 
     def half_space_of_elements(self, *, quartic: bool = False) -> Compliance:
-        """A half-space that answers as the elements do: Love's half-space plus the elements' part of the response.
+        """Compliance of a half-space with the stiffness error of the elements.
 
-        The elements' part is the whole difference over a few nodes. Beyond them it is the first error of a regular
-        mesh, which falls with the cube of the distance and has two planes of symmetry. The bodies' part is a quadratic
-        function of the place, or a quartic function with `quartic`. The change between both shows how well the two
-        parts can be told apart: not well on a head that is narrow for its patch.
+        It is Love's half-space plus the contribution of the elements to the response. Over a few nodes, the
+        contribution of the elements is the whole difference from a half-space minus the contribution of the bodies.
+        Farther away, it is the first error term of a regular mesh, which decreases with the cube of the distance and
+        has two planes of symmetry. The contribution of the bodies is a polynomial of the offset.
+
+        Parameters
+        ----------
+        quartic
+            Whether the polynomial is quartic instead of quadratic. The change between both shows how well the two
+            contributions are separated. They are separated badly on a head that is narrow for its patch.
+
+        Returns
+        -------
+        Compliance
+            Opening (n,) in mm from pressures (n,) in MPa.
         """
-        beyond = self._beyond_half_space()
-        x, s = np.meshgrid(*self._offsets(), indexing="ij")
-        nodes = np.hypot(x, s)
-        smooth, tail = self._shapes(x, s, quartic=quartic)
-        seen, reach = self._seen(x, s)
-        near = nodes < max(_LEAST_REACH_NODES, _REACH * reach)
-        far = seen & ~near
-        parts, *_ = np.linalg.lstsq(np.concatenate([smooth[far], tail[far]], axis=-1), beyond[far], rcond=None)
-        of_bodies, of_elements = parts[: smooth.shape[-1]], parts[smooth.shape[-1] :]
-        softness = np.where(near, beyond - smooth @ of_bodies, tail @ of_elements)
-        return self._convolution(self._half_space() + softness)
+        deviation = self._deviation_from_half_space()
+        x, s = np.meshgrid(*self._node_offsets(), indexing="ij")
+        distance_nodes = np.hypot(x, s)
+        body_shapes, element_shapes = self._shapes(x, s, quartic=quartic)
+        is_visible, visible_nodes = self._visible_offsets(x, s)
+        is_near = distance_nodes < max(_MIN_NEAR_FIELD_NODES, _NEAR_FIELD_FRACTION * visible_nodes)
+        is_fitted = is_visible & ~is_near
+        coefficients, *_ = np.linalg.lstsq(
+            np.concatenate([body_shapes[is_fitted], element_shapes[is_fitted]], axis=-1),
+            deviation[is_fitted],
+            rcond=None,
+        )
+        body_coefficients, element_coefficients = (
+            coefficients[: body_shapes.shape[-1]],
+            coefficients[body_shapes.shape[-1] :],
+        )
+        element_response = np.where(
+            is_near, deviation - body_shapes @ body_coefficients, element_shapes @ element_coefficients
+        )
+        return self._convolution(self._half_space_response() + element_response)
 
     def compliance_error(self, angle_rad: Floats, side_mm: float = math.inf) -> float:
-        """Excess compliance of the elements, relative to a half-space of their material; NaN if it cannot be measured.
+        """Excess compliance of the elements, relative to a half-space of their material.
 
-        The response in the far field is the sum of the half-space's 1/r, the elements' first error, and a quadratic
-        function of the place for the bodies' shape. The error is the excess of the first part, by least squares with
-        weights that fall with the distance, as the elements' part does.
+        Far from the pressed node, the response is the sum of three terms: the 1/r of a half-space, the first error term
+        of the elements, and a quadratic function of the offset for the shape of the bodies. The compliance error is the
+        excess of the first term. It is fitted by least squares. The weights decrease with the distance, as the
+        contribution of the elements does.
 
         Parameters
         ----------
         angle_rad (ns,)
-            Angles of the normals along which nodes press and openings are measured. Along a normal at another angle a
-            half-space answers by the cosine between both (`contact.halfspace.along_normals`): 0.94 on a flange root.
+            Angle of the normal at each column of nodes. Pressures act and openings are measured along the normals.
+            Along a normal at a different angle, the response of a half-space is multiplied by the cosine between both
+            normals (`contact.halfspace.along_normals`): 0.94 on a flange root.
         side_mm
-            Distance from the node to the nearest side of the body. On a body that is narrow for the fit, the residual
-            of the fit decides whether the bodies' shape is a quadratic function.
+            Distance from the pressed node to the nearest side of the body. If a body is narrow for the fit, the
+            residual of the fit decides whether the shape of the bodies is a quadratic function.
 
-        Range of validity: at least 8 nodes to each side; normals that turn by 0.3 rad at most.
+        Returns
+        -------
+        float
+            Relative error (-), positive for elements that are too soft. NaN outside the range of validity: at least 8
+            visible nodes to each side, normals that turn by at most 0.3 rad, and a small residual on a body that is
+            narrow for the fit. Use `UNSEEN_COMPLIANCE` as the uncertainty instead.
         """
-        x, s = np.meshgrid(*self._offsets(), indexing="ij")
-        nodes, (seen, reach) = np.hypot(x, s), self._seen(x, s)
-        far = seen & (nodes >= _LEAST_REACH_NODES) & (nodes <= _FAR_NODES)
-        if reach < _LEAST_SEEN_NODES:
+        x, s = np.meshgrid(*self._node_offsets(), indexing="ij")
+        distance_nodes, (is_visible, visible_nodes) = np.hypot(x, s), self._visible_offsets(x, s)
+        is_fitted = is_visible & (distance_nodes >= _MIN_NEAR_FIELD_NODES) & (distance_nodes <= _MAX_FIT_NODES)
+        if visible_nodes < _MIN_VISIBLE_NODES:
             return math.nan
-        places = np.arange(angle_rad.size) - self.node[1]
+        column_offsets = np.arange(angle_rad.size) - self.node[1]
         cosines = np.cos(angle_rad - angle_rad[self.node[1]])
-        # the mean of both sides, as in the response
-        cosine = 0.5 * (np.interp(s[far], places, cosines) + np.interp(-s[far], places, cosines))
-        flat = self._half_space()[far]
-        half_space, beyond = cosine * flat, self._beyond_half_space()[far] + (1.0 - cosine) * flat
-        smooth, tail = self._shapes(x[far], s[far], quartic=False)
-        columns = np.column_stack([half_space, smooth, tail]) / nodes[far, None] ** 2
-        size = np.linalg.norm(columns, axis=0)
-        seen_beyond = beyond / nodes[far] ** 2
-        parts, *_ = np.linalg.lstsq(columns / size, seen_beyond, rcond=None)
-        left = float(np.linalg.norm(seen_beyond - columns / size @ parts) / size[0])
-        turn = float(np.abs(np.arccos(np.clip(cosine, -1.0, 1.0))).max())
-        narrow = side_mm < _WIDE_NODES * max(self.grid.steps_mm)
-        if turn > _MOST_TURN_RAD or (narrow and left > _MOST_LEFT):
+        # The response is the mean of opposite offsets, and so is the cosine.
+        cosine = 0.5 * (
+            np.interp(s[is_fitted], column_offsets, cosines) + np.interp(-s[is_fitted], column_offsets, cosines)
+        )
+        parallel_half_space = self._half_space_response()[is_fitted]
+        half_space, deviation = (
+            cosine * parallel_half_space,
+            self._deviation_from_half_space()[is_fitted] + (1.0 - cosine) * parallel_half_space,
+        )
+        body_shapes, element_shapes = self._shapes(x[is_fitted], s[is_fitted], quartic=False)
+        terms = np.column_stack([half_space, body_shapes, element_shapes]) / distance_nodes[is_fitted, None] ** 2
+        term_norms = np.linalg.norm(terms, axis=0)
+        weighted_deviation = deviation / distance_nodes[is_fitted] ** 2
+        coefficients, *_ = np.linalg.lstsq(terms / term_norms, weighted_deviation, rcond=None)
+        residual = float(np.linalg.norm(weighted_deviation - terms / term_norms @ coefficients) / term_norms[0])
+        normal_turn_rad = float(np.abs(np.arccos(np.clip(cosine, -1.0, 1.0))).max())
+        is_narrow = side_mm < _MIN_SIDE_DISTANCE_NODES * max(self.grid.steps_mm)
+        if normal_turn_rad > _MAX_NORMAL_TURN_RAD or (is_narrow and residual > _MAX_FIT_RESIDUAL):
             return math.nan
-        return float(parts[0] / size[0])
+        return float(coefficients[0] / term_norms[0])
 
-    def _seen(self, x: Integers, s: Integers) -> tuple[NDArray[np.bool_], int]:
-        """Which offsets lie inside the grid on both sides of the node, and up to how many nodes all offsets do."""
-        (i, j), (nodes_x, nodes_s) = self.node, self.grid.shape
-        seen_x = nodes_x - 1 if self.grid.half else min(i, nodes_x - 1 - i)
-        seen_s = min(j, nodes_s - 1 - j)
-        return (np.abs(x) <= seen_x) & (np.abs(s) <= seen_s), min(seen_x, seen_s)
+    def _visible_offsets(self, x: Integers, s: Integers) -> tuple[NDArray[np.bool_], int]:
+        """Mask of the visible offsets, and their number to each side.
+
+        An offset is visible if it is inside the grid on both sides of the pressed node.
+        """
+        (row, column), (nodes_x, nodes_s) = self.node, self.grid.shape
+        visible_x = nodes_x - 1 if self.grid.half else min(row, nodes_x - 1 - row)
+        visible_s = min(column, nodes_s - 1 - column)
+        return (np.abs(x) <= visible_x) & (np.abs(s) <= visible_s), min(visible_x, visible_s)
 
     def _shapes(self, x: Integers, s: Integers, *, quartic: bool) -> tuple[Floats, Floats]:
-        """Shapes of the bodies' part of a response (..., n), and of the elements' part far away (..., 3); all even."""
+        """Shape functions of the bodies (..., n) and elements (..., 3).
+
+        The shape functions of the elements are valid only far from the pressed node. All shape functions are even.
+        """
         step_x, step_s = self.grid.steps_mm
         powers = [(0, 0), (2, 0), (0, 2), (1, 1)]
         powers += [(4, 0), (2, 2), (0, 4), (3, 1), (1, 3)] if quartic else []
-        smooth = np.stack([1.0 * x**along * s**across for along, across in powers], axis=-1)
-        # not below one step: the tail is used far away only, and would be infinite at the node
+        body_shapes = np.stack([1.0 * x**power_x * s**power_s for power_x, power_s in powers], axis=-1)
+        # The distance is at least one step: the element shapes are infinite at the pressed node, and are used only far
+        # away from it.
         distance = np.maximum(np.hypot(x * step_x, s * step_s), min(step_x, step_s)) / np.sqrt(step_x * step_s)
         angle = np.arctan2(s * step_s, x * step_x)
-        tail = np.stack([np.cos(turns * angle) for turns in (0, 2, 4)], axis=-1) / distance[..., None] ** 3
-        return np.asarray(smooth), np.asarray(tail)
+        element_shapes = np.stack([np.cos(order * angle) for order in (0, 2, 4)], axis=-1) / distance[..., None] ** 3
+        return np.asarray(body_shapes), np.asarray(element_shapes)
 
-    def _offsets(self) -> tuple[Integers, Integers]:
-        """Offsets between any two nodes of the contact, in nodes along x (2 rows - 1,) and across (2 ns - 1,)."""
+    def _node_offsets(self) -> tuple[Integers, Integers]:
+        """Offsets between any two nodes of the contact, in nodes.
+
+        The shapes are (2 rows - 1,) along x and (2 ns - 1,) across.
+        """
         nodes_x, nodes_s = self.grid.shape
         rows = 2 * nodes_x - 1 if self.grid.half else nodes_x
         return np.arange(1 - rows, rows), np.arange(1 - nodes_s, nodes_s)
 
-    def _half_space(self) -> Floats:
-        """Opening of a half-space at the offsets (Love's rectangles)."""
-        (x, s), (step_x, step_s) = self._offsets(), self.grid.steps_mm
+    def _half_space_response(self) -> Floats:
+        """Response of a half-space at the node offsets, in mm per MPa.
+
+        Each node carries its pressure on a rectangle (Love 1929; Johnson 1985, eq. 3.25).
+        """
+        (x, s), (step_x, step_s) = self._node_offsets(), self.grid.steps_mm
         influence = love_influence(np.asarray(x[:, None] * step_x), np.asarray(s[None, :] * step_s), step_x, step_s)
         return influence / (np.pi * self.contact_modulus_MPa)
 
-    def _beyond_half_space(self) -> Floats:
-        """Response minus a half-space's response; beyond its reach the value at the end of the reach."""
-        (x, s), (i, j), (nodes_x, nodes_s) = self._offsets(), self.node, self.grid.shape
-        seen_x = np.clip((np.abs(x) if self.grid.half else x) + i, 0, nodes_x - 1)
-        seen_s = np.clip(s + j, 0, nodes_s - 1)
-        rows = x.size // 2
-        nearest = np.ix_(seen_x - i + rows, seen_s - j + nodes_s - 1)
-        difference = self.opening_mm[np.ix_(seen_x, seen_s)] - self._half_space()[nearest]
-        # a symmetric compliance answers equally on opposite sides
-        return np.asarray(0.5 * (difference + difference[::-1, ::-1]))
+    def _deviation_from_half_space(self) -> Floats:
+        """Response minus half-space response in mm per MPa at the node offsets.
 
-    def _convolution(self, kernel: Floats, least_spectrum: float = -np.inf) -> Compliance:
+        Beyond the visible offsets, the deviation has its value at the nearest visible offset.
+        """
+        (x, s), (row, column), (nodes_x, nodes_s) = self._node_offsets(), self.node, self.grid.shape
+        nearest_row = np.clip((np.abs(x) if self.grid.half else x) + row, 0, nodes_x - 1)
+        nearest_column = np.clip(s + column, 0, nodes_s - 1)
+        middle_row = x.size // 2
+        nearest_offsets = np.ix_(nearest_row - row + middle_row, nearest_column - column + nodes_s - 1)
+        deviation = self.opening_mm[np.ix_(nearest_row, nearest_column)] - self._half_space_response()[nearest_offsets]
+        # A symmetric compliance has equal responses at opposite offsets.
+        return np.asarray(0.5 * (deviation + deviation[::-1, ::-1]))
+
+    def _convolution(self, response: Floats, least_spectrum: float = -np.inf) -> Compliance:
+        """Compliance with an equal response at every node."""
         half = self.grid.half
-        return convolution(kernel[kernel.shape[0] // 2 :], self.grid.shape, half=half, least_spectrum=least_spectrum)
+        return convolution(
+            response[response.shape[0] // 2 :], self.grid.shape, half=half, least_spectrum=least_spectrum
+        )
 
 
-# --- Patches far apart on one grid: regular nodes at each of them, and a few unequal ones on the strips between.
+# --- Grids with several bands: regular nodes at each of several distant patches, and a few irregular nodes in the
+# strips between them.
 #
-# Within a band the compliance is taken to be the same at every node. Between bands, and from and to the strips, it is a
-# half-space's compliance, as a matrix across for each wave along x. The corrections of `contact.solver` start from this
-# model and end at the finite bodies' own compliance.
+# Within a band, the compliance is equal at every node. Between two bands, and from and to a strip, it is the compliance
+# of a half-space: a matrix across for each wave along x. The corrections of `contact.solver` start from this model and
+# end at the compliance of the finite bodies.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bands:
-    """A grid whose columns are regular in bands; pressures and openings are arrays (n,) over all nodes.
+    """Compliances on a grid with several bands of regular columns.
+
+    Pressures in MPa and openings in mm are arrays (n,) over all nodes of the grid.
 
     Attributes
     ----------
+    grid
+        Grid of all pressure nodes, with equal steps along x.
     columns
         Columns of each band.
+    contact_modulus_MPa
+        Contact modulus of the material of both bodies.
+
+    Examples
+    --------
+    A single band is the whole grid:
+
+    >>> import numpy as np
+    >>> from fecontact.contact.elements import Bands
+    >>> from fecontact.contact.grid import ContactGrid
+    >>> from fecontact.contact.halfspace import half_space_below
+    >>> grid = ContactGrid(x_mm=0.2 * np.arange(9), s_mm=0.2 * np.arange(9), half=False)
+    >>> bands = Bands(grid=grid, columns=(slice(0, 9),), contact_modulus_MPa=115e3)
+    >>> bool((bands.half_space()(np.ones(81)) == half_space_below(grid, 115e3)(np.ones(81))).all())
+    True
     """
 
     grid: ContactGrid
@@ -217,77 +343,108 @@ class Bands:
     contact_modulus_MPa: float
 
     @property
-    def grids(self) -> list[ContactGrid]:
-        """The grid of each band."""
-        whole = self.grid
-        return [ContactGrid(x_mm=whole.x_mm, s_mm=whole.s_mm[columns], half=whole.half) for columns in self.columns]
+    def band_grids(self) -> list[ContactGrid]:
+        """Uniform grid of each band."""
+        grid = self.grid
+        return [ContactGrid(x_mm=grid.x_mm, s_mm=grid.s_mm[columns], half=grid.half) for columns in self.columns]
 
     def half_space(self) -> Compliance:
-        """Compliance of a pair of half-spaces."""
-        return self.together([half_space_below(grid, self.contact_modulus_MPa) for grid in self.grids])
+        """Compliance of a pair of half-spaces on all nodes."""
+        return self.together([half_space_below(grid, self.contact_modulus_MPa) for grid in self.band_grids])
 
     def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
-        """Response of each band to a unit pressure in its middle, or beside it, under a compliance of all nodes."""
+        """Response of each band to a unit pressure at its middle.
+
+        Parameters
+        ----------
+        compliance
+            Compliance on all nodes of the grid. It is called once for each band.
+        beside
+            Offset of the pressed node from the middle node, as a fraction of the length and of the width of the band.
+
+        Returns
+        -------
+        list of UnitResponse
+            In the order of the bands.
+        """
         modulus = self.contact_modulus_MPa
         return [
-            UnitResponse.of(self._within(columns, compliance), grid, contact_modulus_MPa=modulus, beside=beside)
-            for columns, grid in zip(self.columns, self.grids, strict=True)
+            UnitResponse.of(
+                self._restrict_to_columns(columns, compliance), grid, contact_modulus_MPa=modulus, beside=beside
+            )
+            for columns, grid in zip(self.columns, self.band_grids, strict=True)
         ]
 
-    def together(self, within: Sequence[Compliance]) -> Compliance:
-        """Compliance of all nodes from the compliance of each band within itself."""
-        if len(within) == 1:
-            return within[0]
-        apart, shape = self._apart(), self.grid.shape
+    def together(self, band_compliances: Sequence[Compliance]) -> Compliance:
+        """Compliance on all nodes from the compliance of each band.
+
+        Parameters
+        ----------
+        band_compliances
+            Compliance on the nodes of each band, in the order of the bands.
+
+        Returns
+        -------
+        Compliance
+            Between two bands, and from and to a strip, it is the compliance of a half-space.
+        """
+        if len(band_compliances) == 1:
+            return band_compliances[0]
+        distant_opening, shape = self._half_space_between_bands(), self.grid.shape
 
         def apply(pressure: Floats) -> Floats:
-            opening = apart(pressure)
-            for columns, compliance in zip(self.columns, within, strict=True):
-                band = np.ascontiguousarray(pressure.reshape(shape)[:, columns])
-                opening[:, columns] += compliance(band.ravel()).reshape(band.shape)
+            opening = distant_opening(pressure)
+            for columns, compliance in zip(self.columns, band_compliances, strict=True):
+                band_pressure = np.ascontiguousarray(pressure.reshape(shape)[:, columns])
+                opening[:, columns] += compliance(band_pressure.ravel()).reshape(band_pressure.shape)
             return opening.ravel()
 
         return apply
 
-    def _within(self, columns: slice, compliance: Compliance) -> Compliance:
+    def _restrict_to_columns(self, columns: slice, compliance: Compliance) -> Compliance:
+        """Compliance on the nodes of a band."""
         shape = self.grid.shape
 
-        def apply(pressure: Floats) -> Floats:
-            whole = np.zeros(shape)
-            whole[:, columns] = pressure.reshape(shape[0], -1)
-            return compliance(whole.ravel()).reshape(shape)[:, columns].ravel()
+        def apply(band_pressure: Floats) -> Floats:
+            pressure = np.zeros(shape)
+            pressure[:, columns] = band_pressure.reshape(shape[0], -1)
+            return compliance(pressure.ravel()).reshape(shape)[:, columns].ravel()
 
         return apply
 
-    def _apart(self) -> Compliance:
-        """Opening (nx, ns) of a half-space under the pressures of other bands and of the strips.
+    def _half_space_between_bands(self) -> Compliance:
+        """Opening of a half-space under pressures outside the band.
 
-        A force is spread over the cell of the pressing node, and then over the cell of the answering node: the mean of
-        both is a symmetric matrix, as a compliance must be, and Love's matrix if cells are equal.
+        The pressures outside a band are the pressures of the other bands and of the strips. The compliance returns an
+        opening (nx, ns) in mm. The force is spread over the cell of the pressing node, and then over the cell of the
+        responding node. The mean of both is a symmetric matrix, as is every compliance, and equals Love's matrix for
+        equal cells.
         """
         (nodes_x, nodes_s), step_x = self.grid.shape, self.grid.steps_mm[0]
         rows = 2 * nodes_x - 1 if self.grid.half else nodes_x
         s = self.grid.s_mm
-        width = np.gradient(s)
-        x, away = np.asarray(np.arange(rows)[:, None, None] * step_x), (s[:, None] - s)[None]
-        of_unit_force = love_influence(x, away, step_x, width) / (step_x * width)
-        kernel = 0.5 * (of_unit_force + of_unit_force.transpose(0, 2, 1)) / (np.pi * self.contact_modulus_MPa)
+        cell_width = np.gradient(s)
+        x_distance, s_distance = np.asarray(np.arange(rows)[:, None, None] * step_x), (s[:, None] - s)[None]
+        unit_force_influence = love_influence(x_distance, s_distance, step_x, cell_width) / (step_x * cell_width)
+        kernel = (
+            0.5 * (unit_force_influence + unit_force_influence.transpose(0, 2, 1)) / (np.pi * self.contact_modulus_MPa)
+        )
         for columns in self.columns:
             kernel[:, columns, columns] = 0.0
-        size = next_fast_len(2 * rows - 1, real=True)
-        around = np.zeros((size, nodes_s, nodes_s))
-        around[:rows] = kernel
-        around[size - rows + 1 :] = kernel[:0:-1]
-        # the spectrum is real, since opposite sides are equal
-        spectrum = rfft(around, axis=0).real
+        length = next_fast_len(2 * rows - 1, real=True)
+        periodic_kernel = np.zeros((length, nodes_s, nodes_s))
+        periodic_kernel[:rows] = kernel
+        periodic_kernel[length - rows + 1 :] = kernel[:0:-1]
+        # The spectrum is real, because opposite offsets have equal influence.
+        spectrum = rfft(periodic_kernel, axis=0).real
 
         def apply(pressure: Floats) -> Floats:
-            force = pressure.reshape(nodes_x, nodes_s) * (step_x * width)
+            force = pressure.reshape(nodes_x, nodes_s) * (step_x * cell_width)
             if self.grid.half:
                 force = np.concatenate([force[:0:-1], force])
-            wave = rfft(force, size, axis=0)
-            answer = np.matmul(spectrum, np.stack([wave.real, wave.imag], axis=-1))
-            opening = irfft(answer[..., 0] + 1j * answer[..., 1], size, axis=0)[:rows]
+            force_waves = rfft(force, length, axis=0)
+            opening_waves = np.matmul(spectrum, np.stack([force_waves.real, force_waves.imag], axis=-1))
+            opening = irfft(opening_waves[..., 0] + 1j * opening_waves[..., 1], length, axis=0)[:rows]
             return np.ascontiguousarray(opening[rows - nodes_x :])
 
         return apply

@@ -1,4 +1,8 @@
-"""Elastic half-space: opening of two flat bodies under a pressure, and their contact for any gap even across."""
+"""Elastic half-space: opening under a pressure, and contact of an even gap.
+
+The opening is the displacement of two flat bodies away from each other. The gap of the contact is arbitrary along the
+first axis and even across it.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_contact
 from fecontact.errors import ConvergenceError, InputError
 
-# What one band does to another one is exact but for this part of it.
+# Inverse of the relative error of the opening of a band under the pressure of a different band.
 _PARTS_OF_BETWEEN = 1e8
 
 
@@ -32,12 +36,21 @@ def half_space_problem(
 
     Parameters
     ----------
+    grid
+        Grid of the pressure nodes.
     gap_mm (n,)
-        Undeformed gap at the grid's nodes.
+        Undeformed gap at the nodes.
+    contact_modulus_MPa
+        E* of the pair.
     closing (n,)
-        How much the gap closes when the bodies approach by 1; 1 everywhere if not given.
+        Closing of the gap per approach of the bodies; 1 everywhere by default.
     angle_rad (ns,)
-        Angles of the normals along which pressures act, as in `along_normals`; all in one plane if not given.
+        Angles of the normals along which pressures act, as in `along_normals`; all normals are parallel by default.
+
+    Returns
+    -------
+    ContactProblem
+        Problem with the compliance of the half-spaces and an approximate stiffness.
     """
     return ContactProblem(
         compliance=half_space_below(grid, contact_modulus_MPa, angle_rad),
@@ -49,21 +62,51 @@ def half_space_problem(
 
 
 def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: Floats | None = None) -> Compliance:
-    """Compliance of a pair of half-spaces on the nodes of a uniform grid.
+    """Compliance of a pair of half-spaces on the nodes of a grid.
 
-    Each node carries its pressure on a rectangle of one step by one step around it (Love 1929; Johnson 1985, eq. 3.25);
-    convolution by FFT with zero padding, exact for these rectangles. In a half model row 0 lies on the plane of
-    symmetry x = 0 and the mirrored pressure acts as well.
+    Each node has its pressure on a rectangle of one step by one step around it (Love 1929; Johnson 1985, eq. 3.25). The
+    compliance is a convolution by FFT with zero padding, which is exact for these rectangles. In a half model row 0
+    lies on the plane of symmetry x = 0, and the mirrored pressure acts as well.
 
-    On a grid of several bands each one is convolved by itself, and acts on the others as `_between` has it. Pressures
-    may act along normals of these angles (ns,), see `along_normals`.
+    On a grid of several bands, each band has its convolution, and the opening under the pressure of a different band is
+    interpolated (`_opening_between_bands`).
 
-    Range of validity: flat surfaces; on a curved surface arc lengths are taken for distances.
+    Parameters
+    ----------
+    grid
+        Uniform grid, or grid of several bands.
+    contact_modulus_MPa
+        E* of the pair.
+    angle_rad (ns,)
+        Angles of the normals along which pressures act, as in `along_normals`; all normals are parallel by default.
+
+    Returns
+    -------
+    Compliance
+        Function from pressures (n,) in MPa to openings (n,) in mm.
+
+    Notes
+    -----
+    Range of validity: flat surfaces. On a curved surface arc lengths replace distances.
+
+    Examples
+    --------
+    A square of 1 mm under 1 MPa, at its centre (Love 1929: 4 asinh(1) mm / (pi E*)):
+
+    >>> import numpy as np
+    >>> from fecontact.contact.grid import ContactGrid
+    >>> from fecontact.contact.halfspace import half_space_below
+    >>> grid = ContactGrid(x_mm=np.arange(3.0), s_mm=np.arange(3.0), half=False)
+    >>> pressure = np.zeros((3, 3))
+    >>> pressure[1, 1] = 1.0
+    >>> opening = half_space_below(grid, 115e3)(pressure.ravel()).reshape(3, 3)
+    >>> bool(np.isclose(opening[1, 1], 4.0 * np.arcsinh(1.0) / (np.pi * 115e3)))
+    True
     """
     if angle_rad is not None and np.ptp(angle_rad) > 0.0:
         return along_normals(half_space_below(grid, contact_modulus_MPa), np.tile(angle_rad, grid.shape[0]))
     if len(grid.bands) > 1:
-        return _in_bands(grid, contact_modulus_MPa)
+        return _compliance_on_bands(grid, contact_modulus_MPa)
     (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
     rows = 2 * nodes_x - 1 if grid.half else nodes_x
     kernel = love_influence(
@@ -76,226 +119,326 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: F
 
 
 def stiffness_below(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
-    """Pressures that open a pair of half-spaces by a displacement of the nodes, about: each band by itself.
+    """Approximate inverse of the compliance of half-spaces, for each band alone.
 
-    A wave of length 2 pi / k opens by 2 / (k E*) of its pressure (Johnson 1985, sec. 13.2). Waves go on beyond the ends
-    of the grid, and the mean is taken for half of the longest wave.
+    A wave of length 2 pi / k has an opening of 2 / (k E*) times its pressure (Johnson 1985, sec. 13.2). The waves
+    continue beyond the ends of the grid. The mean has the stiffness of half of the longest wave.
+
+    Parameters
+    ----------
+    grid
+        Uniform grid, or grid of several bands.
+    contact_modulus_MPa
+        E* of the pair.
+
+    Returns
+    -------
+    Compliance
+        Function from openings (n,) in mm to approximate pressures (n,) in MPa.
     """
     ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
-    below = [_of_waves(band, contact_modulus_MPa) for band in grid.bands]
+    band_stiffnesses = [_wave_stiffness(band, contact_modulus_MPa) for band in grid.bands]
 
     def apply(opening: Floats) -> Floats:
-        parts = zip(np.split(opening.reshape(grid.shape), ends, axis=1), below, strict=True)
-        return np.hstack([pressing(part.ravel()).reshape(part.shape) for part, pressing in parts]).ravel()
+        band_openings = zip(np.split(opening.reshape(grid.shape), ends, axis=1), band_stiffnesses, strict=True)
+        return np.hstack(
+            [
+                band_stiffness(band_opening.ravel()).reshape(band_opening.shape)
+                for band_opening, band_stiffness in band_openings
+            ]
+        ).ravel()
 
     return apply
 
 
-def _of_waves(band: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+def _wave_stiffness(band: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+    """Approximate stiffness of half-spaces on the nodes of a band.
+
+    It multiplies the spectrum of an opening by 0.5 k E*, with the wave number k in 1/mm.
+    """
     (nodes_x, nodes_s), (step_x, step_s), half = band.shape, band.steps_mm, band.half
     length_s = next_fast_len(nodes_s + 1, real=True)
     length_x = next_fast_len(nodes_x, real=True) + 1 if half else next_fast_len(nodes_x + 1)
     along_x = np.arange(length_x) / (2 * length_x - 2) if half else np.fft.fftfreq(length_x)
-    k = 2.0 * np.pi * np.hypot(along_x[:, None] / step_x, np.fft.rfftfreq(length_s, step_s))
-    k[0, 0] = 0.5 * min(k[0, 1], k[1, 0])
-    return _Waves((nodes_x, nodes_s), (length_x, length_s), half).times(0.5 * contact_modulus_MPa * k)
+    wave_number = 2.0 * np.pi * np.hypot(along_x[:, None] / step_x, np.fft.rfftfreq(length_s, step_s))
+    wave_number[0, 0] = 0.5 * min(wave_number[0, 1], wave_number[1, 0])
+    return _Waves((nodes_x, nodes_s), (length_x, length_s), half).multiply_spectrum(
+        0.5 * contact_modulus_MPa * wave_number
+    )
 
 
-def _in_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+def _compliance_on_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
     """Compliance of a pair of half-spaces on the nodes of several bands."""
     ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
-    within = [half_space_below(band, contact_modulus_MPa) for band in grid.bands]
-    between = _between(grid, contact_modulus_MPa)
+    band_compliances = [half_space_below(band, contact_modulus_MPa) for band in grid.bands]
+    opening_between_bands = _opening_between_bands(grid, contact_modulus_MPa)
 
     def apply(pressure: Floats) -> Floats:
-        own = pressure.reshape(grid.shape)
-        parts = zip(np.split(own, ends, axis=1), within, strict=True)
-        opening = np.hstack([compliance(part.ravel()).reshape(part.shape) for part, compliance in parts])
-        return np.asarray((opening + between(own)).ravel())
+        nodal_pressure = pressure.reshape(grid.shape)
+        bands = zip(np.split(nodal_pressure, ends, axis=1), band_compliances, strict=True)
+        opening = np.hstack(
+            [compliance(band_pressure.ravel()).reshape(band_pressure.shape) for band_pressure, compliance in bands]
+        )
+        return np.asarray((opening + opening_between_bands(nodal_pressure)).ravel())
 
     return apply
 
 
-def _between(grid: ContactGrid, contact_modulus_MPa: float) -> Callable[[Floats], Floats]:
-    """Opening (nx, ns) that the pressures (nx, ns) of all other bands cause in each band.
+def _opening_between_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Callable[[Floats], Floats]:
+    """Opening in each band under the pressures of all other bands.
 
-    Across, what one band does to another one is smooth: a polynomial through a few places of each carries it (Chebyshev
-    points; Trefethen 2013, ch. 8), along x it is a convolution. A force is spread over the cell of the pressing node,
-    and then over the cell of the answering node: the mean of both is symmetric, as a compliance must be, and Love's
-    rectangle if cells are equal.
+    The returned function maps pressures (nx, ns) in MPa to openings (nx, ns) in mm.
+
+    Across, the opening under the pressure of a different band is smooth. Therefore it is interpolated by a polynomial
+    through a few positions of each band (Chebyshev points; Trefethen 2013, ch. 8). Along x it is a convolution. A force
+    is spread over the cell of the pressing node, and then over the cell of the responding node. The mean of both is
+    symmetric, as every compliance is, and equals Love's rectangle for equal cells.
     """
     nodes_x, step_x = grid.shape[0], grid.steps_mm[0]
     rows = 2 * nodes_x - 1 if grid.half else nodes_x
-    places = [_places(band, grid) for band in grid.bands]
-    at_node, over_cell = (
-        block_diag(*(_polynomials(own, band, spread) for own, band in zip(places, grid.bands, strict=True)))
-        for spread in (0.0, 1.0)
+    points_by_band = [_interpolation_points(band, grid) for band in grid.bands]
+    polynomials_at_nodes, polynomials_over_cells = (
+        block_diag(
+            *(
+                _lagrange_polynomials(points, band, cell_fraction)
+                for points, band in zip(points_by_band, grid.bands, strict=True)
+            )
+        )
+        for cell_fraction in (0.0, 1.0)
     )
-    all_places, owner = np.concatenate(places), np.repeat(np.arange(len(places)), [own.size for own in places])
-    others = owner[:, None] != owner
-    away = np.where(others, np.abs(all_places[:, None] - all_places), 1.0)
+    all_points, point_bands = (
+        np.concatenate(points_by_band),
+        np.repeat(np.arange(len(points_by_band)), [points.size for points in points_by_band]),
+    )
+    is_other_band = point_bands[:, None] != point_bands
+    distances = np.where(is_other_band, np.abs(all_points[:, None] - all_points), 1.0)
     x = step_x * np.arange(rows)[:, None, None]
-    kernel = np.arcsinh((x + 0.5 * step_x) / away) - np.arcsinh((x - 0.5 * step_x) / away)
-    kernel *= others / (np.pi * contact_modulus_MPa)
-    size = next_fast_len(2 * rows - 1, real=True)
-    around = np.zeros((size, *away.shape))
-    around[:rows], around[size - rows + 1 :] = kernel, kernel[:0:-1]
-    # the spectrum is real, since opposite sides are equal
-    spectrum = rfft(around, axis=0).real
+    kernel = np.arcsinh((x + 0.5 * step_x) / distances) - np.arcsinh((x - 0.5 * step_x) / distances)
+    kernel *= is_other_band / (np.pi * contact_modulus_MPa)
+    length = next_fast_len(2 * rows - 1, real=True)
+    periodic_kernel = np.zeros((length, *distances.shape))
+    periodic_kernel[:rows], periodic_kernel[length - rows + 1 :] = kernel, kernel[:0:-1]
+    # The spectrum is real, because opposite offsets have equal influence.
+    spectrum = rfft(periodic_kernel, axis=0).real
 
     def apply(pressure: Floats) -> Floats:
+        """Opening (nx, ns) in mm under pressures (nx, ns) in MPa."""
         force = pressure * grid.cells_mm
         if grid.half:
             force = np.concatenate([force[:0:-1], force])
-        waves = rfft(np.stack([force @ over_cell.T, force @ at_node.T], axis=-1), size, axis=0)
-        answer = np.matmul(spectrum, np.concatenate([waves.real, waves.imag], axis=-1))
-        opening = irfft(answer[..., :2] + 1j * answer[..., 2:], size, axis=0)[rows - nodes_x : rows]
-        return np.asarray(0.5 * (opening[..., 0] @ at_node + opening[..., 1] @ over_cell))
+        waves = rfft(
+            np.stack([force @ polynomials_over_cells.T, force @ polynomials_at_nodes.T], axis=-1), length, axis=0
+        )
+        opening_waves = np.matmul(spectrum, np.concatenate([waves.real, waves.imag], axis=-1))
+        opening = irfft(opening_waves[..., :2] + 1j * opening_waves[..., 2:], length, axis=0)[rows - nodes_x : rows]
+        return np.asarray(0.5 * (opening[..., 0] @ polynomials_at_nodes + opening[..., 1] @ polynomials_over_cells))
 
     return apply
 
 
-def _places(band: ContactGrid, grid: ContactGrid) -> Floats:
-    """Places across of a band by which others act on it: more of them the nearer the next band is for its width."""
+def _interpolation_points(band: ContactGrid, grid: ContactGrid) -> Floats:
+    """Chebyshev points across of a band for its interaction with other bands.
+
+    Their number is larger if the distance to the next band is small relative to the width of the band.
+    """
     low, high = float(band.s_mm[0]), float(band.s_mm[-1])
-    half = 0.5 * (high - low + band.steps_mm[1])
-    beyond = grid.s_mm[(grid.s_mm < low) | (grid.s_mm > high)]
-    away = float(np.abs(beyond - 0.5 * (low + high)).min()) / half
-    count = math.ceil(math.log(_PARTS_OF_BETWEEN) / math.log(away + math.sqrt(away**2 - 1.0))) + 1
-    return np.asarray(0.5 * (low + high) + half * np.cos(np.pi * (np.arange(count) + 0.5) / count))
+    half_width = 0.5 * (high - low + band.steps_mm[1])
+    outside_nodes = grid.s_mm[(grid.s_mm < low) | (grid.s_mm > high)]
+    relative_distance = float(np.abs(outside_nodes - 0.5 * (low + high)).min()) / half_width
+    count = (
+        math.ceil(math.log(_PARTS_OF_BETWEEN) / math.log(relative_distance + math.sqrt(relative_distance**2 - 1.0))) + 1
+    )
+    return np.asarray(0.5 * (low + high) + half_width * np.cos(np.pi * (np.arange(count) + 0.5) / count))
 
 
-def _polynomials(places: Floats, band: ContactGrid, spread: float) -> Floats:
-    """Polynomials (m, n), each 1 at one of m places and 0 at the others, in the mean over a part of a node's cell."""
-    low, high = places[-1], places[0]
-    points, weights = np.polynomial.legendre.leggauss(3)
-    s = band.s_mm[:, None] + 0.5 * spread * band.steps_mm[1] * points
+def _lagrange_polynomials(points: Floats, band: ContactGrid, cell_fraction: float) -> Floats:
+    """Lagrange polynomials of m points at the n nodes of a band.
 
-    def terms(of: Floats) -> Floats:
-        return np.polynomial.chebyshev.chebvander((2.0 * of - low - high) / (high - low), places.size - 1)
+    Each polynomial (m, n) is 1 at its point and 0 at all other points. It is averaged over the given fraction of the
+    cell of each node.
+    """
+    low, high = points[-1], points[0]
+    gauss_points, gauss_weights = np.polynomial.legendre.leggauss(3)
+    positions = band.s_mm[:, None] + 0.5 * cell_fraction * band.steps_mm[1] * gauss_points
 
-    mean = 0.5 * np.einsum("ngk,g->nk", terms(s), weights)
-    return np.asarray(np.linalg.solve(terms(places).T, mean.T))
+    def terms(at: Floats) -> Floats:
+        return np.polynomial.chebyshev.chebvander((2.0 * at - low - high) / (high - low), points.size - 1)
+
+    node_means = 0.5 * np.einsum("ngk,g->nk", terms(positions), gauss_weights)
+    return np.asarray(np.linalg.solve(terms(points).T, node_means.T))
 
 
-def along_normals(flat: Compliance, angle_rad: Floats) -> Compliance:
-    """Compliance of a half-space below pressures (n,) along normals at these angles (n,), in a plane across.
+def along_normals(parallel_compliance: Compliance, angle_rad: Floats) -> Compliance:
+    """Compliance of a half-space under pressures along normals in a plane across.
 
-    A pressure along a normal opens two bodies of one material along this normal alone, since their tangential
-    displacements are equal (Johnson 1985, sec. 3.2). Along another normal the opening is smaller by the cosine of the
-    angle between both. This cosine is a sum of two products, so that the flat compliance is applied once for each. The
-    result is symmetric and positive definite if the flat compliance is, and equal to it if all angles are equal. For a
-    circle inside another of equal radius it is exact up to a constant term, with chords for distances.
+    A pressure along a normal opens two bodies of equal material along this normal only, because their tangential
+    displacements are equal (Johnson 1985, sec. 3.2). Along a normal in a different direction, the opening is multiplied
+    by the cosine of the angle between both normals. This cosine is a sum of two products, so that the flat compliance
+    is applied twice. The result is symmetric and positive definite if the flat compliance is, and equal to the flat
+    compliance if all angles are equal. For a circle inside a circle of equal radius, it is exact up to a constant term,
+    with chords as distances.
 
-    Range of validity: distances are arc lengths, longer than chords by 1/24 of the square of the angle; the cosine is
-    smaller by 1/2 of this square. For unlike materials Dundurs' second constant times the sine is left out.
+    Parameters
+    ----------
+    parallel_compliance
+        Compliance of half-spaces with parallel normals.
+    angle_rad (n,)
+        Angle of the normal at each node.
+
+    Returns
+    -------
+    Compliance
+        Function from pressures (n,) in MPa along the normals to openings (n,) in mm along the normals.
+
+    Notes
+    -----
+    Range of validity: distances are arc lengths, which are longer than chords by 1/24 of the square of the angle. The
+    cosine is smaller than 1 by 1/2 of this square. For different materials, the term with Dundurs' second constant
+    times the sine is left out.
     """
     cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
 
     def apply(pressure: Floats) -> Floats:
-        return np.asarray(cosine * flat(cosine * pressure) + sine * flat(sine * pressure))
+        return np.asarray(cosine * parallel_compliance(cosine * pressure) + sine * parallel_compliance(sine * pressure))
 
     return apply
 
 
 def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spectrum: float = -np.inf) -> Compliance:
-    """Compliance of nodes of this shape (nodes_x, nodes_s), flattened in this order, that is the same at every node.
+    """Compliance with an equal response at every node.
 
     Parameters
     ----------
     kernel (rows, 2 nodes_s - 1)
-        Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node of unit pressure;
-        equal at the opposite offset. rows is nodes_x, or 2 nodes_x - 1 in a half model, whose response is even in x.
+        Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node with unit
+        pressure. It is equal at the opposite offset. The number of rows is nodes_x, or 2 nodes_x - 1 in a half model.
+        The response of a half model is even in x.
+    shape
+        Numbers of nodes (nodes_x, nodes_s). Nodal values are flattened in this order.
+    half
+        Whether the nodes are a half model.
     least_spectrum
-        Lower bound of the kernel's spectrum, relative to the largest value; above 0: positive definite.
+        Lower bound of the spectrum of the kernel, relative to its largest value. A bound above 0 makes the compliance
+        positive definite.
+
+    Returns
+    -------
+    Compliance
+        Function from pressures (nodes_x nodes_s,) to openings, in the units of the kernel.
     """
     rows, nodes_s = kernel.shape[0], shape[1]
     length_s = next_fast_len(2 * nodes_s - 1, real=True)
-    # a half model is even in x and needs cosines alone: a quarter of the time
+    # A half model is even in x and needs only cosines, in a quarter of the time.
     length_x = next_fast_len(rows - 1, real=True) + 1 if half else next_fast_len(2 * rows - 1)
 
     waves = _Waves(shape, (length_x, length_s), half)
-    wrapped = np.zeros((length_x, length_s))
-    wrapped[:rows, :nodes_s] = kernel[:, nodes_s - 1 :]
-    wrapped[:rows, 1 - nodes_s :] = kernel[:, : nodes_s - 1]
+    periodic_kernel = np.zeros((length_x, length_s))
+    periodic_kernel[:rows, :nodes_s] = kernel[:, nodes_s - 1 :]
+    periodic_kernel[:rows, 1 - nodes_s :] = kernel[:, : nodes_s - 1]
     if not half:
-        # the opposite side: both offsets change sign
-        wrapped[1 - rows :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
-        wrapped[1 - rows :, 1 - nodes_s :] = kernel[:0:-1, : nodes_s - 1 : -1]
-    # the spectrum is real, since opposite sides are equal
-    spectrum = waves.forward(wrapped).real
-    return waves.times(np.maximum(spectrum, least_spectrum * spectrum.max()))
+        # Both offsets change sign at the opposite side.
+        periodic_kernel[1 - rows :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
+        periodic_kernel[1 - rows :, 1 - nodes_s :] = kernel[:0:-1, : nodes_s - 1 : -1]
+    # The spectrum is real, because opposite offsets have equal influence.
+    spectrum = waves.forward(periodic_kernel).real
+    return waves.multiply_spectrum(np.maximum(spectrum, least_spectrum * spectrum.max()))
 
 
 @dataclass(frozen=True)
 class _Waves:
-    """Waves of these lengths, in steps, on nodes of a shape: of cosines along x in a half model."""
+    """Waves on the nodes of a grid; cosines along x in a half model.
+
+    Attributes
+    ----------
+    shape
+        Numbers of nodes along x and across.
+    lengths
+        Numbers of steps in the period along x and across.
+    half
+        Whether the nodes are a half model.
+    """
 
     shape: tuple[int, int]
     lengths: tuple[int, int]
     half: bool
 
-    def forward(self, of_nodes: Floats) -> Complexes:
-        """Spectrum of values (nx, ns), continued by zeros."""
-        along_x = dct(of_nodes, 1, self.lengths[0], axis=0) if self.half else of_nodes
-        spectrum = rfft(along_x, self.lengths[1])
+    def forward(self, nodal_values: Floats) -> Complexes:
+        """Spectrum of values (nx, ns) with zero padding."""
+        values_along_x = dct(nodal_values, 1, self.lengths[0], axis=0) if self.half else nodal_values
+        spectrum = rfft(values_along_x, self.lengths[1])
         return np.asarray(spectrum if self.half else fft(spectrum, self.lengths[0], axis=0))
 
-    def _back(self, spectrum: Complexes) -> Floats:
+    def _inverse(self, spectrum: Complexes) -> Floats:
+        """Values (nx, ns) of a spectrum at the nodes."""
         nodes_x, nodes_s = self.shape
-        along_x = spectrum if self.half else ifft(spectrum, axis=0)[:nodes_x]
-        of_nodes = irfft(along_x, self.lengths[1])[:, :nodes_s]
-        return np.asarray(idct(of_nodes, 1, axis=0)[:nodes_x] if self.half else of_nodes)
+        rows = spectrum if self.half else ifft(spectrum, axis=0)[:nodes_x]
+        nodal_values = irfft(rows, self.lengths[1])[:, :nodes_s]
+        return np.asarray(idct(nodal_values, 1, axis=0)[:nodes_x] if self.half else nodal_values)
 
-    def times(self, factors: Floats) -> Compliance:
+    def multiply_spectrum(self, factors: Floats) -> Compliance:
         """Function that multiplies the spectrum of nodal values (n,) by factors."""
 
-        def apply(of_nodes: Floats) -> Floats:
-            return np.ascontiguousarray(self._back(self.forward(of_nodes.reshape(self.shape)) * factors)).ravel()
+        def apply(nodal_values: Floats) -> Floats:
+            return np.ascontiguousarray(self._inverse(self.forward(nodal_values.reshape(self.shape)) * factors)).ravel()
 
         return apply
 
 
 def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) -> Floats:
-    """Love's integral of 1/r over a rectangle step_x by step_y around the origin, seen from (x, y) (mm).
+    """Love's integral of 1/r over a rectangle around the origin.
 
-    The surface displacement under a pressure p is p / (pi E*) times this.
+    The surface displacement under a uniform pressure p on the rectangle is p / (pi E*) times this integral (Love 1929;
+    Johnson 1985, eq. 3.25).
+
+    Parameters
+    ----------
+    x, y
+        Coordinates of the points in mm; shapes that broadcast together.
+    step_x, step_y
+        Side lengths of the rectangle in mm.
+
+    Returns
+    -------
+    array
+        Integral at each point in mm.
     """
     x1, x2 = x + 0.5 * step_x, x - 0.5 * step_x
     y1, y2 = y + 0.5 * step_y, y - 0.5 * step_y
 
     def term(u: Floats, v: Floats, w: Floats) -> Floats:
-        # u * ln((v + r(u, v)) / (w + r(u, w))), with asinh for accuracy where v, w < 0
+        # u * ln((v + r(u, v)) / (w + r(u, w))). The inverse hyperbolic sine is accurate for negative v and w.
         size = np.maximum(np.abs(u), 1e-300)  # on the line of an edge the limit is zero
         return np.asarray(u * (np.arcsinh(v / size) - np.arcsinh(w / size)))
 
     return np.asarray(term(x1, y1, y2) - term(x2, y1, y2) + term(y1, x1, x2) - term(y2, x1, x2))
 
 
-# --- Contact on a half-space for any gap even across, on nodes that follow the patch; no profiles, no placement.
+# --- Contact of an even gap on a half-space, on nodes that follow the patch, without profiles and placement.
 
-Gap = Callable[[Floats, Floats], Floats]
+GapFunction = Callable[[Floats, Floats], Floats]
 NODES = 16
-"""Nodes on the half length and the half width of the narrowest piece of a patch."""
-# Relative to the approach: this error changes approach and pressure by less than the discretisation does.
-_TOLERANCE = 1e-5
-_COARSE = (49, 13)
-# Part of the longest piece: the spacing of nodes does not follow pieces shorter than this.
-_FINEST = 0.2
-_MOST_NODES = 60_000
-_ENLARGED = 1.4
+"""Number of nodes on the half length and the half width of the narrowest piece of a patch."""
+# Bound of the residuals, relative to the approach. The resulting error of approach and pressure is smaller than the
+# discretisation error.
+_RESIDUAL_TOLERANCE = 1e-5
+_COARSE_NODES = (49, 13)
+# Length of the longest piece times this fraction is the least length that the spacing of nodes follows. Shorter pieces
+# do not refine the grid.
+_MIN_RELATIVE_PIECE_LENGTH = 0.2
+_MAX_NODES = 60_000
+_REACH_ENLARGEMENT = 1.4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class OnGap:
-    """A solved contact on a half-space.
+class GapContact:
+    """Solved contact on a half-space.
 
     Attributes
     ----------
     pressure
         Pressure in MPa over (x, y), on both sides of y = 0.
     approach_mm
-        Approach from the position in which the gap is as given.
+        Approach, measured from the position with the given gap.
     residual
         Contact residual plus penetration residual, relative to the approach.
     """
@@ -306,96 +449,145 @@ class OnGap:
 
 
 def contact_on_gap(
-    gap_mm: Gap,
+    gap_mm: GapFunction,
     load_N: float,
     contact_modulus_MPa: float,
     *,
     reach_mm: float,
     far_mm: tuple[float, float],
     nodes: int = NODES,
-) -> OnGap:
-    """Solve the contact of a gap on a half-space, first on coarse nodes over a large area, then on nodes that fit it.
+) -> GapContact:
+    """Solve the contact of an even gap on a half-space.
+
+    The first solution is on coarse nodes over a large area. The following solutions are on nodes that fit the patch.
 
     Parameters
     ----------
     gap_mm
-        Function from x (n, 1) and y (1, m), in mm, y >= 0, to the undeformed gap (n, m), even in y.
+        Function from x (n, 1) and y (1, m) in mm, y >= 0, to the undeformed gap (n, m) in mm, even in y.
+    load_N
+        Normal force, > 0.
+    contact_modulus_MPa
+        E* of the pair.
     reach_mm
-        First guess of the approach beyond the least gap; enlarged until the patch cannot reach further.
+        Initial value of the approach minus the least gap. It is enlarged until the patch lies inside the area that it
+        covers.
     far_mm
-        Half length and half width of a box in which the contact lies.
+        Half length and half width of a box around the contact.
+    nodes
+        Number of nodes on the half length and the half width of the narrowest piece.
+
+    Returns
+    -------
+    GapContact
+        Pressure and approach.
 
     Raises
     ------
     InputError
         If the patch reaches the end of the box.
     ConvergenceError
-        If the contact is not found.
+        If the contact does not converge, or needs too many nodes.
+
+    Examples
+    --------
+    A sphere of radius 100 mm has Hertz's approach (Johnson 1985, eq. 4.23) within 1 %:
+
+    >>> from fecontact.contact.halfspace import contact_on_gap
+    >>> contact = contact_on_gap(
+    ...     lambda x, y: (x**2 + y**2) / 200.0, 1e3, 115e3, reach_mm=0.02, far_mm=(10.0, 10.0), nodes=8
+    ... )
+    >>> abs(contact.approach_mm / (9.0 * 1e3**2 / (16.0 * 100.0 * 115e3**2)) ** (1 / 3) - 1.0) < 0.01
+    True
     """
     x = np.linspace(-far_mm[0], far_mm[0], 801)
     y = np.linspace(0.0, far_mm[1], 41)
-    wide = gap_mm(x[:, None], y[None, :])
-    least = float(wide.min())
+    sampled_gap = gap_mm(x[:, None], y[None, :])
+    least_gap = float(sampled_gap.min())
     for _ in range(12):
-        solution, grid = _solve(gap_mm, _box(x, y, wide - least <= reach_mm), load_N, contact_modulus_MPa)
-        if solution.approach_mm - least < reach_mm:
+        solution, grid = _solve_on_grid(
+            gap_mm, _box(x, y, sampled_gap - least_gap <= reach_mm), load_N, contact_modulus_MPa
+        )
+        if solution.approach_mm - least_gap < reach_mm:
             break
-        reach_mm = _ENLARGED * max(reach_mm, solution.approach_mm - least)
+        reach_mm = _REACH_ENLARGEMENT * max(reach_mm, solution.approach_mm - least_gap)
     else:
         raise ConvergenceError(f"the patch grows without bound under {load_N:g} N; reduce the load")
-    for share in (0.5, 1.0):
-        fitted = _fitted(grid, solution, nodes * share)
-        solution, grid = _solve(gap_mm, fitted, load_N, contact_modulus_MPa)
+    for node_fraction in (0.5, 1.0):
+        fitted_grid = _fit_grid(grid, solution, nodes * node_fraction)
+        solution, grid = _solve_on_grid(gap_mm, fitted_grid, load_N, contact_modulus_MPa)
     if solution.status != "converged":
         raise ConvergenceError(
             f"the contact on a half-space of {grid.shape[1]} by {grid.shape[0]} nodes did not converge (residual"
             f" {solution.residual:.1e} of the approach); try another load or place"
         )
-    whole = Field.of_nodes(grid, solution.pressure_MPa).whole()
-    over = ContactGrid(x_mm=grid.s_mm, s_mm=whole.grid.x_mm, half=False)
-    return OnGap(
-        pressure=Field(grid=over, values=np.ascontiguousarray(whole.values.T)),
+    whole_field = Field.of_nodes(grid, solution.pressure_MPa).whole()
+    rail_grid = ContactGrid(x_mm=grid.s_mm, s_mm=whole_field.grid.x_mm, half=False)
+    return GapContact(
+        pressure=Field(grid=rail_grid, values=np.ascontiguousarray(whole_field.values.T)),
         approach_mm=solution.approach_mm,
         residual=solution.residual,
     )
 
 
-def _solve(gap_mm: Gap, grid: ContactGrid, load_N: float, modulus: float) -> tuple[ContactSolution, ContactGrid]:
-    """Contact on a grid whose first direction is y: its plane of symmetry is y = 0."""
+def _solve_on_grid(
+    gap_mm: GapFunction, grid: ContactGrid, load_N: float, modulus: float
+) -> tuple[ContactSolution, ContactGrid]:
+    """Solve the contact on a grid with the plane of symmetry y = 0.
+
+    The first direction of the grid is y.
+    """
     gap = np.ascontiguousarray(gap_mm(grid.s_mm[:, None], grid.x_mm[None, :]).T)
     problem = half_space_problem(grid, gap.ravel(), contact_modulus_MPa=modulus)
-    return solve_contact(problem, load_N, tolerance=_TOLERANCE), grid
+    return solve_contact(problem, load_N, tolerance=_RESIDUAL_TOLERANCE), grid
 
 
-def _box(x: Floats, y: Floats, near: NDArray[np.bool_]) -> ContactGrid:
-    """Coarse nodes over all places that are near."""
-    along, across = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
-    if along[0] == 0 or along[-1] == x.size - 1 or across[-1] == y.size - 1:
+def _box(x: Floats, y: Floats, is_near: NDArray[np.bool_]) -> ContactGrid:
+    """Coarse nodes over all positions with a small gap.
+
+    Parameters
+    ----------
+    x (n,), y (m,)
+        Positions along and across in mm.
+    is_near (n, m)
+        Whether the gap is small.
+    """
+    rows, columns = np.flatnonzero(is_near.any(axis=1)), np.flatnonzero(is_near.any(axis=0))
+    if rows[0] == 0 or rows[-1] == x.size - 1 or columns[-1] == y.size - 1:
         raise InputError(
             f"the contact reaches further than {x[-1]:g} by {y[-1]:g} mm from its middle; reduce the load, or the"
             " depth of the irregularity"
         )
-    low, high, wide = x[along[0] - 1], x[along[-1] + 1], y[across[-1] + 1]
-    return _grid(float(low), float(high), float(wide), (high - low) / _COARSE[0], wide / _COARSE[1])
+    low, high, half_width = x[rows[0] - 1], x[rows[-1] + 1], y[columns[-1] + 1]
+    return _build_grid(
+        float(low), float(high), float(half_width), (high - low) / _COARSE_NODES[0], half_width / _COARSE_NODES[1]
+    )
 
 
-def _fitted(grid: ContactGrid, solution: ContactSolution, nodes: float) -> ContactGrid:
-    inside = solution.in_contact.reshape(grid.shape)
-    (step_y, step_x), columns = grid.steps_mm, np.flatnonzero(inside.any(axis=0))
+def _fit_grid(grid: ContactGrid, solution: ContactSolution, nodes: float) -> ContactGrid:
+    """Grid that fits the patch of a solution.
+
+    The given number of nodes lies on the half length of the shortest piece, and on the half width of the patch.
+    """
+    is_in_contact = solution.in_contact.reshape(grid.shape)
+    (step_y, step_x), columns = grid.steps_mm, np.flatnonzero(is_in_contact.any(axis=0))
     pieces = np.split(columns, np.flatnonzero(np.diff(columns) > 1) + 1)
     lengths = [piece.size * step_x for piece in pieces]
-    wide = (np.flatnonzero(inside.any(axis=1))[-1] + 0.5) * step_y
-    shortest = max(min(lengths), _FINEST * max(lengths))
+    half_width = (np.flatnonzero(is_in_contact.any(axis=1))[-1] + 0.5) * step_y
+    shortest_length = max(min(lengths), _MIN_RELATIVE_PIECE_LENGTH * max(lengths))
     low, high = (float(grid.s_mm[columns[end]]) + side * 0.5 * step_x for end, side in ((0, -1.0), (-1, 1.0)))
-    return _grid(low, high, float(wide), 0.5 * shortest / nodes, wide / nodes)
+    return _build_grid(low, high, float(half_width), 0.5 * shortest_length / nodes, half_width / nodes)
 
 
-def _grid(low: float, high: float, wide: float, step_x: float, step_y: float) -> ContactGrid:
-    """Nodes along x from low to high and across up to `wide`, with two more at each end."""
-    count_x, count_y = int(np.ceil((high - low) / step_x)) + 5, int(np.ceil(wide / step_y)) + 3
-    if count_x * count_y > _MOST_NODES:
+def _build_grid(low: float, high: float, half_width: float, step_x: float, step_y: float) -> ContactGrid:
+    """Nodes along x from low to high, and across up to the half width.
+
+    There are two more nodes at each end.
+    """
+    count_x, count_y = int(np.ceil((high - low) / step_x)) + 5, int(np.ceil(half_width / step_y)) + 3
+    if count_x * count_y > _MAX_NODES:
         raise ConvergenceError(
-            f"the contact would need {count_x} by {count_y} nodes, and at most {_MOST_NODES} are solved: its shortest"
+            f"the contact would need {count_x} by {count_y} nodes, and at most {_MAX_NODES} are solved: its shortest"
             " piece is too short relative to the whole; try another place along the irregularity"
         )
     middle = 0.5 * (low + high)

@@ -1,7 +1,8 @@
-"""The frictionless unilateral contact problem: find p >= 0 with gap >= 0, p * gap = 0 and a given total load.
+"""Solver of the frictionless unilateral contact problem.
 
-The solver knows neither bodies nor meshes: it is given a compliance (pressure -> displacement of the surfaces towards
-each other), the undeformed gap and the load, so that every kind of compliance is solved in exactly the same way.
+The solver finds pressures p >= 0 with gap >= 0, p * gap = 0 and a given total load. It uses neither bodies nor meshes.
+Its input is a compliance (pressure -> displacement of the surfaces towards each other), the undeformed gap and the
+load. Every kind of compliance is therefore solved in exactly the same way.
 """
 
 from __future__ import annotations
@@ -18,34 +19,48 @@ from fecontact.arrays import Floats
 Compliance = Callable[[Floats], Floats]
 ContactStatus = Literal["converged", "not converged"]
 
-# Largest error of the gap relative to the approach: 1e-7 leaves some 1e-7 in the pressure, far below any mesh error.
+# Largest error of the gap relative to the approach. With 1e-7 the error of the pressure is some 1e-7, far below any
+# mesh error.
 CONTACT_TOLERANCE = 1e-7
-CONTACT_ITERATIONS = 300
-# Part of the nodes that press at first, and part of a guessed peak that is rounding.
-_NEAREST, _ROUNDING = 0.2, 1e-9
+MAX_CONTACT_ITERATIONS = 300
+# Fraction of the nodes with pressure at the start, and largest rounding error of a starting pressure relative to its
+# peak.
+_INITIAL_CONTACT_FRACTION, _ROUNDING = 0.2, 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactProblem:
-    """A contact problem on pressure nodes.
+    """Contact problem on pressure nodes.
 
     Attributes
     ----------
     compliance
-        Maps nodal pressures (n,) in MPa to the opening (n,) in mm that they cause between the surfaces; symmetric and
-        positive definite in the inner product weighted by `area_mm2`.
+        Function from nodal pressures (n,) in MPa to the opening (n,) in mm between the surfaces under these pressures.
+        It is symmetric and positive definite in the inner product weighted by `area_mm2`.
     gap_mm (n,)
-        Undeformed gap along the nodes' normals.
+        Undeformed gap along the normals of the nodes.
     closing (n,)
-        How much the gap closes when the bodies approach by 1: cosine between the node's normal and the approach.
+        Closing of the gap per approach of the bodies: the cosine between the normal of the node and the approach.
     area_mm2 (n,)
-        Area that each node stands for; in a half model doubled, so that sums give the whole contact.
+        Contact area of each node. In a half model it is doubled, so that sums give the whole contact.
     stiffness
-        Maps gaps (n,) to about the pressures that would close them, to some factor: the inverse of a compliance like
-        this one, symmetric and positive definite as it is. The closer it is, the fewer iterations are needed; None
-        where nothing is known of it.
+        Function from gaps (n,) to approximate pressures that close these gaps, up to a factor. It is the inverse of a
+        compliance similar to this compliance, and is symmetric and positive definite too. The closer it is to the exact
+        inverse, the fewer iterations are needed. None without such an inverse.
     within
-        The compliance to about this relative error, where less takes less time; None where it is all the same.
+        Compliance with about the given relative error, if a larger error takes less time. None if the time does not
+        depend on the error.
+
+    Examples
+    --------
+    Two independent springs with gaps of 0 and 1 mm share a load of 3 N:
+
+    >>> import numpy as np
+    >>> from fecontact.contact.solver import ContactProblem, solve_contact
+    >>> ones = np.ones(2)
+    >>> problem = ContactProblem(compliance=lambda p: p, gap_mm=np.array([0.0, 1.0]), closing=ones, area_mm2=ones)
+    >>> solve_contact(problem, 3.0).pressure_MPa.round(6)
+    array([2., 1.])
     """
 
     compliance: Compliance
@@ -56,11 +71,35 @@ class ContactProblem:
     within: Callable[[Floats, float], Floats] | None = None
 
     def load_N(self, pressure: Floats) -> float:
-        """Force along the approach that pressures (n,) in MPa carry."""
+        """Total force of nodal pressures along the approach.
+
+        Parameters
+        ----------
+        pressure (n,)
+            Pressures in MPa.
+
+        Returns
+        -------
+        float
+            Force in N.
+        """
         return inner(self.area_mm2 * self.closing, pressure)
 
     def opening_mm(self, solution: ContactSolution) -> Floats:
-        """Opening (n,) that a solution's pressures cause, from its gap: the compliance is not applied again."""
+        """Opening of the surfaces under the pressures of a solution.
+
+        The opening is calculated from the gap of the solution. The compliance is not applied again.
+
+        Parameters
+        ----------
+        solution
+            Solution of this problem.
+
+        Returns
+        -------
+        array (n,)
+            Opening in mm.
+        """
         return solution.gap_mm + solution.approach_mm * self.closing - self.gap_mm
 
 
@@ -70,16 +109,22 @@ class ContactSolution:
 
     Attributes
     ----------
+    status
+        `converged` if both residuals are at most the tolerance.
     pressure_MPa, gap_mm (n,)
         Pressure and deformed gap at the nodes.
+    approach_mm
+        Approach of the bodies.
+    iterations
+        Number of iterations.
+    compliance_calls
+        Number of applications of the compliance.
     contact_residual
-        Largest gap at a node with pressure.
+        Largest absolute gap at a node with pressure.
     penetration_residual
         Deepest overlap at a node without pressure.
     load_balance
         Error of the total load relative to the load.
-    compliance_calls
-        How many times the compliance was applied.
     """
 
     status: ContactStatus
@@ -94,7 +139,7 @@ class ContactSolution:
 
     @property
     def in_contact(self) -> NDArray[np.bool_]:
-        """Nodes that carry pressure (n,)."""
+        """Mask (n,) of the nodes with pressure."""
         return self.pressure_MPa > 0.0
 
     @property
@@ -110,78 +155,99 @@ def solve_contact(
     approach_mm: float | None = None,
     start_MPa: Floats | None = None,
     tolerance: float = CONTACT_TOLERANCE,
-    iterations: int = CONTACT_ITERATIONS,
+    iterations: int = MAX_CONTACT_ITERATIONS,
 ) -> ContactSolution:
-    """Solve a contact problem under a load, or at an approach, by conjugate gradients on the pressures.
+    """Solve a contact problem by conjugate gradients on the pressures.
+
+    Either the load or the approach is prescribed.
 
     Parameters
     ----------
+    problem
+        Compliance, gap, and nodes.
     load_N
-        Force along the approach, > 0; None if an approach is given.
+        Force along the approach in N, > 0. None for a prescribed approach.
     approach_mm
-        Prescribed approach instead of a load; not 0.
+        Prescribed approach in mm instead of a load; not 0.
     start_MPa (n,)
-        First guess of the pressure. Without it the pressure under a load is larger the smaller the gap is, on the nodes
-        with the smallest gaps, and zero at an approach.
+        Initial pressure. Without it, the initial pressure at a prescribed approach is zero. Under a load, it is then
+        positive at the nodes with the smallest gaps, and larger for smaller gaps.
     tolerance
         Bound of both residuals relative to the approach.
+    iterations
+        Largest number of iterations.
+
+    Returns
+    -------
+    ContactSolution
+        The solution; its status is `not converged` after the largest number of iterations.
 
     Notes
     -----
-    Polonsky and Keer (1999), with nodal areas as weights and normals that need not be parallel, and with a
-    preconditioner (Vollebregt 2014). Every iteration holds the load, or the approach, exactly. Nodes that press or
-    overlap take part in a step, and pressures that it would make negative are cut off. Where the contact has changed,
-    Polak and Ribiere's factor begins anew by itself.
+    Polonsky and Keer (1999), with nodal areas as weights, with normals in different directions, and with a
+    preconditioner (Vollebregt 2014). Every iteration satisfies the load, or the approach, exactly. Nodes with pressure
+    or with an overlap take part in an iteration. Pressures that become negative in an iteration are set to zero. After
+    a change of the contact, the factor of Polak and Ribiere restarts the conjugate gradients without further tests.
     """
-    w = problem.area_mm2
-    p = _start(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else _cleared(start_MPa)
-    p = p * _scale(problem, load_N, p)
-    direction, gap_before, norm_before = np.zeros_like(p), np.zeros_like(p), np.inf
-    moving = np.zeros(p.size, dtype=bool)
-    calls, iteration = 1, 0
-    opening = problem.compliance(p)
+    weights = problem.area_mm2
+    pressure = (
+        _initial_pressure(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else _cleared(start_MPa)
+    )
+    pressure = pressure * _load_scale(problem, load_N, pressure)
+    search_direction, gap_before, descent_norm_before = np.zeros_like(pressure), np.zeros_like(pressure), np.inf
+    is_active = np.zeros(pressure.size, dtype=bool)
+    compliance_calls, iteration = 1, 0
+    opening = problem.compliance(pressure)
     while True:
         iteration += 1
-        state = solution_at(problem, load_N, p, opening, tolerance, approach_mm)
-        if state.status == "converged" or iteration == iterations:
-            return replace(state, iterations=iteration, compliance_calls=calls)
-        before, moving = moving, state.in_contact | (state.gap_mm < 0.0)
-        total = problem.gap_mm + opening
-        gap = total - (_mean(problem, total, moving) if approach_mm is None else approach_mm) * problem.closing
-        downhill = _pressures(problem, gap, moving)
+        solution = evaluate_solution(problem, load_N, pressure, opening, tolerance, approach_mm)
+        if solution.status == "converged" or iteration == iterations:
+            return replace(solution, iterations=iteration, compliance_calls=compliance_calls)
+        was_active, is_active = is_active, solution.in_contact | (solution.gap_mm < 0.0)
+        separation = problem.gap_mm + opening
+        gap = (
+            separation
+            - (_fit_approach(problem, separation, is_active) if approach_mm is None else approach_mm) * problem.closing
+        )
+        descent = _pressures_closing_gap(problem, gap, is_active)
         if approach_mm is None:
-            # a direction that carries none of the load
-            if not np.array_equal(before, moving):
-                upright = _pressures(problem, problem.closing, moving)
-            downhill = downhill - problem.load_N(downhill) / problem.load_N(upright) * upright
-        norm = inner(w * downhill, gap)
-        factor = max(0.0, inner(w * downhill, gap - gap_before) / norm_before)
-        direction = np.where(moving, downhill + factor * direction, 0.0)
-        gap_before, norm_before = gap, norm
-        moved = problem.compliance(direction)
-        calls += 1
-        moved_mean = _mean(problem, moved, moving) if approach_mm is None else 0.0
-        curvature = inner(w * direction, moved - moved_mean * problem.closing)
-        step = inner(w * gap, direction) / curvature
-        trial = p - step * direction
-        new = np.maximum(trial, 0.0)
-        scale = _scale(problem, load_N, new)
-        if np.any(trial < 0.0):
-            opening = problem.compliance(scale * new)
-            calls += 1
+            # The search direction must not change the load.
+            if not np.array_equal(was_active, is_active):
+                unit_approach_pressure = _pressures_closing_gap(problem, problem.closing, is_active)
+            descent = (
+                descent - problem.load_N(descent) / problem.load_N(unit_approach_pressure) * unit_approach_pressure
+            )
+        descent_norm = inner(weights * descent, gap)
+        conjugate_factor = max(0.0, inner(weights * descent, gap - gap_before) / descent_norm_before)
+        search_direction = np.where(is_active, descent + conjugate_factor * search_direction, 0.0)
+        gap_before, descent_norm_before = gap, descent_norm
+        direction_opening = problem.compliance(search_direction)
+        compliance_calls += 1
+        direction_approach = _fit_approach(problem, direction_opening, is_active) if approach_mm is None else 0.0
+        curvature = inner(weights * search_direction, direction_opening - direction_approach * problem.closing)
+        step_length = inner(weights * gap, search_direction) / curvature
+        trial_pressure = pressure - step_length * search_direction
+        nonnegative_pressure = np.maximum(trial_pressure, 0.0)
+        scale = _load_scale(problem, load_N, nonnegative_pressure)
+        if np.any(trial_pressure < 0.0):
+            opening = problem.compliance(scale * nonnegative_pressure)
+            compliance_calls += 1
         else:
-            # the opening is linear in the pressure: no new application of the compliance
-            opening = scale * (opening - step * moved)
-        p = scale * new
+            # The opening is linear in the pressure, so the compliance is not applied again.
+            opening = scale * (opening - step_length * direction_opening)
+        pressure = scale * nonnegative_pressure
 
 
-def _pressures(problem: ContactProblem, gap: Floats, nodes: NDArray[np.bool_]) -> Floats:
-    """About the pressures (n,) on some nodes that would close gaps (n,) there; zero on all others."""
-    there = np.where(nodes, gap, 0.0)
-    return there if problem.stiffness is None else np.where(nodes, problem.stiffness(there), 0.0)
+def _pressures_closing_gap(problem: ContactProblem, gap: Floats, nodes: NDArray[np.bool_]) -> Floats:
+    """Approximate pressures that close gaps (n,) at some nodes.
+
+    The pressures (n,) are zero at all other nodes.
+    """
+    node_gap = np.where(nodes, gap, 0.0)
+    return node_gap if problem.stiffness is None else np.where(nodes, problem.stiffness(node_gap), 0.0)
 
 
-def solution_at(
+def evaluate_solution(
     problem: ContactProblem,
     load_N: float | None,
     pressure: Floats,
@@ -189,93 +255,132 @@ def solution_at(
     tolerance: float,
     approach_mm: float | None = None,
 ) -> ContactSolution:
-    """Solution of pressures (n,) and the opening (n,) they cause: gap, residuals, and the approach if none is given.
+    """Evaluate pressures and the opening under them as a solution.
 
-    It counts as one iteration and one application of the compliance.
+    The solution counts one iteration and one application of the compliance.
+
+    Parameters
+    ----------
+    problem
+        Compliance, gap, and nodes.
+    load_N
+        Force along the approach in N; None for a prescribed approach.
+    pressure (n,)
+        Pressures in MPa.
+    opening (n,)
+        Opening under these pressures in mm.
+    tolerance
+        Bound of both residuals relative to the approach.
+    approach_mm
+        Prescribed approach in mm. Without it, the approach is fitted to the nodes with pressure.
+
+    Returns
+    -------
+    ContactSolution
+        Gap, approach and residuals of these pressures.
     """
-    total = problem.gap_mm + opening
-    active = pressure > 0.0
-    approach = _mean(problem, total, active) if approach_mm is None else approach_mm
-    gap = total - approach * problem.closing
-    contact = float(np.abs(gap[active]).max(initial=0.0) / abs(approach))
-    penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))
+    separation = problem.gap_mm + opening
+    is_active = pressure > 0.0
+    fitted_approach = _fit_approach(problem, separation, is_active) if approach_mm is None else approach_mm
+    gap = separation - fitted_approach * problem.closing
+    contact_residual = float(np.abs(gap[is_active]).max(initial=0.0) / abs(fitted_approach))
+    penetration_residual = float(max(0.0, -gap[~is_active].min(initial=0.0)) / abs(fitted_approach))
     return ContactSolution(
-        status="converged" if max(contact, penetration) <= tolerance else "not converged",
+        status="converged" if max(contact_residual, penetration_residual) <= tolerance else "not converged",
         pressure_MPa=pressure,
         gap_mm=gap,
-        approach_mm=approach,
+        approach_mm=fitted_approach,
         iterations=1,
         compliance_calls=1,
-        contact_residual=contact,
-        penetration_residual=penetration,
+        contact_residual=contact_residual,
+        penetration_residual=penetration_residual,
         load_balance=0.0 if load_N is None else abs(problem.load_N(pressure) / load_N - 1.0),
     )
 
 
-def _mean(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> float:
-    """Approach that best fits displacements (n,) on some nodes: their mean if all normals are parallel to it."""
-    c, w = problem.closing[nodes], problem.area_mm2[nodes]
-    return inner(w * c, values[nodes]) / inner(w * c, c)
+def _fit_approach(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> float:
+    """Fit an approach to displacements (n,) at some nodes.
+
+    If all normals are parallel to the approach, then the approach is the mean of the displacements.
+    """
+    closing, weights = problem.closing[nodes], problem.area_mm2[nodes]
+    return inner(weights * closing, values[nodes]) / inner(weights * closing, closing)
 
 
 def inner(a: Floats, b: Floats) -> float:
-    """Inner product of (n,) and (n,).
+    """Inner product of two arrays (n,).
 
-    Not by BLAS: starting and ending its threads takes a hundred times as long as a sum of ten thousand terms, and their
-    number changes the last bits of the sum.
+    It does not use BLAS: starting and ending the threads of BLAS takes a hundred times as long as a sum of ten thousand
+    terms, and the number of threads changes the last bits of the sum.
     """
     return float(np.einsum("i,i->", a, b))
 
 
-def _scale(problem: ContactProblem, load_N: float | None, pressure: Floats) -> float:
-    """Factor by which pressures (n,) carry the load; 1 if no load is given."""
+def _load_scale(problem: ContactProblem, load_N: float | None, pressure: Floats) -> float:
+    """Factor that scales pressures (n,) to the load; 1 without a load."""
     return 1.0 if load_N is None else load_N / problem.load_N(pressure)
 
 
 def _cleared(start: Floats) -> Floats:
-    """A first guess (n,) without what is negative, and without what interpolation leaves beside its contact."""
+    """Clean an initial pressure (n,) of negative values and of rounding errors.
+
+    Interpolation leaves rounding errors next to the contact.
+    """
     return np.where(start > _ROUNDING * start.max(), start, 0.0)
 
 
-def _start(problem: ContactProblem, load_N: float | None) -> Floats:
+def _initial_pressure(problem: ContactProblem, load_N: float | None) -> Floats:
+    """Initial pressure (n,) without a given start."""
     if load_N is None:
         return np.zeros_like(problem.gap_mm)
-    return np.maximum(np.quantile(problem.gap_mm, _NEAREST) - problem.gap_mm, 0.0)
+    return np.maximum(np.quantile(problem.gap_mm, _INITIAL_CONTACT_FRACTION) - problem.gap_mm, 0.0)
 
 
 # --- Mixing of the last solutions of a fixed-point iteration (Anderson 1965; Walker and Ni 2011).
 
 
-def mixture(solved: Sequence[Floats], changes: Sequence[Floats]) -> Floats:
-    """Combination (n,) of solutions whose changes cancel best; a single solution is returned unchanged.
+def mixture(outputs: Sequence[Floats], changes: Sequence[Floats]) -> Floats:
+    """Combine solutions such that their changes cancel best.
 
     Parameters
     ----------
-    solved, changes
-        Output (n,) of each step of the iteration, and its weighted difference from the step's input (n,), the last step
-        at the end.
+    outputs
+        Output (n,) of each step of the iteration; the last step at the end.
+    changes
+        Weighted difference (n,) between output and input of each step, in the same order.
+
+    Returns
+    -------
+    array (n,)
+        Combination of the outputs. A single output is returned unchanged.
     """
-    if len(solved) == 1:
-        return solved[0]
+    if len(outputs) == 1:
+        return outputs[0]
     columns = np.stack([changes[-1] - change for change in changes[:-1]], axis=1)
-    part, *_ = np.linalg.lstsq(columns, changes[-1], rcond=1e-10)
-    return np.asarray(solved[-1] - sum(t * (solved[-1] - q) for t, q in zip(part, solved[:-1], strict=True)))
+    coefficients, *_ = np.linalg.lstsq(columns, changes[-1], rcond=1e-10)
+    return np.asarray(
+        outputs[-1]
+        - sum(
+            coefficient * (outputs[-1] - output) for coefficient, output in zip(coefficients, outputs[:-1], strict=True)
+        )
+    )
 
 
-# --- The contact problem of an expensive compliance, solved through a cheap model of it.
+# --- Solution of a contact problem with an expensive compliance through a cheap model of the compliance.
 #
-# Finite elements answer a pressure nearly as a half-space does, with two differences: the softness of the elements acts
-# over a few nodes and alike at every node; the shape of the bodies acts everywhere and varies slowly. A model that is
-# the same at every node, and agrees with one response of the real compliance, contains the softness exactly. A few
-# corrections for the shape are then enough.
+# The response of finite elements to a pressure is nearly the response of a half-space, with two differences. The
+# softness of the elements acts over a few nodes and equally at every node. The shape of the bodies acts everywhere and
+# varies slowly. A model that is equal at every node, and agrees with a response of the real compliance, contains the
+# softness exactly. A few corrections for the shape are then enough.
 
-_MOST_CORRECTIONS = 15
-# Error of an application of the compliance as a part of the residual before it, which a correction makes four to a
-# hundred times smaller, and the residual that is expected at first; the error as a part of the tolerance at the end.
-_UNSEEN, _AT_FIRST, _AT_LAST = 2e-3, 0.15, 0.1
+_MAX_CORRECTIONS = 15
+# Relative compliance error, as a fraction of the residual before the application; a correction decreases the residual
+# by a factor of four to a hundred. Expected residual of the first correction. Compliance error of the last correction,
+# as a fraction of the tolerance.
+_RELATIVE_COMPLIANCE_ERROR, _INITIAL_RESIDUAL, _FINAL_ERROR_FRACTION = 2e-3, 0.15, 0.1
 SLIDES = 4
-"""Corrections after which bodies on a steep surface slide along each other: the residual is some 1e-4 after them."""
-_DEPTH = 4
+"""Number of corrections with a slide of the bodies along a steep surface: the residual is then some 1e-4."""
+_MIXED_SOLUTIONS = 4
 
 
 def solve_by_correction(
@@ -289,47 +394,62 @@ def solve_by_correction(
 ) -> ContactSolution:
     """Solve a contact problem by repeated solutions with a model of its compliance.
 
-    Each correction solves the model with the gap enlarged by the model's error under the last pressure. The last
-    solutions are combined by Anderson mixing (Anderson 1965; Walker and Ni 2011). If this stalls, conjugate gradients
-    continue from the best pressure.
+    Each correction solves the model with the gap enlarged by the error of the model under the last pressure. The last
+    solutions are combined by Anderson mixing (Anderson 1965; Walker and Ni 2011). If the corrections stall, conjugate
+    gradients continue from the best pressure.
 
     Parameters
     ----------
+    problem
+        Contact problem with an expensive compliance.
+    load_N
+        Force along the approach in N, > 0.
     model
-        Positive definite approximation of the compliance, much cheaper to apply.
+        Positive definite approximation of the compliance that takes much less time to apply.
     start_MPa (n,)
         Start of the first solution of the model.
     slid
-        The gap (n,) in mm after the bodies have slid along each other as under a solution, for bodies that do; it is
-        asked after each of the first `SLIDES` corrections, and the last gap is the one that is solved.
+        Function from a solution to the gap (n,) in mm after the slide of the bodies under this solution, for bodies
+        that slide along each other. It is called after each of the first `SLIDES` corrections. The solution is for the
+        last of these gaps.
     tolerance
         Bound of both residuals, relative to the approach, as in `solve_contact`.
+
+    Returns
+    -------
+    ContactSolution
+        The solution, with the number of applications of the expensive compliance.
     """
-    weight = np.sqrt(problem.area_mm2)
-    cheap = replace(problem, compliance=model, within=None)
-    p = solve_contact(cheap, load_N, start_MPa=start_MPa, tolerance=1e-6).pressure_MPa
-    solved: list[Floats] = []
+    root_area = np.sqrt(problem.area_mm2)
+    model_problem = replace(problem, compliance=model, within=None)
+    pressure = solve_contact(model_problem, load_N, start_MPa=start_MPa, tolerance=1e-6).pressure_MPa
+    outputs: list[Floats] = []
     changes: list[Floats] = []
-    best, best_p = np.inf, p
-    residual = _AT_FIRST
-    for calls in range(1, _MOST_CORRECTIONS + 1):
-        error = max(_UNSEEN * residual, _AT_LAST * tolerance)
-        opening = problem.compliance(p) if problem.within is None else problem.within(p, error)
-        state = solution_at(problem, load_N, p, opening, tolerance)
-        residual = max(state.contact_residual, state.penetration_residual)
-        if slid is not None and calls <= SLIDES:
-            # what was solved before was another contact
-            problem, solved, changes = replace(problem, gap_mm=slid(state)), [], []
-        elif state.status == "converged" and error <= _AT_LAST * tolerance:
-            return replace(state, iterations=calls, compliance_calls=calls)
-        elif residual < best:
-            best, best_p = residual, p
-        # the inner solution must be so exact that its error does not appear in the next residual
-        inner = replace(cheap, gap_mm=problem.gap_mm + opening - model(p))
-        q = solve_contact(inner, load_N, start_MPa=p, tolerance=max(1e-3 * residual, 0.1 * tolerance)).pressure_MPa
-        solved, changes = [*solved, q][-_DEPTH - 1 :], [*changes, (q - p) * weight][-_DEPTH - 1 :]
-        # what the mixture leaves outside of the last contact would be a gap under pressure
-        mixed = np.where(q > 0.0, np.maximum(mixture(solved, changes), 0.0), 0.0)
-        p = mixed if len(solved) == 1 else mixed * (load_N / problem.load_N(mixed))
-    rest = solve_contact(problem, load_N, start_MPa=best_p, tolerance=tolerance)
-    return replace(rest, compliance_calls=rest.compliance_calls + _MOST_CORRECTIONS)
+    best_residual, best_pressure = np.inf, pressure
+    residual = _INITIAL_RESIDUAL
+    for correction in range(1, _MAX_CORRECTIONS + 1):
+        compliance_error = max(_RELATIVE_COMPLIANCE_ERROR * residual, _FINAL_ERROR_FRACTION * tolerance)
+        opening = problem.compliance(pressure) if problem.within is None else problem.within(pressure, compliance_error)
+        solution = evaluate_solution(problem, load_N, pressure, opening, tolerance)
+        residual = max(solution.contact_residual, solution.penetration_residual)
+        if slid is not None and correction <= SLIDES:
+            # Earlier solutions belong to a different gap.
+            problem, outputs, changes = replace(problem, gap_mm=slid(solution)), [], []
+        elif solution.status == "converged" and compliance_error <= _FINAL_ERROR_FRACTION * tolerance:
+            return replace(solution, iterations=correction, compliance_calls=correction)
+        elif residual < best_residual:
+            best_residual, best_pressure = residual, pressure
+        # The solution of the model must be so accurate that its error does not appear in the next residual.
+        corrected_problem = replace(model_problem, gap_mm=problem.gap_mm + opening - model(pressure))
+        model_pressure = solve_contact(
+            corrected_problem, load_N, start_MPa=pressure, tolerance=max(1e-3 * residual, 0.1 * tolerance)
+        ).pressure_MPa
+        outputs, changes = (
+            [*outputs, model_pressure][-_MIXED_SOLUTIONS - 1 :],
+            [*changes, (model_pressure - pressure) * root_area][-_MIXED_SOLUTIONS - 1 :],
+        )
+        # A pressure outside the contact of the last solution would be a gap under pressure.
+        mixed_pressure = np.where(model_pressure > 0.0, np.maximum(mixture(outputs, changes), 0.0), 0.0)
+        pressure = mixed_pressure if len(outputs) == 1 else mixed_pressure * (load_N / problem.load_N(mixed_pressure))
+    final_solution = solve_contact(problem, load_N, start_MPa=best_pressure, tolerance=tolerance)
+    return replace(final_solution, compliance_calls=final_solution.compliance_calls + _MAX_CORRECTIONS)

@@ -1,1 +1,4 @@
-"""Theories of the normal contact: Hertz, and fast theories on a gap line; imports no finite elements."""
+"""Theories of the normal contact: Hertz, and fast theories on a gap line.
+
+This folder imports no finite elements.
+"""

@@ -1,4 +1,7 @@
-"""What a theory says of a contact: its patches and pressures, which are read like a contact's pressures."""
+"""Contact predicted by a theory: patches and pressures.
+
+They are evaluated like the pressures of a solved contact.
+"""
 
 from __future__ import annotations
 
@@ -17,31 +20,35 @@ from fecontact.contact_theories.gap_line import StripContact, TheoryStatus, regi
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.placement.poses import TouchPoint
 
-# Points a cell and direction at which a pressure is taken for its mean over the cell.
-_POINTS_A_CELL = 5
+# Number of points per cell and direction for the mean of a pressure over a cell.
+_POINTS_PER_CELL = 5
 
 
 class Shape(Protocol):
-    """A pressure over the places of a patch, as a theory has it."""
+    """Pressure over the positions of a patch by a theory."""
 
     def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
-        """Pressure at places along and across from its own origin."""
+        """Pressure at positions along and across, from the origin of the shape."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TheoryPatch:
-    """A patch of a theory; places (x, s) in mm from the first touch point.
+    """Patch predicted by a theory; positions (x, s) in mm from the first contact point.
 
     Attributes
     ----------
     shape, origin_mm
-        Its pressure, and where the origin of that lies.
+        Pressure of the patch, and position of the origin of the shape.
+    normal_force_N
+        Force on the patch.
     p_max_MPa, area_mm2, a_mm, b_mm
-        Its own peak, area and half-widths.
+        Peak pressure, area and half-widths of the patch.
+    centre_mm
+        Centre of pressure.
     low_mm, high_mm
-        Its ends.
+        Smallest and largest (x, s) of the patch.
     touch_point, touch
-        Number of the touch point that it belongs to, and that point; None where the theory knows of none.
+        Number of the contact point of the patch, and this contact point; None for theories without contact points.
     """
 
     shape: Shape
@@ -59,12 +66,25 @@ class TheoryPatch:
 
     @property
     def hertz(self) -> HertzContact | None:
-        """Its ellipse, None where it is none."""
+        """Ellipse of the patch; None for a patch of a different shape."""
         return self.shape if isinstance(self.shape, HertzContact) else None
 
 
 def ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) -> TheoryPatch:
-    """Hertz's ellipse as a patch, a along x and b across also where its axes are turned."""
+    """Create a patch from Hertz's ellipse.
+
+    Parameters
+    ----------
+    hertz
+        The ellipse; its axes may be turned.
+    centre_mm
+        Position (x, s) of the centre.
+
+    Returns
+    -------
+    TheoryPatch
+        Patch with a along x and b across, also for turned axes.
+    """
     (x, s), a, b = centre_mm, 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
     return TheoryPatch(
         shape=hertz,
@@ -82,18 +102,29 @@ def ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) ->
 
 @dataclass(frozen=True, kw_only=True)
 class Approximation:
-    """A contact as a theory has it: its patches, in the order of their forces.
+    """Contact predicted by a theory: its patches, in descending order of their forces.
 
     Attributes
     ----------
+    patches
+        Patches of the contact.
     approach_mm
-        Along the contact normal at first touch.
+        Approach along the contact normal at first touch.
     overlapping
-        Whether two patches overlap, so that they are none of their own.
+        Whether two patches overlap, so that they are not separate patches.
     status, notes
-        What the theory says of its own answer, in a word and in words.
+        Status of the answer of the theory, and its explanation.
     solutions
-        Number of approaches that were found to carry the force.
+        Number of approaches with this force.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.approximation import Approximation
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> hertz = hertz_ellipse(0.005, 0.005, normal_force_N=1e3, contact_modulus_MPa=115e3)
+    >>> contact = Approximation.of(hertz)
+    >>> contact.half_widths_mm == (hertz.a_mm, hertz.b_mm)
+    True
     """
 
     patches: tuple[TheoryPatch, ...]
@@ -105,54 +136,67 @@ class Approximation:
 
     @property
     def definite(self) -> bool:
-        """Whether it is the theory's answer: not one of several, nor of iterations that did not end."""
+        """Whether the contact is the answer of the theory.
+
+        It is false for one of several solutions, and for iterations that did not converge.
+        """
         return self.status in ("solved", "out of range")
 
     @classmethod
     def of(cls, hertz: HertzContact) -> Approximation:
-        """Hertz's ellipse at the first touch point."""
+        """Contact with Hertz's ellipse at the first contact point."""
         return cls(patches=(ellipse(hertz),), approach_mm=hertz.approach_mm)
 
     @property
     def single(self) -> TheoryPatch | None:
-        """The only patch, None of several."""
+        """The only patch; None for several patches."""
         return self.patches[0] if len(self.patches) == 1 else None
 
     @property
     def normal_force_N(self) -> float:
-        """Sum of the forces."""
-        return sum(one.normal_force_N for one in self.patches)
+        """Sum of the forces on all patches."""
+        return sum(patch.normal_force_N for patch in self.patches)
 
     @property
     def centre_mm(self) -> tuple[float, float]:
         """Centre of pressure (x, s)."""
-        total = self.normal_force_N
-        x, s = (sum(one.normal_force_N / total * one.centre_mm[k] for one in self.patches) for k in (0, 1))
+        total_force = self.normal_force_N
+        x, s = (
+            sum(patch.normal_force_N / total_force * patch.centre_mm[axis] for patch in self.patches) for axis in (0, 1)
+        )
         return x, s
 
     @property
     def half_widths_mm(self) -> tuple[float, float]:
-        """Half-widths (a, b) of one patch, of several from the second moments of all pressures together."""
+        """Half-widths (a, b) of the contact.
+
+        For several patches they are calculated from the second moments of all pressures together.
+        """
         if self.single is not None:
             return self.single.a_mm, self.single.b_mm
-        total, centre = self.normal_force_N, self.centre_mm
-        # <x^2> of an ellipse is its half-width squared over 5
+        total_force, centre = self.normal_force_N, self.centre_mm
+        # <x^2> of an ellipse is its squared half-width divided by 5.
         a, b = (
             math.sqrt(
                 5.0
                 * sum(
-                    one.normal_force_N / total * ((one.centre_mm[k] - centre[k]) ** 2 + half**2 / 5.0)
-                    for one, half in ((one, (one.a_mm, one.b_mm)[k]) for one in self.patches)
+                    patch.normal_force_N
+                    / total_force
+                    * ((patch.centre_mm[axis] - centre[axis]) ** 2 + half_width**2 / 5.0)
+                    for patch, half_width in ((patch, (patch.a_mm, patch.b_mm)[axis]) for patch in self.patches)
                 )
             )
-            for k in (0, 1)
+            for axis in (0, 1)
         )
         return a, b
 
     @property
     def box_mm(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Smallest and largest (x, s) of all patches."""
-        low, high = ([[getattr(one, end)[k] for one in self.patches] for k in (0, 1)] for end in ("low_mm", "high_mm"))
+        low, high = (
+            [[getattr(patch, attribute)[axis] for patch in self.patches] for axis in (0, 1)]
+            for attribute in ("low_mm", "high_mm")
+        )
         return (min(low[0]), min(low[1])), (max(high[0]), max(high[1]))
 
     @property
@@ -162,25 +206,55 @@ class Approximation:
         return high[0] - low[0], high[1] - low[1]
 
     def on(self, grid: ContactGrid, moved_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
-        """Pressure (nx, ns) in MPa of all patches, moved together, in the mean over a cell of each node."""
+        """Pressure of all patches on the nodes of a grid.
+
+        Parameters
+        ----------
+        grid
+            Grid of the nodes.
+        moved_mm
+            Shift (x, s) of all patches together.
+
+        Returns
+        -------
+        array (nx, ns)
+            Pressure in MPa, averaged over the cell of each node.
+        """
         (dx, ds) = moved_mm
         pressure = np.zeros(grid.shape)
-        for one in self.patches:
-            own = _below(grid, one, moved_mm)
-            part = replace(grid, x_mm=grid.x_mm[own[0]], s_mm=grid.s_mm[own[1]], widths_mm=grid.cells_mm[own[1]])
-            pressure[own] += mean_pressure(part, one.shape, (one.origin_mm[0] + dx, one.origin_mm[1] + ds))
+        for patch in self.patches:
+            covered = _covered_nodes(grid, patch, moved_mm)
+            covered_grid = replace(
+                grid, x_mm=grid.x_mm[covered[0]], s_mm=grid.s_mm[covered[1]], widths_mm=grid.cells_mm[covered[1]]
+            )
+            pressure[covered] += mean_pressure(
+                covered_grid, patch.shape, (patch.origin_mm[0] + dx, patch.origin_mm[1] + ds)
+            )
         return pressure
 
     def beside(self, rung: Rung, moved_mm: tuple[float, float] = (0.0, 0.0)) -> tuple[Floats, Floats, Floats]:
-        """Pressures of a contact and of these patches on the same nodes, as far as both go, and the nodes' weights."""
+        """Pressures of a solved contact and of these patches on common nodes.
+
+        Parameters
+        ----------
+        rung
+            Solved contact.
+        moved_mm
+            Shift (x, s) of the patches.
+
+        Returns
+        -------
+        rung_pressure_MPa, theory_pressure_MPa (nx, ns), weights (ns,)
+            Both pressures on nodes that cover both contacts, and the weights of the nodes.
+        """
         low, high = self.box_mm
-        lengths = (2.0 * (max(abs(low[k]), abs(high[k])) + abs(moved_mm[k])) for k in (0, 1))
-        covering = rung.pressure.covering(*lengths)
-        return covering.values, self.on(covering.grid, moved_mm), covering.grid.weights
+        lengths = (2.0 * (max(abs(low[axis]), abs(high[axis])) + abs(moved_mm[axis])) for axis in (0, 1))
+        covering_field = rung.pressure.covering(*lengths)
+        return covering_field.values, self.on(covering_field.grid, moved_mm), covering_field.grid.weights
 
 
-def _below(grid: ContactGrid, patch: TheoryPatch, moved_mm: tuple[float, float]) -> tuple[slice, slice]:
-    """Rows and columns of a grid on which a patch can have a pressure."""
+def _covered_nodes(grid: ContactGrid, patch: TheoryPatch, moved_mm: tuple[float, float]) -> tuple[slice, slice]:
+    """Rows and columns of the nodes of a grid that a patch covers."""
     (low_x, low_s), (high_x, high_s), (dx, ds) = patch.low_mm, patch.high_mm, moved_mm
     step, cells = grid.steps_mm[0], grid.cells_mm
     rows = np.searchsorted(grid.x_mm, (low_x + dx - step, high_x + dx + step))
@@ -189,37 +263,49 @@ def _below(grid: ContactGrid, patch: TheoryPatch, moved_mm: tuple[float, float])
 
 
 def of_strips(contact: StripContact) -> Approximation:
-    """A contact in strips, t its arc length from the first touch point; a patch for each of its regions."""
-    parts = []
+    """Create a theory contact from a contact in strips.
+
+    Parameters
+    ----------
+    contact
+        Contact in strips. Its positions t are arc lengths from the first contact point.
+
+    Returns
+    -------
+    Approximation
+        Contact with a patch for each region.
+    """
+    patches = []
     for first, last in regions(contact.half_length_mm > 0.0):
-        inside = np.zeros(contact.t_mm.size, bool)
-        inside[first : last + 1] = True
-        own = replace(
+        is_in_region = np.zeros(contact.t_mm.size, bool)
+        is_in_region[first : last + 1] = True
+        region = replace(
             contact,
-            half_length_mm=np.where(inside, contact.half_length_mm, 0.0),
-            centre_pressure_MPa=np.where(inside, contact.centre_pressure_MPa, 0.0),
+            half_length_mm=np.where(is_in_region, contact.half_length_mm, 0.0),
+            centre_pressure_MPa=np.where(is_in_region, contact.centre_pressure_MPa, 0.0),
         )
-        force = float(0.5 * np.pi * (own.width_mm * own.half_length_mm) @ own.centre_pressure_MPa)
-        a, ends = float(own.half_length_mm.max()), (first, last)
+        force = float(0.5 * np.pi * (region.width_mm * region.half_length_mm) @ region.centre_pressure_MPa)
+        half_length, ends = float(region.half_length_mm.max()), (first, last)
         low, high = (
-            float(own.t_mm[end] + side * 0.5 * own.width_mm[end]) for end, side in zip(ends, (-1.0, 1.0), strict=True)
+            float(region.t_mm[end] + side * 0.5 * region.width_mm[end])
+            for end, side in zip(ends, (-1.0, 1.0), strict=True)
         )
-        parts.append(
+        patches.append(
             TheoryPatch(
-                shape=own,
+                shape=region,
                 normal_force_N=force,
-                p_max_MPa=own.p_max_MPa,
-                area_mm2=own.area_mm2,
-                a_mm=own.a_mm,
-                b_mm=own.b_mm,
+                p_max_MPa=region.p_max_MPa,
+                area_mm2=region.area_mm2,
+                a_mm=region.a_mm,
+                b_mm=region.b_mm,
                 origin_mm=(0.0, 0.0),
-                centre_mm=(0.0, own.centre_t_mm),
-                low_mm=(-a, low),
-                high_mm=(a, high),
+                centre_mm=(0.0, region.centre_t_mm),
+                low_mm=(-half_length, low),
+                high_mm=(half_length, high),
             )
         )
     return Approximation(
-        patches=tuple(sorted(parts, key=lambda one: -one.normal_force_N)),
+        patches=tuple(sorted(patches, key=lambda patch: -patch.normal_force_N)),
         approach_mm=contact.approach_mm,
         status=contact.status,
         notes=contact.notes,
@@ -229,42 +315,76 @@ def of_strips(contact: StripContact) -> Approximation:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellPressure:
-    """A pressure that is constant on the cells around the nodes of a grid."""
+    """Pressure that is constant on the cells around the nodes of a grid."""
 
     field: Field
 
     def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
-        """Pressure of the nearest node, zero beyond the grid."""
+        """Pressure of the nearest node, zero beyond the grid.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Positions along and across in mm; shapes that broadcast together.
+
+        Returns
+        -------
+        array
+            Pressure in MPa at each position.
+        """
         grid = self.field.grid
-        (i, in_x), (j, in_s) = _nearest(grid.x_mm, grid.steps_mm[0], x_mm), _nearest(grid.s_mm, grid.cells_mm, y_mm)
-        return np.where(in_x & in_s, self.field.values[i, j], 0.0)
+        (row, is_in_x), (column, is_in_s) = (
+            _containing_cells(grid.x_mm, grid.steps_mm[0], x_mm),
+            _containing_cells(grid.s_mm, grid.cells_mm, y_mm),
+        )
+        return np.where(is_in_x & is_in_s, self.field.values[row, column], 0.0)
 
 
-def _nearest(line: Floats, widths: Floats | float, places: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Number of the node in whose cell each place lies, and whether there is one."""
-    widths = np.broadcast_to(widths, line.shape)
-    number = np.clip(np.searchsorted(line - 0.5 * widths, places, side="right") - 1, 0, line.size - 1)
-    return number, np.abs(places - line[number]) <= 0.5 * widths[number]
+def _containing_cells(
+    nodes: Floats, widths: Floats | float, positions: Floats
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Index of the node with the cell around each position, and a mask.
+
+    The mask is false for positions outside all cells.
+    """
+    widths = np.broadcast_to(widths, nodes.shape)
+    index = np.clip(np.searchsorted(nodes - 0.5 * widths, positions, side="right") - 1, 0, nodes.size - 1)
+    return index, np.abs(positions - nodes[index]) <= 0.5 * widths[index]
 
 
 def of_rung(rung: Rung) -> Approximation:
-    """A solved contact as a theory has it; a patch for each separate one."""
-    whole = rung.pressure.whole()
-    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
-    fields = [Field(grid=whole.grid, values=np.where(pieces == k, whole.values, 0.0)) for k in range(1, count + 1)]
-    cells = whole.grid.steps_mm[0] * whole.grid.cells_mm
-    parts = [_of_field(field, float((field.values.sum(axis=0)) @ cells)) for field in fields]
+    """Create a theory contact from a solved contact.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    Approximation
+        Contact with a patch for each separate patch of the solved contact.
+    """
+    whole_field = rung.pressure.whole()
+    patch_numbers, count = label(whole_field.values > 0.0, structure=np.ones((3, 3)))
+    fields = [
+        Field(grid=whole_field.grid, values=np.where(patch_numbers == number, whole_field.values, 0.0))
+        for number in range(1, count + 1)
+    ]
+    cell_areas = whole_field.grid.steps_mm[0] * whole_field.grid.cells_mm
+    patches = [_patch_from_field(field, float((field.values.sum(axis=0)) @ cell_areas)) for field in fields]
     return Approximation(
-        patches=tuple(sorted(parts, key=lambda one: -one.normal_force_N)), approach_mm=rung.approach_mm
+        patches=tuple(sorted(patches, key=lambda patch: -patch.normal_force_N)), approach_mm=rung.approach_mm
     )
 
 
-def _of_field(field: Field, force_N: float) -> TheoryPatch:
+def _patch_from_field(field: Field, force_N: float) -> TheoryPatch:
+    """Patch with the pressure of a field."""
     patch = measure_patch(field)
     x, s = (np.flatnonzero(field.values.any(axis=axis)) for axis in (1, 0))
     ends = ((field.grid.x_mm[x[end]], field.grid.s_mm[s[end]]) for end in (0, -1))
     (low_x, low_s), (high_x, high_s) = ((float(x), float(s)) for x, s in ends)
-    more = 0.5 * (patch.extent_x_mm - (high_x - low_x)), 0.5 * (patch.extent_y_mm - (high_s - low_s))
+    margin = 0.5 * (patch.extent_x_mm - (high_x - low_x)), 0.5 * (patch.extent_y_mm - (high_s - low_s))
     return TheoryPatch(
         shape=CellPressure(field=field),
         normal_force_N=force_N,
@@ -274,21 +394,36 @@ def _of_field(field: Field, force_N: float) -> TheoryPatch:
         b_mm=patch.b_mm,
         origin_mm=(0.0, 0.0),
         centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
-        low_mm=(low_x - more[0], low_s - more[1]),
-        high_mm=(high_x + more[0], high_s + more[1]),
+        low_mm=(low_x - margin[0], low_s - margin[1]),
+        high_mm=(high_x + margin[0], high_s + margin[1]),
     )
 
 
 def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
-    """A theory's pressure (nx, ns) in MPa, in the mean over a cell of each node, its origin at a place of the grid.
+    """Pressure of a theory, averaged over the cell of each node.
 
     A contact on a half-space has its nodal pressures on such cells.
+
+    Parameters
+    ----------
+    grid
+        Grid of the nodes.
+    shape
+        Pressure of a theory.
+    origin_mm
+        Position (x, s) of the origin of the shape on the grid.
+
+    Returns
+    -------
+    array (nx, ns)
+        Pressure in MPa.
     """
-    places = (np.arange(_POINTS_A_CELL) + 0.5) / _POINTS_A_CELL - 0.5
-    x = (grid.x_mm[:, None] - origin_mm[0] + grid.steps_mm[0] * places).ravel()
-    s = (grid.s_mm[:, None] - origin_mm[1] + grid.cells_mm[:, None] * places).ravel()
+    cell_fractions = (np.arange(_POINTS_PER_CELL) + 0.5) / _POINTS_PER_CELL - 0.5
+    x = (grid.x_mm[:, None] - origin_mm[0] + grid.steps_mm[0] * cell_fractions).ravel()
+    s = (grid.s_mm[:, None] - origin_mm[1] + grid.cells_mm[:, None] * cell_fractions).ravel()
     pressure = shape.pressure_MPa(x[:, None], s[None, :])
-    # whole lines first: five numbers at a time cost as much each as a hundred
-    lines = pressure.reshape(grid.x_mm.size, _POINTS_A_CELL, s.size).sum(axis=1)
-    cells = lines.reshape(*grid.shape, _POINTS_A_CELL)
-    return np.asarray(cells @ np.full(_POINTS_A_CELL, _POINTS_A_CELL**-2.0))
+    # Whole lines are summed first: operations on five numbers cost as much per operation as operations on a hundred
+    # numbers.
+    row_sums = pressure.reshape(grid.x_mm.size, _POINTS_PER_CELL, s.size).sum(axis=1)
+    point_sums = row_sums.reshape(*grid.shape, _POINTS_PER_CELL)
+    return np.asarray(point_sums @ np.full(_POINTS_PER_CELL, _POINTS_PER_CELL**-2.0))

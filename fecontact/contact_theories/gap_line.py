@@ -1,4 +1,7 @@
-"""The gap on the line across through the first touch point, and the contact in strips that theories find on it."""
+"""Gap on the line across through the first contact point, and contacts in strips.
+
+Theories find the contact in strips along the rail from this gap line.
+"""
 
 from __future__ import annotations
 
@@ -17,27 +20,27 @@ from fecontact.contact_theories.hertz import EllipseShape, ellipse_shape
 from fecontact.errors import InputError, check_positive
 from fecontact.placement.wheel_on_rail import Placement
 
-# Chord for the line's curvature: long enough against rounding, short against any patch.
-_CHORD_MM = 0.1
-# Gaps wider than this are never closed by running wheels.
-_WIDEST_GAP_MM = 1.0
-# Step of the positions, fine enough for every profile, and how far they go to each side.
+# Chord for the curvature of the gap line: long relative to rounding errors, short relative to every patch.
+_CURVATURE_CHORD_MM = 0.1
+# Largest gap that running wheels can close.
+_MAX_GAP_MM = 1.0
+# Step of the positions, fine enough for every profile, and their largest distance to each side.
 _STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
-# A first look at every so many positions says where the surfaces face each other, and what the gap is between them but
-# for 1e-5 mm.
-_EVERY = 10
-# Largest approach: a wheel that slides as far as it gives closes a gap by less than its slide.
-_APPROACH_MM = 1.0
-# Places to each side of first touch.
-_COUNT = round(_HALF_WIDTH_MM / _STEP_MM)
-_EVEN = 1e-6
-LEAST_B_PER_MM = 1e-4
-"""Curvature across (1/mm) that stands for a flat or concave gap where a theory needs a convex one."""
+# Stride of coarse positions. They show where the surfaces face each other. Interpolation of the gap between them has an
+# error of 1e-5 mm.
+_COARSE_STRIDE = 10
+# Largest approach. A wheel that slides as far as this approach requires closes a gap by less than its slide.
+_MAX_APPROACH_MM = 1.0
+# Number of positions to each side of first touch.
+_POSITIONS_PER_SIDE = round(_HALF_WIDTH_MM / _STEP_MM)
+_MAX_STEP_DIFFERENCE = 1e-6
+MIN_B_PER_MM = 1e-4
+"""Smallest curvature across (1/mm), set for a flat or concave gap where a theory needs a convex gap."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GapLine:
-    """Gap f(t) + A x^2 of two bodies before they are pressed together, x along the rail, t across.
+    """Gap f(t) + A x^2 of two undeformed bodies, x along the rail, t across.
 
     Attributes
     ----------
@@ -50,18 +53,27 @@ class GapLine:
     contact_modulus_MPa
         E* of the pair.
     B_per_mm (n,)
-        Half the curvature of f. If not given (size 0), it comes from central differences over 0.1 mm to each side,
-        which are noise on measured points.
+        Half the curvature of f. By default (size 0), it is calculated from central differences over 0.1 mm to each
+        side, which are noisy on measured points.
     surface_mm (n,)
-        Arc length along the rail's surface from first touch; `t_mm` if not given.
+        Arc length along the surface of the rail from first touch; `t_mm` by default.
     turned_rad (n,)
-        Angle between the surface and the tangent plane at first touch; 0 if not given. Only the strip method uses
-        `surface_mm` and `turned_rad`; all other theories work in the plane.
+        Angle between the surface and the tangent plane at first touch; 0 by default. Only the strip method uses
+        `surface_mm` and `turned_rad`. All other theories use the plane.
 
     Raises
     ------
     InputError
         If an array does not fit or is not finite, steps are not equal, or a constant is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import GapLine
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.001, contact_modulus_MPa=115e3)
+    >>> round(line.step_mm, 3), line.touch, round(float(line.B_per_mm[250]), 6)
+    (0.02, 250, 0.005)
     """
 
     t_mm: Floats
@@ -73,22 +85,23 @@ class GapLine:
     turned_rad: Floats = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
-        t, f, b, s, turned = (
+        """Check the arrays and constants, and calculate the default arrays."""
+        t, f, b, s, angle = (
             np.asarray(values, dtype=np.float64)
             for values in (self.t_mm, self.f_mm, self.B_per_mm, self.surface_mm, self.turned_rad)
         )
         check_positive("gap coefficient A", self.A_per_mm, "1/mm", "give cos(contact angle) / (2 rolling radius)")
         check_positive("contact modulus", self.contact_modulus_MPa, "MPa", "take it from contact_modulus_MPa")
-        if t.ndim != 1 or t.size < 5 or f.shape != t.shape or {b.shape, s.shape, turned.shape} - {t.shape, (0,)}:
+        if t.ndim != 1 or t.size < 5 or f.shape != t.shape or {b.shape, s.shape, angle.shape} - {t.shape, (0,)}:
             raise InputError(
                 f"gap line has positions {t.shape}, gaps {f.shape} and curvatures {b.shape}; allowed: one line of 5 or"
                 " more of each; give as many gaps as positions"
             )
-        for name, values in (("position", t), ("gap", f), ("curvature", b), ("place", s), ("angle", turned)):
+        for name, values in (("position", t), ("gap", f), ("curvature", b), ("place", s), ("angle", angle)):
             if not np.all(np.isfinite(values)):
                 raise InputError(f"a {name} of the gap line is not finite; allowed: finite; cut the line where it ends")
         steps = np.diff(t)
-        if steps[0] <= 0.0 or np.ptp(steps) > _EVEN * steps[0]:
+        if steps[0] <= 0.0 or np.ptp(steps) > _MAX_STEP_DIFFERENCE * steps[0]:
             raise InputError(
                 f"steps of the gap line are {steps.min():g} to {steps.max():g} mm; allowed: > 0 and equal; interpolate"
                 " the gap on equal steps"
@@ -97,7 +110,7 @@ class GapLine:
         object.__setattr__(self, "t_mm", t)
         object.__setattr__(self, "f_mm", f)
         object.__setattr__(self, "surface_mm", s if s.size else t)
-        object.__setattr__(self, "turned_rad", turned if turned.size else np.zeros_like(t))
+        object.__setattr__(self, "turned_rad", angle if angle.size else np.zeros_like(t))
         object.__setattr__(self, "B_per_mm", b if b.size else _curvature(f, float(steps[0])))
 
     @property
@@ -107,64 +120,97 @@ class GapLine:
 
     @property
     def touch(self) -> int:
-        """Index of the touch point: the smallest gap."""
+        """Index of the contact point, the position of the smallest gap."""
         return int(np.argmin(self.f_mm))
 
     @cached_property
-    def own_ellipses(self) -> EllipseShape:
-        """Shape (n,) of Hertz's ellipse for the curvature at each place; flat and concave: `LEAST_B_PER_MM`."""
-        return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, LEAST_B_PER_MM))
+    def local_ellipses(self) -> EllipseShape:
+        """Shape (n,) of Hertz's ellipse for the curvature at each position.
 
-    def concave_notes(self, inside: NDArray[np.bool_]) -> list[str]:
-        """Why a theory of local ellipses is out of its range: places in contact (n,) with a flat or concave gap."""
-        flat = inside & (self.B_per_mm < LEAST_B_PER_MM)
-        if not flat.any():
+        The curvature is at least `MIN_B_PER_MM`, also at flat and concave positions.
+        """
+        return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, MIN_B_PER_MM))
+
+    def concave_notes(self, is_in_contact: NDArray[np.bool_]) -> list[str]:
+        """Note on flat or concave positions, for theories of local ellipses.
+
+        A theory of local ellipses is out of its range there.
+
+        Parameters
+        ----------
+        is_in_contact (n,)
+            Mask of the positions in contact.
+
+        Returns
+        -------
+        list of str
+            The reason why the theory is out of its range; empty if the gap is convex in the whole contact.
+        """
+        is_flat = is_in_contact & (self.B_per_mm < MIN_B_PER_MM)
+        if not is_flat.any():
             return []
-        share = 100.0 * np.count_nonzero(flat) / np.count_nonzero(inside)
-        return [f"{share:.0f} % of the patch is flat or concave across; {LEAST_B_PER_MM:g} 1/mm stands for it"]
+        share = 100.0 * np.count_nonzero(is_flat) / np.count_nonzero(is_in_contact)
+        return [f"{share:.0f} % of the patch is flat or concave across; {MIN_B_PER_MM:g} 1/mm stands for it"]
 
 
 def _curvature(f: Floats, step: float) -> Floats:
-    """Half the second derivative of a line (n,); near its ends the value of the nearest place with a whole chord."""
-    reach = min(max(1, round(_CHORD_MM / step)), (f.size - 1) // 2)
-    inner = (f[2 * reach :] - 2.0 * f[reach:-reach] + f[: -2 * reach]) / (2.0 * (reach * step) ** 2)
-    return np.pad(inner, reach, mode="edge")
+    """Half the second derivative of a gap line (n,).
+
+    Near its ends it has the value of the nearest position with a whole chord.
+    """
+    reach = min(max(1, round(_CURVATURE_CHORD_MM / step)), (f.size - 1) // 2)
+    inner_curvature = (f[2 * reach :] - 2.0 * f[reach:-reach] + f[: -2 * reach]) / (2.0 * (reach * step) ** 2)
+    return np.pad(inner_curvature, reach, mode="edge")
 
 
-# cached: loads at one position begin with the same line; a fleet has a few lines in turn
+# Cached: all loads at a position begin with an equal gap line, and a fleet has a few lines in turn.
 @lru_cache(maxsize=8)
 def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
-    """Gap line of a placed wheel through its first touch point, as far as the surfaces face each other within 1 mm.
+    """Gap line of a placed wheel through its first contact point.
+
+    The line ends where the surfaces no longer face each other within 1 mm.
 
     Parameters
     ----------
+    placement
+        Placed wheel and rail.
+    contact_modulus_MPa
+        E* of the pair.
     slide_mm
-        Slide of the wheel along the tangent plane before the gap is taken, positive to the field side. A load that is
-        not along the contact normal lets the wheel slide: approach times tan(contact angle) under a vertical load,
-        which matters on a flange root (angles above 0.3 rad).
+        Slide of the wheel along the tangent plane before the gap is calculated, positive to the field side. A load that
+        is not along the contact normal moves the wheel along the plane: under a vertical load by approach times
+        tan(contact angle). This slide matters on a flange root (angles above 0.3 rad).
+
+    Returns
+    -------
+    GapLine
+        Gap, positions along the surface, and angles of the surface.
 
     Notes
     -----
-    Range of validity: one plane for the whole patch; no yaw, or so little yaw that the gap is even in x.
+    Range of validity: a single plane for the whole patch; no yaw, or so little yaw that the gap is even in x.
     """
     touch, wheel = placement.first, placement.wheel
-    slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
-    along = _places(placement)
-    f = slid.gap_over_plane(along.points_mm, along.gap_mm)
-    near = _around(_facing(f), int(np.argmin(np.abs(along.t_mm))))
+    slid_placement = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
+    positions = _rail_positions(placement)
+    f = slid_placement.gap_over_plane(positions.points_mm, positions.gap_mm)
+    face_range = _around(_is_within_gap(f), int(np.argmin(np.abs(positions.t_mm))))
     return GapLine(
-        t_mm=along.t_mm[near],
-        f_mm=f[near],
+        t_mm=positions.t_mm[face_range],
+        f_mm=f[face_range],
         A_per_mm=0.5 * touch.curvature.xx_per_mm,
         contact_modulus_MPa=contact_modulus_MPa,
-        surface_mm=along.surface_mm[near],
-        turned_rad=along.turned_rad[near],
+        surface_mm=positions.surface_mm[face_range],
+        turned_rad=positions.turned_rad[face_range],
     )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Places:
-    """Places (n,) across in the tangent plane at which a gap line is taken, with the rail there and about the gap."""
+class _RailPositions:
+    """Positions (n,) across in the tangent plane, with the rail surface and the approximate gap.
+
+    The gap line is calculated at these positions.
+    """
 
     t_mm: Floats
     points_mm: Floats
@@ -173,94 +219,150 @@ class _Places:
     gap_mm: Floats
 
 
-# cached: the rail stays where it is, whatever the load and the slide of the wheel
+# Cached: the rail does not depend on the load and the slide of the wheel.
 @lru_cache(maxsize=16)
-def _places(placement: Placement) -> _Places:
-    """The places that face each other, or may do so after a slide."""
+def _rail_positions(placement: Placement) -> _RailPositions:
+    """Positions where the surfaces face each other, also after a slide."""
     rail, touch = placement.rail, placement.first
-    coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _COUNT // _EVERY + 1)
-    coarse = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
-    widest = _WIDEST_GAP_MM + _APPROACH_MM * abs(math.tan(touch.contact_angle_rad))
-    rough, met = _around(_facing(coarse, widest), _COUNT // _EVERY), np.isfinite(coarse)
-    first = max(rough.start - 1, 0) * _EVERY
-    last = min(rough.stop * _EVERY, 2 * _COUNT)
-    t = np.asarray(_STEP_MM * np.arange(first - _COUNT, last - _COUNT + 1), dtype=np.float64)
-    u, points = placement.over_tangent_plane(t)
-    return _Places(
+    coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _POSITIONS_PER_SIDE // _COARSE_STRIDE + 1)
+    coarse_gap = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
+    largest_gap = _MAX_GAP_MM + _MAX_APPROACH_MM * abs(math.tan(touch.contact_angle_rad))
+    coarse_range, is_finite = (
+        _around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE),
+        np.isfinite(coarse_gap),
+    )
+    first = max(coarse_range.start - 1, 0) * _COARSE_STRIDE
+    last = min(coarse_range.stop * _COARSE_STRIDE, 2 * _POSITIONS_PER_SIDE)
+    t = np.asarray(_STEP_MM * np.arange(first - _POSITIONS_PER_SIDE, last - _POSITIONS_PER_SIDE + 1), dtype=np.float64)
+    profile_parameters, points = placement.over_tangent_plane(t)
+    return _RailPositions(
         t_mm=t,
         points_mm=points,
-        surface_mm=rail.profile.arc_length(u) - placement.first_arc_length_mm,
-        turned_rad=rail.section(u)[2] - touch.contact_angle_rad,
-        gap_mm=CubicSpline(coarse_t[met], coarse[met])(t),
+        surface_mm=rail.profile.arc_length(profile_parameters) - placement.first_arc_length_mm,
+        turned_rad=rail.section(profile_parameters)[2] - touch.contact_angle_rad,
+        gap_mm=CubicSpline(coarse_t[is_finite], coarse_gap[is_finite])(t),
     )
 
 
-def _facing(f_mm: Floats, widest_mm: float = _WIDEST_GAP_MM) -> NDArray[np.bool_]:
-    return np.nan_to_num(f_mm, nan=np.inf) < widest_mm
+def _is_within_gap(f_mm: Floats, max_gap_mm: float = _MAX_GAP_MM) -> NDArray[np.bool_]:
+    """Mask (n,) of the gaps smaller than the largest gap."""
+    return np.nan_to_num(f_mm, nan=np.inf) < max_gap_mm
 
 
-def _around(wanted: NDArray[np.bool_], index: int) -> slice:
-    """The unbroken run of wanted places around an index."""
-    unwanted = np.flatnonzero(~wanted)
-    after = np.searchsorted(unwanted, index)
-    low = int(unwanted[after - 1]) + 1 if after > 0 else 0
-    high = int(unwanted[after]) if after < unwanted.size else wanted.size
+def _around(is_selected: NDArray[np.bool_], index: int) -> slice:
+    """Range of the unbroken run of true values around an index."""
+    false_indices = np.flatnonzero(~is_selected)
+    next_false = np.searchsorted(false_indices, index)
+    low = int(false_indices[next_false - 1]) + 1 if next_false > 0 else 0
+    high = int(false_indices[next_false]) if next_false < false_indices.size else is_selected.size
     return slice(low, high)
 
 
-def regions(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last index of each unbroken run of true places."""
-    places = np.flatnonzero(inside)
-    if places.size == 0:
+def regions(is_selected: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last index of each unbroken run of true values.
+
+    Parameters
+    ----------
+    is_selected (n,)
+        Mask of positions.
+
+    Returns
+    -------
+    list of (int, int)
+        Indices of each run, both included.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import regions
+    >>> regions(np.array([True, True, False, True]))
+    [(0, 1), (3, 3)]
+    """
+    indices = np.flatnonzero(is_selected)
+    if indices.size == 0:
         return []
-    runs: Iterable[Floats] = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    runs: Iterable[Floats] = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
     return [(int(run[0]), int(run[-1])) for run in runs]
 
 
 def crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[int, int]) -> tuple[float, float]:
-    """Where the gap rises above a level before and after a run of places below it, or the end of the line."""
+    """Positions at which the gap rises above a level, on both sides of a run.
 
-    def between(inner: int, outer: int) -> float:
+    Parameters
+    ----------
+    t_mm, f_mm (n,)
+        Positions and gap.
+    level_mm
+        Level of the gap.
+    run
+        First and last index of a run of positions with a gap below the level.
+
+    Returns
+    -------
+    low_mm, high_mm
+        Interpolated positions before and after the run. If the run reaches an end of the line, then the end of the
+        line.
+    """
+
+    def interpolate(inner: int, outer: int) -> float:
         if not 0 <= outer < t_mm.size:
             return float(t_mm[inner])
-        part = (level_mm - f_mm[inner]) / (f_mm[outer] - f_mm[inner])
-        return float(t_mm[inner] + part * (t_mm[outer] - t_mm[inner]))
+        fraction = (level_mm - f_mm[inner]) / (f_mm[outer] - f_mm[inner])
+        return float(t_mm[inner] + fraction * (t_mm[outer] - t_mm[inner]))
 
-    return between(run[0], run[0] - 1), between(run[1], run[1] + 1)
+    return interpolate(run[0], run[0] - 1), interpolate(run[1], run[1] + 1)
 
 
 def end_notes(line: GapLine, first: int, last: int) -> list[str]:
-    """Why a theory with this run of places as its region is out of its range."""
-    inside = first > 0 and last < line.t_mm.size - 1
-    return [] if inside else ["the region of contact reaches the end of the line; give a longer one"]
+    """Note on a region that reaches the end of the line.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    first, last
+        Indices of the region of a theory.
+
+    Returns
+    -------
+    list of str
+        The reason why the theory is out of its range; empty if the region ends inside the line.
+    """
+    is_inside = first > 0 and last < line.t_mm.size - 1
+    return [] if is_inside else ["the region of contact reaches the end of the line; give a longer one"]
 
 
-def gap_at(line: GapLine, t_mm: ArrayLike) -> Floats:
-    """Gap (mm) at any place, linear between the line's positions and constant beyond its ends."""
+def interpolate_gap(line: GapLine, t_mm: ArrayLike) -> Floats:
+    """Interpolate the gap (mm) linearly between the positions of a line.
+
+    The gap is constant beyond the ends of the line.
+    """
     return np.asarray(np.interp(np.asarray(t_mm, dtype=np.float64), line.t_mm, line.f_mm))
 
 
-# --- A contact by a theory of strips: a half-elliptic pressure over the length of each strip along the rail.
+# --- Contact by a theory of strips, with a half-elliptic pressure over the length of each strip along the rail.
 
 TheoryStatus = Literal["solved", "several solutions", "jump", "out of range", "not converged"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StripContact:
-    """A contact in strips along x; p(x, t) = p(0, t) sqrt(1 - x^2 / a(t)^2).
+    """Contact in strips along x; p(x, t) = p(0, t) sqrt(1 - x^2 / a(t)^2).
 
     Attributes
     ----------
     status
-        `solved`, or the worst problem in `notes`: several approaches carry the load, the force jumps over the load, the
-        theory is out of its range, or its iterations did not converge. Numbers are given in any case.
+        `solved`, or the worst problem in `notes`: several approaches have the load, the force jumps over the load, the
+        theory is out of its range, or its iterations did not converge. The contact is complete for every status.
+    notes
+        Explanation of the status.
     solutions
-        Number of approaches found that carry the wanted load; 1 if the approach was given.
+        Number of approaches with the prescribed load; 1 at a prescribed approach.
     approach_mm, normal_force_N
-        Approach and force of this contact, also if another load was wanted.
+        Approach and force of this contact, also if they differ from the prescribed load.
     t_mm, width_mm (n,)
-        Middles and widths of the strips, in the tangent plane at first touch. The strip method gives them along the
-        rail's surface if the line has `surface_mm`.
+        Middles and widths of the strips, in the tangent plane at first touch. In contacts by the strip method, they lie
+        along the surface of the rail if the gap line has `surface_mm`.
     half_length_mm, centre_pressure_MPa (n,)
         a(t) and p(0, t), both 0 outside the patch.
     """
@@ -288,43 +390,85 @@ class StripContact:
     @property
     def centre_t_mm(self) -> float:
         """Centre of pressure across; NaN without a force."""
-        return self._mean(self.t_mm)
+        return self._force_weighted_mean(self.t_mm)
 
     @property
     def a_mm(self) -> float:
-        """Half-width along x from the second moment of the pressure, sqrt(5 <x^2>); NaN without a force."""
-        # <x^2> of a half-elliptic strip is a quarter of its half length squared
-        return math.sqrt(5.0 * self._mean(0.25 * self.half_length_mm**2))
+        """Half-width along x from the second moment of the pressure.
+
+        It is sqrt(5 <x^2>), and NaN without a force.
+        """
+        # <x^2> of a half-elliptic strip is a quarter of its half length squared.
+        return math.sqrt(5.0 * self._force_weighted_mean(0.25 * self.half_length_mm**2))
 
     @property
     def b_mm(self) -> float:
-        """Half-width across from the second moment of the pressure about its centre, sqrt(5 <t^2>)."""
-        # with the second moment of each strip's width
-        return math.sqrt(5.0 * (self._mean((self.t_mm - self.centre_t_mm) ** 2 + self.width_mm**2 / 12.0)))
+        """Half-width across from the second moment of the pressure about its centre.
+
+        It is sqrt(5 <t^2>).
+        """
+        # The second moment of the width of each strip is included.
+        return math.sqrt(
+            5.0 * (self._force_weighted_mean((self.t_mm - self.centre_t_mm) ** 2 + self.width_mm**2 / 12.0))
+        )
 
     def pressure_MPa(self, x_mm: ArrayLike, t_mm: ArrayLike) -> Floats:
-        """Pressure at any points; shapes broadcast. Squares of lengths and pressures are linear between the strips."""
+        """Pressure at given points, in MPa.
+
+        The squares of lengths and pressures are linear between the strips.
+
+        Parameters
+        ----------
+        x_mm, t_mm
+            Points along and across in mm; any shapes that broadcast together.
+
+        Returns
+        -------
+        array
+            Pressures, of the broadcast shape.
+        """
         x, t = np.asarray(x_mm, dtype=np.float64), np.asarray(t_mm, dtype=np.float64)
         a_square = np.interp(t, self.t_mm, self.half_length_mm**2, left=0.0, right=0.0)
         p_square = np.interp(t, self.t_mm, self.centre_pressure_MPa**2, left=0.0, right=0.0)
-        # terms in t alone come first: for a line of x and a line of t this costs four operations a point
-        in_a, p_square = 1.0 / np.where(a_square > 0.0, a_square, 1.0), np.where(a_square > 0.0, p_square, 0.0)
-        pressure = np.asarray(1.0 - x**2 * in_a)
+        # Terms in t alone come first. For a line of x and a line of t this costs four operations per point.
+        inverse_a_square, p_square = (
+            1.0 / np.where(a_square > 0.0, a_square, 1.0),
+            np.where(a_square > 0.0, p_square, 0.0),
+        )
+        pressure = np.asarray(1.0 - x**2 * inverse_a_square)
         np.maximum(pressure, 0.0, out=pressure)
         pressure *= p_square
         return np.sqrt(pressure, out=pressure)
 
-    def _mean(self, values: Floats) -> float:
+    def _force_weighted_mean(self, values: Floats) -> float:
+        """Mean of values (n,) of the strips, weighted by their forces."""
         weights = self.width_mm * self.centre_pressure_MPa * self.half_length_mm
-        total = float(weights.sum())
-        return float(weights @ values) / total if total > 0.0 else math.nan
+        total_weight = float(weights.sum())
+        return float(weights @ values) / total_weight if total_weight > 0.0 else math.nan
 
 
-def strip_contact(
-    line: GapLine, approach_mm: float, half_length_mm: Floats, centre_pressure_MPa: Floats, out: list[str]
+def build_strip_contact(
+    line: GapLine, approach_mm: float, half_length_mm: Floats, centre_pressure_MPa: Floats, range_notes: list[str]
 ) -> StripContact:
-    """Contact with a strip at each place of a line; `out` are the reasons why the theory is out of its range."""
-    notes = list(out)
+    """Build a contact with a strip at each position of a gap line.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    approach_mm
+        Approach of the bodies.
+    half_length_mm, centre_pressure_MPa (n,)
+        Half length and pressure at x = 0 of each strip.
+    range_notes
+        Reasons why the theory is out of its range.
+
+    Returns
+    -------
+    StripContact
+        The contact; its status is `out of range` if there is a reason.
+    """
+    notes = list(range_notes)
     if half_length_mm[0] > 0.0 or half_length_mm[-1] > 0.0:
         notes.append("the patch reaches the end of the line; give a longer one")
     return StripContact(
@@ -340,91 +484,152 @@ def strip_contact(
     )
 
 
-# --- All approaches at which a theory carries a load: its force need neither grow steadily nor be continuous.
+# --- Approaches at which a theory has a given force. The force of a theory may decrease with the approach, and may be
+# discontinuous.
 
 AtApproach = Callable[[GapLine, float], StripContact]
-"""A theory: the contact on a gap line at an approach (mm)."""
+"""Theory: function from a gap line and an approach (mm) to the contact."""
 
-# Approaches from LOWEST to HIGHEST times Hertz's at the touch point, in steps of a factor.
-_LOWEST, _HIGHEST, _FACTOR = 0.25, 2.0, 1.02
-_STEPS = 60
-# Relative error of the force; if it cannot be reached, the force jumps over the load.
-_LEAST_OFF = 1e-9
-_JUMP = 2e-3
+# Smallest and largest approach, relative to Hertz's approach at the contact point, and the factor between successive
+# approaches.
+_MIN_RELATIVE_APPROACH, _MAX_RELATIVE_APPROACH, _APPROACH_STEP_FACTOR = 0.25, 2.0, 1.02
+_MAX_ROOT_STEPS = 60
+# Relative error of the force. If the force jumps over the load, then this error cannot be reached, and the error
+# exceeds the second value.
+_FORCE_TOLERANCE = 1e-9
+_MIN_JUMP = 2e-3
 
 
-def under_load(line: GapLine, normal_force_N: float, theory: AtApproach, *, factor: float = _FACTOR) -> StripContact:
-    """Contact at the smallest approach that carries a load, with the number of such approaches.
+def under_load(
+    line: GapLine, normal_force_N: float, theory: AtApproach, *, factor: float = _APPROACH_STEP_FACTOR
+) -> StripContact:
+    """Find the smallest approach at which a theory has a given force.
 
-    Approaches from a quarter of Hertz's to twice Hertz's are tried in steps of a factor, 2 % if not given, so that two
-    solutions between neighbouring steps are missed. If none carries the load, smaller and larger approaches are tried.
+    Approaches from a quarter of Hertz's approach to twice Hertz's approach are tried in steps of a factor, 2 % by
+    default. Two solutions between neighbouring steps are therefore missed. If there is no solution, then smaller and
+    larger approaches are tried.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    normal_force_N
+        Force, > 0.
+    theory
+        Function from a gap line and an approach to the contact.
+    factor
+        Factor between successive approaches, > 1.
+
+    Returns
+    -------
+    StripContact
+        Contact at the smallest approach with this force, with the number of such approaches.
 
     Raises
     ------
     InputError
         If the load is not positive.
+
+    Examples
+    --------
+    ANALYN is exact for a constant curvature:
+
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.analyn import analyn_at
+    >>> from fecontact.contact_theories.gap_line import GapLine, under_load
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.002, contact_modulus_MPa=115e3)
+    >>> contact = under_load(line, 1e4, analyn_at)
+    >>> exact = hertz_ellipse(0.002, 0.005, normal_force_N=1e4, contact_modulus_MPa=115e3)
+    >>> contact.status, bool(abs(contact.p_max_MPa / exact.p0_MPa - 1.0) < 0.001)
+    ('solved', True)
     """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    guess, at_approach = approach_of_hertz_mm(line, normal_force_N), partial(theory, line)
-    ladder = guess * _LOWEST * factor ** np.arange(np.ceil(np.log(_HIGHEST / _LOWEST) / np.log(factor)) + 1)
-    steps = [float(approach) for approach in ladder]
-    above = [at_approach(approach).normal_force_N >= normal_force_N for approach in steps]
-    while above[0] and len(steps) < 1000:
-        steps.insert(0, steps[0] / factor)
-        above.insert(0, at_approach(steps[0]).normal_force_N >= normal_force_N)
-    while not above[-1] and len(steps) < 1000:
-        steps.append(steps[-1] * factor)
-        above.append(at_approach(steps[-1]).normal_force_N >= normal_force_N)
-    changes = [number for number in range(len(steps) - 1) if above[number] != above[number + 1]]
+    hertz_approach, at_approach = estimate_hertz_approach_mm(line, normal_force_N), partial(theory, line)
+    initial_approaches = (
+        hertz_approach
+        * _MIN_RELATIVE_APPROACH
+        * factor ** np.arange(np.ceil(np.log(_MAX_RELATIVE_APPROACH / _MIN_RELATIVE_APPROACH) / np.log(factor)) + 1)
+    )
+    approaches = [float(approach) for approach in initial_approaches]
+    is_above = [at_approach(approach).normal_force_N >= normal_force_N for approach in approaches]
+    while is_above[0] and len(approaches) < 1000:
+        approaches.insert(0, approaches[0] / factor)
+        is_above.insert(0, at_approach(approaches[0]).normal_force_N >= normal_force_N)
+    while not is_above[-1] and len(approaches) < 1000:
+        approaches.append(approaches[-1] * factor)
+        is_above.append(at_approach(approaches[-1]).normal_force_N >= normal_force_N)
+    changes = [index for index in range(len(approaches) - 1) if is_above[index] != is_above[index + 1]]
     if not changes:
         return replace(
-            at_approach(steps[-1]),
+            at_approach(approaches[-1]),
             status="not converged",
             solutions=0,
-            notes=(f"no approach up to {steps[-1]:.3g} mm carries {normal_force_N:g} N",),
+            notes=(f"no approach up to {approaches[-1]:.3g} mm carries {normal_force_N:g} N",),
         )
     first = changes[0]
-    contact = _met(at_approach, normal_force_N, steps[first], steps[first + 1])
-    return _told(contact, normal_force_N, len(changes))
+    contact = _approach_for_force(at_approach, normal_force_N, approaches[first], approaches[first + 1])
+    return _note_solutions(contact, normal_force_N, len(changes))
 
 
-def approach_of_hertz_mm(line: GapLine, normal_force_N: float) -> float:
-    """Approach of Hertz's ellipse for the curvature at the touch point; flat and concave: `LEAST_B_PER_MM`."""
-    B = max(float(line.B_per_mm[line.touch]), LEAST_B_PER_MM)
-    part_t, integral = (float(v[line.touch]) for v in (line.own_ellipses.part_t, line.own_ellipses.integral))
-    # N = (2 pi / 3) a b p0 with a, b and p0 of the approach
-    per_approach = (part_t / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * integral)
-    return float((normal_force_N / per_approach) ** (2.0 / 3.0))
+def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
+    """Approach of Hertz's ellipse for the curvature at the contact point.
 
+    The curvature is at least `MIN_B_PER_MM`, also at a flat or concave contact point.
 
-def _met(at_approach: Callable[[float], StripContact], wanted: float, low: float, high: float) -> StripContact:
-    """Contact between two approaches at which the force passes the wanted force, upwards or downwards.
+    Parameters
+    ----------
+    line
+        Gap line.
+    normal_force_N
+        Force, > 0.
 
-    By secants, of which the value at an end that stays is halved (Illinois, Dowell and Jarratt 1971); every fourth step
-    halves the range, for a force that jumps.
+    Returns
+    -------
+    float
+        Approach in mm.
     """
-    off_low, off_high = (at_approach(end).normal_force_N / wanted - 1.0 for end in (low, high))
-    for step in range(1, _STEPS + 1):
-        place = high - off_high * (high - low) / (off_high - off_low) if step % 4 else 0.5 * (low + high)
-        contact = at_approach(place)
-        off = contact.normal_force_N / wanted - 1.0
-        if abs(off) < _LEAST_OFF:
+    B = max(float(line.B_per_mm[line.touch]), MIN_B_PER_MM)
+    part_t, integral = (
+        float(values[line.touch]) for values in (line.local_ellipses.part_t, line.local_ellipses.integral)
+    )
+    # N = (2 pi / 3) a b p0, with a, b and p0 as functions of the approach.
+    force_coefficient = (part_t / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * integral)
+    return float((normal_force_N / force_coefficient) ** (2.0 / 3.0))
+
+
+def _approach_for_force(
+    at_approach: Callable[[float], StripContact], target_N: float, low: float, high: float
+) -> StripContact:
+    """Find the contact between two approaches at which the force passes a value.
+
+    The force may increase or decrease with the approach. The method uses secants, with half the value at an end that
+    stays (Illinois, Dowell and Jarratt 1971). Every fourth step halves the range, for a force that jumps.
+    """
+    error_low, error_high = (at_approach(end).normal_force_N / target_N - 1.0 for end in (low, high))
+    for step in range(1, _MAX_ROOT_STEPS + 1):
+        approach = high - error_high * (high - low) / (error_high - error_low) if step % 4 else 0.5 * (low + high)
+        contact = at_approach(approach)
+        error = contact.normal_force_N / target_N - 1.0
+        if abs(error) < _FORCE_TOLERANCE:
             break
-        if off * off_high < 0.0:
-            low, off_low = high, off_high
+        if error * error_high < 0.0:
+            low, error_low = high, error_high
         else:
-            off_low *= 0.5
-        high, off_high = place, off
+            error_low *= 0.5
+        high, error_high = approach, error
     return contact
 
 
-def _told(contact: StripContact, wanted: float, solutions: int) -> StripContact:
+def _note_solutions(contact: StripContact, target_N: float, solutions: int) -> StripContact:
+    """Contact with notes and a status for several solutions and for a jump."""
     notes = list(contact.notes)
     status = contact.status
     if solutions > 1:
-        notes.append(f"{solutions} approaches carry {wanted:g} N; this is the smallest")
+        notes.append(f"{solutions} approaches carry {target_N:g} N; this is the smallest")
         status = "several solutions" if status == "solved" else status
-    if abs(contact.normal_force_N / wanted - 1.0) > _JUMP:
-        notes.append(f"the force jumps over {wanted:g} N at this approach: here it is {contact.normal_force_N:g} N")
+    if abs(contact.normal_force_N / target_N - 1.0) > _MIN_JUMP:
+        notes.append(f"the force jumps over {target_N:g} N at this approach: here it is {contact.normal_force_N:g} N")
         status = "jump" if status == "solved" else status
     return replace(contact, solutions=solutions, notes=tuple(notes), status=status)

@@ -1,4 +1,4 @@
-"""Kik and Piotrowski's contact: virtual interpenetration of a gap line."""
+"""Contact by Kik and Piotrowski: virtual interpenetration of a gap line."""
 
 from __future__ import annotations
 
@@ -9,26 +9,38 @@ from fecontact.arrays import Floats
 from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
+    build_strip_contact,
     crossings_mm,
     end_notes,
-    gap_at,
+    interpolate_gap,
     regions,
-    strip_contact,
 )
 from fecontact.contact_theories.hertz import ellipse_shape
 from fecontact.errors import check_positive
 
 VIRTUAL_PENETRATION = 0.55
-"""Part of the approach by which the undeformed bodies interpenetrate in the region of contact."""
+"""Interpenetration of the undeformed bodies in the region of contact, as a fraction of the approach."""
 
 
 def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bool = False) -> StripContact:
-    """Kik and Piotrowski's contact at an approach (mm).
+    """Contact by Kik and Piotrowski at an approach.
 
-    The patch is the region with a gap below 0.55 of the approach. The pressure is c sqrt(a(t)^2 - x^2), with one c for
-    the patch, so that the surfaces deflect by the approach at the deepest interpenetration.
+    The patch is the region with a gap below 0.55 of the approach. The pressure is c sqrt(a(t)^2 - x^2), with a single c
+    for the patch, so that the surfaces deflect by the approach at the deepest interpenetration.
 
-    With `shape_correction` the region is first stretched and shrunk to the axis ratio of Hertz's ellipse.
+    Parameters
+    ----------
+    line
+        Gap line.
+    approach_mm
+        Approach of the bodies, > 0.
+    shape_correction
+        Whether the region is first stretched and shrunk to the axis ratio of Hertz's ellipse.
+
+    Returns
+    -------
+    StripContact
+        Half length and pressure of each strip, and the force.
 
     Raises
     ------
@@ -37,53 +49,97 @@ def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bo
 
     Notes
     -----
-    Class of cost: one sum over the strips for each approach. Source: Kik and Piotrowski (1996); Piotrowski and Kik
-    (2008), eqs 7 and 13. Modified: several regions are treated one by one, each with the approach of its deepest point,
+    Class of cost: a single sum over the strips for each approach. Source: Kik and Piotrowski (1996); Piotrowski and Kik
+    (2008), eqs 7 and 13. Modified: several regions are treated separately, each with the approach of its deepest point,
     and their forces are added. The shape correction follows citations of the 2008 paper; neither paper was seen in
-    print. Range: not Hertz for constant curvature, where the peak is 6 to 11 % low and the area 7 to 12 % large
-    for a/b from 0.3 to 3; at 0.1 and 10 the peak is 19 % low and the area 24 % large.
+    print. Range: it differs from Hertz for constant curvature, where the peak is 6 to 11 % low and the area 7 to 12 %
+    large for a/b from 0.3 to 3. At a/b of 0.1 and 10 the peak is 19 % low and the area 24 % large.
+
+    Examples
+    --------
+    Constant curvature, A = B = 0.005 1/mm: the half length is sqrt(0.55 d / A) at the approach d.
+
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import GapLine
+    >>> from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.005, contact_modulus_MPa=115e3)
+    >>> round(float(kik_piotrowski_at(line, 0.04).half_length_mm.max()), 3)
+    2.098
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     level = VIRTUAL_PENETRATION * approach_mm
     half_length, pressure = np.zeros_like(line.t_mm), np.zeros_like(line.t_mm)
-    found = regions(line.f_mm < level)
-    for first, last in found:
-        square = np.maximum(_overlap(line, level, first, last, shape_correction=shape_correction), 0.0) / line.A_per_mm
+    contact_regions = regions(line.f_mm < level)
+    for first, last in contact_regions:
+        half_length_square = (
+            np.maximum(_interpenetration(line, level, first, last, shape_correction=shape_correction), 0.0)
+            / line.A_per_mm
+        )
         deepest = first + int(np.argmin(line.f_mm[first : last + 1]))
-        own_approach = approach_mm - float(line.f_mm[deepest]) / VIRTUAL_PENETRATION
-        a = np.sqrt(square)
-        c = pressure_factor(line, a, deepest, own_approach)
-        half_length, pressure = np.maximum(half_length, a), np.maximum(pressure, c * a)
-    out = end_notes(line, found[0][0], found[-1][1])
-    if len(found) > 1:
-        out.append(f"{len(found)} separate regions, which the papers do not add up")
-    return strip_contact(line, approach_mm, half_length, pressure, out)
+        local_approach = approach_mm - float(line.f_mm[deepest]) / VIRTUAL_PENETRATION
+        region_half_length = np.sqrt(half_length_square)
+        factor = find_pressure_factor(line, region_half_length, deepest, local_approach)
+        half_length, pressure = (
+            np.maximum(half_length, region_half_length),
+            np.maximum(pressure, factor * region_half_length),
+        )
+    range_notes = end_notes(line, contact_regions[0][0], contact_regions[-1][1])
+    if len(contact_regions) > 1:
+        range_notes.append(f"{len(contact_regions)} separate regions, which the papers do not add up")
+    return build_strip_contact(line, approach_mm, half_length, pressure, range_notes)
 
 
-def pressure_factor(line: GapLine, half_length_mm: Floats, place: int, deflection_mm: float) -> float:
-    """Factor c (MPa/mm) of the pressure c sqrt(a(t)^2 - x^2) for a given deflection at a place of x = 0."""
-    inside = np.flatnonzero(half_length_mm)
-    a, away = half_length_mm[inside], line.t_mm[inside] - line.t_mm[place]
-    m1 = away**2 / (away**2 + a**2)
-    # the strip through the place: mean over the strip's width
-    own = inside == place
-    m1[own] = 1.0
-    influence = 2.0 * np.hypot(a, away) * (ellipkm1(m1) - ellipe(1.0 - m1))
-    influence[own] = 2.0 * a[own] * np.log(8.0 * a[own] / line.step_mm)
+def find_pressure_factor(line: GapLine, half_length_mm: Floats, index: int, deflection_mm: float) -> float:
+    """Factor c of the pressure c sqrt(a(t)^2 - x^2) for a given deflection.
+
+    The deflection is prescribed at a single position with x = 0.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    half_length_mm (n,)
+        Half length a(t) of each strip, 0 outside the patch.
+    index
+        Index of the position with the prescribed deflection.
+    deflection_mm
+        Deflection of both surfaces together.
+
+    Returns
+    -------
+    float
+        Factor c in MPa/mm.
+    """
+    strips_in_contact = np.flatnonzero(half_length_mm)
+    half_length, offsets = half_length_mm[strips_in_contact], line.t_mm[strips_in_contact] - line.t_mm[index]
+    complementary_parameter = offsets**2 / (offsets**2 + half_length**2)
+    # In the strip at this position, the mean over the width of the strip is used.
+    is_own_strip = strips_in_contact == index
+    complementary_parameter[is_own_strip] = 1.0
+    influence = (
+        2.0
+        * np.hypot(half_length, offsets)
+        * (ellipkm1(complementary_parameter) - ellipe(1.0 - complementary_parameter))
+    )
+    influence[is_own_strip] = 2.0 * half_length[is_own_strip] * np.log(8.0 * half_length[is_own_strip] / line.step_mm)
     return float(np.pi * line.contact_modulus_MPa * deflection_mm / (line.step_mm * influence.sum()))
 
 
-def _overlap(line: GapLine, level: float, first: int, last: int, *, shape_correction: bool) -> Floats:
-    """Interpenetration of a region, zero or negative outside it, with or without the shape correction."""
-    overlap = np.full_like(line.f_mm, -1.0)
-    overlap[first : last + 1] = level - line.f_mm[first : last + 1]
+def _interpenetration(line: GapLine, level: float, first: int, last: int, *, shape_correction: bool) -> Floats:
+    """Interpenetration (n,) of a region, zero or negative outside it.
+
+    With the shape correction, the region is stretched and shrunk to the axis ratio of Hertz's ellipse.
+    """
+    depth = np.full_like(line.f_mm, -1.0)
+    depth[first : last + 1] = level - line.f_mm[first : last + 1]
     if not shape_correction:
-        return overlap
+        return depth
     low, high = crossings_mm(line.t_mm, line.f_mm, level, (first, last))
-    width, length = high - low, 2.0 * np.sqrt(overlap.max() / line.A_per_mm)
+    width, length = high - low, 2.0 * np.sqrt(depth.max() / line.A_per_mm)
     axis_ratio = float(ellipse_shape(line.A_per_mm, line.A_per_mm * (length / width) ** 2).axis_ratio)
-    along, across = np.sqrt(width * axis_ratio / length), np.sqrt(length / (axis_ratio * width))
+    stretch_along, stretch_across = np.sqrt(width * axis_ratio / length), np.sqrt(length / (axis_ratio * width))
     deepest = line.t_mm[first + int(np.argmin(line.f_mm[first : last + 1]))]
-    places = deepest + (line.t_mm - deepest) / across
-    stretched = along**2 * (level - gap_at(line, places))
-    return np.where((places > low) & (places < high), stretched, -1.0)
+    source_positions = deepest + (line.t_mm - deepest) / stretch_across
+    stretched_depth = stretch_along**2 * (level - interpolate_gap(line, source_positions))
+    return np.where((source_positions > low) & (source_positions < high), stretched_depth, -1.0)

@@ -1,7 +1,7 @@
-"""The theories of the contact that are judged, from the cheapest to the most expensive.
+"""Theories of the contact that are judged, from the cheapest to the most expensive.
 
-A further one is one more entry here, and its words beside it in `theories.toml`. One of a gap line says what the
-contact is at an approach: under a force it is found here, and vehicles have it by its name.
+A new theory is a new entry here, and its words in `registry.toml`. A theory of a gap line is a function from an
+approach to the contact. Its contact under a force is found here, and vehicles can use it by its name.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
 from fecontact.contact_theories.kpec import kpec_at
 from fecontact.contact_theories.stripes import stripes_at
 from fecontact.contact_theories.strips import gap_line_under_load, strip
-from fecontact.contact_theories.touch_hertz import ends_beneath, hertz_points
+from fecontact.contact_theories.touch_hertz import describe_profile_end, hertz_points
 from fecontact.errors import InputError
 from fecontact.placement.poses import RelativeCurvature, TouchPoint
 from fecontact.placement.wheel_on_rail import Placement
@@ -34,9 +34,18 @@ from fecontact.placement.wheel_on_rail import Placement
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Loaded:
-    """Input of the theories: a placed case under the normal force (N) that the finite elements carry.
+    """Input of the theories: a placed case under a normal force.
 
-    `half_space` is the contact of the true gap on a half-space; None if it is not available.
+    Attributes
+    ----------
+    placement
+        Placed wheel and rail.
+    case
+        The case.
+    normal_force_N
+        Normal force of the finite elements.
+    half_space
+        Contact of the true gap on a half-space; None if it is not available.
     """
 
     placement: Placement
@@ -45,27 +54,28 @@ class Loaded:
     half_space: Rung | None = None
 
 
-Approximate: TypeAlias = Callable[[Loaded], Approximation | str | None]
+TheoryFunction: TypeAlias = Callable[[Loaded], Approximation | str | None]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Theory:
-    """A theory of the contact.
+    """Theory of the contact.
 
     Attributes
     ----------
     words, spoken
-        Name of the theory in tables, and within a sentence where it is another one there.
+        Name of the theory in tables, and its name within a sentence if it is different.
     letter
-        One or two letters of the theory in the cells of a map; no picture has them for anything else.
+        One or two letters of the theory in the cells of a map. No picture uses them for anything else.
     cost
         Class of cost for a vehicle code.
     source, range
         Source of the theory, and its range of validity.
     differs
-        Differences from the source, and what was not found there; may be empty.
+        Differences from the source, and details that were not found there; may be empty.
     approximate
-        Function from a loaded placement to the contact, or to the reason for no contact; None if it would be Hertz.
+        Function from a loaded placement to the contact, or to the reason for no contact; None if the contact would be
+        Hertz.
     at_approach
         Contact on a gap line at an approach, which vehicles use too; None for a theory without a gap line.
     """
@@ -75,7 +85,7 @@ class Theory:
     cost: str
     source: str
     range: str
-    approximate: Approximate
+    approximate: TheoryFunction
     at_approach: AtApproach | None = None
     differs: str = ""
     spoken: str = ""
@@ -86,27 +96,31 @@ class Theory:
         return self.spoken or self.words
 
 
-def _hertz(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:
+def _hertz_contact(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:
+    """Hertz's ellipse at the first contact point, with a given curvature."""
     modulus = loaded.case.contact_modulus_MPa
     hertz = hertz_from_hessian(curvature.hessian, normal_force_N=loaded.normal_force_N, contact_modulus_MPa=modulus)
-    notes = _outside_hertz(loaded.placement, hertz)
+    notes = _hertz_range_notes(loaded.placement, hertz)
     return replace(Approximation.of(hertz), status="out of range" if notes else "solved", notes=notes)
 
 
-def _outside_hertz(placement: Placement, hertz: HertzContact) -> tuple[str, ...]:
-    """Why a single ellipse is out of its range: the end of a profile, a junction, or other touch points that close."""
+def _hertz_range_notes(placement: Placement, hertz: HertzContact) -> tuple[str, ...]:
+    """Reasons why a single ellipse is out of its range.
+
+    The reasons are the end of a profile, a junction, and other contact points that close.
+    """
     first = placement.first
-    notes = [end] if (end := ends_beneath(placement, first, hertz)) else []
+    notes = [end_note] if (end_note := describe_profile_end(placement, first, hertz)) else []
     if first.at_junction:
         notes.append("the touch point lies at a curvature junction: the ellipse has the curvature of one side")
-    closed = len(_closed_touches(placement, hertz.approach_mm))
-    if closed > 1:
-        notes.append(f"at its approach {closed} touch points are closed, of which it has one")
+    closed_count = len(_closed_points(placement, hertz.approach_mm))
+    if closed_count > 1:
+        notes.append(f"at its approach {closed_count} touch points are closed, of which it has one")
     return tuple(notes)
 
 
-def _closed_touches(placement: Placement, approach_mm: float) -> list[TouchPoint]:
-    """The touch points that an approach along the normal at first touch closes."""
+def _closed_points(placement: Placement, approach_mm: float) -> list[TouchPoint]:
+    """Contact points that an approach along the normal at the first contact point closes."""
     return [
         touch
         for touch in placement.touch_points
@@ -114,28 +128,37 @@ def _closed_touches(placement: Placement, approach_mm: float) -> list[TouchPoint
     ]
 
 
-def _beyond_line(placement: Placement, line: GapLine, approach_mm: float) -> tuple[str, ...]:
-    """Why a theory of a gap line is out of its range: closed touch points that the line does not reach."""
+def _points_beyond_line(placement: Placement, line: GapLine, approach_mm: float) -> tuple[str, ...]:
+    """Notes about closed contact points that a gap line does not reach: its theories are out of range."""
     low, high = line.surface_mm[0], line.surface_mm[-1]
-    beyond = [touch for touch in _closed_touches(placement, approach_mm) if not low <= placement.arc_mm(touch) <= high]
+    points = [touch for touch in _closed_points(placement, approach_mm) if not low <= placement.arc_mm(touch) <= high]
     return tuple(
         f"at its approach the touch point at y = {touch.rail_y_mm:+z.2f} mm on the rail is closed too, which its line"
         " does not reach"
-        for touch in beyond
+        for touch in points
     )
 
 
-def _at_first_touch(loaded: Loaded) -> Approximation:
-    return _hertz(loaded, loaded.placement.first.curvatures[-1])
+def _hertz_at_first_touch(loaded: Loaded) -> Approximation:
+    """Hertz at the first contact point.
+
+    At a junction it has the curvature of the field side.
+    """
+    return _hertz_contact(loaded, loaded.placement.first.curvatures[-1])
 
 
-def _at_gauge_side(loaded: Loaded) -> Approximation | None:
+def _hertz_at_gauge_side(loaded: Loaded) -> Approximation | None:
+    """Hertz with the curvature of the gauge side of a junction; None without a junction."""
     first = loaded.placement.first
-    return _hertz(loaded, first.curvatures[0]) if first.at_junction else None
+    return _hertz_contact(loaded, first.curvatures[0]) if first.at_junction else None
 
 
-def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
-    """The ellipses that share the load; at a curvature junction with the curvature of the field side."""
+def _multi_hertz(loaded: Loaded) -> Approximation | str | None:
+    """Ellipses that share the load.
+
+    At a curvature junction they have the curvature of the field side. The result is None for a single ellipse, which is
+    Hertz.
+    """
     case, placement = loaded.case, loaded.placement
     direction = placement.load_direction(normal=case.load_kind == "normal")
     points = hertz_points(placement, case.load_N, direction=direction, contact_modulus_MPa=case.contact_modulus_MPa)
@@ -146,14 +169,14 @@ def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
     for point in points.points:
         if point.shared is None:
             continue
-        touch = placement.touch_points[point.touch_point]
-        centre = (touch.x_mm - placement.first.x_mm, placement.arc_mm(touch))
-        patches.append(replace(ellipse(point.shared, centre), touch_point=point.touch_point, touch=touch))
+        contact_point = placement.touch_points[point.touch_point]
+        centre = (contact_point.x_mm - placement.first.x_mm, placement.arc_mm(contact_point))
+        patches.append(replace(ellipse(point.shared, centre), touch_point=point.touch_point, touch=contact_point))
     if len(patches) < 2:
-        # a single ellipse is Hertz
+        # A single ellipse is Hertz.
         return None
     return Approximation(
-        patches=tuple(sorted(patches, key=lambda one: -one.normal_force_N)),
+        patches=tuple(sorted(patches, key=lambda patch: -patch.normal_force_N)),
         approach_mm=points.shared_approach_mm * float(placement.first.normal @ direction),
         overlapping=points.overlapping,
         status="out of range" if notes else "solved",
@@ -161,85 +184,114 @@ def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
     )
 
 
-def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bool = True) -> Approximate:
-    """Approximation by a theory of strips, from the gap on the line across through the first touch point.
+def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bool = True) -> TheoryFunction:
+    """Create a theory function from a theory of strips under a force.
 
-    If `in_plane`, the theory has its strips on the tangent plane, and they are projected to the surface.
+    The gap is on the line across through the first contact point. If `in_plane`, the strips of the theory lie on the
+    tangent plane, and are projected to the surface.
     """
 
     def approximate(loaded: Loaded) -> Approximation | str:
+        """Contact by the theory, or the reason for no contact."""
         try:
             line = gap_line_of(loaded)
-            found = theory(line, loaded.normal_force_N)
+            contact = theory(line, loaded.normal_force_N)
         except InputError as error:
             return str(error)
-        if not (found.half_length_mm > 0.0).any():
-            return "; ".join(found.notes) or "no strip is in contact"
-        contact = of_strips(_on_surface(found, line) if in_plane else found)
-        beyond = _beyond_line(loaded.placement, line, contact.approach_mm)
-        if not beyond:
-            return contact
-        status = "out of range" if contact.status == "solved" else contact.status
-        return replace(contact, status=status, notes=(*contact.notes, *beyond))
+        if not (contact.half_length_mm > 0.0).any():
+            return "; ".join(contact.notes) or "no strip is in contact"
+        approximation = of_strips(_project_to_surface(contact, line) if in_plane else contact)
+        beyond_notes = _points_beyond_line(loaded.placement, line, approximation.approach_mm)
+        if not beyond_notes:
+            return approximation
+        status = "out of range" if approximation.status == "solved" else approximation.status
+        return replace(approximation, status=status, notes=(*approximation.notes, *beyond_notes))
 
     return approximate
 
 
-# cached: all theories of strips need it, one after the other, on a few lines that measured points allow
+# Cached: all theories of strips need the line in turn, for a few profile variants.
 @lru_cache(maxsize=4)
 def gap_line_of(loaded: Loaded) -> GapLine:
-    """The gap on the line across; a vertical load lets the wheel slide down a steep flank."""
+    """Gap line of a loaded placement.
+
+    Under a vertical load the wheel slides down a steep flank.
+
+    Parameters
+    ----------
+    loaded
+        Placed case under a normal force.
+
+    Returns
+    -------
+    GapLine
+        Gap on the line across through the first contact point.
+    """
     placement, modulus = loaded.placement, loaded.case.contact_modulus_MPa
     if loaded.case.load_kind == "normal":
         return gap_line(placement, contact_modulus_MPa=modulus)
     return gap_line_under_load(placement, loaded.normal_force_N, contact_modulus_MPa=modulus)
 
 
-def _on_surface(contact: StripContact, line: GapLine) -> StripContact:
+def _project_to_surface(contact: StripContact, line: GapLine) -> StripContact:
+    """Contact with its strips projected from the tangent plane to the surface of the rail."""
     return replace(contact, t_mm=np.interp(contact.t_mm, line.t_mm, line.surface_mm))
 
 
-def _on_half_space(loaded: Loaded) -> Approximation | None:
+def _half_space_contact(loaded: Loaded) -> Approximation | None:
+    """Contact of the true gap on a half-space; None if it is not available."""
     return None if loaded.half_space is None else of_rung(loaded.half_space)
 
 
 HERTZ, HERTZ_GAUGE, MULTI_HERTZ = "hertz", "hertz_gauge", "multi_hertz"
-_OF_GAP_LINES: Mapping[str, AtApproach] = {
+_GAP_LINE_THEORIES: Mapping[str, AtApproach] = {
     "equivalent_ellipse": equivalent_ellipse_at,
     "kik_piotrowski": kik_piotrowski_at,
     "stripes": stripes_at,
     "analyn": analyn_at,
     "kpec": kpec_at,
 }
-_APPROXIMATE: Mapping[str, Approximate] = {
-    HERTZ: _at_first_touch,
-    HERTZ_GAUGE: _at_gauge_side,
-    MULTI_HERTZ: _at_all_touches,
-    **{name: _in_strips(partial(under_load, theory=theory)) for name, theory in _OF_GAP_LINES.items()},
+_APPROXIMATIONS: Mapping[str, TheoryFunction] = {
+    HERTZ: _hertz_at_first_touch,
+    HERTZ_GAUGE: _hertz_at_gauge_side,
+    MULTI_HERTZ: _multi_hertz,
+    **{name: _in_strips(partial(under_load, theory=theory)) for name, theory in _GAP_LINE_THEORIES.items()},
     "strip": _in_strips(strip, in_plane=False),
-    "half_space": _on_half_space,
+    "half_space": _half_space_contact,
 }
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 THEORIES = {
-    name: Theory(approximate=approximate, at_approach=_OF_GAP_LINES.get(name), **_WORDS[name])
-    for name, approximate in _APPROXIMATE.items()
+    name: Theory(approximate=approximate, at_approach=_GAP_LINE_THEORIES.get(name), **_WORDS[name])
+    for name, approximate in _APPROXIMATIONS.items()
 }
-"""By name, from the cheapest."""
+"""Theories by name, from the cheapest to the most expensive."""
 _COARSE_FACTOR = 1.15
 
 
-def of_many(name: str) -> Approximate:
-    """A theory for very many contacts: on a gap line approaches are tried in steps of 15 %, not 2 %.
+def of_many(name: str) -> TheoryFunction:
+    """Function of a theory for very many contacts.
 
-    Of two solutions nearer to each other than that none is seen; the contact that is found is the same to 1e-9.
+    For theories of a gap line, approaches are tried in steps of 15 %, not 2 %. Two solutions with a smaller distance
+    are both missed. The contact that is found is equal to 1e-9.
+
+    Parameters
+    ----------
+    name
+        Name of the theory in `THEORIES`.
+
+    Returns
+    -------
+    TheoryFunction
+        Function from a loaded placement to the contact, or to the reason for no contact; None if the contact would be
+        Hertz.
     """
-    theory = _OF_GAP_LINES.get(name)
+    theory = _GAP_LINE_THEORIES.get(name)
     if theory is None:
         return THEORIES[name].approximate
     return _in_strips(partial(under_load, theory=theory, factor=_COARSE_FACTOR))
 
 
 EITHER_SIDE = (HERTZ_GAUGE, HERTZ)
-"""Hertz's ellipse with the curvature of each side of the first touch point."""
+"""Hertz's ellipse with the curvature of each side of the first contact point."""
 OF_ELLIPSES = (MULTI_HERTZ, "equivalent_ellipse")
-"""Theories that vehicle codes use as they use Hertz."""
+"""Theories of ellipses, which vehicle codes use in a similar way to Hertz."""

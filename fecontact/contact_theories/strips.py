@@ -1,4 +1,4 @@
-"""The strip method on a gap line."""
+"""Strip method on a gap line, and the gap line of a wheel under load."""
 
 from __future__ import annotations
 
@@ -17,29 +17,79 @@ from fecontact.contact_theories.strip_method import Line, Load, Search, solve_st
 from fecontact.errors import InputError, check_positive
 from fecontact.placement.wheel_on_rail import Placement
 
-# --- The strip method on a gap line.
+# --- Strip method on a gap line.
 
 STRIPS = 100
-_FEWEST_STRIPS = 20
-# They give the approach within 0.02 % of 100.
-_STRIPS_OF_SLIDE = 32
-# Strips narrower than half a step of the line see the kinks between its places: with five strips a step the peak of a
-# patch that is 0.4 mm wide and 15 times as long is 6.6 % too high, on a smooth curve 0.5 %.
-_MOST_STRIPS_A_STEP = 2
+_MIN_STRIPS = 20
+# With this number of strips, the approach is within 0.02 % of the approach with 100 strips.
+_SLIDE_STRIPS = 32
+# Strips narrower than half a step of the gap line resolve the kinks between its places: with five strips per step the
+# peak of a patch that is 0.4 mm wide and 15 times as long is 6.6 % too high, on a smooth curve 0.5 %.
+_MAX_STRIPS_PER_STEP = 2
 # Largest turn of the surface within a patch (rad) for which a single plane is enough. Of 600 random library positions
 # three have a peak or an area outside 5 and 10 % of the half-space: with a turn of 0.29 and 0.45 rad the area is 10 and
 # 13 % too large, with 0.81 rad peak and area are 12 and 21 % too large.
-_LARGEST_TURN_RAD = 0.5
+_MAX_TURN_RAD = 0.5
 
 
 def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> StripContact:
-    """The strip method under a normal force; see `strip_at`."""
+    """Contact by the strip method under a normal force.
+
+    Equations, source and range of validity are in `strip_method`.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    normal_force_N
+        Force, > 0.
+    strips
+        Number of strips across the patch, at least 20.
+
+    Returns
+    -------
+    StripContact
+        Half length and pressure of each strip, and the approach.
+
+    Raises
+    ------
+    InputError
+        If the force is not positive, or there are too few strips.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import GapLine
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> from fecontact.contact_theories.strips import strip
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.002, contact_modulus_MPa=115e3)
+    >>> exact = hertz_ellipse(0.002, 0.005, normal_force_N=1e4, contact_modulus_MPa=115e3)
+    >>> bool(abs(strip(line, 1e4).p_max_MPa / exact.p0_MPa - 1.0) < 0.003)
+    True
+    """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    return _solved(line, strips, Load(force=normal_force_N))
+    return _solve(line, strips, Load(force=normal_force_N))
 
 
 def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> StripContact:
-    """The strip method at an approach (mm): equations, source and range in `strip_method`.
+    """Contact by the strip method at an approach.
+
+    Equations, source and range of validity are in `strip_method`.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    approach_mm
+        Approach of the bodies, > 0.
+    strips
+        Number of strips across the patch, at least 20.
+
+    Returns
+    -------
+    StripContact
+        Half length and pressure of each strip, and the force.
 
     Raises
     ------
@@ -48,51 +98,55 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
 
     Notes
     -----
-    Class of cost: a few linear systems with as many equations as strips. Exact for constant curvature; the force grows
-    with the approach, so that there is one solution.
+    Class of cost: a few linear systems with an equation per strip. Exact for constant curvature. The force increases
+    with the approach, so that there is a single solution.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
-    return _solved(line, strips, Load(approach=approach_mm))
+    return _solve(line, strips, Load(approach=approach_mm))
 
 
-def _line_of(line: GapLine, finer: int = 1) -> Line:
-    """A gap line for the strip method, with so many places for each of its own, on a smooth curve through these."""
-    t = np.linspace(line.t_mm[0], line.t_mm[-1], finer * (line.t_mm.size - 1) + 1)
-    surface, f, turned = (
-        values if finer == 1 else CubicSpline(line.t_mm, values)(t)
+def _strip_method_line(line: GapLine, refinement: int = 1) -> Line:
+    """Gap line for the strip method, with more places on a smooth curve through the places of the line.
+
+    `refinement` is the number of steps for each step of the gap line; with 1 the places are unchanged.
+    """
+    t_mm = np.linspace(line.t_mm[0], line.t_mm[-1], refinement * (line.t_mm.size - 1) + 1)
+    surface_mm, f_mm, turned_rad = (
+        values if refinement == 1 else CubicSpline(line.t_mm, values)(t_mm)
         for values in (line.surface_mm, line.f_mm, line.turned_rad)
     )
-    return Line(t=surface, f=f, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.cos(turned))
+    return Line(t=surface_mm, f=f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.cos(turned_rad))
 
 
-def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
-    if strips < _FEWEST_STRIPS:
-        raise InputError(f"number of strips is {strips}; allowed: {_FEWEST_STRIPS} and more; 100 are good to 0.1 %")
+def _solve(line: GapLine, strips: int, load: Load) -> StripContact:
+    """Solve the strip method on a gap line, and note problems."""
+    if strips < _MIN_STRIPS:
+        raise InputError(f"number of strips is {strips}; allowed: {_MIN_STRIPS} and more; 100 are good to 0.1 %")
     search = Search(strips=strips)
-    solved = solve_strips(_line_of(line), load, search)
-    finer = math.ceil(line.step_mm / float(solved.h.min()))
-    if finer > _MOST_STRIPS_A_STEP:
-        solved = solve_strips(_line_of(line, finer), load, search)
-    half_length = np.sqrt(solved.q)
+    solution = solve_strips(_strip_method_line(line), load, search)
+    refinement = math.ceil(line.step_mm / float(solution.h.min()))
+    if refinement > _MAX_STRIPS_PER_STEP:
+        solution = solve_strips(_strip_method_line(line, refinement), load, search)
+    half_length = np.sqrt(solution.q)
     notes = []
-    if solved.at_end:
+    if solution.at_end:
         notes.append("the patch reaches the end of the line; give a longer one")
-    if (turn := _turn_within_patch(line, solved.t, solved.h)) > _LARGEST_TURN_RAD:
+    if (turn_rad := _turn_within_patch(line, solution.t, solution.h)) > _MAX_TURN_RAD:
         notes.append(
-            f"the surface turns by {turn:.2f} rad within a patch; one plane is enough up to {_LARGEST_TURN_RAD:g} rad"
+            f"the surface turns by {turn_rad:.2f} rad within a patch; one plane is enough up to {_MAX_TURN_RAD:g} rad"
         )
-    if not solved.converged:
-        notes.append(f"sweeps did not end: c and q still change by {100.0 * solved.change:.1f} %")
+    if not solution.converged:
+        notes.append(f"sweeps did not end: c and q still change by {100.0 * solution.change:.1f} %")
     return StripContact(
-        status="not converged" if not solved.converged else "out of range" if notes else "solved",
+        status="not converged" if not solution.converged else "out of range" if notes else "solved",
         notes=tuple(notes),
         solutions=1,
-        approach_mm=solved.approach,
-        normal_force_N=solved.force,
-        t_mm=solved.t,
-        width_mm=solved.h,
+        approach_mm=solution.approach,
+        normal_force_N=solution.force,
+        t_mm=solution.t,
+        width_mm=solution.h,
         half_length_mm=half_length,
-        centre_pressure_MPa=solved.c * half_length,
+        centre_pressure_MPa=solution.c * half_length,
     )
 
 
@@ -104,11 +158,29 @@ def _turn_within_patch(line: GapLine, t_mm: Floats, width_mm: Floats) -> float:
 
 
 def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:
-    """Gap line of a wheel under a vertical load, which slides along the tangent plane by approach times tan(angle).
+    """Gap line of a wheel under a vertical load.
 
-    Range of validity: as in `gap_line`; below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
+    The wheel slides along the tangent plane by approach times tan(contact angle).
+
+    Parameters
+    ----------
+    placement
+        Placed wheel and rail.
+    normal_force_N
+        Force along the contact normal, > 0.
+    contact_modulus_MPa
+        E* of the pair.
+
+    Returns
+    -------
+    GapLine
+        Gap after the slide.
+
+    Notes
+    -----
+    Range of validity: as in `gap_line`. Below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
     """
     line = gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
-    approach = strip(line, normal_force_N, strips=_STRIPS_OF_SLIDE).approach_mm
+    approach = strip(line, normal_force_N, strips=_SLIDE_STRIPS).approach_mm
     slide = -approach * math.tan(placement.first.contact_angle_rad)
     return gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=slide)

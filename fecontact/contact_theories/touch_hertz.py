@@ -1,4 +1,7 @@
-"""Hertz at every touch point of the rigid bodies: each with the whole load, or sharing it (`multi_hertz`)."""
+"""Hertz at every contact point of the rigid bodies, alone or with a shared load.
+
+The load is shared by Hertz's springs at all contact points (`multi_hertz`).
+"""
 
 from __future__ import annotations
 
@@ -18,19 +21,23 @@ Side = Literal["both", "gauge", "field"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class TouchHertz:
-    """Hertz at a touch point, at a junction with the curvature of one side.
+class ContactPointHertz:
+    """Hertz at a contact point, at a junction with the curvature of a single side.
 
     Attributes
     ----------
     touch_point
-        Number of the touch point; 0 is first touch.
+        Number of the contact point; 0 is first touch.
+    side
+        Side of the junction: `both` without a junction.
     whole
-        Ellipse if this point carried the whole load; None if the surfaces conform, see `problem`.
+        Ellipse under the whole load; None if the surfaces conform, see `problem`.
     shared
-        Ellipse under the point's share of the load; None if the share is zero, and on a junction's gauge side.
+        Ellipse under the load share of the point; None if the share is zero, and on the gauge side of a junction.
+    problem
+        Reason why there is no ellipse.
     whole_note, shared_note
-        Why the ellipse does not fit on the profiles; empty if it fits, and without an ellipse.
+        Reason why the ellipse does not fit on the profiles; empty if it fits, and without an ellipse.
     """
 
     touch_point: int
@@ -44,30 +51,33 @@ class TouchHertz:
 
 @dataclass(frozen=True, kw_only=True)
 class HertzPoints:
-    """Hertz at all touch points of a placement.
+    """Hertz at all contact points of a placement.
 
     Attributes
     ----------
+    points
+        Hertz at each contact point, on each side of a junction.
     shared_approach_mm
-        Rigid approach at which Hertz's springs together carry the load; None if any point has no ellipse.
+        Rigid approach at which Hertz's springs together have the load; None if any point has no ellipse.
     overlapping
-        Whether two of the ellipses that share the load overlap: then they are one patch, and not a sum of ellipses.
+        Whether two of the ellipses that share the load overlap. They are then a single patch, and not a sum of
+        ellipses.
     """
 
-    points: tuple[TouchHertz, ...]
+    points: tuple[ContactPointHertz, ...]
     shared_approach_mm: float | None
     overlapping: bool
 
     @property
     def shared_notes(self) -> tuple[str, ...]:
-        """Why ellipses that share the load do not fit on the profiles."""
+        """Reasons why ellipses with a shared load do not fit on the profiles."""
         return tuple(filter(None, (point.shared_note for point in self.points)))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Why ellipses do not fit on the profiles, each reason once."""
-        whole = filter(None, (point.whole_note for point in self.points))
-        return tuple(dict.fromkeys([*whole, *self.shared_notes]))
+        """Reasons why ellipses do not fit on the profiles, without repetition."""
+        whole_load_notes = filter(None, (point.whole_note for point in self.points))
+        return tuple(dict.fromkeys([*whole_load_notes, *self.shared_notes]))
 
     @property
     def shared_p_max_MPa(self) -> float | None:
@@ -76,23 +86,37 @@ class HertzPoints:
 
 
 def sides(touch: TouchPoint) -> tuple[Side, ...]:
-    """Sides of a touch point, in the order of its curvatures."""
+    """Sides of a contact point, in the order of its curvatures."""
     return ("gauge", "field") if touch.at_junction else ("both",)
 
 
-def ends_beneath(placement: Placement, touch: TouchPoint, ellipse: HertzContact) -> str:
-    """Why an ellipse at a touch point does not fit on the profiles; empty if it fits.
+def describe_profile_end(placement: Placement, touch: TouchPoint, ellipse: HertzContact) -> str:
+    """Note on an ellipse at a contact point that does not fit on the profiles.
 
-    The ellipse must end before the running surface of the rail, and before the running surface of the wheel. Otherwise
-    a part of its pressure acts on nothing.
+    The ellipse must end before the running surface of the rail, and before the running surface of the wheel. If it does
+    not, then a part of its pressure acts on nothing.
+
+    Parameters
+    ----------
+    placement
+        Placed wheel and rail.
+    touch
+        Contact point.
+    ellipse
+        Hertz's ellipse at the contact point.
+
+    Returns
+    -------
+    str
+        Reason why the ellipse does not fit; empty if it fits.
     """
     reach = 0.5 * ellipse.extent_y_mm
     for profile, u in ((placement.rail.profile, touch.rail_u), (placement.wheel.profile, touch.wheel_u)):
-        place = float(profile.arc_length(u))
-        room = min(place, profile.length_mm - place)
-        if reach > room:
+        position = float(profile.arc_length(u))
+        margin = min(position, profile.length_mm - position)
+        if reach > margin:
             return (
-                f"Hertz's ellipse reaches {reach:.1f} mm across, but {profile.kind} {profile.name} ends {room:.1f} mm"
+                f"Hertz's ellipse reaches {reach:.1f} mm across, but {profile.kind} {profile.name} ends {margin:.1f} mm"
                 " beside the touch point: the ellipse does not exist there; reduce the load, change the lateral shift,"
                 " or give a longer profile line"
             )
@@ -100,62 +124,92 @@ def ends_beneath(placement: Placement, touch: TouchPoint, ellipse: HertzContact)
 
 
 def hertz_points(placement: Placement, load_N: float, *, direction: Floats, contact_modulus_MPa: float) -> HertzPoints:
-    """Hertz at all touch points under a load along a unit vector (3,).
+    """Hertz at all contact points under a load.
 
-    Range of validity: the points act independently, as springs side by side; this holds if their patches are small
-    against the distance between them.
+    Parameters
+    ----------
+    placement
+        Placed wheel and rail.
+    load_N
+        Load along the direction, > 0.
+    direction (3,)
+        Unit vector of the load.
+    contact_modulus_MPa
+        E* of the pair.
+
+    Returns
+    -------
+    HertzPoints
+        Ellipses under the whole load at each contact point, and ellipses that share the load.
+
+    Notes
+    -----
+    Range of validity: the points act independently, as springs in parallel. This is valid if their patches are small
+    relative to the distance between them.
     """
     touches = placement.touch_points
     closing = np.array([float(touch.normal @ direction) for touch in touches])
-    whole = [
-        [_ellipse(curvature, load_N / c, contact_modulus_MPa) for curvature in touch.curvatures]
-        for touch, c in zip(touches, closing, strict=True)
+    whole_load_ellipses = [
+        [_ellipse_or_problem(curvature, load_N / cosine, contact_modulus_MPa) for curvature in touch.curvatures]
+        for touch, cosine in zip(touches, closing, strict=True)
     ]
-    shared: list[HertzContact | None] = [None] * len(touches)
+    shared_ellipses: list[HertzContact | None] = [None] * len(touches)
     approach: float | None = None
-    last = [ellipses[-1] for ellipses in whole]
-    springs = [ellipse for ellipse in last if isinstance(ellipse, HertzContact)]
+    field_side_ellipses = [ellipses[-1] for ellipses in whole_load_ellipses]
+    springs = [ellipse for ellipse in field_side_ellipses if isinstance(ellipse, HertzContact)]
     if len(springs) == len(touches):
         gap = np.array([touch.vertical_gap_mm * touch.normal[2] for touch in touches])
         stiffness = np.array([spring.stiffness_N_per_mm15 for spring in springs])
         approach = multi_hertz_approach_mm(stiffness, load_N=load_N, gap_mm=gap, closing=closing)
-        force = stiffness * np.maximum(approach * closing - gap, 0.0) ** 1.5
-        shared = [
+        forces = stiffness * np.maximum(approach * closing - gap, 0.0) ** 1.5
+        shared_ellipses = [
             hertz_from_hessian(
-                touch.curvature.hessian, normal_force_N=float(f), contact_modulus_MPa=contact_modulus_MPa
+                touch.curvature.hessian, normal_force_N=float(point_force), contact_modulus_MPa=contact_modulus_MPa
             )
-            if f > 0.0
+            if point_force > 0.0
             else None
-            for touch, f in zip(touches, force, strict=True)
+            for touch, point_force in zip(touches, forces, strict=True)
         ]
     return HertzPoints(
         points=tuple(
-            TouchHertz(
+            ContactPointHertz(
                 touch_point=number,
                 side=side,
                 whole=ellipse if isinstance(ellipse, HertzContact) else None,
-                shared=own if side != "gauge" else None,
+                shared=shared_ellipse if side != "gauge" else None,
                 problem=None if isinstance(ellipse, HertzContact) else ellipse,
-                whole_note=ends_beneath(placement, touch, ellipse) if isinstance(ellipse, HertzContact) else "",
-                shared_note=ends_beneath(placement, touch, own) if side != "gauge" and own is not None else "",
+                whole_note=describe_profile_end(placement, touch, ellipse) if isinstance(ellipse, HertzContact) else "",
+                shared_note=describe_profile_end(placement, touch, shared_ellipse)
+                if side != "gauge" and shared_ellipse is not None
+                else "",
             )
-            for number, (touch, ellipses, own) in enumerate(zip(touches, whole, shared, strict=True))
+            for number, (touch, ellipses, shared_ellipse) in enumerate(
+                zip(touches, whole_load_ellipses, shared_ellipses, strict=True)
+            )
             for side, ellipse in zip(sides(touch), ellipses, strict=True)
         ),
         shared_approach_mm=approach,
-        overlapping=_overlap(placement, shared),
+        overlapping=_ellipses_overlap(placement, shared_ellipses),
     )
 
 
-def _ellipse(curvature: RelativeCurvature, normal_force_N: float, modulus: float) -> HertzContact | str:
-    """The ellipse, or why there is no ellipse."""
+def _ellipse_or_problem(curvature: RelativeCurvature, normal_force_N: float, modulus: float) -> HertzContact | str:
+    """Hertz's ellipse, or the reason why there is no ellipse."""
     try:
         return hertz_from_hessian(curvature.hessian, normal_force_N=normal_force_N, contact_modulus_MPa=modulus)
     except InputError as error:
         return str(error)
 
 
-def _overlap(placement: Placement, shared: list[HertzContact | None]) -> bool:
-    arcs = (float(placement.rail.profile.arc_length(touch.rail_u)) for touch in placement.touch_points)
-    reach = sorted((s, 0.5 * e.extent_y_mm) for s, e in zip(arcs, shared, strict=True) if e is not None)
-    return any(s + a > t - b for (s, a), (t, b) in pairwise(reach))
+def _ellipses_overlap(placement: Placement, shared: list[HertzContact | None]) -> bool:
+    """Whether two of the ellipses overlap across the rail."""
+    positions = (float(placement.rail.profile.arc_length(touch.rail_u)) for touch in placement.touch_points)
+    half_widths = sorted(
+        (position, 0.5 * ellipse.extent_y_mm)
+        for position, ellipse in zip(positions, shared, strict=True)
+        if ellipse is not None
+    )
+    return any(
+        position + half_width > next_position - next_half_width
+        for (position, half_width), (next_position, next_half_width) in pairwise(half_widths)
+    )

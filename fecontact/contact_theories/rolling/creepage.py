@@ -1,4 +1,4 @@
-"""Creepages of a rolling contact, its ellipse, and the creep force on it."""
+"""Creepages of a rolling contact, its ellipse, and its creep force."""
 
 from __future__ import annotations
 
@@ -12,20 +12,26 @@ from fecontact.arrays import Floats
 from fecontact.bodies import Material, RollingPair
 from fecontact.errors import InputError, check_positive
 
-_LARGEST_USUAL_FRICTION = 1.5
-_NO_CREEPAGE = "creepages are relative to the rolling speed: 0.001 is 0.1 %, spin is in 1/mm"
+_MAX_USUAL_FRICTION = 1.5
+_CREEPAGE_REMEDY = "creepages are relative to the rolling speed: 0.001 is 0.1 %, spin is in 1/mm"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Creepages:
-    """Creepages of the wheel against the rail, divided by the rolling speed.
+    """Creepages of the wheel relative to the rail, divided by the rolling speed.
 
     Attributes
     ----------
     xi, eta
         Creepage along the rolling direction and across, without unit.
     spin_per_mm
-        Relative angular velocity about the normal over the rolling speed.
+        Relative angular velocity about the normal, divided by the rolling speed.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages
+    >>> Creepages(xi=0.001, spin_per_mm=0.0001).at(0.0, 5.0)
+    Creepages(xi=0.0005, eta=0.0, spin_per_mm=0.0001)
     """
 
     xi: float = 0.0
@@ -35,10 +41,23 @@ class Creepages:
     def __post_init__(self) -> None:
         for name, value, unit in (("xi", self.xi, ""), ("eta", self.eta, ""), ("spin", self.spin_per_mm, " 1/mm")):
             if not math.isfinite(value):
-                raise InputError(f"creepage {name} is {value!r}{unit}; allowed: a finite number; {_NO_CREEPAGE}")
+                raise InputError(f"creepage {name} is {value!r}{unit}; allowed: a finite number; {_CREEPAGE_REMEDY}")
 
     def at(self, x_mm: float, y_mm: float) -> Creepages:
-        """Creepages of the rigid motion at another point, which differ by the spin."""
+        """Creepages of the rigid motion at a different point.
+
+        They differ by the spin.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Position along the rolling direction and across.
+
+        Returns
+        -------
+        Creepages
+            Creepages at this point.
+        """
         return replace(self, xi=self.xi - self.spin_per_mm * y_mm, eta=self.eta + self.spin_per_mm * x_mm)
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
@@ -46,25 +65,29 @@ class Creepages:
         return self.xi - self.spin_per_mm * y_mm, np.full_like(y_mm, self.spin_per_mm)
 
     def mean(self, x_mm: Floats, y_mm: Floats, share: Floats) -> Creepages:
-        """Mean over places (n,) with shares (n,) of the load: the creepages at the load's centre."""
+        """Mean creepages over the positions (n,) with load shares (n,).
+
+        For a rigid motion they are the creepages at the centre of the load.
+        """
         return self.at(float(x_mm @ share), float(y_mm @ share))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CurvedCreepages:
-    """Creepages over surfaces that are curved across, as differences from the tangent plane at the origin.
+    """Creepages over surfaces that are curved across.
 
-    The slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x), with y along the arc. For a rigid motion xi(y)
-    is xi minus the integral of spin(y) from 0 to y; on a cone it is the tangent plane's.
+    They are stored as differences from the tangent plane at the origin. The slip of the rigid bodies at (x, y) is
+    (xi(y), eta + spin(y) x), with y along the arc. For a rigid motion xi(y) is xi minus the integral of spin(y) from 0
+    to y. On a cone it is the value of the tangent plane.
 
     Attributes
     ----------
     plane
         Creepages at the origin and in its tangent plane.
     y_mm (n,)
-        Places across, increasing; beyond their ends the last value is taken.
+        Positions across, increasing. Beyond their ends the last value is used.
     xi_beside, spin_beside_per_mm (n,)
-        Longitudinal creepage and spin at the places, minus the values of the tangent plane.
+        Longitudinal creepage and spin at the positions, minus the values of the tangent plane.
     """
 
     plane: Creepages
@@ -78,17 +101,43 @@ class CurvedCreepages:
         return self.plane.eta
 
     def at(self, x_mm: float, y_mm: float) -> Creepages:
-        """Creepages at another point."""
+        """Creepages at a different point."""
         return self.mean(np.array([x_mm]), np.array([y_mm]), np.ones(1))
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
-        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
+        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,).
+
+        Parameters
+        ----------
+        y_mm (n,)
+            Positions of the lines.
+
+        Returns
+        -------
+        xi, spin_per_mm (n,)
+            Longitudinal creepage and spin.
+        """
         xi, spin = self.plane.across(y_mm)
-        beside = [np.interp(y_mm, self.y_mm, line) for line in (self.xi_beside, self.spin_beside_per_mm)]
-        return xi + beside[0], spin + beside[1]
+        curvature_parts = [
+            np.interp(y_mm, self.y_mm, differences) for differences in (self.xi_beside, self.spin_beside_per_mm)
+        ]
+        return xi + curvature_parts[0], spin + curvature_parts[1]
 
     def mean(self, x_mm: Floats, y_mm: Floats, share: Floats) -> Creepages:
-        """Mean over places (n,) with shares (n,) of the load."""
+        """Mean creepages over positions with shares of the load.
+
+        Parameters
+        ----------
+        x_mm, y_mm (n,)
+            Positions along the rolling direction and across.
+        share (n,)
+            Load shares, with the sum 1.
+
+        Returns
+        -------
+        Creepages
+            Mean creepages.
+        """
         xi, spin = self.across(y_mm)
         return Creepages(
             xi=float(xi @ share), eta=self.plane.eta + float((spin * x_mm) @ share), spin_per_mm=float(spin @ share)
@@ -96,14 +145,32 @@ class CurvedCreepages:
 
 
 Motion: TypeAlias = Creepages | CurvedCreepages
-"""Creepages for a theory that works line by line over a patch."""
+"""Creepages for a theory that evaluates a patch line by line."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RollingEllipse(RollingPair):
-    """An elliptic contact that rolls: semi-axes along x (a) and across (b), load, friction, elastic constants.
+    """Elliptic contact that rolls.
 
-    `shear_MPa` and `poisson` hold for two bodies of one material, or are combined by `rolling_pair`.
+    `shear_MPa` and `poisson` are valid for two bodies of equal material, or are combined by `rolling_pair`.
+
+    Attributes
+    ----------
+    a_mm, b_mm
+        Semi-axes along the rolling direction and across.
+    normal_force_N
+        Load.
+    friction, shear_MPa, poisson
+        Coefficient of friction, shear modulus and Poisson's ratio of the pair.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse
+    >>> ellipse = RollingEllipse(
+    ...     a_mm=6.0, b_mm=4.0, normal_force_N=80e3, friction=0.3, shear_MPa=82e3, poisson=0.28
+    ... )
+    >>> ellipse.limit_N
+    24000.0
     """
 
     a_mm: float
@@ -115,12 +182,27 @@ class RollingEllipse(RollingPair):
         check_positive("semi-axis b", self.b_mm, "mm", "give the half-width across the rolling direction")
         check_positive("normal force", self.normal_force_N, "N", "give the compressive force")
         check_positive("friction coefficient", self.friction, "N/N", "dry steel has 0.3 to 0.6, wet 0.1 to 0.3")
-        # in the ranges of a material
+        # Shear modulus and Poisson's ratio must be in the ranges of a material.
         Material.from_shear(shear_MPa=self.shear_MPa, poisson=self.poisson)
 
     @classmethod
     def of(cls, pair: RollingPair, *, a_mm: float, b_mm: float, normal_force_N: float) -> RollingEllipse:
-        """An ellipse of a pair."""
+        """Ellipse of a pair of bodies.
+
+        Parameters
+        ----------
+        pair
+            Friction and elastic constants.
+        a_mm, b_mm
+            Semi-axes along the rolling direction and across.
+        normal_force_N
+            Load.
+
+        Returns
+        -------
+        RollingEllipse
+            The ellipse.
+        """
         constants = {"friction": pair.friction, "shear_MPa": pair.shear_MPa, "poisson": pair.poisson}
         return cls(a_mm=a_mm, b_mm=b_mm, normal_force_N=normal_force_N, **constants)
 
@@ -137,7 +219,7 @@ class RollingEllipse(RollingPair):
 
 @dataclass(frozen=True, kw_only=True)
 class CreepForce:
-    """Forces on the wheel; None for a quantity that a law does not give.
+    """Forces on the wheel; None for a quantity that a law does not calculate.
 
     Attributes
     ----------
@@ -148,7 +230,7 @@ class CreepForce:
     adhesion_area_mm2, slip_area_mm2
         Areas without and with slip; their sum is the area of the patch.
     power_per_speed_N
-        Dissipated power over the rolling speed: -(xi Fx + eta Fy + spin Mz).
+        Dissipated power divided by the rolling speed: -(xi Fx + eta Fy + spin Mz).
     """
 
     fx_N: float
@@ -160,18 +242,44 @@ class CreepForce:
 
     @property
     def force_N(self) -> float:
-        """Size of the tangential force."""
+        """Magnitude of the tangential force."""
         return math.hypot(self.fx_N, self.fy_N)
 
     def at(self, x_mm: float, y_mm: float) -> CreepForce:
-        """The force on an ellipse with its centre at (x, y), with the moment about the origin."""
+        """Force of an ellipse at (x, y), with the moment about the origin.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Centre of the ellipse.
+
+        Returns
+        -------
+        CreepForce
+            Force with the moment about the origin; unchanged without a moment.
+        """
         if self.mz_Nmm is None:
             return self
         return replace(self, mz_Nmm=self.mz_Nmm + x_mm * self.fy_N - y_mm * self.fx_N)
 
 
-def dissipated_N(creepages: Creepages, fx_N: float, fy_N: float, mz_Nmm: float | None) -> float | None:
-    """Power over the rolling speed in N; None if there is spin and the moment is not known."""
+def calculate_power_per_speed_N(creepages: Creepages, fx_N: float, fy_N: float, mz_Nmm: float | None) -> float | None:
+    """Dissipated power divided by the rolling speed, in N.
+
+    Parameters
+    ----------
+    creepages
+        Creepages at the origin.
+    fx_N, fy_N
+        Force on the wheel along the rolling direction and across.
+    mz_Nmm
+        Moment on the wheel about the normal; None if the law does not calculate it.
+
+    Returns
+    -------
+    float or None
+        Power per speed; None if there is spin without a moment.
+    """
     if mz_Nmm is None and creepages.spin_per_mm != 0.0:
         return None
     # 0.0 - avoids a negative zero
@@ -179,17 +287,52 @@ def dissipated_N(creepages: Creepages, fx_N: float, fy_N: float, mz_Nmm: float |
 
 
 def friction_warnings(friction: float) -> tuple[str, ...]:
-    """Warnings about an unusual coefficient of friction."""
-    if friction <= _LARGEST_USUAL_FRICTION:
+    """Warnings about an unusual coefficient of friction.
+
+    Parameters
+    ----------
+    friction
+        Coefficient of friction.
+
+    Returns
+    -------
+    tuple of str
+        A warning for a coefficient above 1.5, or no warning.
+    """
+    if friction <= _MAX_USUAL_FRICTION:
         return ()
-    return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_LARGEST_USUAL_FRICTION:g}",)
+    return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_MAX_USUAL_FRICTION:g}",)
 
 
 def rolling_pair(friction: float, first: Material, second: Material) -> RollingPair:
-    """A pair of two materials: 2/G = 1/G1 + 1/G2, 2 nu/G = nu1/G1 + nu2/G2 (Kalker 1990).
+    """Pair of two materials with combined elastic constants.
 
-    Range of validity: the part of the normal pressure in the tangential displacements, which vanishes for one material,
-    is left out.
+    The constants are 2/G = 1/G1 + 1/G2 and 2 nu/G = nu1/G1 + nu2/G2 (Kalker 1990).
+
+    Parameters
+    ----------
+    friction
+        Coefficient of friction.
+    first, second
+        Materials of both bodies.
+
+    Returns
+    -------
+    RollingPair
+        Friction and combined constants.
+
+    Notes
+    -----
+    Range of validity: the contribution of the normal pressure to the tangential displacements is left out. It vanishes
+    for two bodies of equal material.
+
+    Examples
+    --------
+    >>> from fecontact.bodies import Material
+    >>> from fecontact.contact_theories.rolling.creepage import rolling_pair
+    >>> steel = Material.from_shear(shear_MPa=80e3, poisson=0.28)
+    >>> round(rolling_pair(0.3, steel, steel).shear_MPa)
+    80000
     """
     shear = 2.0 / (1.0 / first.shear_MPa + 1.0 / second.shear_MPa)
     poisson = 0.5 * shear * (first.poisson / first.shear_MPa + second.poisson / second.shear_MPa)
@@ -197,10 +340,22 @@ def rolling_pair(friction: float, first: Material, second: Material) -> RollingP
 
 
 def adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
-    """Area without slip after Vermeulen and Johnson, at a linear force e = |F_linear| / (mu N).
+    """Area without slip by Vermeulen and Johnson.
 
-    The area is an ellipse that touches the leading edge, with the patch's semi-axes times 1 - e/3. The traction is mu
-    times Hertz's pressure, minus a similar pressure over the adhesion ellipse. The force of the latter goes with the
-    cube of 1 - e/3, from which the law of saturation follows.
+    The area is an ellipse that touches the leading edge. Its semi-axes are the semi-axes of the patch multiplied by 1 -
+    e/3. The traction is mu times Hertz's pressure, minus a similar pressure over the adhesion ellipse. The force of the
+    similar pressure is proportional to the cube of 1 - e/3. The law of saturation follows from this cube.
+
+    Parameters
+    ----------
+    contact
+        Elliptic contact that rolls.
+    e
+        Linear force e = |F_linear| / (mu N).
+
+    Returns
+    -------
+    float
+        Area in mm^2; 0 for e of at least 3.
     """
     return max(1.0 - e / 3.0, 0.0) ** 2 * contact.area_mm2

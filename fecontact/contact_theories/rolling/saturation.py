@@ -1,4 +1,7 @@
-"""Saturation of a linear creep force at mu N: Vermeulen and Johnson, and Shen, Hedrick and Elkins."""
+"""Saturation of a linear creep force at mu N.
+
+The laws are by Vermeulen and Johnson, and by Shen, Hedrick and Elkins.
+"""
 
 from __future__ import annotations
 
@@ -12,56 +15,114 @@ from fecontact.contact_theories.rolling.creepage import (
     CreepForce,
     RollingEllipse,
     adhesion_area_mm2,
-    dissipated_N,
+    calculate_power_per_speed_N,
 )
-from fecontact.contact_theories.rolling.kalker import linear_force
+from fecontact.contact_theories.rolling.kalker import calculate_linear_force
 from fecontact.errors import InputError
 
 #
 # With e = |F_linear| / (mu N): |F| = mu N (e - e^2/3 + e^3/27) = mu N (1 - (1 - e/3)^3) up to e = 3, mu N beyond.
 #
 # Sources: Vermeulen and Johnson (1964); Shen, Hedrick and Elkins (1983); for the circle Johnson (1958). Otero Yugat,
-# Part I, eq. 12, leaves out e^3/27, a misprint: the force would be largest at e = 1.5, 0.75 mu N, and 0 at e = 3.
+# Part I, eq. 12, lacks e^3/27, which is a misprint: the force would be largest at e = 1.5, 0.75 mu N, and 0 at e = 3.
 
 
 def saturation(e: float) -> float:
-    """Force over mu N for a linear force e = |F_linear| / (mu N) >= 0 (Otero Yugat's eq. 12 lacks its e^3/27)."""
+    """Force divided by mu N, for a linear force e >= 0.
+
+    The linear force is e = |F_linear| / (mu N). Otero Yugat's eq. 12 lacks e^3/27.
+
+    Parameters
+    ----------
+    e
+        Linear force divided by mu N, >= 0.
+
+    Returns
+    -------
+    float
+        Saturated force divided by mu N, from 0 to 1.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.saturation import saturation
+    >>> saturation(0.0), round(saturation(1.5), 3), saturation(3.0)
+    (0.0, 0.875, 1.0)
+    """
     return 1.0 - (1.0 - min(e, 3.0) / 3.0) ** 3
 
 
 def vermeulen_johnson_coefficients(a_over_b: float, poisson: float) -> tuple[float, float]:
-    """c11 = pi/Phi and c22 = pi/Psi1 of Vermeulen and Johnson: 9 to 27 % above Kalker's.
+    """Creepage coefficients of Vermeulen and Johnson.
 
-    Phi and Psi1 are complete elliptic integrals, here in Carlson's symmetric forms.
+    They are c11 = pi/Phi and c22 = pi/Psi1, 9 to 27 % above Kalker's. Phi and Psi1 are complete elliptic integrals,
+    here in Carlson's symmetric forms.
+
+    Parameters
+    ----------
+    a_over_b
+        Ratio of the semi-axis along the rolling direction to the semi-axis across.
+    poisson
+        Poisson's ratio.
+
+    Returns
+    -------
+    c11, c22
+        Coefficients without unit.
     """
     ratio2 = min(a_over_b, 1.0 / a_over_b) ** 2
-    # integrals from 0 to pi/2, with D^2 = cos^2 + g^2 sin^2, of sin^2/D and of sin^2 cos^2/D^3
-    whole = float(elliprf(0.0, ratio2, 1.0))
-    of_sine = float(elliprd(0.0, ratio2, 1.0)) / 3.0
-    of_cosine = whole - of_sine
+    # Integrals from 0 to pi/2, with D^2 = cos^2 + g^2 sin^2, of 1/D, of sin^2/D, of cos^2/D and of sin^2 cos^2/D^3.
+    integral = float(elliprf(0.0, ratio2, 1.0))
+    sine_integral = float(elliprd(0.0, ratio2, 1.0)) / 3.0
+    cosine_integral = integral - sine_integral
     m = 1.0 - ratio2
-    # from d/dm of the integrals of sin^2/D and of 1/D; near the circle by a series
+    # From d/dm of the integrals of sin^2/D and of 1/D; near the circle by a series.
     if m > 1e-3:
-        mixed = ((2.0 - m) * whole - 2.0 * (of_cosine + ratio2 * of_sine)) / m**2
+        mixed_integral = ((2.0 - m) * integral - 2.0 * (cosine_integral + ratio2 * sine_integral)) / m**2
     else:
-        mixed = math.pi / 16.0 * (1.0 + 0.75 * m + 0.5859375 * m**2)
+        mixed_integral = math.pi / 16.0 * (1.0 + 0.75 * m + 0.5859375 * m**2)
     if a_over_b <= 1.0:
-        phi = of_cosine - poisson * (of_sine - mixed)
-        psi = of_cosine - poisson * ratio2 * mixed
+        phi = cosine_integral - poisson * (sine_integral - mixed_integral)
+        psi = cosine_integral - poisson * ratio2 * mixed_integral
     else:
         root = math.sqrt(ratio2)
-        phi = root * (of_sine - poisson * (of_sine - mixed))
-        psi = root * (of_sine - poisson * mixed)
+        phi = root * (sine_integral - poisson * (sine_integral - mixed_integral))
+        psi = root * (sine_integral - poisson * mixed_integral)
     return math.pi / phi, math.pi / psi
 
 
 def vermeulen_johnson(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
-    """Vermeulen and Johnson (1964): saturated force without spin, with their coefficients; no moment.
+    """Saturated creep force by Vermeulen and Johnson, without spin and moment.
+
+    The linear force has their coefficients.
+
+    Parameters
+    ----------
+    contact
+        Elliptic contact that rolls.
+    creepages
+        Creepages at its centre, without spin.
+
+    Returns
+    -------
+    CreepForce
+        Force, areas and power.
 
     Raises
     ------
     InputError
-        If there is spin, which the theory leaves out.
+        If there is spin, which is not part of the theory.
+
+    Notes
+    -----
+    Source: Vermeulen and Johnson (1964). Range of validity: no spin; use `shen_hedrick_elkins` for contacts with spin.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
+    >>> from fecontact.contact_theories.rolling.saturation import vermeulen_johnson
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> vermeulen_johnson(ellipse, Creepages(xi=0.1)).fx_N
+    -24000.0
     """
     if creepages.spin_per_mm != 0.0:
         raise InputError(
@@ -70,28 +131,54 @@ def vermeulen_johnson(contact: RollingEllipse, creepages: Creepages) -> CreepFor
         )
     c11, c22 = vermeulen_johnson_coefficients(contact.a_mm / contact.b_mm, contact.poisson)
     stiffness = contact.shear_MPa * contact.a_mm * contact.b_mm
-    return _saturated(contact, creepages, -stiffness * c11 * creepages.xi, -stiffness * c22 * creepages.eta)
+    return _saturate_force(contact, creepages, -stiffness * c11 * creepages.xi, -stiffness * c22 * creepages.eta)
 
 
 def shen_hedrick_elkins(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
-    """Shen, Hedrick and Elkins (1983): Kalker's linear force, its spin part in Fy, saturated.
+    """Saturated creep force by Shen, Hedrick and Elkins.
 
-    The linear moment is scaled by the factor of the force, as is usual; no theory supports this, and the moment is poor
-    once much of the patch slips. Areas follow from the adhesion ellipse, which is exact only without spin.
+    It is Kalker's linear force, with its spin term in Fy, saturated. The linear moment is scaled by the factor of the
+    force, as is usual. No theory supports this scaling, and the moment is inaccurate if much of the patch slips. The
+    areas follow from the adhesion ellipse, which is exact only without spin.
 
-    Range of validity: small spin. The true force of large pure spin falls beyond its maximum; here it stays at mu N.
+    Parameters
+    ----------
+    contact
+        Elliptic contact that rolls.
+    creepages
+        Creepages at its centre.
+
+    Returns
+    -------
+    CreepForce
+        Force, moment, areas and power.
+
+    Notes
+    -----
+    Source: Shen, Hedrick and Elkins (1983). Range of validity: small spin. The true force of large pure spin falls
+    beyond its maximum; here it stays at mu N.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
+    >>> from fecontact.contact_theories.rolling.saturation import shen_hedrick_elkins
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> round(shen_hedrick_elkins(ellipse, Creepages(xi=0.1)).fx_N)
+    -24000
     """
-    fx, fy, mz = linear_force(contact, creepages)
-    force = _saturated(contact, creepages, fx, fy)
-    size = math.hypot(fx, fy)
-    moment = mz * (force.force_N / size if size > 0.0 else 1.0)
-    return replace(force, mz_Nmm=moment, power_per_speed_N=dissipated_N(creepages, force.fx_N, force.fy_N, moment))
+    fx, fy, mz = calculate_linear_force(contact, creepages)
+    force = _saturate_force(contact, creepages, fx, fy)
+    linear_force_N = math.hypot(fx, fy)
+    moment = mz * (force.force_N / linear_force_N if linear_force_N > 0.0 else 1.0)
+    return replace(
+        force, mz_Nmm=moment, power_per_speed_N=calculate_power_per_speed_N(creepages, force.fx_N, force.fy_N, moment)
+    )
 
 
-def _saturated(contact: RollingEllipse, creepages: Creepages, fx: float, fy: float) -> CreepForce:
-    """A linear force (N), saturated without a change of direction."""
-    size = math.hypot(fx, fy)
-    e = size / contact.limit_N
+def _saturate_force(contact: RollingEllipse, creepages: Creepages, fx: float, fy: float) -> CreepForce:
+    """Saturate a linear force (N) without a change of its direction."""
+    linear_force_N = math.hypot(fx, fy)
+    e = linear_force_N / contact.limit_N
     factor = saturation(e) / e if e > 0.0 else 1.0
     adhesion = adhesion_area_mm2(contact, e)
     return CreepForce(
@@ -99,5 +186,5 @@ def _saturated(contact: RollingEllipse, creepages: Creepages, fx: float, fy: flo
         fy_N=factor * fy,
         adhesion_area_mm2=adhesion,
         slip_area_mm2=contact.area_mm2 - adhesion,
-        power_per_speed_N=dissipated_N(creepages, factor * fx, factor * fy, None),
+        power_per_speed_N=calculate_power_per_speed_N(creepages, factor * fx, factor * fy, None),
     )
