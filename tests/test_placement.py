@@ -14,7 +14,7 @@ from fecontact.case import Case, Track
 from fecontact.errors import InputError
 from fecontact.placement.carrying import climbs_at
 from fecontact.placement.poses import RailPose, WheelPose, place_rail
-from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, place, possible_shifts
+from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, describe_possible_shifts, place
 from fecontact.profiles.curve import Profile, circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Line, Polynomial
@@ -594,6 +594,6 @@ def test_possible_shifts_leave_out_those_between_that_are_not():
     for shift in (-22.5, 2.5):
         with pytest.raises(InputError, match="lateral shift"):
             place_case(replace(case, lateral_shift_mm=shift))
-    only = possible_shifts(lambda shift: "no" if shift not in (-1.0, 4.0, 4.5) else None)
+    only = describe_possible_shifts(lambda shift: "no" if shift not in (-1.0, 4.0, 4.5) else None)
     assert only == "shifts of -1 mm and between 4 and 4.5 mm (in steps of 0.5 mm) are possible"
-    assert possible_shifts(lambda shift: "no").startswith("no shift between -40 and 40 mm")
+    assert describe_possible_shifts(lambda shift: "no").startswith("no shift between -40 and 40 mm")

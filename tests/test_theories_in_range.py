@@ -18,7 +18,7 @@ from scipy.special import elliprf
 
 from fecontact.case import Case
 from fecontact.contact_theories.approximation import Approximation
-from fecontact.contact_theories.gap_line import LEAST_B_PER_MM, GapLine, regions
+from fecontact.contact_theories.gap_line import MIN_B_PER_MM, GapLine, regions
 from fecontact.contact_theories.hertz import ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import VIRTUAL_PENETRATION
 from fecontact.contact_theories.registry import THEORIES, Loaded, gap_line_of
@@ -144,7 +144,7 @@ def silent(at: Drawn, seen: Counter[str]) -> Iterator[str]:
     """Theories that are out of their range, by the half-space, and do not say so."""
     approach, f = at.exact.approach_mm, at.line.f_mm
     beside = sum(one.normal_force_N for one in at.exact.patches[1:]) / at.exact.normal_force_N
-    flat = np.mean(at.line.B_per_mm[at.inside] < LEAST_B_PER_MM)
+    flat = np.mean(at.line.B_per_mm[at.inside] < MIN_B_PER_MM)
     levels = {"equivalent_ellipse": VIRTUAL_PENETRATION, "kik_piotrowski": VIRTUAL_PENETRATION, "kpec": 0.5}
     # the approach of a theory differs from that of the half-space by some per cent
     several = {
