@@ -1,4 +1,7 @@
-"""Pressure of a solved contact in the form that creep theories need, and the creepages of its case."""
+"""Pressure of a solved contact in the form for creep theories.
+
+Also the creepages of its case.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +55,9 @@ def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
 
 
 def creepages_of(case: Case, placement: Placement) -> Creepages:
-    """Creepages of the wheel against the rail at the first touch point, in the contact frame.
+    """Creepages of the wheel against the rail at the first touch point.
+
+    They are in the contact frame.
 
     Parameters
     ----------

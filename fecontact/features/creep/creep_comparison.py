@@ -1,4 +1,7 @@
-"""Creep forces of a solved load on Hertz's ellipse and on the real patch, with their verdict."""
+"""Verdict on the creep forces of a solved load.
+
+They are calculated on Hertz's ellipse and on the real patch.
+"""
 
 from __future__ import annotations
 
@@ -119,7 +122,7 @@ def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
         surface_of_muN=surface_of_muN,
         theories={name: _compare_theory(name, force, on_real[name], rolling) for name, force in on_hertz.items()},
         verdict=judge_hertz_ellipse(rolling),
-        warnings=tuple(_warnings(load, creep.friction, 0.0 if creep.curved else surface_of_muN)),
+        warnings=tuple(_list_warnings(load, creep.friction, 0.0 if creep.curved else surface_of_muN)),
     )
 
 
@@ -158,7 +161,7 @@ def _estimate_surface_effect(rolling: RollingLoad) -> float:
     return math.nan
 
 
-def _warnings(load: JudgedLoad, friction: float, surface_effect: float) -> Iterator[str]:
+def _list_warnings(load: JudgedLoad, friction: float, surface_effect: float) -> Iterator[str]:
     """Warnings of friction, materials, separate patches and curved surfaces."""
     yield from friction_warnings(friction)
     wheel, rail = load.case.wheel_material, load.case.rail_material

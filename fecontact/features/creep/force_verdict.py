@@ -54,8 +54,8 @@ _SIZES, _DIRECTIONS = 8, 8
 _DECIDED_CREEPAGES = 2
 # Difference of Hertz's deviation between 32 and 72 cells along the patch: 0.1 to 0.2 % of mu N at four positions
 _READING_UNCERTAINTY = 0.002
-# factor of the difference between two readings of the finest mesh, as in `judging.solved_load` for the measures
-_PARTING_FACTOR = 2.0
+# factor of the difference between two readings of the finest mesh, as in `judging.uncertainty` for the measures
+_READING_DIFFERENCE_FACTOR = 2.0
 # number of points across at which the curved surfaces are evaluated
 _SURFACE_POINTS = 401
 
@@ -296,7 +296,7 @@ def estimate_pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Mot
         return (
             _READING_UNCERTAINTY
             + rolling.relative_difference(finest, coarser)
-            + _PARTING_FACTOR * rolling.relative_difference(finest, other_reading)
+            + _READING_DIFFERENCE_FACTOR * rolling.relative_difference(finest, other_reading)
         )
     return math.nan
 

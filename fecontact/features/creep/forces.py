@@ -1,8 +1,8 @@
-"""Creep forces by every theory on any contact, and the creepages of a wheelset that runs along the track.
+"""Creep forces by every theory on any contact, and creepages of wheelsets.
 
 On any patch, theories of an ellipse use the ellipse with the second moments of the patch
 (`contact_theories.rolling.fastsim`) and the creepages at its centre. FASTSIM marches over the patch in strips; the
-rolling half-space uses the unchanged pressure.
+rolling half-space uses the unchanged pressure. A wheelset runs along the track.
 """
 
 from __future__ import annotations
@@ -148,13 +148,13 @@ def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce
     if theory == "fastsim":
         return fastsim_strips(patch.pieces, creepages)
     if theory == "rolling_half_space":
-        return _rolling_half_space_force(patch, creepages)
+        return _solve_rolling_half_space(patch, creepages)
     if theory not in _LAWS:
         raise InputError(f"theory is {theory!r}; allowed: {', '.join(THEORIES)}")
     return _LAWS[theory](patch.ellipse, mean_creepages(patch.pieces, creepages)).at(*patch.centre_mm)
 
 
-def _rolling_half_space_force(patch: CreepPatch, creepages: Motion) -> CreepForce:
+def _solve_rolling_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
     """Force by the exact theory; raises ConvergenceError if it did not converge."""
     solution = steady_rolling(patch.cells, creepages, patch.ellipse)
     if solution.status != "converged":
@@ -232,7 +232,7 @@ def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepa
     -0.002
     """
     wheel, touch = placement.wheel, placement.first
-    angular_velocity = _angular_velocity(placement, speed_ratio)
+    angular_velocity = _calculate_angular_velocity(placement, speed_ratio)
     arm = np.array([touch.x_mm, touch.y_mm, touch.z_mm]) - wheel.centre_mm
     velocity = np.array([1.0, 0.0, 0.0]) + np.cross(angular_velocity, arm)
     velocity[2] -= float(velocity @ touch.normal) / touch.normal[2]
@@ -272,7 +272,7 @@ def curved_creepages(placement: Placement, plane: Creepages, s_mm: Floats, speed
     this."""
     points, normals = placement.surface(0.0, s_mm)
     midway = points + 0.5 * placement.gap(0.0, s_mm)[:, None] * normals
-    touch, angular_velocity = placement.first, _angular_velocity(placement, speed_ratio)
+    touch, angular_velocity = placement.first, _calculate_angular_velocity(placement, speed_ratio)
     arms = midway - np.array([touch.x_mm, touch.y_mm, touch.z_mm])
     xi = slip_beside_plane(arms, s_mm, angular_velocity, touch.normal)
     return CurvedCreepages(
@@ -311,6 +311,6 @@ def slip_beside_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floats, nor
     return np.asarray(np.cross(turning_per_mm, arms_mm)[:, 0] + float(turning_per_mm @ normal) * s_mm)
 
 
-def _angular_velocity(placement: Placement, speed_ratio: float) -> Floats:
+def _calculate_angular_velocity(placement: Placement, speed_ratio: float) -> Floats:
     """Angular velocity (3,) of the wheel over the running speed, 1/mm."""
     return np.asarray(speed_ratio / placement.wheel.rolling_radius_mm * placement.wheel.axes[:, 1])

@@ -105,7 +105,7 @@ def solve_friction(
     iteration = 0
     while state.error > FRICTION_TOLERANCE * traction_scale and iteration < iterations:
         iteration += 1
-        step = problem.newton_step(state, strip_blocks)
+        step = problem.find_newton_step(state, strip_blocks)
         step_fraction = 1.0
         while True:
             trial = problem.evaluate(state.traction + step_fraction * step)
@@ -169,7 +169,7 @@ def _project_on_disc(aim: Floats, limit: Floats) -> tuple[Floats, NDArray[np.boo
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Problem:
-    """Response of the bodies, slip of the rigid bodies, largest traction, and the factor r of the projection.
+    """Friction problem in projections.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ class _Problem:
     limit (nx, ny)
         Largest traction in MPa.
     stiffness
-        The factor r: MPa per unit of slip.
+        Factor r of the projection: MPa per unit of slip.
     """
 
     response: TangentialResponse
@@ -194,17 +194,41 @@ class _Problem:
         return self.limit > 0.0
 
     def evaluate(self, traction: Floats) -> _State:
-        """Slip, aim and residual of tractions (2, nx, ny) in MPa."""
+        """Evaluate slip, aim and residual of tractions.
+
+        Parameters
+        ----------
+        traction (2, nx, ny)
+            Tractions in MPa.
+
+        Returns
+        -------
+        _State
+            Slip, aim and residual.
+        """
         slip = self.rigid_slip + self.response.apply(traction)
         aim = traction - self.stiffness * slip
         projected, exceeds_limit = _project_on_disc(aim, self.limit)
         return _State(traction=traction, slip=slip, aim=aim, exceeds_limit=exceeds_limit, residual=traction - projected)
 
-    def newton_step(self, state: _State, blocks: Floats) -> Floats:
-        """Newton step (2, nx, ny) of the tractions in MPa.
+    def find_newton_step(self, state: _State, blocks: Floats) -> Floats:
+        """Newton step of the tractions.
 
         It solves (I - J (I - r C)) step = -residual, with the derivative J of the projection at the aim and the
-        response C. `blocks` (2, nx, nx) is the response within a strip, for the preconditioner."""
+        response C.
+
+        Parameters
+        ----------
+        state
+            Tractions and residual.
+        blocks (2, nx, nx)
+            Response within a strip, for the preconditioner.
+
+        Returns
+        -------
+        array (2, nx, ny)
+            Step in MPa.
+        """
         size, limit = np.hypot(*state.aim), self.limit
         scaling = np.where(state.exceeds_limit, limit / np.where(size > 0.0, size, 1.0), 1.0)
         unit_aim = np.where(state.exceeds_limit, state.aim / np.where(size > 0.0, size, 1.0), 0.0)

@@ -38,7 +38,9 @@ _ForceLaw: TypeAlias = Callable[[Creepages], CreepForce]
 
 
 def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedForce] | None:
-    """Judge each creep law by the friction, limit and range of creepages of a load's case.
+    """Judge each creep law on a solved load.
+
+    Friction, limit and range of creepages are those of the load's case.
 
     Parameters
     ----------
@@ -57,27 +59,30 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
     hertz_judgement: JudgedForce = load.features["creep"].verdict
     rolling = build_rolling_load(load, placement, load.case.creep)
 
-    def deviation_function(patch: CreepPatch) -> Callable[[_ForceLaw, Creepages], float]:
-        """Deviation of a law from the exact theory on the cells of a patch, over mu N.
+    def make_deviation_function(patch: CreepPatch) -> Callable[[_ForceLaw, Creepages], float]:
+        """Deviation of a law from the exact theory on a patch, over mu N.
 
         The deviation is NaN if there is no force by the law or by the exact theory.
         """
 
         @cache
-        def exact_force(creepages: Creepages) -> CreepForce | None:
+        def calculate_exact_force(creepages: Creepages) -> CreepForce | None:
             with suppress(FecontactError):
                 return creep_force(DECIDING_THEORY, patch, rolling.motion(creepages))
             return None
 
-        def deviation(force: _ForceLaw, creepages: Creepages) -> float:
+        def calculate_deviation(force: _ForceLaw, creepages: Creepages) -> float:
             with suppress(FecontactError):
-                exact = exact_force(creepages)
+                exact = calculate_exact_force(creepages)
                 return math.nan if exact is None else rolling.relative_difference(force(creepages), exact)
             return math.nan
 
-        return deviation
+        return calculate_deviation
 
-    coarse_deviation, fine_deviation = deviation_function(coarse_patch(rolling.real)), deviation_function(rolling.real)
+    coarse_deviation, fine_deviation = (
+        make_deviation_function(coarse_patch(rolling.real)),
+        make_deviation_function(rolling.real),
+    )
 
     def judge_law(force: _ForceLaw) -> JudgedForce:
         screening = partial(coarse_deviation, force)
@@ -86,7 +91,7 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
         )
 
     multi_hertz = load.judgements.get(MULTI_HERTZ)
-    forces = _force_laws(
+    forces = _make_force_laws(
         rolling, () if multi_hertz is None or multi_hertz.approximation is None else multi_hertz.approximation.patches
     )
     law_judgements = {name: judge_law(force) for name, force in forces.items()}
@@ -96,7 +101,7 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
     return {name: judgements[name] for name in CREEP_LAWS if name in judgements}
 
 
-def _force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, _ForceLaw]:
+def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, _ForceLaw]:
     """Force of each law as a function of the creepages at the first touch point.
 
     `ellipses` are the patches of the multi-Hertzian theory; without ellipses this law is left out.
@@ -114,7 +119,7 @@ def _force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[s
             if theory_patch.hertz is not None
         ]
 
-        def multi_hertz_force(creepages: Creepages) -> CreepForce:
+        def add_patch_forces(creepages: Creepages) -> CreepForce:
             # each patch has the creepages of its touch point; forces across are along the arc of the surface
             motion = rolling.motion(creepages)
             forces_on_patches = [creep_force("fastsim", patch, motion.at(*centre_mm)) for patch, centre_mm in patches]
@@ -122,7 +127,7 @@ def _force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[s
                 fx_N=sum(force.fx_N for force in forces_on_patches), fy_N=sum(force.fy_N for force in forces_on_patches)
             )
 
-        forces[MULTI_HERTZ] = multi_hertz_force
+        forces[MULTI_HERTZ] = add_patch_forces
     return forces
 
 

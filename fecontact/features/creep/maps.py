@@ -17,7 +17,18 @@ _UNSOLVED_TEXT = "no forces: not solved"
 
 
 def force_criterion(case: Case) -> str | None:
-    """Limit, friction and creepages in words; None without friction."""
+    """Limit, friction and creepages in words.
+
+    Parameters
+    ----------
+    case
+        Case of the map.
+
+    Returns
+    -------
+    str or None
+        None without friction.
+    """
     creep = case.creep
     if creep.friction is None:
         return None
@@ -28,7 +39,7 @@ def force_criterion(case: Case) -> str | None:
     )
 
 
-def _hertz_force_judgement(load: JudgedLoad) -> JudgedForce | None:
+def _read_hertz_judgement(load: JudgedLoad) -> JudgedForce | None:
     """Judgement of Hertz for the creep forces of a load; None without creep forces."""
     return load.features["creep"].verdict if "creep" in load.features else None
 
@@ -39,7 +50,7 @@ FORCE_MAP = MappedVerdicts(
     lost=_UNSOLVED_TEXT,
     name="Hertz's creep force",
     short="creep forces",
-    read=_hertz_force_judgement,
+    read=_read_hertz_judgement,
     judge=force_verdict,
     causes={PLACE: ("D", "centre of pressure beside\nthe touch point"), SHAPE: ("F", SHAPE)},
     missing="the map has no friction coefficient; give one too, for example --friction 0.3 (fecontact judge FOLDER"
@@ -47,7 +58,7 @@ FORCE_MAP = MappedVerdicts(
 )
 
 
-def _columns(name: str, judgement: Judgement) -> Mapping[str, Any]:
+def _make_law_columns(name: str, judgement: Judgement) -> Mapping[str, Any]:
     """Columns of a law in the table of a map: its deviation, and its creepages.
 
     Empty for the reference law.
@@ -85,5 +96,5 @@ LAW_MAP = MappedLaws(
     note="the cheapest theory of creep forces within {within}, and by how much of µN it is off, %",
     number="off by at most, % of µN",
     of=lambda name, judgement: "" if name == REAL else f"{1e2 * judgement.deviation[FORCE]:.1f}",
-    columns=_columns,
+    columns=_make_law_columns,
 )

@@ -122,7 +122,7 @@ def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = 
     (80000, 100.0, (24, 24))
     """
     # the points are finer than the cells and reach a little beyond the edge
-    x, y = (1.02 * half * _cell_middles(_POINTS_PER_CELL * cells) for half in (a_mm, b_mm))
+    x, y = (1.02 * half * _calculate_cell_middles(_POINTS_PER_CELL * cells) for half in (a_mm, b_mm))
     shape = np.sqrt(np.maximum(1.0 - (x[:, None] / a_mm) ** 2 - (y / b_mm) ** 2, 0.0))
     cell_mm2 = float((x[1] - x[0]) * (y[1] - y[0]))
     return pressure_cells(
@@ -168,7 +168,7 @@ def pressure_cells(
     )
     new_x = np.linspace(x_low, x_high, min(cells, ends[0][1].size) + 1)
     new_y = np.linspace(y_low, y_high, min(cells * lobes, ends[1][1].size) + 1)
-    mean_MPa = _covered_fractions(x_mm, new_x) @ pressure_MPa @ _covered_fractions(y_mm, new_y).T
+    mean_MPa = _calculate_covered_fractions(x_mm, new_x) @ pressure_MPa @ _calculate_covered_fractions(y_mm, new_y).T
     cell_mm2 = float((new_x[1] - new_x[0]) * (new_y[1] - new_y[0]))
     pressure_sum = float(mean_MPa.sum())
     mean_MPa = np.where(_select_loaded(mean_MPa, area_mm2 / cell_mm2), mean_MPa, 0.0)
@@ -190,13 +190,16 @@ def _select_loaded(pressure: Floats, number: float) -> NDArray[np.bool_]:
     return min(choices, key=lambda choice: abs(np.count_nonzero(choice) - number))
 
 
-def _cell_middles(n: int) -> Floats:
+def _calculate_cell_middles(n: int) -> Floats:
     """Middles of n cells between -1 and 1."""
     return np.asarray((np.arange(n) + 0.5) * (2.0 / n) - 1.0)
 
 
-def _covered_fractions(nodes: Floats, edges: Floats) -> Floats:
-    """Fraction (n, m) of each of n new cells that each of the m cells around the nodes covers."""
+def _calculate_covered_fractions(nodes: Floats, edges: Floats) -> Floats:
+    """Fraction (n, m) of each new cell that each old cell covers.
+
+    The n new cells are between `edges` (n + 1,), the m old cells are around `nodes` (m,).
+    """
     half = 0.5 * (nodes[1] - nodes[0])
     low, high = np.maximum(edges[:-1, None], nodes - half), np.minimum(edges[1:, None], nodes + half)
     return np.asarray(np.maximum(high - low, 0.0) / (edges[1] - edges[0]))

@@ -63,7 +63,9 @@ def cerruti_influence(x: Floats, y: Floats, step_x: float, step_y: float, poisso
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TangentialResponse:
-    """Response of a grid to tractions on its cells, by a kernel that is equal for all cells.
+    """Response of a grid to tractions on its cells.
+
+    The kernel is equal for all cells.
 
     Attributes
     ----------
@@ -153,7 +155,10 @@ def rolling_response(
 
 
 def _offsets(nx: int, ny: int, step_x: float, step_y: float) -> tuple[Floats, Floats]:
-    """Offsets between cells in mm, (2 nx - 1, 1) along and (1, 2 ny - 1) across."""
+    """Offsets between cells in mm.
+
+    Their shapes are (2 nx - 1, 1) along and (1, 2 ny - 1) across.
+    """
     return np.asarray(np.arange(1 - nx, nx)[:, None] * step_x), np.asarray(np.arange(1 - ny, ny)[None, :] * step_y)
 
 

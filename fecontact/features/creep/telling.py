@@ -63,7 +63,7 @@ def make_force_record(force: CreepForce | str) -> Record:
 _SIDES = {"hertz": "Hertz", "fe": "FE"}
 
 
-def _force_column(heading: str, source: Of, form: str, factor: float = 1.0) -> Column:
+def _make_force_column(heading: str, source: Of, form: str, factor: float = 1.0) -> Column:
     """A column of forces, with "none" for a theory that has a problem."""
     column = number(heading, source, form, factor, none="")
     return replace(column, cell=lambda force: "none" if "problem" in force else column.cell(force))
@@ -71,19 +71,30 @@ def _force_column(heading: str, source: Of, form: str, factor: float = 1.0) -> C
 
 _FORCE_COLUMNS = (
     text("theory", "name"),
-    _force_column("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
-    _force_column("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
-    _force_column("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
-    _force_column(
+    _make_force_column("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
+    _make_force_column("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
+    _make_force_column("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
+    _make_force_column(
         "|F|\n% of mu N", lambda force: math.hypot(force["fx_N"], force["fy_N"]) / force["limit_N"], "{:.1f}", 1e2
     ),
-    _force_column("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
-    _force_column("power/speed\nN", "power_per_speed_N", "{:.2f}"),
+    _make_force_column("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
+    _make_force_column("power/speed\nN", "power_per_speed_N", "{:.2f}"),
 )
 
 
 def report_force_verdicts(rows: Sequence[Item]) -> Lines:
-    """Yield one sentence for each row that has a verdict of forces."""
+    """Yield a sentence for each row that has a verdict of forces.
+
+    Parameters
+    ----------
+    rows
+        Rows of results.
+
+    Returns
+    -------
+    iterator of str
+        Sentences that begin with the id of the row.
+    """
     for row in rows:
         if row.get("creep_verdict_answer"):
             deviation, uncertainty = (
@@ -94,7 +105,7 @@ def report_force_verdicts(rows: Sequence[Item]) -> Lines:
 
 
 def report_creep_forces(record: Item) -> Lines:
-    """Yield the table of forces of a result record, its deviations, its verdict and its warnings.
+    """Yield the table of forces of a result record, deviations, verdict and warnings.
 
     Parameters
     ----------
