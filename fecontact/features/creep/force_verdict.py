@@ -111,7 +111,7 @@ class RollingLoad:
         """Creepages over which forces are judged."""
         return creepage_range(self.creep.largest_creepage, self.creepages.spin_per_mm)
 
-    def judge_force(
+    def judge_largest_deviations(
         self, screening: ForceDeviationFunction, *deciding: tuple[ForceDeviationFunction, float]
     ) -> JudgedForce:
         """Judge a force at the creepages of its largest deviations.
@@ -248,7 +248,9 @@ def judge_hertz_ellipse(rolling: RollingLoad) -> JudgedForce:
             return rolling.relative_difference(on_hertz, creep_force(theory, rolling.real, rolling.motion(creepages)))
         return math.nan
 
-    judgement = rolling.judge_force(partial(deviation, SCREENING_THEORY), (partial(deviation, DECIDING_THEORY), 0.0))
+    judgement = rolling.judge_largest_deviations(
+        partial(deviation, SCREENING_THEORY), (partial(deviation, DECIDING_THEORY), 0.0)
+    )
     if not judgement.limit_used > 1.0:
         return judgement
     return replace(judgement, verdict=replace(judgement.verdict, cause=_find_cause(rolling, judgement.decided[0])))
@@ -258,7 +260,8 @@ def _find_cause(rolling: RollingLoad, worst: ForceAt) -> str | None:
     """The larger of two changes of FASTSIM's force: by the creepages of the real patch, or by its shape.
 
     The first change is from the creepages at the touch point to the mean creepages of the real patch, both on Hertz's
-    ellipse. The second change is from Hertz's ellipse to the real patch. None if FASTSIM does not cover a patch."""
+    ellipse. The second change is from Hertz's ellipse to the real patch. None if FASTSIM does not cover a patch.
+    """
     motion = rolling.motion(worst.creepages)
     try:
         forces = (

@@ -269,7 +269,8 @@ def curved_creepages(placement: Placement, plane: Creepages, s_mm: Floats, speed
     wheel is evaluated on this surface, at x = 0. Range of validity: theories of the half-space leave out the change of
     the rolling radius by the approach, so that the longitudinal creepage has an error of half the undeformed gap over
     the radius, some 1e-4 at the edges of a patch. If surfaces are not conforming, creepages change by no more than
-    this."""
+    this.
+    """
     points, normals = placement.surface(0.0, s_mm)
     midway = points + 0.5 * placement.gap(0.0, s_mm)[:, None] * normals
     touch, angular_velocity = placement.first, _calculate_angular_velocity(placement, speed_ratio)

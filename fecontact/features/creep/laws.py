@@ -86,7 +86,7 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
 
     def judge_law(force: _ForceLaw) -> JudgedForce:
         screening = partial(coarse_deviation, force)
-        return rolling.judge_force(
+        return rolling.judge_largest_deviations(
             screening, (screening, _COARSE_UNCERTAINTY), (partial(fine_deviation, force), _FINE_UNCERTAINTY)
         )
 

@@ -1,5 +1,6 @@
 """Answers from the Parquet files of a fleet: the share of positions where Hertz holds, the reasons, and the
-uncertainty."""
+uncertainty.
+"""
 
 from __future__ import annotations
 
@@ -84,7 +85,8 @@ class Subpopulation:
         """Limits of the share at which Hertz holds, for any undecided answer.
 
         With a sample, the open and unsolved positions are undecided. Without a sample, the open and refused positions
-        of the screening are undecided."""
+        of the screening are undecided.
+        """
         if self.drawn:
             return bounds(self.strata, HOLDS, UNDECIDED)
         holds = self.screen["holds"]
@@ -102,9 +104,9 @@ class Subpopulation:
         row |= {f"screen_{prefix}_percent": 1e2 * value for prefix, value in self.screen.items()}
         row["drawn"] = self.drawn
         for answer in (HOLDS, *UNDECIDED) if self.drawn else ():
-            estimate, prefix = self.share(answer), answer.lower()
-            row |= {f"{prefix}_percent": 1e2 * estimate.estimate, f"{prefix}_low_percent": 1e2 * estimate.low}
-            row[f"{prefix}_high_percent"] = 1e2 * estimate.high
+            interval, prefix = self.share(answer), answer.lower()
+            row |= {f"{prefix}_percent": 1e2 * interval.estimate, f"{prefix}_low_percent": 1e2 * interval.low}
+            row[f"{prefix}_high_percent"] = 1e2 * interval.high
         low, high = self.bounds
         return row | {"bound_low_percent": 1e2 * low, "bound_high_percent": 1e2 * high}
 

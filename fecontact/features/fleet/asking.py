@@ -81,7 +81,7 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     page = write_report(fleet_answer, folder, open_fleet(folder).case)
     tell(
         answer_rows(fleet_answer) if json else fleet_answer,
-        lambda fleet_answer: report_parts(fleet_answer, folder / "report"),
+        lambda answer: report_parts(answer, folder / "report"),
         json=json,
         report=page,
     )

@@ -13,7 +13,7 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.population import BODIES, Candidate, candidates, pairs_of
 from fecontact.features.fleet.profile_files import reading_of_candidate
-from fecontact.features.fleet.running import FLEET, FLEET_FILE
+from fecontact.features.fleet.running import FLEET_FILE, FLEET_RECORD
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.tables import PROFILES, import_arrow
 from fecontact.files import read_json
@@ -136,10 +136,10 @@ class ScreenedFleet:
             If a value is out of the range of a case.
         """
         profile_inputs: dict[str, Any] = {}
-        for body, name in zip(BODIES, (wheel, rail), strict=True):
-            row = self._rows[body, name]
+        for body, profile_name in zip(BODIES, (wheel, rail), strict=True):
+            row = self._rows[body, profile_name]
             table_values = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
-            candidate = Candidate(body=body, name=name, spec=row["file"], known=table_values)
+            candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=table_values)
             profile_inputs |= {
                 body: row["file"],
                 f"{body}_file": used_reading(candidate.spec, reading_of_candidate(self.fleet, candidate)),
@@ -169,9 +169,9 @@ def open_fleet(out: str | Path) -> ScreenedFleet:
         If the folder has no screened fleet.
     """
     folder = Path(out)
-    if not (folder / FLEET).is_file() or not (folder / FLEET_FILE).is_file():
-        raise InputError(f"{folder}: it has no {FLEET}; give the folder of a finished `fecontact fleet run`")
-    record = read_json(folder / FLEET)
+    if not (folder / FLEET_RECORD).is_file() or not (folder / FLEET_FILE).is_file():
+        raise InputError(f"{folder}: it has no {FLEET_RECORD}; give the folder of a finished `fecontact fleet run`")
+    record = read_json(folder / FLEET_RECORD)
     rows = import_arrow("parquet").ParquetFile(folder / PROFILES).read().to_pylist()
     return ScreenedFleet(
         out=folder,

@@ -82,7 +82,7 @@ class Stratum:
         return len(self.answers)
 
     @property
-    def stands_for(self) -> Floats:
+    def represented_weights(self) -> Floats:
         """Weight (n,) that each drawn position represents."""
         return self.weights / self.inclusion
 
@@ -92,8 +92,8 @@ class Stratum:
 
         Infinite if all positions were drawn.
         """
-        spread = float(np.sum(self.stands_for**2 * (1.0 - self.inclusion)))
-        return float(np.sum(self.stands_for)) ** 2 / spread if spread > 0.0 else np.inf if self.drawn else 0.0
+        spread = float(np.sum(self.represented_weights**2 * (1.0 - self.inclusion)))
+        return float(np.sum(self.represented_weights)) ** 2 / spread if spread > 0.0 else np.inf if self.drawn else 0.0
 
     def share(self, answers: Collection[str]) -> float:
         """Share of the positions with some answers (Hajek's estimate).
@@ -102,7 +102,7 @@ class Stratum:
         """
         if not self.drawn:
             return self.guess
-        return float(np.average(np.isin(self.answers, list(answers)), weights=self.stands_for))
+        return float(np.average(np.isin(self.answers, list(answers)), weights=self.represented_weights))
 
 
 def limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
@@ -269,7 +269,7 @@ def allocation(
         Weights of the strata.
     shares (n,)
         Expected shares that hold.
-    positions, drawn (n,)
+    positions, drawn_counts (n,)
         Numbers of all positions and of positions drawn before.
     draws
         Number of draws in all.
@@ -332,8 +332,8 @@ def resampled(
     bootstrap_shares = []
     for _ in range(REPEATS):
         times = _count_draws(random, wheels) * _count_draws(random, rails)
-        if (estimate := float(times @ weights)) > 0.0:
-            bootstrap_shares.append(float(times @ holding) / estimate)
+        if (total := float(times @ weights)) > 0.0:
+            bootstrap_shares.append(float(times @ holding) / total)
     low, high = np.quantile(bootstrap_shares, [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)])
     return Share(estimate=float(holding.sum() / weights.sum()), low=float(low), high=float(high))
 

@@ -155,7 +155,7 @@ def shares(weighted: Any, subject: str) -> dict[Any, float]:
     ----------
     weighted
         Pairs of a key and a weight.
-    what
+    subject
         Source of the weights, for messages.
 
     Returns

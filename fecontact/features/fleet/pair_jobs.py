@@ -51,7 +51,7 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
     """
     weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
     for profile in profiles:
-        if profile.kept is not None:
+        if profile.stored is not None:
             weights[profile.candidate.body][profile.candidate.name] = profile.candidate.weight
     for body, body_weights in weights.items():
         if not body_weights:
@@ -74,9 +74,9 @@ def _make_case_key(wheel: Candidate, rail: Candidate) -> CaseKey:
     return *specs, wheel.known.get("rolling_radius_mm")  # type: ignore[return-value]
 
 
-def _make_case(fleet: Fleet, stand: CaseKey) -> Case:
+def _make_case(fleet: Fleet, case_key: CaseKey) -> Case:
     """Case of a pair with given profiles: its files are not read again."""
-    wheel, rail, radius = stand
+    wheel, rail, radius = case_key
     case = replace(fleet.case.with_profiles({"wheel": wheel, "rail": rail}), rail_file=Reading(), wheel_file=Reading())
     return case if radius is None else replace(case, rolling_radius_mm=radius)
 
@@ -90,14 +90,14 @@ def _list_pair_jobs(
     cases: dict[CaseKey, tuple[Case, str]] = {}
     for pair in pairs:
         wheel, rail = by_name["wheel", pair[0]], by_name["rail", pair[1]]
-        assert wheel.kept is not None
-        assert rail.kept is not None
+        assert wheel.stored is not None
+        assert rail.stored is not None
         if (case_key := _make_case_key(wheel.candidate, rail.candidate)) not in cases:
             case = _make_case(fleet, case_key)
             cases[case_key] = case, json_digest([case_record(case), positions, fleet.theory])
         case, case_digest = cases[case_key]
-        work = ScreeningPair(wheel=wheel.kept, rail=rail.kept, case=case, positions=positions, theory=fleet.theory)
-        yield pair, json_digest([case_digest, wheel.kept.folder.name, rail.kept.folder.name])[:20], work
+        work = ScreeningPair(wheel=wheel.stored, rail=rail.stored, case=case, positions=positions, theory=fleet.theory)
+        yield pair, json_digest([case_digest, wheel.stored.folder.name, rail.stored.folder.name])[:20], work
 
 
 def screen_pairs(
@@ -115,7 +115,7 @@ def screen_pairs(
         Weights by names of wheel and rail.
     out
         Folder of the results.
-    by
+    open_run
         The run that executes the jobs.
 
     Returns
@@ -166,7 +166,7 @@ def write_screen(
         Weight of each verdict.
     """
     parquet, lib = import_arrow("parquet"), import_arrow("lib")
-    verdict_weights: dict[str, float] = {job_id: 0.0 for job_id in VERDICTS}
+    verdict_weights: dict[str, float] = {verdict: 0.0 for verdict in VERDICTS}
     written = set()
     for number, (_, wheel_jobs) in enumerate(
         groupby(_list_pair_jobs(fleet, profiles, sorted(pairs)), key=lambda job: job[0][0])

@@ -178,7 +178,7 @@ def pairs_of(
         Definition of the fleet.
     wheels, rails
         Weights by name, of the profiles that were read.
-    known
+    known_names
         Bodies and names of all profiles, such as "wheel a". Pairs of refused profiles are left out.
 
     Returns

@@ -30,13 +30,13 @@ class ReadProfile:
         The profile before it was read.
     record
         Record of the reading.
-    kept
+    stored
         The stored profile; None if the profile was refused.
     """
 
     candidate: Candidate
     record: Mapping[str, Any]
-    kept: Kept | None = None
+    stored: Kept | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ class ReadProfile:
     def row(self) -> Row:
         """Row of `profiles.parquet`."""
         candidate, record = self.candidate, self.record
-        filters = ", ".join(f"{value:g}" for value in self.kept.filters_mm) if self.kept else ""
+        filters = ", ".join(f"{value:g}" for value in self.stored.filters_mm) if self.stored else ""
         columns = {
             **{
                 "body": candidate.body,
@@ -110,11 +110,11 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
     ----------
     fleet
         Definition of the fleet.
-    found
+    candidates
         Profiles of the fleet.
     out
         Folder of the results.
-    by
+    open_run
         The run that executes the jobs.
 
     Returns
@@ -172,4 +172,4 @@ def _collect_profile(
     stored = Kept(
         body=candidate.body, spec=candidate.spec, reading=work.reading, folder=folder.absolute(), filters_mm=filters
     )
-    return ReadProfile(candidate=candidate, record=outcome.value, kept=stored)
+    return ReadProfile(candidate=candidate, record=outcome.value, stored=stored)

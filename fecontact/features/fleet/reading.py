@@ -154,16 +154,16 @@ class ReadingProfile:
             If the file changed while it was read.
         """
         try:
-            lines = self._read_variants()
+            variants = self._read_variants()
         except InputError as error:
             reason, _, remedy = str(error).partition("; ")
             write_json(folder / _RECORD_FILE, {"status": "refused", "reason": reason, "remedy": remedy})
             return Made()
         if self.content_hash and sha256(Path(self.spec)) != self.content_hash:
             raise InputError(f"{self.spec} changed while it was read; give the same command again")
-        write_json(folder / _RECORD_FILE, _make_record(lines))
-        if lines[0].measured is not None:
-            _store_variants(lines, folder / _VARIANTS_FILE)
+        write_json(folder / _RECORD_FILE, _make_record(variants))
+        if variants[0].measured is not None:
+            _store_variants(variants, folder / _VARIANTS_FILE)
         return Made()
 
     def _read_variants(self) -> list[Profile]:
@@ -186,32 +186,32 @@ class ReadingProfile:
         return [line_through(content, replace(self.reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
 
 
-def _make_record(lines: list[Profile]) -> dict[str, Any]:
+def _make_record(variants: list[Profile]) -> dict[str, Any]:
     """Record of a profile that was read: notes, noise in um, wear in mm, and the registration of each variant."""
-    measured = lines[0].measured
-    record: dict[str, Any] = {"status": "read", "name": lines[0].name, "measured": measured is not None}
-    record["notes"] = list(lines[0].notes)
+    measured = variants[0].measured
+    record: dict[str, Any] = {"status": "read", "name": variants[0].name, "measured": measured is not None}
+    record["notes"] = list(variants[0].notes)
     if measured is None:
         return record
     wear = float(np.hypot(*measured.held.values.T).max()) if measured.nominal else None
-    variants = []
-    for profile in lines:
+    registrations = []
+    for profile in variants:
         assert profile.measured is not None
         smoothed = profile.measured.held
-        variants.append((smoothed.nominal, smoothed.registration.turn_rad, smoothed.registration.shift))
+        registrations.append((smoothed.nominal, smoothed.registration.turn_rad, smoothed.registration.shift))
     return {
         **record,
         "noise_um": 1e3 * measured.noise_mm,
         "nominal": measured.nominal,
         "wear_mm": wear,
-        "lines": variants,
+        "lines": registrations,
     }
 
 
-def _store_variants(lines: list[Profile], path: Path) -> None:
+def _store_variants(variants: list[Profile], path: Path) -> None:
     """Store the smoothed points of all variants."""
     arrays: dict[str, Any] = {}
-    for index, profile in enumerate(lines):
+    for index, profile in enumerate(variants):
         assert profile.measured is not None
         smoothed = profile.measured.held
         relative = np.empty(0) if smoothed.relative_filter is None else smoothed.relative_filter

@@ -1,5 +1,6 @@
 """Report of a fleet: the answer in a sentence, where Hertz holds, the reasons and the uncertainty; page, pictures,
-CSV."""
+CSV.
+"""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.runs.folder import prepare
 
-FLEET, FLEET_FILE = "fleet.json", "fleet.toml"
+FLEET_RECORD, FLEET_FILE = "fleet.json", "fleet.toml"
 Progresses = Mapping[str, Progress]
 
 
@@ -106,7 +106,7 @@ def run_fleet(
     candidate_list = [
         mark_unusable(definition, candidate) for body in BODIES for candidate in candidates(definition, body)
     ]
-    prepare(folder, FLEET, lambda stored: True, settings.force)
+    prepare(folder, FLEET_RECORD, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as open_jobs:
         profiles = read_profiles(definition, candidate_list, folder, open_jobs)
         write_table([profile.row for profile in profiles], folder / PROFILES)
@@ -125,7 +125,7 @@ def run_fleet(
             refused={
                 f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
                 for profile in profiles
-                if profile.kept is None
+                if profile.stored is None
             },
             reused=len(pair_run.reused) - reused_files,
             failed=failed,
@@ -158,7 +158,7 @@ def _write_record(fleet: Fleet, screened: FleetScreening) -> None:
         "folder": str(fleet.folder),
         "made_by": dict(origin().solved_by),
     }
-    write_sealed(screened.out / FLEET, record, [screened.out / PROFILES])
+    write_sealed(screened.out / FLEET_RECORD, record, [screened.out / PROFILES])
 
 
 def _describe_population(fleet: Fleet, screened: FleetScreening) -> str:

@@ -83,7 +83,7 @@ def draw(folder: Path, draws: int, seed: int | None = None) -> Drawn:
     if draws < 2:
         raise InputError(f"--finite-elements is {draws}; allowed: 2 and more, 300 for an interval of about 2 points")
     with opened(folder) as tables:
-        seed = _check_seed(tables, seed)
+        seed = _find_seed(tables, seed)
         counts = _allocate_to_strata(tables, draws)
         tables.execute("CREATE TABLE wanted (stratum VARCHAR, draws INTEGER, scale DOUBLE)")
         for name, count in counts.items():
@@ -112,7 +112,7 @@ def _read_position_key(row: Mapping[str, Any]) -> tuple[Any, ...]:
     return tuple(row[name] for name in KEYS.split(", "))
 
 
-def _check_seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
+def _find_seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
     """Seed of all draws of a sample; raises InputError if earlier draws have a different seed."""
     earlier_seeds = [row["seed"] for row in asked(tables, "SELECT DISTINCT seed FROM sample")]
     if earlier_seeds and asked_for not in (None, *earlier_seeds):
@@ -149,7 +149,7 @@ def solve_sample(
     ----------
     folder
         Folder of a screened fleet.
-    drawn
+    sample
         Positions of the sample.
     case_of
         Function that makes the case of a position.

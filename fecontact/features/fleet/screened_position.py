@@ -125,7 +125,7 @@ def position_row(variants: Sequence[ScreenedVariant]) -> Row:
 
     Parameters
     ----------
-    lines
+    variants
         Contacts on the profile variants.
 
     Returns
@@ -226,7 +226,8 @@ def _find_cheapest_theory(variants: Sequence[ScreenedVariant], answers: Sequence
     """Cheapest theory that holds on all variants.
 
     Hertz if it holds on all variants, OPEN unless it holds or fails on all of them. If Hertz fails, the first theory by
-    cost that holds on all variants; the theory of the screening, the reference of all, is the last."""
+    cost that holds on all variants; the theory of the screening, the reference of all, is the last.
+    """
     if set(answers) != {"FAILS"}:
         return HERTZ if set(answers) == {"HOLDS"} else "OPEN"
     screening_theory = STRIPS if variants[0].uncertainty is OF_STRIPS else HALF_SPACE

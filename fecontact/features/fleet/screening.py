@@ -51,7 +51,8 @@ def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
     The conicity is by the kinematic motion about the shift of equal radii (EN 15302). The concentration is the largest
     fraction of equally likely shifts, about the middle of the track, at which the first touch is within a band of
     `BAND_MM` on the rail: 1 if it does not move, small if wear is spread. It is a definition of this program: the
-    formula of Polach and Nicklisch's (2016) index was not found."""
+    formula of Polach and Nicklisch's (2016) index was not found.
+    """
     count = round(_FARTHEST_MM / _STEP_MM)
     shifts = [round(_STEP_MM * k, 9) for k in range(-count, count + 1)]
     left = wheelset.left.standings(shifts, 0.0, 0.0)
@@ -125,7 +126,7 @@ class ScreeningPair:
         """
         keys = [{"shift_mm": shift, "load_kN": load} for load in loads_kN]
         placements = [placement for placement in outcomes if not isinstance(placement, str)]
-        if reasons := [placement for placement in outcomes if isinstance(placement, str)]:
+        if reasons := [reason for reason in outcomes if isinstance(reason, str)]:
             return [key | refused(reasons[0]) for key in keys]
         touch = placements[0].first
         place = {"place_y_mm": float(touch.rail_y_mm), "touch_angle_mrad": 1e3 * float(touch.contact_angle_rad)}

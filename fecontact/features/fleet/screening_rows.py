@@ -40,7 +40,7 @@ def make_schema(*first_columns: tuple[str, str]) -> Any:
 
     Parameters
     ----------
-    more
+    first_columns
         Name and kind (string, double) of each first column.
 
     Returns

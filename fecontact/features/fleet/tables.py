@@ -61,9 +61,9 @@ def rows_of(path: Path, required_columns: Iterable[str], most_rows: int) -> list
     ----------
     path
         File of the table.
-    needed
+    required_columns
         Names of the columns that it must have.
-    most
+    most_rows
         Largest number of rows.
 
     Returns
