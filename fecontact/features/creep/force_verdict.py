@@ -242,7 +242,7 @@ def judge_hertz_ellipse(rolling: RollingLoad) -> JudgedForce:
     """
 
     def deviation(theory: str, creepages: Creepages) -> float:
-        """Deviation of the force on Hertz's ellipse, over mu N; NaN if the theory covers neither patch."""
+        """Deviation of the force on Hertz's ellipse, over mu N; NaN unless the theory covers both patches."""
         with suppress(FecontactError):
             on_hertz = creep_force(theory, rolling.hertz, creepages)
             return rolling.relative_difference(on_hertz, creep_force(theory, rolling.real, rolling.motion(creepages)))
