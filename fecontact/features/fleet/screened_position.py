@@ -42,7 +42,7 @@ class ScreenedVariant:
         Placed position under its load.
     contact
         Contact by the theory of the screening.
-    deviations_of
+    off
         Deviations of a theory's contact from this contact, by measure.
     uncertainty
         Uncertainty of the deviations by measure: relative for a measure, absolute for a misfit.
@@ -50,7 +50,7 @@ class ScreenedVariant:
 
     loaded: Loaded
     contact: Approximation
-    deviations_of: Callable[[Approximation], Mapping[str, float]]
+    off: Callable[[Approximation], Mapping[str, float]]
     uncertainty: Mapping[str, float]
 
     def judge_theory(self, name: str) -> tuple[Answer, Mapping[str, float], str] | None:
@@ -70,7 +70,7 @@ class ScreenedVariant:
         for side in EITHER_SIDE if name == HERTZ else (name,):
             theory_contact = of_many(side)(self.loaded)
             if isinstance(theory_contact, Approximation):
-                deviations = self.deviations_of(theory_contact)
+                deviations = self.off(theory_contact)
                 verdict = judge(deviations, self.uncertainty, self.loaded.case.criteria)
                 certain = theory_contact.definite and self.contact.status == "solved"
                 candidates.append((verdict.answer if certain else "UNRESOLVED", deviations, verdict.measure))
@@ -106,16 +106,14 @@ def position_on_line(case: Case, placement: Placement, theory: ScreeningTheory) 
         contact = THEORIES[STRIPS].approximate(loaded)
         if not isinstance(contact, Approximation):
             raise InputError(f"{THEORIES[STRIPS].words}: {contact}")
-        return ScreenedVariant(
-            loaded=loaded, contact=contact, deviations_of=partial(off_strips, contact), uncertainty=OF_STRIPS
-        )
+        return ScreenedVariant(loaded=loaded, contact=contact, off=partial(off_strips, contact), uncertainty=OF_STRIPS)
     half_space = expect_on_half_space(case, placement, nodes=SCREENING_NODES)[1].half_space
     loaded = replace(loaded, normal_force_N=half_space.normal_force_N, half_space=half_space)
     uncertainties = {name: COARSE_FACTOR * floor for name, floor in FLOORS.items() if floor is not None}
     return ScreenedVariant(
         loaded=loaded,
         contact=of_rung(half_space),
-        deviations_of=partial(deviations_of, half_space),
+        off=partial(deviations_of, half_space),
         uncertainty=uncertainties,
     )
 
