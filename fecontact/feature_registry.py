@@ -1,29 +1,29 @@
-"""Features: what is built on the program without being a part of it, each in a folder that can be taken away.
+"""Features: parts that are built on the program without being needed by it, each in a removable folder.
 
 A feature is a folder in `features/`, or an installed package with an entry point in the group `fecontact.features`: its
 name, and the package. It holds its model, its pictures and its command, and may use every folder but the doors. No
-other folder imports a feature, but asks here for what features offer. The folder's `feature.py` names what it offers by
-its places, so that a thing is imported once it is used:
+other folder imports a feature. Other folders ask here for the offers of features. The folder's `feature.py` names the
+offers by their places, so that they are imported on first use:
 
 `COMMANDS`
     Groups of the command line's help, and the commands in each; an `App` has commands of its own.
 `NAMES`
-    Functions and classes of `fecontact`, which bear their own names there.
+    Functions and classes of `fecontact`, with equal names there.
 `LOADED_CONICITIES`
     A function of a case, a wheel load (N) and `progress`: conicities of the loaded wheelset.
 
-Of a judged load a feature may read something of its own. What it offers there has the name of what is read:
+A feature may read its own results from a judged load. An offer of this kind has the name of the result:
 
 `READINGS`
-    Functions of a judged load and its placement; what they give but None is in `JudgedLoad.features`.
+    Functions of a judged load and its placement; a result other than None is in `JudgedLoad.features`.
 `DEAR_READINGS`
-    The same for what takes seconds a load; a map by the measure `theory` asks for them.
+    Readings that take seconds per load; a map by the measure `theory` uses them.
 `TELLINGS`
-    How a reading is told (`outputs.parts.Telling`): record, columns of a row, parts of a document.
+    Report of a reading (`outputs.parts.Telling`): record, columns of a row, parts of a document.
 `MAPS`
-    Verdicts that a map draws and finds load limits of (`judging.readings.MappedVerdicts`), by the map's measure.
+    Verdicts with load limits that a map draws (`judging.readings.MappedVerdicts`), by the map's measure.
 `LAWS`
-    Laws that are judged as theories of the pressure are (`judging.readings.MappedLaws`), by the name of their map.
+    Laws that are judged like theories of the pressure (`judging.readings.MappedLaws`), by the name of their map.
 """
 
 from __future__ import annotations
@@ -36,59 +36,79 @@ from typing import Any
 from fecontact.errors import InputError
 
 GROUP = "fecontact.features"
-"""The folder of features, and the entry points of features that other packages have."""
+"""Package of the features' folder, and group of the entry points of features in other packages."""
 
 
-def _found() -> dict[str, str]:
-    """The package of each feature, by its name; a name of this package cannot be taken by another."""
-    own = sorted(path.parent.name for path in (Path(__file__).parent / "features").glob("*/feature.py"))
-    others = {one.name: one.value for one in metadata.entry_points(group=GROUP)}
-    return others | {name: f"{GROUP}.{name}" for name in own}
+def _find_packages() -> dict[str, str]:
+    """Package of each feature by its name; an installed package cannot take a name of this package."""
+    folders = sorted(path.parent.name for path in (Path(__file__).parent / "features").glob("*/feature.py"))
+    installed = {entry_point.name: entry_point.value for entry_point in metadata.entry_points(group=GROUP)}
+    return installed | {name: f"{GROUP}.{name}" for name in folders}
 
 
-_HOMES = _found()
-FEATURES = tuple(_HOMES)
+_PACKAGES = _find_packages()
+FEATURES = tuple(_PACKAGES)
 """Names of all features that are installed."""
 
 
 def offers(kind: str) -> Iterator[tuple[str, Any]]:
-    """The package of each feature that offers something of a kind, and what that is.
+    """Yield the package of each feature with offers of a kind, and these offers.
 
+    Examples
+    --------
+    >>> from fecontact.feature_registry import offers
     >>> dict(offers("NAMES"))["fecontact.features.irregular"]
     ('running.irregular',)
     """
     for name in FEATURES:
-        if found := getattr(import_module(f"{_HOMES[name]}.feature"), kind, ()):
-            yield _HOMES[name], found
+        if content := getattr(import_module(f"{_PACKAGES[name]}.feature"), kind, ()):
+            yield _PACKAGES[name], content
 
 
 def places(kind: str) -> dict[str, str]:
-    """The places of what all features offer of a kind that has names.
+    """Places of the offers of all features, by name.
 
+    Examples
+    --------
+    >>> from fecontact.feature_registry import places
     >>> list(places("no such kind"))
     []
     """
-    return {name: f"{feature}.{place}" for feature, found in offers(kind) for name, place in found.items()}
+    return {
+        name: f"{feature}.{place}" for feature, places_by_name in offers(kind) for name, place in places_by_name.items()
+    }
 
 
 def offered(kind: str) -> dict[str, Any]:
-    """What all features offer of a kind that has names."""
+    """Import the offers of all features of a kind with names."""
     return {name: at(place) for name, place in places(kind).items()}
 
 
 def at(place: str) -> Any:
-    """What is at a place, such as `fecontact.case.Case`."""
+    """Import the object at a place, such as `fecontact.case.Case`."""
     module, _, name = place.rpartition(".")
     return getattr(import_module(module), name)
 
 
 def the(kind: str, asked: str) -> Any:
-    """The one thing of a kind that a feature offers.
+    """Import the only offer of a kind.
+
+    Parameters
+    ----------
+    kind
+        Kind of the offer, such as `LOADED_CONICITIES`.
+    asked
+        Option or input that needs the offer, for the message.
+
+    Returns
+    -------
+    object
+        The offered function or class.
 
     Raises
     ------
     InputError
-        If there is no such feature, with what was asked for.
+        If no installed feature has an offer of this kind.
     """
     for feature, (place,) in offers(kind):
         return at(f"{feature}.{place}")
@@ -96,12 +116,33 @@ def the(kind: str, asked: str) -> Any:
 
 
 def commands(group: str) -> list[Any]:
-    """The commands of all features in a group of the help."""
-    return [at(f"{feature}.{place}") for feature, found in offers("COMMANDS") for place in found.get(group, ())]
+    """Import the commands of all features in a group of the help.
+
+    Parameters
+    ----------
+    group
+        Heading of the group.
+
+    Returns
+    -------
+    list
+        Functions and apps.
+    """
+    return [
+        at(f"{feature}.{place}")
+        for feature, commands_by_group in offers("COMMANDS")
+        for place in commands_by_group.get(group, ())
+    ]
 
 
 def public_names() -> dict[str, str]:
-    """The public names of all features, and the place of each."""
+    """Public names of all features, with their places.
+
+    Returns
+    -------
+    dict
+        Place below `fecontact` of each name.
+    """
     return {
         place.rpartition(".")[2].rstrip("_"): f"{feature}.{place}"
         for feature, places in offers("NAMES")

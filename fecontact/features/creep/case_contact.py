@@ -1,4 +1,7 @@
-"""Pressure of a solved contact as creep theories take it, and the creepages of its case."""
+"""Pressure of a solved contact in the form for creep theories.
+
+Also the creepages of its case.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +24,25 @@ from fecontact.placement.wheel_on_rail import Placement
 
 
 def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
-    """The pressure of a solved contact, whose force is that along the contact normal."""
+    """Pressure of a solved contact as a patch that rolls.
+
+    Parameters
+    ----------
+    rung
+        Solved pressure.
+    patch
+        Area in mm2 and lobes of the solved contact.
+    pair
+        Friction coefficient and elastic constants.
+
+    Returns
+    -------
+    CreepPatch
+        Strips, cells and the ellipse with the second moments of the patch, all with the force along the contact normal.
+    """
     field = rung.even().pressure.whole()
-    cell = field.grid.steps_mm[0] * field.grid.steps_mm[1]
-    pressure = field.values * (rung.normal_force_N / (cell * float(field.values.sum())))
+    cell_mm2 = field.grid.steps_mm[0] * field.grid.steps_mm[1]
+    pressure = field.values * (rung.normal_force_N / (cell_mm2 * float(field.values.sum())))
     x, s = field.grid.x_mm, field.grid.s_mm
     pieces = pressure_strips(x, s, pressure, pair)
     ellipse, centre_x, centre_s = one_ellipse(pieces)
@@ -37,10 +55,25 @@ def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
 
 
 def creepages_of(case: Case, placement: Placement) -> Creepages:
-    """Creepages of the wheel against the rail at the first touch point, in the contact frame."""
-    given, motion = case.creep, wheelset_creepages(placement, case.creep.speed_ratio)
+    """Creepages of the wheel against the rail at the first touch point.
+
+    They are in the contact frame.
+
+    Parameters
+    ----------
+    case
+        Case; each creepage that it gives replaces the creepage of the wheelset.
+    placement
+        Wheel on rail.
+
+    Returns
+    -------
+    Creepages
+        Longitudinal and lateral creepage without unit, spin in 1/mm.
+    """
+    case_creep, wheelset = case.creep, wheelset_creepages(placement, case.creep.speed_ratio)
     return Creepages(
-        xi=motion.xi if given.xi is None else given.xi,
-        eta=motion.eta if given.eta is None else given.eta,
-        spin_per_mm=motion.spin_per_mm if given.spin_per_mm is None else given.spin_per_mm,
+        xi=wheelset.xi if case_creep.xi is None else case_creep.xi,
+        eta=wheelset.eta if case_creep.eta is None else case_creep.eta,
+        spin_per_mm=wheelset.spin_per_mm if case_creep.spin_per_mm is None else case_creep.spin_per_mm,
     )

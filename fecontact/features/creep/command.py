@@ -62,7 +62,7 @@ def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -
         Print the result as JSON and nothing else.
     """
     from fecontact.features.creep.running import creep as ellipse_forces
-    from fecontact.features.creep.telling import ellipse_lines
+    from fecontact.features.creep.telling import report_ellipse_forces
 
     record = ellipse_forces(
         a_mm=ellipse.a_mm,
@@ -74,5 +74,5 @@ def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -
         poisson=ellipse.poisson,
         theories=theory.split(","),
     )
-    answer(record, ellipse_lines, json=json)
+    answer(record, report_ellipse_forces, json=json)
     return 0

@@ -1,4 +1,7 @@
-"""Creep forces of a solved load on Hertz's ellipse and on the real patch, with their verdict."""
+"""Verdict on the creep forces of a solved load.
+
+They are calculated on Hertz's ellipse and on the real patch.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +18,12 @@ from fecontact.contact_theories.rolling.creepage import (
 from fecontact.contact_theories.rolling.fastsim import mean_creepages
 from fecontact.errors import FecontactError
 from fecontact.features.creep.force_verdict import (
-    DECIDES,
-    SCREEN,
+    DECIDING_THEORY,
+    SCREENING_THEORY,
     RollingLoad,
-    judge_on_hertz,
-    pressure_uncertainty,
-    rolling_load,
+    build_rolling_load,
+    estimate_pressure_uncertainty,
+    judge_hertz_ellipse,
 )
 from fecontact.features.creep.forces import (
     creep_force,
@@ -31,20 +34,20 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.measures import patch_of
 from fecontact.placement.wheel_on_rail import Placement
 
-# of mu N; a fifth of the usual limit
-_CURVED = 0.01
+# largest effect of the curved surfaces without a warning, over mu N; a fifth of the usual limit
+_NEGLIGIBLE_SURFACE_EFFECT = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class BothForces:
-    """A theory on Hertz's ellipse and on the real patch.
+class TheoryForces:
+    """Forces of a theory on Hertz's ellipse and on the real patch.
 
     Attributes
     ----------
     hertz, fe
-        Its forces, or why there is none.
+        Force on each patch, or the reason why there is no force.
     deviation_of_muN, uncertainty_of_muN
-        Size of their difference over mu N, and how well it is known from mesh to mesh; None where it is not.
+        Size of the difference of both forces, over mu N, and its uncertainty from mesh to mesh; None without a value.
     """
 
     hertz: CreepForce | str
@@ -59,20 +62,22 @@ class CreepComparison:
 
     Attributes
     ----------
-    friction, creepages
-        With which they are evaluated, at the first touch point.
+    friction, limit_N
+        Friction coefficient, and Coulomb's largest force mu N.
+    creepages
+        Creepages at the first touch point.
     centre_creepages
-        The creepages of the real patch's centre of pressure: spin about the touch point moves it along. Over curved
-        surfaces their mean over the load.
+        Creepages at the centre of pressure of the real patch: spin about the touch point moves this centre along. Over
+        curved surfaces their mean over the load.
     curved, surface_of_muN
-        Whether the creepages on the real patch follow the curved surfaces (`curved_creepages`), and by how much of mu N
-        at most FASTSIM's force changes by that over the creepages of the verdict.
+        Whether the creepages on the real patch follow the curved surfaces (`curved_creepages`), and the largest change
+        of FASTSIM's force by the curved surfaces, over mu N, over the creepages of the verdict.
     theories
         Forces of each theory.
     verdict
-        Over a range of creepages.
+        Verdict over a range of creepages.
     warnings
-        What makes the forces doubtful.
+        Reasons to doubt the forces.
     """
 
     friction: float
@@ -81,20 +86,33 @@ class CreepComparison:
     centre_creepages: Creepages
     curved: bool
     surface_of_muN: float
-    theories: Mapping[str, BothForces]
+    theories: Mapping[str, TheoryForces]
     verdict: JudgedForce
     warnings: tuple[str, ...]
 
 
 def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
-    """Creep forces of a judged load on its ellipse and on the real patch; None where no friction is given."""
+    """Compare creep forces of a judged load on its ellipse and on the real patch.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+    placement
+        Wheel on rail.
+
+    Returns
+    -------
+    CreepComparison or None
+        None if the case has no friction coefficient.
+    """
     creep = load.case.creep
     if creep.friction is None:
         return None
-    rolling = rolling_load(load, placement, creep)
+    rolling = build_rolling_load(load, placement, creep)
     creepages, motion = rolling.creepages, rolling.motion(rolling.creepages)
     on_hertz, on_real = creep_forces(rolling.hertz, creepages), creep_forces(rolling.real, motion)
-    surface_of_muN = _surface_effect(rolling)
+    surface_of_muN = _estimate_surface_effect(rolling)
     return CreepComparison(
         friction=creep.friction,
         limit_N=rolling.limit_N,
@@ -102,42 +120,57 @@ def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
         centre_creepages=mean_creepages(rolling.real.pieces, motion),
         curved=creep.curved,
         surface_of_muN=surface_of_muN,
-        theories={name: _both(name, force, on_real[name], rolling) for name, force in on_hertz.items()},
-        verdict=judge_on_hertz(rolling),
-        warnings=tuple(_warnings(load, creep.friction, 0.0 if creep.curved else surface_of_muN)),
+        theories={name: _compare_theory(name, force, on_real[name], rolling) for name, force in on_hertz.items()},
+        verdict=judge_hertz_ellipse(rolling),
+        warnings=tuple(_list_warnings(load, creep.friction, 0.0 if creep.curved else surface_of_muN)),
     )
 
 
-def _both(theory: str, hertz: CreepForce | str, fe: CreepForce | str, rolling: RollingLoad) -> BothForces:
+def _compare_theory(theory: str, hertz: CreepForce | str, fe: CreepForce | str, rolling: RollingLoad) -> TheoryForces:
+    """Forces of a theory on both patches, with their deviation if both have a force."""
     if isinstance(hertz, str) or isinstance(fe, str):
-        return BothForces(hertz=hertz, fe=fe)
-    # what meshes leave open of the pressure is felt by the exact theory as by its fast neighbour
-    known = pressure_uncertainty(SCREEN if theory == DECIDES else theory, rolling, rolling.motion(rolling.creepages))
-    unsure = None if math.isnan(known) else known
-    return BothForces(hertz=hertz, fe=fe, deviation_of_muN=rolling.off(hertz, fe), uncertainty_of_muN=unsure)
+        return TheoryForces(hertz=hertz, fe=fe)
+    # the uncertainty of the pressure changes the force of the exact theory as it changes the force of FASTSIM
+    uncertainty = estimate_pressure_uncertainty(
+        SCREENING_THEORY if theory == DECIDING_THEORY else theory, rolling, rolling.motion(rolling.creepages)
+    )
+    finite_uncertainty = None if math.isnan(uncertainty) else uncertainty
+    return TheoryForces(
+        hertz=hertz,
+        fe=fe,
+        deviation_of_muN=rolling.relative_difference(hertz, fe),
+        uncertainty_of_muN=finite_uncertainty,
+    )
 
 
-def _surface_effect(rolling: RollingLoad) -> float:
-    """By how much of mu N at most FASTSIM's force changes where creepages follow the curved surfaces."""
+def _estimate_surface_effect(rolling: RollingLoad) -> float:
+    """Largest change of FASTSIM's force by creepages that follow the curved surfaces, over mu N.
+
+    NaN if FASTSIM does not cover the patch.
+    """
     with suppress(FecontactError):
         return max(
-            rolling.off(
-                *(creep_force(SCREEN, rolling.real, one) for one in (flat, replace(rolling.surface, plane=flat)))
+            rolling.relative_difference(
+                *(
+                    creep_force(SCREENING_THEORY, rolling.real, motion)
+                    for motion in (plane, replace(rolling.surface, plane=plane))
+                )
             )
-            for flat in rolling.every
+            for plane in rolling.judged_creepages
         )
     return math.nan
 
 
-def _warnings(load: JudgedLoad, friction: float, left_out: float) -> Iterator[str]:
+def _list_warnings(load: JudgedLoad, friction: float, surface_effect: float) -> Iterator[str]:
+    """Warnings of friction, materials, separate patches and curved surfaces."""
     yield from friction_warnings(friction)
     wheel, rail = load.case.wheel_material, load.case.rail_material
     if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):
         yield "wheel and rail have different elastic constants: what the pressure does to the slip is left out"
     if patch_of(load.fe).pieces > 1:
         yield "on separate patches the laws for one ellipse take one of the second moments of all"
-    if left_out > _CURVED:
+    if surface_effect > _NEGLIGIBLE_SURFACE_EFFECT:
         yield (
             f"the surfaces are curved across the patch: creepages that follow them change forces by up to"
-            f" {1e2 * left_out:.1f} % of mu N; --curved takes them"
+            f" {1e2 * surface_effect:.1f} % of mu N; --curved takes them"
         )

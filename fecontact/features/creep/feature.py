@@ -1,4 +1,4 @@
-"""What this feature offers."""
+"""Names under which this feature offers its commands, functions, readings and maps."""
 
 COMMANDS = {"Look": ("command.creep",)}
 NAMES = ("running.creep",)

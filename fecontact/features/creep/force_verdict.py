@@ -1,4 +1,4 @@
-"""Creep forces of a solved load: does Hertz hold for them?"""
+"""Verdict of a solved load on Hertz for creep forces."""
 
 from __future__ import annotations
 
@@ -37,101 +37,149 @@ from fecontact.judging.measures import patch_of
 from fecontact.judging.solved_load import finest_otherwise
 from fecontact.placement.wheel_on_rail import Placement
 
-# --- Does Hertz hold for forces? A judged load under friction, over a range of creepages.
+SCREENING_THEORY, DECIDING_THEORY = "fastsim", "rolling_half_space"
+"""Theories that find the largest deviations of Hertz, and that decide at these creepages.
 
-SCREEN, DECIDES = "fastsim", "rolling_half_space"
-"""The theory that looks where Hertz is furthest off, which it knows to 1 or 2 % of mu N, and the one that decides."""
+The screening theory finds the deviations to 1 or 2 % of mu N.
+"""
 PLACE, SHAPE = "centre of pressure beside the touch point", "shape of the patch"
-"""Causes: with spin the real patch, at another place, has other creepages; or all else."""
+"""Causes of a failure.
+
+With spin, the real patch at another place has different creepages (`PLACE`). All other causes are `SHAPE`.
+"""
 SMALLEST_CREEPAGE = 1e-4
+"""Smallest size of the creepages at which forces are judged, without unit."""
 _SIZES, _DIRECTIONS = 8, 8
-# how many creepages it decides at
-_DECIDE = 2
-# Hertz's deviation with 32 cells along the patch and with 72: 0.1 to 0.2 % of mu N at four positions
-_OF_READING = 0.002
-# as judging.solved_load has it for the measures
-_OF_THE_PARTING = 2.0
-# places across at which the curved surfaces are looked at
-_LINES = 401
+# number of creepages at which the deciding theory is evaluated
+_DECIDED_CREEPAGES = 2
+# Difference of Hertz's deviation between 32 and 72 cells along the patch: 0.1 to 0.2 % of mu N at four positions
+_READING_UNCERTAINTY = 0.002
+# factor of the difference between two readings of the finest mesh, as in `judging.uncertainty` for the measures
+_READING_DIFFERENCE_FACTOR = 2.0
+# number of points across at which the curved surfaces are evaluated
+_SURFACE_POINTS = 401
 
 
-Off: TypeAlias = Callable[[Creepages], float]
-"""By how much of mu N a force is off at creepages of the first touch point; NaN where that is not told."""
+ForceDeviationFunction: TypeAlias = Callable[[Creepages], float]
+"""Deviation of a force over mu N at creepages of the first touch point; NaN if a theory does not cover them."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RollingLoad:
-    """A solved load as it rolls.
+    """A solved load that rolls.
 
     Attributes
     ----------
     hertz, real
-        Hertz's patch and the real one.
-    others
-        For the uncertainty: the patch of the next coarser mesh, and of another reading of the finest.
+        Hertz's patch and the real patch.
+    comparison_patches
+        For the uncertainty: the patch of the next coarser mesh, and the patch of another reading of the finest mesh.
     creepages
-        At the first touch point.
+        Creepages at the first touch point.
     surface
         Creepages over the curved surfaces.
     creep
-        Friction, and by what forces are judged; whether the real patch follows the curved surfaces.
-    usable
+        Friction, the limits and range by which forces are judged, and whether the real patch follows the curved
+        surfaces.
+    is_usable
         Whether the load may be used.
     """
 
     hertz: CreepPatch
     real: CreepPatch
-    others: tuple[CreepPatch, CreepPatch]
+    comparison_patches: tuple[CreepPatch, CreepPatch]
     creepages: Creepages
     surface: CurvedCreepages
     creep: Creep
-    usable: bool
+    is_usable: bool
 
     @property
     def limit_N(self) -> float:
         """Coulomb's largest force mu N."""
         return self.real.ellipse.limit_N
 
-    def off(self, one: CreepForce, other: CreepForce) -> float:
+    def relative_difference(self, first: CreepForce, second: CreepForce) -> float:
         """Size of the difference of two forces over mu N."""
-        return force_difference(one, other, self.limit_N)
+        return force_difference(first, second, self.limit_N)
 
     def motion(self, creepages: Creepages) -> Motion:
-        """What the real patch feels of creepages at the first touch point."""
+        """Creepages over the real patch for creepages at the first touch point."""
         return replace(self.surface, plane=creepages) if self.creep.curved else creepages
 
     @property
-    def every(self) -> Sequence[Creepages]:
-        """The creepages over which forces are judged."""
+    def judged_creepages(self) -> Sequence[Creepages]:
+        """Creepages over which forces are judged."""
         return creepage_range(self.creep.largest_creepage, self.creepages.spin_per_mm)
 
-    def judged(self, looked: Off, *deciding: tuple[Off, float]) -> JudgedForce:
-        """A force judged where it is furthest off, by the first of what decides that leaves nothing open.
+    def judge_largest_deviations(
+        self, screening: ForceDeviationFunction, *deciding: tuple[ForceDeviationFunction, float]
+    ) -> JudgedForce:
+        """Judge a force at the creepages of its largest deviations.
+
+        The first of the deciding theories with a resolved answer decides.
 
         Parameters
         ----------
-        looked
-            By how much of mu N it is off at creepages, as it is looked at over all of them.
+        screening
+            Deviation over mu N by creepages, evaluated over all creepages.
         deciding
-            The same as it is decided, and what is left open of that beside the pressure.
+            Pairs of a deviation over mu N by creepages, evaluated where `screening` is largest, and its uncertainty
+            over mu N without the uncertainty of the pressure.
+
+        Returns
+        -------
+        JudgedForce
+            Judgement by the first resolved pair, or by the last pair.
         """
-        off = {one: looked(one) for one in self.every}
-        # first those where nothing could be told
-        worst = sorted(off, key=lambda one: -math.inf if math.isnan(off[one]) else -off[one])[:_DECIDE]
-        unsure = [pressure_uncertainty(SCREEN, self, self.motion(one)) for one in worst]
-        for decided, known in deciding:
-            each = [
-                ForceAt(creepages=one, deviation_of_muN=decided(one), uncertainty_of_muN=pressure + known)
-                for one, pressure in zip(worst, unsure, strict=True)
+        screened = {trial_creepages: screening(trial_creepages) for trial_creepages in self.judged_creepages}
+        # creepages without a deviation come first
+        worst = sorted(
+            screened,
+            key=lambda trial_creepages: (
+                -math.inf if math.isnan(screened[trial_creepages]) else -screened[trial_creepages]
+            ),
+        )[:_DECIDED_CREEPAGES]
+        pressure_terms = [
+            estimate_pressure_uncertainty(SCREENING_THEORY, self, self.motion(trial_creepages))
+            for trial_creepages in worst
+        ]
+        for deviation, discretisation in deciding:
+            deviations = [
+                ForceAt(
+                    creepages=trial_creepages,
+                    deviation_of_muN=deviation(trial_creepages),
+                    uncertainty_of_muN=pressure_term + discretisation,
+                )
+                for trial_creepages, pressure_term in zip(worst, pressure_terms, strict=True)
             ]
-            found = judged_force(each, self.creep.force_limit, usable=self.usable)
-            if found.verdict.answer != "UNRESOLVED":
+            judgement = judged_force(deviations, self.creep.force_limit, usable=self.is_usable)
+            if judgement.verdict.answer != "UNRESOLVED":
                 break
-        return found
+        return judgement
 
 
-def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> RollingLoad:
-    """A judged load and its ellipse under any friction and creepages, not only the case's."""
+def build_rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> RollingLoad:
+    """Prepare a judged load and its ellipse for rolling under any friction and creepages.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+    placement
+        Wheel on rail.
+    creep
+        Friction, creepages and limits, which may differ from those of the case.
+
+    Returns
+    -------
+    RollingLoad
+        Hertz's patch, the real patch and its comparison patches.
+
+    Raises
+    ------
+    AssertionError
+        If `creep` has no friction coefficient.
+    """
     assert creep.friction is not None
     case, (finest, coarser, *_) = load.case, load.solved.levels
     pair = rolling_pair(creep.friction, case.wheel_material, case.rail_material)
@@ -139,71 +187,150 @@ def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> Rollin
     def patch(rung: Rung) -> CreepPatch:
         return real_patch(rung, patch_of(rung), pair)
 
-    real, others = patch(finest.fe), (patch(coarser.fe), patch(finest_otherwise(load.solved.levels)))
+    real, comparison_patches = patch(finest.fe), (patch(coarser.fe), patch(finest_otherwise(load.solved.levels)))
     creepages = creepages_of(replace(case, creep=creep), placement)
-    ends = [float(one.cells.y_mm[end]) for one in (real, *others) for end in (0, -1)]
-    s_mm = np.linspace(min(0.0, *ends), max(0.0, *ends), _LINES)
+    edges_mm = [
+        float(rolling_patch.cells.y_mm[end]) for rolling_patch in (real, *comparison_patches) for end in (0, -1)
+    ]
+    s_mm = np.linspace(min(0.0, *edges_mm), max(0.0, *edges_mm), _SURFACE_POINTS)
     return RollingLoad(
         hertz=hertz_patch(load.hertz, pair),
         real=real,
-        others=others,
+        comparison_patches=comparison_patches,
         creepages=creepages,
         surface=curved_creepages(placement, creepages, s_mm, creep.speed_ratio),
         creep=creep,
-        usable=load.usable,
+        is_usable=load.usable,
     )
 
 
 def force_verdict(load: JudgedLoad, placement: Placement, creep: Creep | None = None) -> JudgedForce:
-    """Judge Hertz for forces alone, under any friction and creepages, not only the case's."""
-    return judge_on_hertz(rolling_load(load, placement, creep or load.case.creep))
+    """Judge Hertz for forces alone, under any friction and creepages.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+    placement
+        Wheel on rail.
+    creep
+        Friction, creepages and limits; None for the values of the case.
+
+    Returns
+    -------
+    JudgedForce
+        Verdict on Hertz, with its deviations over mu N.
+    """
+    return judge_hertz_ellipse(build_rolling_load(load, placement, creep or load.case.creep))
 
 
-def judge_on_hertz(rolling: RollingLoad) -> JudgedForce:
-    """FASTSIM looks over the whole range, and the rolling half-space decides where it finds Hertz furthest off."""
+def judge_hertz_ellipse(rolling: RollingLoad) -> JudgedForce:
+    """Judge Hertz's ellipse for forces.
+
+    FASTSIM screens the whole range of creepages, and the rolling half-space decides where FASTSIM finds the largest
+    deviations.
+
+    Parameters
+    ----------
+    rolling
+        Solved load that rolls.
+
+    Returns
+    -------
+    JudgedForce
+        Verdict; if the limit is exceeded, with a cause.
+    """
 
     def deviation(theory: str, creepages: Creepages) -> float:
+        """Deviation of the force on Hertz's ellipse, over mu N; NaN unless the theory covers both patches."""
         with suppress(FecontactError):
             on_hertz = creep_force(theory, rolling.hertz, creepages)
-            return rolling.off(on_hertz, creep_force(theory, rolling.real, rolling.motion(creepages)))
+            return rolling.relative_difference(on_hertz, creep_force(theory, rolling.real, rolling.motion(creepages)))
         return math.nan
 
-    made = rolling.judged(partial(deviation, SCREEN), (partial(deviation, DECIDES), 0.0))
-    if not made.limit_used > 1.0:
-        return made
-    return replace(made, verdict=replace(made.verdict, cause=_cause(rolling, made.decided[0])))
+    judgement = rolling.judge_largest_deviations(
+        partial(deviation, SCREENING_THEORY), (partial(deviation, DECIDING_THEORY), 0.0)
+    )
+    if not judgement.limit_used > 1.0:
+        return judgement
+    return replace(judgement, verdict=replace(judgement.verdict, cause=_find_cause(rolling, judgement.decided[0])))
 
 
-def _cause(rolling: RollingLoad, worst: ForceAt) -> str | None:
-    """What moves FASTSIM's force more: the mean creepages of the real patch, on Hertz's ellipse, or then that patch."""
+def _find_cause(rolling: RollingLoad, worst: ForceAt) -> str | None:
+    """The larger of two changes of FASTSIM's force: by the creepages of the real patch, or by its shape.
+
+    The first change is from the creepages at the touch point to the mean creepages of the real patch, both on Hertz's
+    ellipse. The second change is from Hertz's ellipse to the real patch. None if FASTSIM does not cover a patch.
+    """
     motion = rolling.motion(worst.creepages)
     try:
-        steps = (
-            creep_force(SCREEN, rolling.hertz, worst.creepages),
-            creep_force(SCREEN, rolling.hertz, mean_creepages(rolling.real.pieces, motion)),
-            creep_force(SCREEN, rolling.real, motion),
+        forces = (
+            creep_force(SCREENING_THEORY, rolling.hertz, worst.creepages),
+            creep_force(SCREENING_THEORY, rolling.hertz, mean_creepages(rolling.real.pieces, motion)),
+            creep_force(SCREENING_THEORY, rolling.real, motion),
         )
     except FecontactError:
         return None
-    by_place, by_shape = (rolling.off(one, other) for one, other in pairwise(steps))
+    by_place, by_shape = (rolling.relative_difference(before, after) for before, after in pairwise(forces))
     return PLACE if by_place > by_shape else SHAPE
 
 
-def pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Motion) -> float:
-    """Of a theory's force on the real patch over mu N; NaN of a theory that does not cover all meshes."""
+def estimate_pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Motion) -> float:
+    """Uncertainty of a theory's force by the solved pressure, over mu N.
+
+    Parameters
+    ----------
+    theory
+        Name, from `THEORIES`.
+    rolling
+        Solved load that rolls.
+    motion
+        Creepages over the real patch.
+
+    Returns
+    -------
+    float
+        NaN if the theory does not cover the patches of all meshes.
+    """
     with suppress(FecontactError):
-        finest, coarser, otherwise = (creep_force(theory, one, motion) for one in (rolling.real, *rolling.others))
-        return _OF_READING + rolling.off(finest, coarser) + _OF_THE_PARTING * rolling.off(finest, otherwise)
+        finest, coarser, other_reading = (
+            creep_force(theory, patch, motion) for patch in (rolling.real, *rolling.comparison_patches)
+        )
+        return (
+            _READING_UNCERTAINTY
+            + rolling.relative_difference(finest, coarser)
+            + _READING_DIFFERENCE_FACTOR * rolling.relative_difference(finest, other_reading)
+        )
     return math.nan
 
 
 def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
-    """Creepages from 0.01 % to the largest one in eight directions, all with one spin."""
+    """Creepages from 0.01 % to the largest creepage in eight directions.
+
+    Parameters
+    ----------
+    largest
+        Largest size of the creepage, without unit.
+    spin_per_mm
+        Spin of all creepages.
+
+    Returns
+    -------
+    list of Creepages
+        Eight sizes in geometric progression, each in eight directions.
+
+    Examples
+    --------
+    >>> from fecontact.features.creep.force_verdict import creepage_range
+    >>> creepages = creepage_range(0.01, 0.0)
+    >>> len(creepages), creepages[0].xi, round(creepages[-8].xi, 12)
+    (64, 0.0001, 0.01)
+    """
     ratio = (largest / SMALLEST_CREEPAGE) ** (1.0 / (_SIZES - 1))
     angles = [2.0 * math.pi * k / _DIRECTIONS for k in range(_DIRECTIONS)]
     return [
         Creepages(
-            # along an axis the other one is zero
+            # rounding gives exact zeros along an axis
             xi=size * round(math.cos(angle), 12),
             eta=size * round(math.sin(angle), 12),
             spin_per_mm=spin_per_mm,

@@ -1,7 +1,8 @@
-"""Creep forces by every theory on any contact, and the creepages of a wheelset that runs along the track.
+"""Creep forces by every theory on any contact, and creepages of wheelsets.
 
-On any patch, theories of an ellipse take the ellipse of its second moments (`contact_theories.rolling.fastsim`) and the
-creepages at its centre. FASTSIM marches over the patch in strips; the rolling half-space takes the unchanged pressure.
+On any patch, theories of an ellipse use the ellipse with the second moments of the patch
+(`contact_theories.rolling.fastsim`) and the creepages at its centre. FASTSIM marches over the patch in strips; the
+rolling half-space uses the unchanged pressure. A wheelset runs along the track.
 """
 
 from __future__ import annotations
@@ -55,7 +56,27 @@ class CreepPatch:
 
 
 def ellipse_patch(contact: RollingEllipse) -> CreepPatch:
-    """Hertz's pressure on an ellipse at the first touch point."""
+    """Hertz's pressure on an ellipse at the first touch point.
+
+    Parameters
+    ----------
+    contact
+        Semi-axes, normal force, friction coefficient and elastic constants.
+
+    Returns
+    -------
+    CreepPatch
+        The ellipse, its strips and its pressure on cells.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse
+    >>> from fecontact.features.creep.forces import ellipse_patch
+    >>> contact = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.3)
+    >>> patch = ellipse_patch(contact)
+    >>> patch.centre_mm, round(patch.cells.normal_force_N)
+    ((0.0, 0.0), 80000)
+    """
     return CreepPatch(
         ellipse=contact,
         centre_mm=(0.0, 0.0),
@@ -65,34 +86,76 @@ def ellipse_patch(contact: RollingEllipse) -> CreepPatch:
 
 
 def hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
-    """Hertz's contact; if its axes are turned, with half-widths from its second moments along x and across."""
+    """Hertz's contact as a patch that rolls.
+
+    If the axes of the ellipse are turned, the patch has half-widths from its second moments along x and across.
+
+    Parameters
+    ----------
+    hertz
+        Hertz's contact.
+    pair
+        Friction coefficient and elastic constants.
+
+    Returns
+    -------
+    CreepPatch
+        An ellipse along x and across, with the area and the normal force of Hertz's contact.
+    """
     a, b = 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
     scale = math.sqrt(hertz.a_mm * hertz.b_mm / (a * b))
     return ellipse_patch(RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=hertz.normal_force_N))
 
 
 def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce:
-    """Force of a theory at creepages of the first touch point, or over curved surfaces; moment about this point.
+    """Force of a theory at creepages of the first touch point, or over curved surfaces.
 
-    The laws of an ellipse take the creepages at its centre, or over curved surfaces the mean weighted by the load.
+    The moment is about the first touch point. The laws of an ellipse use the creepages at its centre, or over curved
+    surfaces the mean weighted by the load.
+
+    Parameters
+    ----------
+    theory
+        Name, from `THEORIES`.
+    patch
+        Contact that rolls.
+    creepages
+        Creepages at the first touch point, or over curved surfaces.
+
+    Returns
+    -------
+    CreepForce
+        Forces in N, moment in N mm and areas in mm2; None for each quantity that a law does not give.
 
     Raises
     ------
     InputError
-        If the theory does not cover the ellipse or the creepages.
+        If the theory is not in `THEORIES`, or does not cover the ellipse or the creepages.
     ConvergenceError
         If the rolling half-space did not converge.
+
+    Examples
+    --------
+    A longitudinal creepage causes a braking force of at most mu N.
+
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
+    >>> from fecontact.features.creep.forces import creep_force, ellipse_patch
+    >>> contact = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.3)
+    >>> force = creep_force("polach", ellipse_patch(contact), Creepages(xi=1e-3))
+    >>> -contact.limit_N < force.fx_N < 0.0
+    True
     """
     if theory == "fastsim":
         return fastsim_strips(patch.pieces, creepages)
     if theory == "rolling_half_space":
-        return _on_half_space(patch, creepages)
+        return _solve_rolling_half_space(patch, creepages)
     if theory not in _LAWS:
         raise InputError(f"theory is {theory!r}; allowed: {', '.join(THEORIES)}")
     return _LAWS[theory](patch.ellipse, mean_creepages(patch.pieces, creepages)).at(*patch.centre_mm)
 
 
-def _on_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
+def _solve_rolling_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
+    """Force by the exact theory; raises ConvergenceError if it did not converge."""
     solution = steady_rolling(patch.cells, creepages, patch.ellipse)
     if solution.status != "converged":
         plane = creepages.at(0.0, 0.0)
@@ -104,93 +167,151 @@ def _on_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
 
 
 def creep_forces(patch: CreepPatch, creepages: Motion) -> Mapping[str, CreepForce | str]:
-    """Forces of all theories, or the reason why a theory does not cover the contact or did not converge."""
-    found: dict[str, CreepForce | str] = {}
+    """Forces of all theories on a patch.
+
+    Parameters
+    ----------
+    patch
+        Contact that rolls.
+    creepages
+        Creepages at the first touch point, or over curved surfaces.
+
+    Returns
+    -------
+    dict
+        By theory the force, or the reason why the theory does not cover the contact or did not converge.
+    """
+    forces: dict[str, CreepForce | str] = {}
     for theory in THEORIES:
         try:
-            found[theory] = creep_force(theory, patch, creepages)
+            forces[theory] = creep_force(theory, patch, creepages)
         except (InputError, ConvergenceError) as error:
-            found[theory] = str(error)
-    return found
+            forces[theory] = str(error)
+    return forces
 
 
-def force_difference(one: CreepForce, other: CreepForce, limit_N: float) -> float:
+def force_difference(first: CreepForce, second: CreepForce, limit_N: float) -> float:
     """Length of the difference of two tangential force vectors, over mu N."""
-    return float(np.hypot(one.fx_N - other.fx_N, one.fy_N - other.fy_N)) / limit_N
+    return float(np.hypot(first.fx_N - second.fx_N, first.fy_N - second.fy_N)) / limit_N
 
-
-# --- Creepages of a wheelset that runs along the track, at a touch point and over the curved surfaces.
 
 _ROUNDING = 1e-12
 
 
 def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepages:
-    """Creepages at the first touch point of a wheelset that runs along the track and turns about its axle.
+    """Creepages at the first touch point of a wheelset that runs along the track.
+
+    The wheelset turns about its axle.
 
     Parameters
     ----------
+    placement
+        Wheel on rail.
     speed_ratio
         Speed of rotation over the speed at which the tape circle rolls without slip.
 
+    Returns
+    -------
+    Creepages
+        Longitudinal and lateral creepage without unit, spin in 1/mm. Values below 1e-12 are set to zero.
+
     Notes
     -----
-    From the velocity of the rigid wheel at the touch point, over the running speed: 1 along x, the rotation, and the
-    velocity along z that keeps the wheel on the rail. For a wheelset without yaw and roll xi = 1 - speed_ratio r / r0
-    and spin = -speed_ratio sin(contact angle) / r0, with the rolling radius r, and r0 at the tape circle.
+    The velocity of the rigid wheel at the touch point, over the running speed, has three terms: 1 along x, the
+    rotation, and the velocity along z that keeps the wheel on the rail. For a wheelset without yaw and roll xi = 1 -
+    speed_ratio r / r0 and spin = -speed_ratio sin(contact angle) / r0, with the rolling radius r, and r0 at the tape
+    circle.
+
+    Examples
+    --------
+    >>> from fecontact.case import Case
+    >>> from fecontact.features.creep.forces import wheelset_creepages
+    >>> from fecontact.solving.placing import place_case
+    >>> placement = place_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=100e3))
+    >>> round(wheelset_creepages(placement, speed_ratio=1.002).xi, 9)
+    -0.002
     """
     wheel, touch = placement.wheel, placement.first
-    turning = _turning(placement, speed_ratio)
+    angular_velocity = _calculate_angular_velocity(placement, speed_ratio)
     arm = np.array([touch.x_mm, touch.y_mm, touch.z_mm]) - wheel.centre_mm
-    velocity = np.array([1.0, 0.0, 0.0]) + np.cross(turning, arm)
+    velocity = np.array([1.0, 0.0, 0.0]) + np.cross(angular_velocity, arm)
     velocity[2] -= float(velocity @ touch.normal) / touch.normal[2]
-    xi, eta, spin = float(velocity[0]), float(velocity @ touch.tangent), float(turning @ touch.normal)
-    # rounding errors are set to zero: some theories refuse any spin
-    xi, eta = (0.0 if abs(one) < _ROUNDING else one for one in (xi, eta))
+    xi, eta, spin = float(velocity[0]), float(velocity @ touch.tangent), float(angular_velocity @ touch.normal)
+    # rounding errors are set to zero, since some theories refuse any spin
+    xi, eta = (0.0 if abs(creepage) < _ROUNDING else creepage for creepage in (xi, eta))
     return Creepages(xi=xi, eta=eta, spin_per_mm=0.0 if abs(spin) * wheel.rolling_radius_mm < _ROUNDING else spin)
 
 
 def curved_creepages(placement: Placement, plane: Creepages, s_mm: Floats, speed_ratio: float = 1.0) -> CurvedCreepages:
-    """Creepages over the curved surfaces: the contact angle, and with it the rolling radius, changes across the patch.
+    """Creepages over the curved surfaces of a wheelset that runs along the track.
+
+    The contact angle, and with it the rolling radius, changes across the patch.
 
     Parameters
     ----------
+    placement
+        Wheel on rail.
     plane
         Creepages at the first touch point.
     s_mm (n,)
         Places across, uniform, on the rail's surface from the first touch point.
+    speed_ratio
+        Speed of rotation over the speed at which the tape circle rolls without slip.
+
+    Returns
+    -------
+    CurvedCreepages
+        Differences of longitudinal creepage and spin (1/mm) from the tangent plane, each (n,).
 
     Notes
     -----
-    Under pressure, bodies of one material meet midway between their undeformed surfaces. On this surface, at x = 0, the
-    velocity of the rigid wheel is taken. Range of validity: theories of the half-space leave out the change of the
-    rolling radius by the approach, so that the longitudinal creepage has an error of half the undeformed gap over the
-    radius, some 1e-4 at the edges of a patch. If surfaces are not conforming, creepages change by no more than this.
+    Under pressure, bodies of one material meet midway between their undeformed surfaces. The velocity of the rigid
+    wheel is evaluated on this surface, at x = 0. Range of validity: theories of the half-space leave out the change of
+    the rolling radius by the approach, so that the longitudinal creepage has an error of half the undeformed gap over
+    the radius, some 1e-4 at the edges of a patch. If surfaces are not conforming, creepages change by no more than
+    this.
     """
     points, normals = placement.surface(0.0, s_mm)
     midway = points + 0.5 * placement.gap(0.0, s_mm)[:, None] * normals
-    touch, turning = placement.first, _turning(placement, speed_ratio)
+    touch, angular_velocity = placement.first, _calculate_angular_velocity(placement, speed_ratio)
     arms = midway - np.array([touch.x_mm, touch.y_mm, touch.z_mm])
-    xi = slip_beside_plane(arms, s_mm, turning, touch.normal)
+    xi = slip_beside_plane(arms, s_mm, angular_velocity, touch.normal)
     return CurvedCreepages(
         plane=plane, y_mm=s_mm, xi_beside=xi, spin_beside_per_mm=-np.gradient(xi, s_mm, edge_order=2)
     )
 
 
 def slip_beside_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floats, normal: Floats) -> Floats:
-    """Longitudinal creepage (n,) on a line across minus the tangent plane's; zero on a straight line, as of a cone.
+    """Longitudinal creepage (n,) on a curve across minus the creepage of the tangent plane.
+
+    The difference is zero on a straight line, as of a cone.
 
     Parameters
     ----------
     arms_mm (n, 3), s_mm (n,)
-        The line from the touch point, and its arc length.
+        Points of the curve from the touch point, and their arc length.
     turning_per_mm (3,)
         Angular velocity of the wheel over the running speed.
     normal (3,)
         Normal at the touch point.
+
+    Returns
+    -------
+    array (n,)
+        Difference of the longitudinal creepage, without unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.creep.forces import slip_beside_plane
+    >>> s_mm, angular_velocity = np.array([-5.0, 0.0, 5.0]), np.array([0.0, 1.0 / 460.0, 0.0])
+    >>> straight = np.stack([0.0 * s_mm, s_mm, 0.0 * s_mm], axis=1)
+    >>> slip_beside_plane(straight, s_mm, angular_velocity, np.array([0.0, 0.0, 1.0])).tolist()
+    [0.0, 0.0, 0.0]
     """
     return np.asarray(np.cross(turning_per_mm, arms_mm)[:, 0] + float(turning_per_mm @ normal) * s_mm)
 
 
-def _turning(placement: Placement, speed_ratio: float) -> Floats:
+def _calculate_angular_velocity(placement: Placement, speed_ratio: float) -> Floats:
     """Angular velocity (3,) of the wheel over the running speed, 1/mm."""
     return np.asarray(speed_ratio / placement.wheel.rolling_radius_mm * placement.wheel.axes[:, 1])

@@ -11,12 +11,20 @@ from fecontact.contact_theories.rolling.creepage import (
 from fecontact.judging.verdict import FROM_BEST, Judgement, Verdict, answer_of
 
 FORCE = "force"
-"""The measure of a law of creep forces."""
+"""Name of the measure of a law of creep forces."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceAt:
-    """By how much of mu N a force is off at creepages of the first touch point, and how well that is known."""
+    """Deviation of a force at creepages of the first touch point, with its uncertainty.
+
+    Attributes
+    ----------
+    creepages
+        Creepages at the first touch point.
+    deviation_of_muN, uncertainty_of_muN
+        Size of the difference of forces and its uncertainty, over mu N; NaN if there is no value.
+    """
 
     creepages: Creepages
     deviation_of_muN: float
@@ -25,20 +33,51 @@ class ForceAt:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JudgedForce(Judgement):
-    """A law by its force, with the creepages at which the exact theory decided, the worst one first."""
+    """Judgement of a law by its force.
+
+    Attributes
+    ----------
+    decided
+        Deviations at the creepages where the exact theory decided, the worst first.
+    """
 
     decided: tuple[ForceAt, ...]
 
 
 def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = True) -> JudgedForce:
-    """A creep law by the worst answer of some creepages; a result that must not be used leaves it open."""
-    each = [(answer_of(at.deviation_of_muN, at.uncertainty_of_muN, limit), at) for at in decided]
-    each.sort(key=lambda one: (FROM_BEST.index(one[0]), one[1].deviation_of_muN), reverse=True)
-    answer, worst = each[0]
+    """Judge a creep law by its worst answer over some creepages.
+
+    Parameters
+    ----------
+    decided
+        Deviations of the force at each of the creepages.
+    limit
+        Largest deviation, over mu N, at which the law holds.
+    usable
+        Whether the result may be used; otherwise the verdict stays unresolved.
+
+    Returns
+    -------
+    JudgedForce
+        Verdict, deviation and uncertainty over mu N by `FORCE`, and all deviations from the worst to the best.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages
+    >>> from fecontact.features.creep.judged_force import ForceAt, judged_force
+    >>> deviation = ForceAt(creepages=Creepages(xi=1e-3), deviation_of_muN=0.08, uncertainty_of_muN=0.01)
+    >>> judged_force([deviation], 0.05).verdict.answer
+    'FAILS'
+    """
+    answers = [
+        (answer_of(deviation.deviation_of_muN, deviation.uncertainty_of_muN, limit), deviation) for deviation in decided
+    ]
+    answers.sort(key=lambda answered: (FROM_BEST.index(answered[0]), answered[1].deviation_of_muN), reverse=True)
+    answer, worst = answers[0]
     return JudgedForce(
         deviation={FORCE: worst.deviation_of_muN},
         uncertainty={FORCE: worst.uncertainty_of_muN},
         limits={FORCE: limit},
         verdict=Verdict(answer=answer, measure=FORCE, each={FORCE: answer}).usable(usable),
-        decided=tuple(at for _, at in each),
+        decided=tuple(deviation for _, deviation in answers),
     )

@@ -1,7 +1,7 @@
-"""Laws of creep forces on a solved load: laws and patches against the exact theory on the real one.
+"""Laws of creep forces on a solved load: laws and patches against the exact theory on the real patch.
 
-The exact theory on coarse cells looks over the whole range of creepages; where its answer is open, cells as fine as the
-verdict's decide.
+The exact theory on coarse cells screens the whole range of creepages. If its answer is unresolved, the fine cells of
+the verdict decide.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fecontact.contact_theories.approximation import TheoryPatch
 from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce
 from fecontact.errors import FecontactError
-from fecontact.features.creep.force_verdict import DECIDES, RollingLoad, rolling_load
+from fecontact.features.creep.force_verdict import DECIDING_THEORY, RollingLoad, build_rolling_load
 from fecontact.features.creep.forces import CreepPatch, creep_force, hertz_patch
 from fecontact.features.creep.judged_force import JudgedForce, judged_force
 from fecontact.features.creep.steady import pressure_cells
@@ -27,84 +27,132 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.placement.wheel_on_rail import Placement
 
 CREEP_LAWS: Mapping[str, Mapping[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
-"""Laws of creep forces, from the cheapest to that by which all are judged."""
+"""Words of the laws of creep forces, from the cheapest law to the reference of all laws."""
 REAL = "real"
-"""The last."""
-_COARSE = 24
-# Of mu N, against very fine cells with large spin: the coarse ones (0.6 % against 48), and 48
-# (`features.creep.steady.CELLS`).
-_OF_COARSE, _OF_FINE = 0.015, 0.007
-_Force: TypeAlias = Callable[[Creepages], CreepForce]
+"""Name of the reference law, the last of `CREEP_LAWS`."""
+_COARSE_CELLS = 24
+# Errors over mu N, against very fine cells with large spin, of the coarse cells (0.6 % against 48 cells) and of 48
+# cells (`features.creep.steady.CELLS`).
+_COARSE_UNCERTAINTY, _FINE_UNCERTAINTY = 0.015, 0.007
+_ForceLaw: TypeAlias = Callable[[Creepages], CreepForce]
 
 
 def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedForce] | None:
-    """Each law judged by the friction, limit and range of creepages of a load's case; None without friction."""
+    """Judge each creep law on a solved load.
+
+    Friction, limit and range of creepages are those of the load's case.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+    placement
+        Wheel on rail.
+
+    Returns
+    -------
+    dict or None
+        Judgement of each law that applies, in the order of `CREEP_LAWS`; None without friction.
+    """
     if "creep" not in load.features:
         return None
-    exact: JudgedForce = load.features["creep"].verdict
-    rolling = rolling_load(load, placement, load.case.creep)
+    hertz_judgement: JudgedForce = load.features["creep"].verdict
+    rolling = build_rolling_load(load, placement, load.case.creep)
 
-    def off_on(patch: CreepPatch) -> Callable[[_Force, Creepages], float]:
-        """By how much of mu N a law is off the exact theory on some cells; NaN where either force is not told."""
+    def make_deviation_function(patch: CreepPatch) -> Callable[[_ForceLaw, Creepages], float]:
+        """Deviation of a law from the exact theory on a patch, over mu N.
+
+        The deviation is NaN if there is no force by the law or by the exact theory.
+        """
 
         @cache
-        def exact_force(creepages: Creepages) -> CreepForce | None:
+        def calculate_exact_force(creepages: Creepages) -> CreepForce | None:
             with suppress(FecontactError):
-                return creep_force(DECIDES, patch, rolling.motion(creepages))
+                return creep_force(DECIDING_THEORY, patch, rolling.motion(creepages))
             return None
 
-        def off(force: _Force, creepages: Creepages) -> float:
+        def calculate_deviation(force: _ForceLaw, creepages: Creepages) -> float:
             with suppress(FecontactError):
-                one = exact_force(creepages)
-                return math.nan if one is None else rolling.off(force(creepages), one)
+                exact = calculate_exact_force(creepages)
+                return math.nan if exact is None else rolling.relative_difference(force(creepages), exact)
             return math.nan
 
-        return off
+        return calculate_deviation
 
-    coarse, fine = off_on(coarse_patch(rolling.real)), off_on(rolling.real)
+    coarse_deviation, fine_deviation = (
+        make_deviation_function(coarse_patch(rolling.real)),
+        make_deviation_function(rolling.real),
+    )
 
-    def judged_law(force: _Force) -> JudgedForce:
-        looked = partial(coarse, force)
-        return rolling.judged(looked, (looked, _OF_COARSE), (partial(fine, force), _OF_FINE))
+    def judge_law(force: _ForceLaw) -> JudgedForce:
+        screening = partial(coarse_deviation, force)
+        return rolling.judge_largest_deviations(
+            screening, (screening, _COARSE_UNCERTAINTY), (partial(fine_deviation, force), _FINE_UNCERTAINTY)
+        )
 
-    several = load.judgements.get(MULTI_HERTZ)
-    forces = _forces(rolling, () if several is None or several.approximation is None else several.approximation.patches)
-    found = {name: judged_law(force) for name, force in forces.items()}
-    none = replace(exact.decided[0], deviation_of_muN=0.0, uncertainty_of_muN=0.0)
-    real = judged_force([none], load.case.creep.force_limit)
-    judged = found | {"exact": exact, REAL: real}
-    return {name: judged[name] for name in CREEP_LAWS if name in judged}
+    multi_hertz = load.judgements.get(MULTI_HERTZ)
+    forces = _make_force_laws(
+        rolling, () if multi_hertz is None or multi_hertz.approximation is None else multi_hertz.approximation.patches
+    )
+    law_judgements = {name: judge_law(force) for name, force in forces.items()}
+    no_deviation = replace(hertz_judgement.decided[0], deviation_of_muN=0.0, uncertainty_of_muN=0.0)
+    real_judgement = judged_force([no_deviation], load.case.creep.force_limit)
+    judgements = law_judgements | {"exact": hertz_judgement, REAL: real_judgement}
+    return {name: judgements[name] for name in CREEP_LAWS if name in judgements}
 
 
-def _forces(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, _Force]:
-    forces: dict[str, _Force] = {
+def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, _ForceLaw]:
+    """Force of each law as a function of the creepages at the first touch point.
+
+    `ellipses` are the patches of the multi-Hertzian theory; without ellipses this law is left out.
+    """
+    forces: dict[str, _ForceLaw] = {
         "polach": lambda creepages: creep_force("polach", rolling.hertz, creepages),
         "fastsim": lambda creepages: creep_force("fastsim", rolling.hertz, creepages),
         "strips": lambda creepages: creep_force("fastsim", rolling.real, rolling.motion(creepages)),
     }
     if ellipses:
-        pair = rolling.real.ellipse
-        shared = [(hertz_patch(one.hertz, pair), one.centre_mm) for one in ellipses if one.hertz is not None]
+        rolling_pair = rolling.real.ellipse
+        patches = [
+            (hertz_patch(theory_patch.hertz, rolling_pair), theory_patch.centre_mm)
+            for theory_patch in ellipses
+            if theory_patch.hertz is not None
+        ]
 
-        def on_each(creepages: Creepages) -> CreepForce:
-            # each with the creepages of its own touch point; forces across along the arc of the surface
+        def add_patch_forces(creepages: Creepages) -> CreepForce:
+            # each patch has the creepages of its touch point; forces across are along the arc of the surface
             motion = rolling.motion(creepages)
-            each = [creep_force("fastsim", patch, motion.at(*place)) for patch, place in shared]
-            return CreepForce(fx_N=sum(one.fx_N for one in each), fy_N=sum(one.fy_N for one in each))
+            forces_on_patches = [creep_force("fastsim", patch, motion.at(*centre_mm)) for patch, centre_mm in patches]
+            return CreepForce(
+                fx_N=sum(force.fx_N for force in forces_on_patches), fy_N=sum(force.fy_N for force in forces_on_patches)
+            )
 
-        forces[MULTI_HERTZ] = on_each
+        forces[MULTI_HERTZ] = add_patch_forces
     return forces
 
 
 def coarse_patch(real: CreepPatch) -> CreepPatch:
-    """A patch with half as many cells along and across: an eighth of the time of the rolling half-space."""
+    """A patch with half the number of cells along and across.
+
+    The rolling half-space takes an eighth of the time.
+
+    Parameters
+    ----------
+    real
+        Patch with fine cells.
+
+    Returns
+    -------
+    CreepPatch
+        The patch with 24 cells along, and 24 cells across each lobe.
+    """
     fine = real.cells
     cells = pressure_cells(
         fine.x_mm,
         fine.y_mm,
         fine.pressure_MPa,
         area_mm2=fine.area_mm2,
-        cells=_COARSE,
+        cells=_COARSE_CELLS,
         lobes=max(1, round(fine.y_mm.size / fine.x_mm.size)),
     )
     return replace(real, cells=cells)

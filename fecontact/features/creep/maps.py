@@ -1,4 +1,4 @@
-"""Creep forces as maps show them: where Hertz holds for them, and the cheapest law of them that does."""
+"""Creep forces in maps: where Hertz holds for them, and the cheapest law that holds."""
 
 from __future__ import annotations
 
@@ -13,11 +13,22 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.readings import MappedLaws, MappedVerdicts
 from fecontact.judging.verdict import Judgement
 
-_LOST = "no forces: not solved"
+_UNSOLVED_TEXT = "no forces: not solved"
 
 
 def force_criterion(case: Case) -> str | None:
-    """Limit, friction and creepages in words; None without friction."""
+    """Limit, friction and creepages in words.
+
+    Parameters
+    ----------
+    case
+        Case of the map.
+
+    Returns
+    -------
+    str or None
+        None without friction.
+    """
     creep = case.creep
     if creep.friction is None:
         return None
@@ -28,17 +39,18 @@ def force_criterion(case: Case) -> str | None:
     )
 
 
-def _force_of(load: JudgedLoad) -> JudgedForce | None:
+def _read_hertz_judgement(load: JudgedLoad) -> JudgedForce | None:
+    """Judgement of Hertz for the creep forces of a load; None without creep forces."""
     return load.features["creep"].verdict if "creep" in load.features else None
 
 
 FORCE_MAP = MappedVerdicts(
     title="where Hertz holds for creep forces",
     criterion=force_criterion,
-    lost=_LOST,
+    lost=_UNSOLVED_TEXT,
     name="Hertz's creep force",
     short="creep forces",
-    read=_force_of,
+    read=_read_hertz_judgement,
     judge=force_verdict,
     causes={PLACE: ("D", "centre of pressure beside\nthe touch point"), SHAPE: ("F", SHAPE)},
     missing="the map has no friction coefficient; give one too, for example --friction 0.3 (fecontact judge FOLDER"
@@ -46,16 +58,19 @@ FORCE_MAP = MappedVerdicts(
 )
 
 
-def _columns(name: str, judged: Judgement) -> Mapping[str, Any]:
-    """How far a law is off, and at which creepages."""
-    assert isinstance(judged, JudgedForce)
-    worst = judged.decided[0].creepages
+def _make_law_columns(name: str, judgement: Judgement) -> Mapping[str, Any]:
+    """Columns of a law in the table of a map: its deviation, and its creepages.
+
+    Empty for the reference law.
+    """
+    assert isinstance(judgement, JudgedForce)
+    creepages = judgement.decided[0].creepages
     columns = {
-        "verdict": judged.verdict.answer,
-        "off_percent_of_muN": 1e2 * judged.deviation[FORCE],
-        "uncertainty_percent_of_muN": 1e2 * judged.uncertainty[FORCE],
-        "xi": worst.xi,
-        "eta": worst.eta,
+        "verdict": judgement.verdict.answer,
+        "off_percent_of_muN": 1e2 * judgement.deviation[FORCE],
+        "uncertainty_percent_of_muN": 1e2 * judgement.uncertainty[FORCE],
+        "xi": creepages.xi,
+        "eta": creepages.eta,
     }
     return {} if name == REAL else {f"{name}_{column}": value for column, value in columns.items()}
 
@@ -63,12 +78,13 @@ def _columns(name: str, judged: Judgement) -> Mapping[str, Any]:
 LAW_MAP = MappedLaws(
     title="the cheapest theory of creep forces that holds",
     criterion=force_criterion,
-    lost=_LOST,
+    lost=_UNSOLVED_TEXT,
     kind="forces",
     heading="Laws of creep forces",
     laws=CREEP_LAWS,
     read=lambda load: load.features.get("creep_laws", {}),
-    # blue where Hertz's ellipse is enough, green for several, orange where the real patch is needed; darker: dearer
+    # blue if Hertz's ellipse suffices, green for several ellipses, orange if the real patch is needed; a darker shade
+    # is a more expensive law
     marks={
         "polach": ("Po", "#d3ebf8"),
         "fastsim": ("FA", "#8fcbed"),
@@ -79,6 +95,6 @@ LAW_MAP = MappedLaws(
     },
     note="the cheapest theory of creep forces within {within}, and by how much of µN it is off, %",
     number="off by at most, % of µN",
-    of=lambda name, judged: "" if name == REAL else f"{1e2 * judged.deviation[FORCE]:.1f}",
-    columns=_columns,
+    of=lambda name, judgement: "" if name == REAL else f"{1e2 * judgement.deviation[FORCE]:.1f}",
+    columns=_make_law_columns,
 )

@@ -8,7 +8,7 @@ from fecontact.bodies import STEEL, Material
 from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, RollingEllipse, friction_warnings
 from fecontact.criteria import Creep
 from fecontact.features.creep.forces import creep_force, creep_forces, ellipse_patch
-from fecontact.features.creep.telling import force_record
+from fecontact.features.creep.telling import make_force_record
 from fecontact.outputs.flat_records import Record, told
 
 
@@ -23,14 +23,9 @@ def creep(
     poisson: float = STEEL.poisson,
     theories: Sequence[str] = ("all",),
 ) -> Record:
-    """Creep forces on an ellipse by some theories, or by `all` that cover it; analytic, no mesh.
+    """Calculate creep forces on an ellipse by some theories, or by `all` that cover it.
 
-    >>> import fecontact
-    >>> found = fecontact.creep(
-    ...     a_mm=5.8, b_mm=8.5, normal_force_N=100e3, friction=0.3, creepages=(0.001, 0.0, 0.0), theories=["polach"]
-    ... )
-    >>> -found["limit_N"] < found["theories"]["polach"]["fx_N"] < 0.0
-    True
+    The theories are analytic; there is no mesh.
 
     Parameters
     ----------
@@ -41,25 +36,39 @@ def creep(
     creepages
         Longitudinal and lateral creepage of the wheel over the rolling speed, and spin in 1/mm.
     young_MPa, poisson
-        Of both bodies.
+        Elastic constants of both bodies.
     theories
         Names of theories, or `all`.
+
+    Returns
+    -------
+    dict
+        Record with `contact`, `creepages`, `limit_N`, the forces by theory in `theories` (N, N mm, mm2) and `warnings`.
 
     Raises
     ------
     InputError
-        For values out of range, and if a theory that was named does not cover the ellipse or the creepages.
+        For values out of range, and if a named theory does not cover the ellipse or the creepages.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> record = fecontact.creep(
+    ...     a_mm=5.8, b_mm=8.5, normal_force_N=100e3, friction=0.3, creepages=(0.001, 0.0, 0.0), theories=["polach"]
+    ... )
+    >>> -record["limit_N"] < record["theories"]["polach"]["fx_N"] < 0.0
+    True
     """
     xi, eta, spin = creepages
-    # in the ranges of a case
+    # checks the ranges, which are those of a case
     Creep(friction=friction, xi=xi, eta=eta, spin_per_mm=spin)
-    both = Material(young_MPa=young_MPa, poisson=poisson)
+    material = Material(young_MPa=young_MPa, poisson=poisson)
     contact = RollingEllipse(
         a_mm=a_mm,
         b_mm=b_mm,
         normal_force_N=normal_force_N,
         friction=friction,
-        shear_MPa=both.shear_MPa,
+        shear_MPa=material.shear_MPa,
         poisson=poisson,
     )
     patch, motion = ellipse_patch(contact), Creepages(xi=xi, eta=eta, spin_per_mm=spin)
@@ -73,6 +82,6 @@ def creep(
         "contact": told(contact),
         "creepages": told(motion),
         "limit_N": contact.limit_N,
-        "theories": {theory: force_record(force) for theory, force in forces.items()},
+        "theories": {theory: make_force_record(force) for theory, force in forces.items()},
         "warnings": list(friction_warnings(friction)),
     }

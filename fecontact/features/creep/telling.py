@@ -1,4 +1,4 @@
-"""Creep forces told: records, columns of rows, tables and lines; forces on an ellipse that is given by numbers."""
+"""Reports of creep forces: records, columns of rows, tables and lines."""
 
 from __future__ import annotations
 
@@ -15,121 +15,173 @@ from fecontact.outputs.tables import Column, Item, Of, Table, number, table_of, 
 from fecontact.outputs.terminal import Lines
 
 
-def _creep_record(found: CreepComparison) -> Record:
-    """Creep forces of a judged load; deviations are parts of the friction times the normal force."""
-    judged, of_muN = found.verdict, "deviation_of_muN uncertainty_of_muN"
+def _make_creep_record(comparison: CreepComparison) -> Record:
+    """Record of the creep forces of a judged load.
+
+    Deviations are fractions of the friction coefficient times the normal force.
+    """
+    judgement, deviation_names = comparison.verdict, "deviation_of_muN uncertainty_of_muN"
     return {
-        **picked(found, "friction limit_N creepages centre_creepages curved surface_of_muN"),
+        **picked(comparison, "friction limit_N creepages centre_creepages curved surface_of_muN"),
         "theories": {
-            theory: {"hertz": force_record(one.hertz), "fe": force_record(one.fe), **picked(one, of_muN)}
-            for theory, one in found.theories.items()
+            theory: {
+                "hertz": make_force_record(forces.hertz),
+                "fe": make_force_record(forces.fe),
+                **picked(forces, deviation_names),
+            }
+            for theory, forces in comparison.theories.items()
         },
         "verdict": {
-            **picked(judged.verdict, "answer cause"),
-            **picked(judged.decided[0], of_muN),
-            "limit_of_muN": judged.limits[FORCE],
+            **picked(judgement.verdict, "answer cause"),
+            **picked(judgement.decided[0], deviation_names),
+            "limit_of_muN": judgement.limits[FORCE],
         },
-        "decided": [told(at.creepages) | picked(at, of_muN) for at in judged.decided],
-        "warnings": list(found.warnings),
+        "decided": [told(deviation.creepages) | picked(deviation, deviation_names) for deviation in judgement.decided],
+        "warnings": list(comparison.warnings),
     }
 
 
-def force_record(force: CreepForce | str) -> Record:
-    """A creep force, or why there is none."""
+def make_force_record(force: CreepForce | str) -> Record:
+    """Record of a creep force, or of the reason why there is no force.
+
+    Parameters
+    ----------
+    force
+        Force, or the reason.
+
+    Returns
+    -------
+    dict
+        Fields of the force in N, N mm and mm2, or the reason in `problem`.
+    """
     if isinstance(force, str):
         return {"problem": force}
-    # zero is told without a sign
+    # adding 0.0 removes the sign of zero
     return {name: value if value is None else value + 0.0 for name, value in asdict(force).items()}
 
 
 _SIDES = {"hertz": "Hertz", "fe": "FE"}
 
 
-def _force(heading: str, of: Of, form: str, factor: float = 1.0) -> Column:
-    """A column of forces, of which a theory has none where it has a problem."""
-    known = number(heading, of, form, factor, none="")
-    return replace(known, cell=lambda force: "none" if "problem" in force else known.cell(force))
+def _make_force_column(heading: str, source: Of, form: str, factor: float = 1.0) -> Column:
+    """A column of forces, with "none" for a theory that has a problem."""
+    column = number(heading, source, form, factor, none="")
+    return replace(column, cell=lambda force: "none" if "problem" in force else column.cell(force))
 
 
-_FORCE = (
+_FORCE_COLUMNS = (
     text("theory", "name"),
-    _force("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
-    _force("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
-    _force("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
-    _force("|F|\n% of mu N", lambda force: math.hypot(force["fx_N"], force["fy_N"]) / force["limit_N"], "{:.1f}", 1e2),
-    _force("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
-    _force("power/speed\nN", "power_per_speed_N", "{:.2f}"),
+    _make_force_column("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
+    _make_force_column("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
+    _make_force_column("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
+    _make_force_column(
+        "|F|\n% of mu N", lambda force: math.hypot(force["fx_N"], force["fy_N"]) / force["limit_N"], "{:.1f}", 1e2
+    ),
+    _make_force_column("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
+    _make_force_column("power/speed\nN", "power_per_speed_N", "{:.2f}"),
 )
 
 
-def force_lines(rows: Sequence[Item]) -> Lines:
-    """One line a row that has a verdict of forces."""
+def report_force_verdicts(rows: Sequence[Item]) -> Lines:
+    """Yield a sentence for each row that has a verdict of forces.
+
+    Parameters
+    ----------
+    rows
+        Rows of results.
+
+    Returns
+    -------
+    iterator of str
+        Sentences that begin with the id of the row.
+    """
     for row in rows:
         if row.get("creep_verdict_answer"):
-            off, unsure = (1e2 * row[f"creep_verdict_{name}_of_muN"] for name in ("deviation", "uncertainty"))
+            deviation, uncertainty = (
+                1e2 * row[f"creep_verdict_{name}_of_muN"] for name in ("deviation", "uncertainty")
+            )
             cause = row.get("creep_verdict_cause")
-            yield f"{row['id']}: {_force_verdict(row['creep_verdict_answer'], off, unsure, cause)}"
+            yield f"{row['id']}: {_format_force_verdict(row['creep_verdict_answer'], deviation, uncertainty, cause)}"
 
 
-def creep_lines(record: Item) -> Lines:
-    """The forces of a result record."""
+def report_creep_forces(record: Item) -> Lines:
+    """Yield the table of forces of a result record, deviations, verdict and warnings.
+
+    Parameters
+    ----------
+    record
+        Record of creep forces in a result.
+
+    Returns
+    -------
+    iterator
+        A table and lines.
+    """
     verdict, theories = record["verdict"], record["theories"]
-    sides = {f"{theory}, {of}": found[side] for theory, found in theories.items() for side, of in _SIDES.items()}
-    yield _force_table("creep forces", record, sides)
-    yield from _problems({theory: found["fe"] for theory, found in theories.items()})
-    off = {name: found["deviation_of_muN"] for name, found in theories.items()}
-    told = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in off.items() if value is not None)
-    yield f"Hertz is off in force by, % of mu N: {told}"
-    off_percent, unsure = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
-    within = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_creepages_text(record['decided'][0])}"
-    yield _force_verdict(verdict["answer"], off_percent, unsure, verdict["cause"], within)
+    forces_by_body = {
+        f"{theory}, {body}": forces[side] for theory, forces in theories.items() for side, body in _SIDES.items()
+    }
+    yield _make_force_table("creep forces", record, forces_by_body)
+    yield from _report_problems({theory: forces["fe"] for theory, forces in theories.items()})
+    deviations = {name: forces["deviation_of_muN"] for name, forces in theories.items()}
+    deviations_text = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in deviations.items() if value is not None)
+    yield f"Hertz is off in force by, % of mu N: {deviations_text}"
+    deviation_percent, uncertainty_percent = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
+    condition = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_format_creepages(record['decided'][0])}"
+    yield _format_force_verdict(verdict["answer"], deviation_percent, uncertainty_percent, verdict["cause"], condition)
     yield from (f"warning: {warning}" for warning in record["warnings"])
 
 
-def _force_verdict(answer: str, off: float, unsure: float, cause: str | None, within: str = "") -> str:
-    """What creep forces say of Hertz; numbers in percent of mu N."""
+def _format_force_verdict(
+    answer: str, deviation: float, uncertainty: float, cause: str | None, condition: str = ""
+) -> str:
+    """Sentence with the answer for Hertz by creep forces; numbers in percent of mu N."""
     because = f": {cause}" if cause else ""
-    return f"for forces Hertz {answer}, off by at most {off:.1f} ± {unsure:.1f} % of mu N{within}{because}"
+    return (
+        f"for forces Hertz {answer}, off by at most {deviation:.1f} ± {uncertainty:.1f} % of mu N{condition}{because}"
+    )
 
 
-def ellipse_lines(record: Item) -> Lines:
-    """The forces on an ellipse."""
-    yield _force_table("forces on the wheel", record, record["theories"])
-    yield from _problems(record["theories"])
+def report_ellipse_forces(record: Item) -> Lines:
+    """Yield the table of forces on an ellipse, problems and warnings."""
+    yield _make_force_table("forces on the wheel", record, record["theories"])
+    yield from _report_problems(record["theories"])
     yield from (f"warning: {warning}" for warning in record["warnings"])
 
 
-def _problems(theories: Mapping[str, Item]) -> Lines:
+def _report_problems(theories: Mapping[str, Item]) -> Lines:
     return (f"{theory}: {force['problem']}" for theory, force in theories.items() if "problem" in force)
 
 
-def _creepages_text(creepages: Item) -> str:
+def _format_creepages(creepages: Item) -> str:
     xi, eta, spin = 1e2 * creepages["xi"], 1e2 * creepages["eta"], creepages["spin_per_mm"]
     return f"xi {xi:.3f} %, eta {eta:.3f} %, spin {spin:.3g}/mm"
 
 
-def _force_table(what: str, record: Item, forces: Mapping[str, Item]) -> Table:
-    """Forces by the names of their theories."""
+def _make_force_table(subject: str, record: Item, forces: Mapping[str, Item]) -> Table:
+    """Table of forces by the names of their theories."""
     limit_N = record["limit_N"]
-    title = f"{what} at {_creepages_text(record['creepages'])}, mu N {limit_N / 1e3:.2f} kN"
-    return table_of(title, _FORCE, ({**force, "name": name, "limit_N": limit_N} for name, force in forces.items()))
+    title = f"{subject} at {_format_creepages(record['creepages'])}, mu N {limit_N / 1e3:.2f} kN"
+    return table_of(
+        title, _FORCE_COLUMNS, ({**force, "name": name, "limit_N": limit_N} for name, force in forces.items())
+    )
 
 
-def _force_off(row: Item) -> str:
-    """By how much creep forces are off."""
+def _format_force_deviation(row: Item) -> str:
+    """Deviation of creep forces with its uncertainty, in percent of mu N."""
     if not row.get("creep_verdict_answer"):
         return "-"
-    off, unsure = (1e2 * float(row[f"creep_verdict_{name}_of_muN"]) for name in ("deviation", "uncertainty"))
-    return f"{off:.1f} ± {unsure:.1f}"
+    deviation, uncertainty = (1e2 * float(row[f"creep_verdict_{name}_of_muN"]) for name in ("deviation", "uncertainty"))
+    return f"{deviation:.1f} ± {uncertainty:.1f}"
 
 
 CREEP = Telling(
-    record=_creep_record,
+    record=_make_creep_record,
     left_out=("creep_theories_[!r]*", "creep_warnings", "creep_decided", "creep_centre_*"),
     columns=(
         text("for forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
-        text("force off by, % of mu N", _force_off, "number"),
+        text("force off by, % of mu N", _format_force_deviation, "number"),
     ),
-    parts=creep_lines,
-    of_rows=force_lines,
+    parts=report_creep_forces,
+    of_rows=report_force_verdicts,
 )

@@ -1,1 +1,1 @@
-"""A feature: in how many of the contacts of many measured wheels and rails Hertz holds; no room imports it."""
+"""Feature: share of the contacts of many measured wheels and rails where Hertz holds; no other folder imports it."""

@@ -1,4 +1,6 @@
-"""What a fleet's Parquet files answer: in how many of its positions Hertz holds, where not, and how sure that is."""
+"""Answers from the Parquet files of a fleet: the share of positions where Hertz holds, the reasons, and the
+uncertainty.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ import numpy as np
 from fecontact.errors import InputError
 from fecontact.features.fleet.estimate import Share, Stratum, bounds, limits, resampled, share_of
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
-from fecontact.features.fleet.tables import STRATA, asked, opened, quoted
+from fecontact.features.fleet.tables import STRATA, asked, opened, quote_column
 from fecontact.files import read_json
 from fecontact.outputs.flat_records import Record
 
@@ -22,13 +24,13 @@ if TYPE_CHECKING:
     from duckdb import DuckDBPyConnection
 
 UNDECIDED = (OPEN, UNSOLVED)
-_SHARES = f"""
+_SHARES_SQL = f"""
     sum(weight) FILTER (verdict = '{HOLDS}') / sum(weight) AS holds,
     sum(weight) FILTER (verdict = '{FAILS}') / sum(weight) AS fails,
     sum(weight) FILTER (verdict = '{OPEN}') / sum(weight) AS open,
     sum(weight) FILTER (verdict = 'REFUSED') / sum(weight) AS refused"""
-# Columns of profiles that are no property of a wheel or a rail.
-_NO_CLASSES = {
+# Columns of profiles that are not a property of a wheel or a rail.
+_COLUMNS_WITHOUT_CLASSES = {
     "body",
     "name",
     "file",
@@ -40,19 +42,29 @@ _NO_CLASSES = {
     "weight",
     "reader_notes",
 }
-# A text with more values is a name and no class; numbers with more values are put into quarters.
+# A text column with more values has names instead of classes; numbers with more values are divided into quarters.
 _MOST_TEXTS, _MOST_NUMBERS, _QUARTERS = 12, 6, 4
-# More shifts or loads, as where they are drawn at random, are rounded to these steps.
+# More shifts or loads, for example if they are drawn at random, are rounded to these steps.
 _MOST_SHIFTS, _SHIFT_STEP_MM = 41, 0.5
 _MOST_LOADS, _LOAD_STEP_KN = 12, 10.0
-_WORST = 20
-# Fewer wheels or rails are no sample of a network.
+_WORST_COUNT = 20
+# Fewer wheels or rails are not a sample of a network.
 _LEAST_PROFILES = 10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
-    """A population or a part of it: shares by the screen, from 0 to 1, and its strata with the positions drawn."""
+class Subpopulation:
+    """A population or a part of it.
+
+    Attributes
+    ----------
+    weight, positions
+        Weight, and number of positions.
+    screen
+        Shares by the verdict of the screening, from 0 to 1.
+    strata
+        Strata with their draws.
+    """
 
     weight: float
     positions: int
@@ -61,18 +73,19 @@ class Part:
 
     @property
     def drawn(self) -> int:
-        """Positions that finite elements solved."""
-        return sum(one.drawn for one in self.strata)
+        """Number of positions that finite elements solved."""
+        return sum(stratum.drawn for stratum in self.strata)
 
     def share(self, *answers: str) -> Share:
-        """The share with one of some answers of finite elements."""
+        """Share of the positions with some answers of finite elements."""
         return share_of(self.strata, answers)
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Limits of the share at which Hertz holds, whichever answer the open and unsolved positions have.
+        """Limits of the share at which Hertz holds, for any undecided answer.
 
-        Without a sample all that the screen leaves open or refuses.
+        With a sample, the open and unsolved positions are undecided. Without a sample, the open and refused positions
+        of the screening are undecided.
         """
         if self.drawn:
             return bounds(self.strata, HOLDS, UNDECIDED)
@@ -80,50 +93,56 @@ class Part:
         return holds, holds + self.screen["open"] + self.screen["refused"]
 
     def record(self) -> Record:
-        """Its shares in percent, as a row."""
+        """Shares in percent, as a row.
+
+        Returns
+        -------
+        dict
+            Weight, number of positions and of draws, shares by the screening and by finite elements, and bounds.
+        """
         row: Record = {"weight_percent": 1e2 * self.weight, "positions": self.positions}
-        row |= {f"screen_{name}_percent": 1e2 * value for name, value in self.screen.items()}
+        row |= {f"screen_{prefix}_percent": 1e2 * value for prefix, value in self.screen.items()}
         row["drawn"] = self.drawn
         for answer in (HOLDS, *UNDECIDED) if self.drawn else ():
-            found, name = self.share(answer), answer.lower()
-            row |= {f"{name}_percent": 1e2 * found.estimate, f"{name}_low_percent": 1e2 * found.low}
-            row[f"{name}_high_percent"] = 1e2 * found.high
+            interval, prefix = self.share(answer), answer.lower()
+            row |= {f"{prefix}_percent": 1e2 * interval.estimate, f"{prefix}_low_percent": 1e2 * interval.low}
+            row[f"{prefix}_high_percent"] = 1e2 * interval.high
         low, high = self.bounds
         return row | {"bound_low_percent": 1e2 * low, "bound_high_percent": 1e2 * high}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Answer:
-    """All that a report tells of a fleet.
+class FleetAnswer:
+    """Content of the report of a fleet.
 
     Attributes
     ----------
     about
-        What `fleet.json` has: population in words, limits, theory of the screen, filters.
+        Content of `fleet.json`: population in words, limits, theory of the screening, filters.
     whole
         The population.
     network
-        The share for a network of which these profiles are a random sample; None for few of them.
+        Share for a network of which these profiles are a random sample; None for few profiles.
     groups
-        Parts by body, column of its profiles, and value.
+        Subpopulations by body, column of its profiles, and value.
     cells
-        Shares by the screen at each shift and load.
+        Shares by the screening at each shift and load.
     causes, theories
-        Shares of all positions, by why Hertz does not hold and by the cheapest theory that holds.
+        Shares of all positions, by the reason why Hertz does not hold and by the cheapest theory that holds.
     worst
         Pairs with the smallest share, each with its worst position.
     strata
-        What the sample says of the screen.
+        Agreement of the sample with the screening in each stratum.
     files
-        Wheels and rails that were read and those that were not, with the reasons.
+        Wheels and rails that were read or refused, with the reasons.
     notes
-        What readers assumed of files, the notes of most files first.
+        Assumptions of readers, the note of most files first.
     """
 
     about: Mapping[str, Any]
-    whole: Part
+    whole: Subpopulation
     network: Share | None
-    groups: Mapping[tuple[str, str, str], Part]
+    groups: Mapping[tuple[str, str, str], Subpopulation]
     cells: Sequence[Record]
     causes: Sequence[Record]
     theories: Sequence[Record]
@@ -133,192 +152,228 @@ class Answer:
     notes: Sequence[Record]
 
 
-def answer_of(folder: Path) -> Answer:
-    """Ask a fleet's folder.
+def answer_of(folder: Path) -> FleetAnswer:
+    """Evaluate the tables in a fleet's folder.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Returns
+    -------
+    FleetAnswer
+        Shares by the screening and, with a sample, by finite elements.
 
     Raises
     ------
     InputError
-        If it is not screened, or was screened again after its sample was drawn.
+        If the fleet is not screened, or was screened again after its sample was drawn.
     """
     with opened(folder) as tables:
         _refuse_old_sample(tables, folder)
-        (whole,) = _parts(tables).values()
-        return Answer(
+        (population,) = _query_subpopulations(tables).values()
+        return FleetAnswer(
             about=read_json(folder / "fleet.json"),
-            whole=whole,
-            network=_network(tables, whole),
+            whole=population,
+            network=_estimate_network_share(tables, population),
             groups={
-                (body, column, value): part
-                for body, column in _columns(tables)
-                for value, part in _groups(tables, body, column).items()
+                (body, column, value): subpopulation
+                for body, column in _find_class_columns(tables)
+                for value, subpopulation in _divide_by_column(tables, body, column).items()
             },
-            cells=_cells(tables),
-            causes=_shares_by(tables, "coalesce(cause, reason)", f"verdict <> '{HOLDS}'"),
-            theories=_shares_by(tables, "cheapest_theory", "verdict <> 'REFUSED'"),
+            cells=_query_shares_by_position(tables),
+            causes=_query_shares_by(tables, "coalesce(cause, reason)", f"verdict <> '{HOLDS}'"),
+            theories=_query_shares_by(tables, "cheapest_theory", "verdict <> 'REFUSED'"),
             worst=asked(tables, _WORST_PAIRS),
-            strata=[_stratum_row(tables, one) for one in whole.strata],
+            strata=[_make_stratum_row(tables, stratum) for stratum in population.strata],
             files=asked(tables, _FILES),
-            notes=_notes(tables),
+            notes=_list_notes(tables),
         )
 
 
 def _refuse_old_sample(tables: DuckDBPyConnection, folder: Path) -> None:
-    (found,) = asked(
+    """Raise InputError if strata or weights of drawn positions changed after the draw."""
+    (row,) = asked(
         tables,
         "SELECT (SELECT count(*) FROM sample) - (SELECT count(*) FROM drawn WHERE drawn_stratum = stratum"
         " AND drawn_weight = weight) AS changed",
     )
-    if found["changed"]:
+    if row["changed"]:
         raise InputError(
-            f"{folder}: of {found['changed']} drawn positions the screen or the weight changed after the draw; draw"
+            f"{folder}: of {row['changed']} drawn positions the screen or the weight changed after the draw; draw"
             f" again, which takes over what was solved: fecontact fleet sample {folder}"
         )
 
 
-def _parts(tables: DuckDBPyConnection, body: str = "wheel", value: str = "''", place: str = "0") -> dict[str, Part]:
-    """The parts of a population by an SQL expression of the wheels or the rails, in the order of another one."""
+def _query_subpopulations(
+    tables: DuckDBPyConnection, body: str = "wheel", value_sql: str = "''", order_sql: str = "0"
+) -> dict[str, Subpopulation]:
+    """Subpopulations by an SQL expression of the wheels or the rails.
 
-    def of(table: str) -> str:
+    They are in the order of a second expression.
+    """
+
+    def join_profiles(table: str) -> str:
+        """Subquery of a table with the value and the order of each row."""
         return (
-            f"(SELECT {table}.*, {value} AS value, {place} AS place FROM {table} JOIN profiles AS own"
-            f" ON own.body = '{body}' AND own.name = {table}.{body})"
+            f"(SELECT {table}.*, {value_sql} AS value, {order_sql} AS place FROM {table}"
+            f" JOIN profiles AS own ON own.body = '{body}' AND own.name = {table}.{body})"
         )
 
     by_value = asked(
         tables,
-        f"SELECT value, sum(weight) AS weight, count(*) AS positions, {_SHARES} FROM {of('screen')}"
+        f"SELECT value, sum(weight) AS weight, count(*) AS positions, {_SHARES_SQL} FROM {join_profiles('screen')}"
         " GROUP BY value ORDER BY min(place), value",
     )
     strata = asked(
         tables,
-        f"SELECT value, stratum, sum(weight) AS weight, count(*) AS positions, {_SHARES} FROM {of('screen')}"
-        " GROUP BY value, stratum",
+        f"SELECT value, stratum, sum(weight) AS weight, count(*) AS positions, {_SHARES_SQL}"
+        f" FROM {join_profiles('screen')} GROUP BY value, stratum",
     )
     by_stratum: dict[tuple[str, str], list[Record]] = defaultdict(list)
-    for row in asked(tables, f"SELECT value, stratum, fe_verdict, weight, inclusion_probability FROM {of('drawn')}"):
+    for row in asked(
+        tables, f"SELECT value, stratum, fe_verdict, weight, inclusion_probability FROM {join_profiles('drawn')}"
+    ):
         by_stratum[row["value"], row["stratum"]].append(row)
-    own = {(row["value"], row["stratum"]): row for row in strata}
+    rows_by_stratum = {(row["value"], row["stratum"]): row for row in strata}
     return {
-        one["value"]: Part(
-            weight=one["weight"],
-            positions=one["positions"],
-            screen={name: one[name] or 0.0 for name in ("holds", "fails", "open", "refused")},
-            strata=[_stratum(own[key], by_stratum[key]) for name in STRATA if (key := (one["value"], name)) in own],
+        part_row["value"]: Subpopulation(
+            weight=part_row["weight"],
+            positions=part_row["positions"],
+            screen={name: part_row[name] or 0.0 for name in ("holds", "fails", "open", "refused")},
+            strata=[
+                _make_stratum(rows_by_stratum[key], by_stratum[key])
+                for name in STRATA
+                if (key := (part_row["value"], name)) in rows_by_stratum
+            ],
         )
-        for one in by_value
+        for part_row in by_value
     }
 
 
-def _stratum(row: Record, solved: Sequence[Record]) -> Stratum:
+def _make_stratum(row: Record, solved_rows: Sequence[Record]) -> Stratum:
+    """Stratum from its row and the rows of its solved positions."""
     return Stratum(
         name=row["stratum"],
         weight=row["weight"],
         positions=row["positions"],
         guess=row["holds"] or 0.0,
-        answers=np.array([one["fe_verdict"] for one in solved], dtype=str),
-        weights=np.array([one["weight"] for one in solved], dtype=float),
-        inclusion=np.array([one["inclusion_probability"] for one in solved], dtype=float),
+        answers=np.array([solved_row["fe_verdict"] for solved_row in solved_rows], dtype=str),
+        weights=np.array([solved_row["weight"] for solved_row in solved_rows], dtype=float),
+        inclusion=np.array([solved_row["inclusion_probability"] for solved_row in solved_rows], dtype=float),
     )
 
 
-def _stratum_row(tables: DuckDBPyConnection, one: Stratum) -> Record:
-    """What finite elements say of a stratum, and how often they decide against the screen."""
-    solved = asked(
+def _make_stratum_row(tables: DuckDBPyConnection, stratum: Stratum) -> Record:
+    """Row of a stratum: answers of finite elements, and the share that contradicts the screening."""
+    solved_rows = asked(
         tables,
         "SELECT verdict, fe_verdict, weight / inclusion_probability AS stands_for FROM drawn WHERE stratum = ?",
-        one.name,
+        stratum.name,
     )
-    decided = [row for row in solved if {row["verdict"], row["fe_verdict"]} <= {HOLDS, FAILS}]
-    against = [row for row in decided if row["verdict"] != row["fe_verdict"]]
-    row = {"stratum": one.name, "weight_percent": 1e2 * one.weight, "positions": one.positions, "drawn": one.drawn}
-    row |= {answer.lower(): int(np.sum(one.answers == answer)) for answer in (HOLDS, FAILS, *UNDECIDED)}
-    row |= {"decided": len(decided), "discordant": len(against)}
+    decided = [row for row in solved_rows if {row["verdict"], row["fe_verdict"]} <= {HOLDS, FAILS}]
+    discordant = [row for row in decided if row["verdict"] != row["fe_verdict"]]
+    row = {
+        "stratum": stratum.name,
+        "weight_percent": 1e2 * stratum.weight,
+        "positions": stratum.positions,
+        "drawn": stratum.drawn,
+    }
+    row |= {answer.lower(): int(np.sum(stratum.answers == answer)) for answer in (HOLDS, FAILS, *UNDECIDED)}
+    row |= {"decided": len(decided), "discordant": len(discordant)}
     if decided:
-        share = sum(own["stands_for"] for own in against) / sum(own["stands_for"] for own in decided)
-        draws = one.effective_draws * len(decided) / one.drawn
+        share = sum(solved_row["stands_for"] for solved_row in discordant) / sum(
+            solved_row["stands_for"] for solved_row in decided
+        )
+        draws = stratum.effective_draws * len(decided) / stratum.drawn
         low, high = limits(np.array([share]), np.array([draws]))
         row |= {"discordant_percent": 1e2 * share, "discordant_low_percent": 1e2 * float(low[0])}
         row["discordant_high_percent"] = 1e2 * float(high[0])
     return row
 
 
-def _network(tables: DuckDBPyConnection, whole: Part) -> Share | None:
-    """The share for the network: limits of other profiles, and of the sample, squared and added."""
+def _estimate_network_share(tables: DuckDBPyConnection, population: Subpopulation) -> Share | None:
+    """Share for the network: the distances of the limits by other profiles and by the sample, squared and added."""
     pairs = asked(
         tables, "SELECT wheel, rail, stratum, sum(weight) AS weight FROM screen GROUP BY wheel, rail, stratum"
     )
     wheels, rails = (np.unique([row[body] for row in pairs], return_inverse=True)[1] for body in ("wheel", "rail"))
     if min(wheels.max(), rails.max()) + 1 < _LEAST_PROFILES:
         return None
-    shares = {one.name: one.share({HOLDS}) for one in whole.strata}
+    shares = {stratum.name: stratum.share({HOLDS}) for stratum in population.strata}
     weights = np.array([row["weight"] for row in pairs])
     holding = weights * np.array([shares[row["stratum"]] for row in pairs])
-    profiles, sample = resampled(wheels, rails, holding, weights, seed=1), whole.share(HOLDS)
-    p = profiles.estimate
-    # without a sample nothing is known of the strata, and the profiles' part alone is told
-    low = np.hypot(p - profiles.low, (p - sample.low) * bool(whole.drawn))
-    high = np.hypot(profiles.high - p, (sample.high - p) * bool(whole.drawn))
-    return Share(estimate=p, low=max(p - float(low), 0.0), high=min(p + float(high), 1.0))
+    profiles, sample = resampled(wheels, rails, holding, weights, seed=1), population.share(HOLDS)
+    estimate = profiles.estimate
+    # without a sample the uncertainty of the strata is unknown, and only the uncertainty of the profiles is included
+    low = np.hypot(estimate - profiles.low, (estimate - sample.low) * bool(population.drawn))
+    high = np.hypot(profiles.high - estimate, (sample.high - estimate) * bool(population.drawn))
+    return Share(estimate=estimate, low=max(estimate - float(low), 0.0), high=min(estimate + float(high), 1.0))
 
 
-# --- Groups of wheels or rails, by what their tables say of them.
+def _find_class_columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
+    """Columns of profiles that make classes, by body.
 
-
-def _columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
-    """Columns of profiles that make classes, by body: a class has two profiles or more on average."""
-    names = [row["column_name"] for row in asked(tables, "DESCRIBE profiles") if row["column_name"] not in _NO_CLASSES]
-    counts = {body: len(_values(tables, body, "name")) for body in ("wheel", "rail")}
-    found = []
+    A class has at least two profiles on average.
+    """
+    names = [
+        row["column_name"]
+        for row in asked(tables, "DESCRIBE profiles")
+        if row["column_name"] not in _COLUMNS_WITHOUT_CLASSES
+    ]
+    counts = {body: len(_query_distinct_values(tables, body, "name")) for body in ("wheel", "rail")}
+    class_columns = []
     for body, profiles in counts.items():
         for name in names:
-            values = len(_values(tables, body, name))
+            values = len(_query_distinct_values(tables, body, name))
             classes = _QUARTERS if _is_number(tables, name) and values > _MOST_NUMBERS else values
             if 1 < classes <= min(_MOST_TEXTS, profiles / 2):
-                found.append((body, name))
-    return found
+                class_columns.append((body, name))
+    return class_columns
 
 
-def _values(tables: DuckDBPyConnection, body: str, column: str) -> list[Any]:
-    sql = f"SELECT DISTINCT {quoted(column)} AS value FROM profiles WHERE body = ? AND status = 'read'"
+def _query_distinct_values(tables: DuckDBPyConnection, body: str, column: str) -> list[Any]:
+    """Distinct values of a column of the profiles that were read."""
+    sql = f"SELECT DISTINCT {quote_column(column)} AS value FROM profiles WHERE body = ? AND status = 'read'"
     return [row["value"] for row in asked(tables, sql, body) if row["value"] is not None]
 
 
 def _is_number(tables: DuckDBPyConnection, column: str) -> bool:
-    (found,) = asked(tables, f"SELECT typeof(any_value({quoted(column)})) AS kind FROM profiles")
-    return found["kind"] in ("DOUBLE", "FLOAT") or "INT" in found["kind"]
+    (row,) = asked(tables, f"SELECT typeof(any_value({quote_column(column)})) AS kind FROM profiles")
+    return row["kind"] in ("DOUBLE", "FLOAT") or "INT" in row["kind"]
 
 
-def _groups(tables: DuckDBPyConnection, body: str, column: str) -> dict[str, Part]:
-    """Parts by a column of the wheels or rails: its values, or quarters of the profiles where it has many numbers."""
-    own, values = f"own.{quoted(column)}", _values(tables, body, column)
-    value = f"CAST({own} AS VARCHAR)"
+def _divide_by_column(tables: DuckDBPyConnection, body: str, column: str) -> dict[str, Subpopulation]:
+    """Subpopulations by a column of the wheels or rails.
+
+    Columns with many numbers are divided into quarters of the profiles.
+    """
+    column_sql, values = f"own.{quote_column(column)}", _query_distinct_values(tables, body, column)
+    value_sql = f"CAST({column_sql} AS VARCHAR)"
     if _is_number(tables, column):
-        value = f"format('{{:g}}', CAST({own} AS DOUBLE))"
+        value_sql = f"format('{{:g}}', CAST({column_sql} AS DOUBLE))"
         if len(values) > _MOST_NUMBERS:
             edges = np.quantile(values, np.linspace(0.0, 1.0, _QUARTERS + 1))
             cases = [
-                f"WHEN {own} <= {float(top)!r} THEN '{_rounded(low)} to {_rounded(top)}'"
+                f"WHEN {column_sql} <= {float(top)!r} THEN '{_format_edge(low)} to {_format_edge(top)}'"
                 for low, top in pairwise(edges)
             ]
-            value = f"CASE {' '.join(cases)} END"
-    return _parts(tables, body, f"coalesce({value}, 'not given')", own)
+            value_sql = f"CASE {' '.join(cases)} END"
+    return _query_subpopulations(tables, body, f"coalesce({value_sql}, 'not given')", column_sql)
 
 
-def _rounded(value: float) -> str:
+def _format_edge(value: float) -> str:
     return f"{float(f'{value:.3g}'):.10g}"
 
 
-# --- Tables over all positions by the screen.
-
-
-def _cells(tables: DuckDBPyConnection) -> list[Record]:
+def _query_shares_by_position(tables: DuckDBPyConnection) -> list[Record]:
     """Shares at each shift and load, of the weight of all pairs there.
 
-    In steps where there are many of one of them, or fewer than half of all their combinations.
+    Shifts or loads are rounded to steps if there are many of them, or fewer than half of all their combinations.
     """
-    shifts, loads = _distinct(tables, "shift_mm"), _distinct(tables, "load_kN")
-    sparse = 2 * _distinct(tables, "(shift_mm, load_kN)") < shifts * loads
+    shifts, loads = _count_distinct(tables, "shift_mm"), _count_distinct(tables, "load_kN")
+    sparse = 2 * _count_distinct(tables, "(shift_mm, load_kN)") < shifts * loads
     shift, load = (
         f"round({name} / {step}) * {step}" if many or sparse else name
         for name, many, step in (
@@ -328,18 +383,21 @@ def _cells(tables: DuckDBPyConnection) -> list[Record]:
     )
     return asked(
         tables,
-        f"SELECT {shift} AS shift, {load} AS load, sum(weight) AS weight, count(*) AS positions, {_SHARES}"
+        f"SELECT {shift} AS shift, {load} AS load, sum(weight) AS weight, count(*) AS positions, {_SHARES_SQL}"
         " FROM screen GROUP BY ALL ORDER BY ALL",
     )
 
 
-def _distinct(tables: DuckDBPyConnection, columns: str) -> int:
-    (found,) = asked(tables, f"SELECT count(DISTINCT {columns}) AS number FROM screen")
-    return int(found["number"])
+def _count_distinct(tables: DuckDBPyConnection, columns: str) -> int:
+    (row,) = asked(tables, f"SELECT count(DISTINCT {columns}) AS number FROM screen")
+    return int(row["number"])
 
 
-def _shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list[Record]:
-    """Shares of all positions by a value, and which verdicts the screen gives where it has it."""
+def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list[Record]:
+    """Shares of all positions by a value.
+
+    Each row has the verdicts of the screening for the value.
+    """
     return asked(
         tables,
         f"SELECT coalesce({value}, 'none') AS value, string_agg(DISTINCT lower(verdict), ', ') AS verdicts,"
@@ -349,10 +407,10 @@ def _shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list[Recor
 
 
 _WORST_PAIRS = f"""
-    SELECT wheel, rail, count(*) AS positions, {_SHARES}, min(margin) AS margin,
+    SELECT wheel, rail, count(*) AS positions, {_SHARES_SQL}, min(margin) AS margin,
            arg_min(shift_mm, margin) AS shift_mm, arg_min(load_kN, margin) AS load_kN, arg_min(cause, margin) AS cause
     FROM screen GROUP BY wheel, rail HAVING min(margin) IS NOT NULL
-    ORDER BY coalesce(holds, 0), fails DESC NULLS LAST, margin, wheel, rail LIMIT {_WORST}"""
+    ORDER BY coalesce(holds, 0), fails DESC NULLS LAST, margin, wheel, rail LIMIT {_WORST_COUNT}"""
 _FILES = """
     SELECT body, status, coalesce(reason, '') AS reason, coalesce(remedy, '') AS remedy, count(*) AS files,
            count(*) / sum(count(*)) OVER (PARTITION BY body) AS share, min(file) AS example
@@ -363,7 +421,7 @@ _NOTES = """
     WHERE note <> '' GROUP BY body, note ORDER BY body DESC, files DESC, note"""
 
 
-def _notes(tables: DuckDBPyConnection) -> list[Record]:
-    """What readers assumed of files, a row for each note; none of a fleet that was screened without keeping notes."""
+def _list_notes(tables: DuckDBPyConnection) -> list[Record]:
+    """Assumptions of readers, a row for each note; empty for a fleet that was screened without notes."""
     names = {row["column_name"] for row in asked(tables, "DESCRIBE profiles")}
     return asked(tables, _NOTES) if "reader_notes" in names else []

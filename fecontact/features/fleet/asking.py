@@ -31,7 +31,7 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
         Seed of the draw; 1 if not given, or the one of earlier draws.
     """
     from fecontact.features.fleet.checking import open_fleet
-    from fecontact.features.fleet.sampling import cases_of, draw, solve_sample
+    from fecontact.features.fleet.sampling import draw, make_cases, solve_sample
     from fecontact.jobs.workers import default_workers
     from fecontact.runs.cost import STUDY_FILES_S, cost_of
 
@@ -40,15 +40,23 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
     if settings.part is not None:
         raise InputError(f"--part is {how.part}; a sample is solved as a whole; leave it out, or give --scheduler")
     case_of = open_fleet(folder).case
-    drawn = draw(folder, finite_elements, seed)
+    drawn_positions = draw(folder, finite_elements, seed)
     with logged(folder / "sample" / "run.log"):
-        changed = f"; {drawn.dropped} of earlier draws are of another population" * (drawn.dropped > 0)
-        announce(f"{count(len(drawn.rows), 'position')}, {drawn.new} of them new{changed}", quiet=how.quiet)
-        cases, workers = cases_of(drawn, case_of), how.workers or min(default_workers(), len(drawn.rows))
+        changed = f"; {drawn_positions.dropped} of earlier draws are of another population" * (
+            drawn_positions.dropped > 0
+        )
+        announce(
+            f"{count(len(drawn_positions.rows), 'position')}, {drawn_positions.new} of them new{changed}",
+            quiet=how.quiet,
+        )
+        cases, workers = (
+            make_cases(drawn_positions, case_of),
+            how.workers or min(default_workers(), len(drawn_positions.rows)),
+        )
         if cost := cost_of(cases, workers, files=STUDY_FILES_S):
             announce(*cost.words, quiet=how.quiet)
         with many("positions", quiet=how.quiet) as progress:
-            outcome = solve_sample(folder, drawn, case_of, settings, progress)
+            outcome = solve_sample(folder, drawn_positions, case_of, settings, progress)
         tell_reused(outcome.reused, outcome.recomputed, "position", how)
         tell_lost(outcome.rows, "position", "not solved")
         say(f"The sample is in {folder / 'sample.parquet'}; next: fecontact fleet report {folder}", quiet=how.quiet)
@@ -69,7 +77,12 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.report import answer_rows, report_parts, write_report
 
-    found = answer_of(folder)
-    page = write_report(found, folder, open_fleet(folder).case)
-    tell(answer_rows(found) if json else found, lambda of: report_parts(of, folder / "report"), json=json, report=page)
+    fleet_answer = answer_of(folder)
+    page = write_report(fleet_answer, folder, open_fleet(folder).case)
+    tell(
+        answer_rows(fleet_answer) if json else fleet_answer,
+        lambda answer: report_parts(answer, folder / "report"),
+        json=json,
+        report=page,
+    )
     return 0

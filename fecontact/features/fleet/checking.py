@@ -1,4 +1,4 @@
-"""Check of a fleet before it is screened, and a fleet that was screened."""
+"""Cost of a fleet before it is screened, and access to a screened fleet."""
 
 from __future__ import annotations
 
@@ -13,20 +13,31 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.population import BODIES, Candidate, candidates, pairs_of
 from fecontact.features.fleet.profile_files import reading_of_candidate
-from fecontact.features.fleet.running import FLEET, TABLE
+from fecontact.features.fleet.running import FLEET_FILE, FLEET_RECORD
 from fecontact.features.fleet.screening_rows import Row
-from fecontact.features.fleet.tables import PROFILES, of_arrow
+from fecontact.features.fleet.tables import PROFILES, import_arrow
 from fecontact.files import read_json
 from fecontact.profiles.resolve import used_reading
 
-# CPU seconds of a file, of a pair, of a shift and of a position on each line of it; MB of a worker, kB of a pair in the
-# process that hands them out. 100 wheels on 10 rails, measured, at ten positions took 0.9 s a pair on a busy machine.
+# CPU seconds per file, per pair, per shift and per position on each profile variant of it; MB per worker, kB per pair
+# in the process that distributes the pairs. 100 measured wheels on 10 measured rails at ten positions took 0.9 s per
+# pair on a busy machine.
 _FILE_S, _PAIR_S, _PLACE_S, _POSITION_S, _WORKER_MB, _PAIR_KB = 0.6, 0.1, 0.02, 0.025, 270.0, 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Checked:
-    """What a fleet will take; files are not read for it."""
+class FleetCost:
+    """Size and cost of a fleet, without reading its files.
+
+    Attributes
+    ----------
+    wheels, rails, pairs, positions
+        Numbers of profiles, of pairs, and of positions of all pairs.
+    cpu_seconds
+        CPU time of the screening.
+    memory_MB
+        Memory of a worker.
+    """
 
     wheels: int
     rails: int
@@ -37,40 +48,67 @@ class Checked:
 
     @property
     def words(self) -> str:
-        """All of it in a sentence, without the time."""
+        """Numbers and memory in a sentence, without the time."""
         files = f"{self.wheels} wheels, {self.rails} rails, {self.pairs} pairs, {self.positions} positions"
         return f"{files}; about {self.memory_MB:.0f} MB per worker"
 
 
-def check_fleet(fleet: str | Path) -> Checked:
-    """How many positions a fleet has, and about what time and memory they take; nothing is read but tables.
+def check_fleet(fleet: str | Path) -> FleetCost:
+    """Estimate the positions of a fleet, and their time and memory.
+
+    Only tables are read, no profiles.
+
+    Parameters
+    ----------
+    fleet
+        File of the fleet (TOML).
+
+    Returns
+    -------
+    FleetCost
+        Numbers, CPU time in s and memory in MB.
 
     Raises
     ------
     InputError
-        As `run_fleet` does, as far as no profile must be read for it.
+        As `run_fleet` does, for errors that can be found without reading a profile.
     """
-    asked = read_fleet(Path(fleet))
-    found = {body: [one for one in candidates(asked, body) if not one.problem] for body in BODIES}
-    weights = {body: {one.name: one.weight for one in given} for body, given in found.items()}
-    known = {f"{body} {name}" for body, names in weights.items() for name in names}
-    pairs = len(pairs_of(asked, weights["wheel"], weights["rail"], known))
-    positions, lines = len(asked.positions), len(asked.filters_mm)
-    of_pair = _PAIR_S + lines * (len(asked.shifts_mm) * _PLACE_S + positions * _POSITION_S)
-    files = sum(map(len, found.values()))
-    return Checked(
-        wheels=len(found["wheel"]),
-        rails=len(found["rail"]),
+    definition = read_fleet(Path(fleet))
+    candidates_by_body = {
+        body: [candidate for candidate in candidates(definition, body) if not candidate.problem] for body in BODIES
+    }
+    weights = {
+        body: {candidate.name: candidate.weight for candidate in body_candidates}
+        for body, body_candidates in candidates_by_body.items()
+    }
+    known_names = {f"{body} {name}" for body, names in weights.items() for name in names}
+    pairs = len(pairs_of(definition, weights["wheel"], weights["rail"], known_names))
+    positions, variants = len(definition.positions), len(definition.filters_mm)
+    pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
+    files = sum(map(len, candidates_by_body.values()))
+    return FleetCost(
+        wheels=len(candidates_by_body["wheel"]),
+        rails=len(candidates_by_body["rail"]),
         pairs=pairs,
         positions=pairs * positions,
-        cpu_seconds=files * _FILE_S + pairs * of_pair,
+        cpu_seconds=files * _FILE_S + pairs * pair_seconds,
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
     )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Opened:
-    """A fleet that was screened, for what is done with its positions."""
+class ScreenedFleet:
+    """A screened fleet, for further work with its positions.
+
+    Attributes
+    ----------
+    out
+        Folder of the results.
+    fleet
+        Definition of the fleet.
+    record
+        Content of `fleet.json`.
+    """
 
     out: Path
     fleet: Fleet
@@ -78,35 +116,66 @@ class Opened:
     _rows: Mapping[tuple[str, str], Row]
 
     def case(self, wheel: str, rail: str, shift_mm: float, load_kN: float) -> Case:
-        """The case of a position, with the names of wheel and rail in `profiles.parquet`."""
-        given: dict[str, Any] = {}
-        for body, named in zip(BODIES, (wheel, rail), strict=True):
-            row = self._rows[body, named]
-            own = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
-            one = Candidate(body=body, name=named, spec=row["file"], known=own)
-            given |= {body: row["file"], f"{body}_file": used_reading(one.spec, reading_of_candidate(self.fleet, one))}
+        """Case of a position.
+
+        Parameters
+        ----------
+        wheel, rail
+            Names in `profiles.parquet`.
+        shift_mm, load_kN
+            Lateral shift and wheel load.
+
+        Returns
+        -------
+        Case
+            Case with the profiles, reading options and wheel radius of the fleet.
+
+        Raises
+        ------
+        InputError
+            If a value is out of the range of a case.
+        """
+        profile_inputs: dict[str, Any] = {}
+        for body, profile_name in zip(BODIES, (wheel, rail), strict=True):
+            row = self._rows[body, profile_name]
+            table_values = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
+            candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=table_values)
+            profile_inputs |= {
+                body: row["file"],
+                f"{body}_file": used_reading(candidate.spec, reading_of_candidate(self.fleet, candidate)),
+            }
         radius = self._rows["wheel", wheel].get("rolling_radius_mm")
         if radius is not None and math.isfinite(radius):
-            given["rolling_radius_mm"] = float(radius)
-        return replace(self.fleet.case, **given, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
+            profile_inputs["rolling_radius_mm"] = float(radius)
+        return replace(self.fleet.case, **profile_inputs, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
 
 
-def open_fleet(out: str | Path) -> Opened:
-    """A fleet that `run_fleet` has screened.
+def open_fleet(out: str | Path) -> ScreenedFleet:
+    """Open a fleet that `run_fleet` has screened.
+
+    Parameters
+    ----------
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    ScreenedFleet
+        Definition, record and profiles of the fleet.
 
     Raises
     ------
     InputError
-        If the folder has none.
+        If the folder has no screened fleet.
     """
     folder = Path(out)
-    if not (folder / FLEET).is_file() or not (folder / TABLE).is_file():
-        raise InputError(f"{folder}: it has no {FLEET}; give the folder of a finished `fecontact fleet run`")
-    record = read_json(folder / FLEET)
-    rows = of_arrow("parquet").ParquetFile(folder / PROFILES).read().to_pylist()
-    return Opened(
+    if not (folder / FLEET_RECORD).is_file() or not (folder / FLEET_FILE).is_file():
+        raise InputError(f"{folder}: it has no {FLEET_RECORD}; give the folder of a finished `fecontact fleet run`")
+    record = read_json(folder / FLEET_RECORD)
+    rows = import_arrow("parquet").ParquetFile(folder / PROFILES).read().to_pylist()
+    return ScreenedFleet(
         out=folder,
-        fleet=read_fleet(folder / TABLE, Path(record["folder"])),
+        fleet=read_fleet(folder / FLEET_FILE, Path(record["folder"])),
         record=record,
         _rows={(row["body"], row["name"]): row for row in rows},
     )

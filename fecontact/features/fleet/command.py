@@ -34,26 +34,26 @@ def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
     from fecontact.features.fleet.running import run_fleet
 
     with logged(out / "run.log"):
-        tell_cost(file, how)
+        announce_cost(file, how)
         with several("files", "pairs", quiet=how.quiet) as progress:
-            found = run_fleet(file, out, settings=how.settings(), progress=progress)
-        say(found.headline, quiet=how.quiet)
-        if found.reused:
-            say(f"{found.reused} of {found.pairs} pairs were finished before", quiet=how.quiet)
-        print_reasons(f"{len(found.refused)} of {found.profiles} files could not be read", found.refused)
-        for name, notes in found.notes.items():
+            screening = run_fleet(file, out, settings=how.settings(), progress=progress)
+        say(screening.headline, quiet=how.quiet)
+        if screening.reused:
+            say(f"{screening.reused} of {screening.pairs} pairs were finished before", quiet=how.quiet)
+        print_reasons(f"{len(screening.refused)} of {screening.profiles} files could not be read", screening.refused)
+        for name, notes in screening.notes.items():
             for note in notes:
                 log_only(f"{name}: {note}")
-        if found.notes:
+        if screening.notes:
             say(
-                f"readers assumed something of {len(found.notes)} of {found.profiles} files, such as the side or the"
-                f" origin: see the notes in {out / 'run.log'}, profiles.parquet and the report",
+                f"readers assumed something of {len(screening.notes)} of {screening.profiles} files, such as the side"
+                f" or the origin: see the notes in {out / 'run.log'}, profiles.parquet and the report",
                 quiet=how.quiet,
             )
-        failed = {f"{wheel} on {rail}": why for (wheel, rail), why in found.failed.items()}
-        print_reasons(f"{len(failed)} of {found.pairs} pairs failed", failed)
+        failed = {f"{wheel} on {rail}": why for (wheel, rail), why in screening.failed.items()}
+        print_reasons(f"{len(failed)} of {screening.pairs} pairs failed", failed)
         tell_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))
-    return 3 if found.failed else 0
+    return 3 if screening.failed else 0
 
 
 @fleet.command
@@ -65,19 +65,29 @@ def check(file: Path) -> int:
     file
         As for `fecontact fleet run`.
     """
-    tell_cost(file, AS_USUAL, say=say)
+    announce_cost(file, AS_USUAL, say=say)
     return 0
 
 
-def tell_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type: ignore[no-untyped-def]
-    """Say what a fleet takes."""
+def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type: ignore[no-untyped-def]
+    """Print the size, memory and time of a fleet.
+
+    Parameters
+    ----------
+    file
+        File of the fleet.
+    how
+        Options of the run, with the number of workers.
+    say
+        Function that prints.
+    """
     from fecontact.features.fleet.checking import check_fleet
     from fecontact.jobs.remaining import duration
     from fecontact.jobs.workers import default_workers
 
-    found = check_fleet(file)
+    cost = check_fleet(file)
     workers = how.workers or default_workers()
-    say(f"{found.words}; about {duration(found.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
+    say(f"{cost.words}; about {duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
 
 
 @fleet.command

@@ -1,19 +1,21 @@
-"""Shares of a fleet from a sample by finite elements, stratified by what the screen says, with intervals.
+"""Shares of a fleet from a sample by finite elements, stratified by the screening, with intervals.
 
 A position counts by its weight. Within a stratum positions are drawn in order of u / w, of uniform random numbers u and
-their weights w (sequential Poisson sampling, Ohlsson 1998): a larger sample has all of a smaller one, a position is
-drawn with the probability min(1, c w), and a heavy one surely. So a drawn position stands for the weight w over that
-probability, which is the same for all that are not drawn surely, and the share of a stratum is about a mean.
+their weights w (sequential Poisson sampling, Ohlsson 1998). A larger sample contains each smaller sample. A position is
+drawn with the probability min(1, c w); a heavy position is drawn with certainty. So a drawn position represents the
+weight w over that probability, which is equal for all positions that are not drawn with certainty, and the share of a
+stratum is approximately a mean.
 
-The limits of a stratum's share are the exact ones (Clopper and Pearson 1934) of the effective number of draws; limits
-of a sum over strata are their distances, squared and added (MOVER, Zou and Donner 2008, eq. 3). None of n draws is not
-none of the stratum. With Wilson's limits in place of the exact ones an interval for 95 % has 86 to 98 % where one draw
-in a hundred or fewer is at odds with the screen.
+The limits of a stratum's share are the exact limits (Clopper and Pearson 1934) of the effective number of draws. The
+limits of a sum over strata are the distances of the strata's limits, squared and added (MOVER, Zou and Donner 2008,
+eq. 3). Zero of n draws does not mean zero in the stratum. With Wilson's limits in place of the exact limits, an
+interval for 95 % covers the true share in 86 to 98 % of the cases if at most one draw in a hundred disagrees with the
+screening.
 
-Where one draw of a stratum is at odds, its exact limit lies just above none, which is half of a normal distance. Two
-such strata, squared and added, then say more than their draws together do: of the intervals of 2,000 kinds of simulated
-fleets 92 % at least had the true share. So a distance is a normal one at least: 95.4 % at least, for intervals that are
-longer by 5 % in the mean and by 13 % at most.
+If one draw of a stratum disagrees, its exact limit is just above zero, which is half of a normal distance. Two such
+strata, squared and added, then claim more than their draws together allow: of the intervals of 2,000 kinds of simulated
+fleets at least 92 % contained the true share. So a distance is at least a normal distance: at least 95.4 % of the
+intervals contain the true share, and intervals are longer by 5 % in the mean and by at most 13 %.
 """
 
 from __future__ import annotations
@@ -29,13 +31,19 @@ from scipy.stats import beta
 from fecontact.arrays import Floats
 
 CONFIDENCE = 0.95
-# Of a normal distribution, so much lies within so many standard deviations.
+# Number of standard deviations within which a normal distribution has this probability.
 _NORMAL = NormalDist().inv_cdf(0.5 * (1.0 + CONFIDENCE))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
-    """A share of the weight of all positions, from 0 to 1, with the limits of its interval."""
+    """A share of the weight of all positions, with its interval.
+
+    Attributes
+    ----------
+    estimate, low, high
+        Share and its limits, from 0 to 1.
+    """
 
     estimate: float
     low: float
@@ -44,18 +52,20 @@ class Share:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stratum:
-    """Positions that are alike to the screen, with those of them that were drawn.
+    """Positions that are alike to the screening, with their draws.
 
     Attributes
     ----------
+    name
+        Stratum, of `tables.STRATA`.
     weight, positions
-        Of all its positions; weights of a population sum to 1.
+        Weight and number of all its positions; weights of a population sum to 1.
     guess
-        Share that holds by the screen.
-    answers
-        Of each drawn position, by finite elements.
-    weights, inclusion
-        Of each drawn position, and the probability with which it was drawn.
+        Share that holds by the screening.
+    answers (n,)
+        Answers of the drawn positions, by finite elements.
+    weights, inclusion (n,)
+        Weights of the drawn positions, and the probabilities with which they were drawn.
     """
 
     name: str
@@ -68,47 +78,82 @@ class Stratum:
 
     @property
     def drawn(self) -> int:
-        """Positions that were drawn."""
+        """Number of drawn positions."""
         return len(self.answers)
 
     @property
-    def stands_for(self) -> Floats:
-        """Weight that each drawn position stands for."""
+    def represented_weights(self) -> Floats:
+        """Weight (n,) that each drawn position represents."""
         return self.weights / self.inclusion
 
     @property
     def effective_draws(self) -> float:
-        """Draws with equal probabilities from an endless stratum that tell as much; endless if all were drawn."""
-        spread = float(np.sum(self.stands_for**2 * (1.0 - self.inclusion)))
-        return float(np.sum(self.stands_for)) ** 2 / spread if spread > 0.0 else np.inf if self.drawn else 0.0
+        """Number of draws with equal probabilities from an infinite stratum with equal information.
+
+        Infinite if all positions were drawn.
+        """
+        spread = float(np.sum(self.represented_weights**2 * (1.0 - self.inclusion)))
+        return float(np.sum(self.represented_weights)) ** 2 / spread if spread > 0.0 else np.inf if self.drawn else 0.0
 
     def share(self, answers: Collection[str]) -> float:
-        """The share with one of some answers (Hajek's estimate); by the screen's guess if none was drawn."""
+        """Share of the positions with some answers (Hajek's estimate).
+
+        Without draws, the share that holds by the screening.
+        """
         if not self.drawn:
             return self.guess
-        return float(np.average(np.isin(self.answers, list(answers)), weights=self.stands_for))
+        return float(np.average(np.isin(self.answers, list(answers)), weights=self.represented_weights))
 
 
 def limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
-    """Exact limits of a share that was seen in so many draws (Clopper and Pearson 1934); draws need not be whole.
+    """Exact limits of a share that was observed in a number of draws.
 
+    Parameters
+    ----------
+    share (n,)
+        Observed shares, from 0 to 1.
+    draws (n,)
+        Numbers of draws, which need not be whole; infinite for an exact share.
+
+    Returns
+    -------
+    tuple of arrays (n,)
+        Lower and upper limits of the intervals for 95 % (Clopper and Pearson 1934).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.fleet.estimate import limits
     >>> low, high = limits(np.array([0.0]), np.array([20.0]))
     >>> float(low[0]), round(float(high[0]), 4)
     (0.0, 0.1684)
     """
     tail, finite = 0.5 * (1.0 - CONFIDENCE), np.isfinite(draws)
     n = np.where(finite, draws, 1.0)
-    seen = share * n
-    # a beta distribution needs both numbers above zero; where they are not the limit is 0 or 1
-    low = np.where(seen > 0.0, beta.ppf(tail, np.maximum(seen, 1e-12), n - seen + 1.0), 0.0)
-    high = np.where(seen < n, beta.ppf(1.0 - tail, seen + 1.0, np.maximum(n - seen, 1e-12)), 1.0)
+    successes = share * n
+    # a beta distribution needs both numbers above zero; if a number is zero, the limit is 0 or 1
+    low = np.where(successes > 0.0, beta.ppf(tail, np.maximum(successes, 1e-12), n - successes + 1.0), 0.0)
+    high = np.where(successes < n, beta.ppf(1.0 - tail, successes + 1.0, np.maximum(n - successes, 1e-12)), 1.0)
     return np.where(finite, low, share), np.where(finite, high, share)
 
 
 def addable(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
-    """Limits of a share whose distances from it can be squared and added: exact ones, or normal ones where farther.
+    """Limits of a share for sums of squared distances.
 
-    They may lie below 0 or above 1.
+    The limits are the exact limits, or the normal limits if these are farther from the share. They may be below 0 or
+    above 1.
+
+    Parameters
+    ----------
+    share (n,)
+        Observed shares, from 0 to 1.
+    draws (n,)
+        Effective numbers of draws.
+
+    Returns
+    -------
+    tuple of arrays (n,)
+        Lower and upper limits.
     """
     low, high = limits(share, draws)
     spread = np.divide(share * (1.0 - share), draws, out=np.ones_like(share), where=draws > 0.0)
@@ -117,68 +162,157 @@ def addable(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
 
 
 def combined(weights: Floats, shares: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
-    """The weighted sum of shares and its limits from those of each share (MOVER); sums are over the last axis."""
-    whole = np.sum(weights * shares, axis=-1)
-    below = np.sqrt(np.sum((weights * (shares - low)) ** 2, axis=-1))
-    above = np.sqrt(np.sum((weights * (high - shares)) ** 2, axis=-1))
-    return whole, np.maximum(whole - below, 0.0), np.minimum(whole + above, 1.0)
+    """Weighted sum of shares with its limits (MOVER, Zou and Donner 2008).
+
+    Parameters
+    ----------
+    weights, shares (..., n)
+        Weights and shares of the strata.
+    low, high (..., n)
+        Limits of the shares.
+
+    Returns
+    -------
+    tuple of arrays (...)
+        Sum over the last axis, and its lower and upper limit from 0 to 1.
+    """
+    estimate = np.sum(weights * shares, axis=-1)
+    lower_distance = np.sqrt(np.sum((weights * (shares - low)) ** 2, axis=-1))
+    upper_distance = np.sqrt(np.sum((weights * (high - shares)) ** 2, axis=-1))
+    return estimate, np.maximum(estimate - lower_distance, 0.0), np.minimum(estimate + upper_distance, 1.0)
 
 
 def share_of(strata: Sequence[Stratum], answers: Collection[str]) -> Share:
-    """The share of a population with one of some answers."""
-    weights = np.array([one.weight for one in strata])
-    shares = np.array([one.share(answers) for one in strata])
-    low, high = addable(shares, np.array([one.effective_draws for one in strata]))
+    """Share of a population with some answers.
+
+    Parameters
+    ----------
+    strata
+        Strata of the population with their draws.
+    answers
+        Answers that count.
+
+    Returns
+    -------
+    Share
+        Estimate and interval for 95 %.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.fleet.estimate import Stratum, share_of
+    >>> stratum = Stratum(
+    ...     name="near",
+    ...     weight=1.0,
+    ...     positions=1000,
+    ...     guess=0.5,
+    ...     answers=np.array(["HOLDS", "HOLDS", "FAILS", "HOLDS"]),
+    ...     weights=np.full(4, 0.001),
+    ...     inclusion=np.full(4, 0.004),
+    ... )
+    >>> share = share_of([stratum], {"HOLDS"})
+    >>> share.estimate, share.low < 0.75 < share.high
+    (0.75, True)
+    """
+    weights = np.array([stratum.weight for stratum in strata])
+    shares = np.array([stratum.share(answers) for stratum in strata])
+    low, high = addable(shares, np.array([stratum.effective_draws for stratum in strata]))
     estimate, low, high = combined(weights / weights.sum(), shares, low, high)
     return Share(estimate=float(estimate), low=float(low), high=float(high))
 
 
 def bounds(strata: Sequence[Stratum], holds: str, undecided: Collection[str]) -> tuple[float, float]:
-    """Limits within which the share is, whichever answer all undecided positions have."""
+    """Limits of the share for any answer of the undecided positions."""
     return share_of(strata, {holds}).low, share_of(strata, {holds, *undecided}).high
 
 
-# --- Which positions are drawn.
-
-
 def draw_scale(weights: Floats, draws: int) -> float:
-    """The number c by which positions are drawn with the probabilities min(1, c w), which sum to the draws."""
+    """The number c for which the probabilities min(1, c w) sum to the draws.
+
+    Parameters
+    ----------
+    weights (n,)
+        Weights w of the positions of a stratum.
+    draws
+        Number of positions to draw.
+
+    Returns
+    -------
+    float
+        Scale c, per unit of weight.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.fleet.estimate import draw_scale
+    >>> weights = np.array([0.7, 0.1, 0.1, 0.1])
+    >>> np.minimum(1.0, draw_scale(weights, 2) * weights).round(3).tolist()
+    [1.0, 0.333, 0.333, 0.333]
+    """
     if draws >= weights.size:
         return float(1.0 / weights.min())
     heaviest = np.sort(weights)[::-1]
-    # with the k heaviest drawn surely, the others share what is left of the draws
-    left = np.cumsum(heaviest[::-1])[::-1][:draws]
-    scales = (draws - np.arange(draws)) / left
+    # if the k heaviest positions are drawn with certainty, the remaining draws are shared by the remaining positions
+    remaining = np.cumsum(heaviest[::-1])[::-1][:draws]
+    scales = (draws - np.arange(draws)) / remaining
     return float(scales[np.argmax(scales * heaviest[:draws] <= 1.0)])
 
 
 def allocation(
-    weights: Floats, shares: Floats, positions: NDArray[np.int64], drawn: NDArray[np.int64], draws: int
+    weights: Floats, shares: Floats, positions: NDArray[np.int64], drawn_counts: NDArray[np.int64], draws: int
 ) -> NDArray[np.int64]:
-    """Draws of each stratum: half in proportion to its weight W, half to W sqrt(p (1 - p)) (Neyman 1934).
+    """Number of draws of each stratum.
 
-    A position costs the same in each stratum. A stratum keeps what was drawn, and has two draws at least, so that
-    nothing is taken for known; what it has no positions for the others have (whole numbers by Webster's method).
+    Parameters
+    ----------
+    weights (n,)
+        Weights of the strata.
+    shares (n,)
+        Expected shares that hold.
+    positions, drawn_counts (n,)
+        Numbers of all positions and of positions drawn before.
+    draws
+        Number of draws in all.
+
+    Returns
+    -------
+    array (n,)
+        Numbers of draws.
+
+    Notes
+    -----
+    Half of the draws is in proportion to the weight W of a stratum, half to W sqrt(p (1 - p)) (Neyman 1934). A position
+    has equal cost in each stratum. A stratum keeps its earlier draws and has at least two draws, so that no stratum is
+    assumed to be exact. Draws that exceed the positions of a stratum go to the others (whole numbers by Webster's
+    method).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.fleet.estimate import allocation
+    >>> none_drawn = np.array([0, 0])
+    >>> allocation(np.array([0.9, 0.1]), np.array([0.98, 0.5]), np.array([900, 100]), none_drawn, 100).tolist()
+    [81, 19]
     """
     spread = weights * np.sqrt(shares * (1.0 - shares))
-    wanted = 0.5 * weights / weights.sum() + 0.5 * spread / spread.sum()
-    given = np.minimum(positions, np.maximum(drawn, 2))
-    while given.sum() < min(draws, positions.sum()):
-        given[np.argmin(np.where(given < positions, (given + 0.5) / wanted, np.inf))] += 1
-    return given
+    target_fractions = 0.5 * weights / weights.sum() + 0.5 * spread / spread.sum()
+    counts = np.minimum(positions, np.maximum(drawn_counts, 2))
+    while counts.sum() < min(draws, positions.sum()):
+        counts[np.argmin(np.where(counts < positions, (counts + 0.5) / target_fractions, np.inf))] += 1
+    return counts
 
-
-# --- From these profiles to the network that they were taken from.
 
 REPEATS = 400
+"""Number of repeats of the bootstrap over wheels and rails, from these profiles to their network."""
 
 
 def resampled(
     wheels: NDArray[np.int64], rails: NDArray[np.int64], holding: Floats, weights: Floats, seed: int
 ) -> Share:
-    """The share for a network of which these wheels and rails are a random sample (pigeonhole bootstrap, Owen 2007).
+    """Share for a network, if these wheels and rails are its random sample.
 
-    Wheels and rails are drawn again, each with replacement, and a pair counts as often as both of its profiles do.
+    Wheels and rails are drawn again, each with replacement (pigeonhole bootstrap, Owen 2007). A pair counts by the
+    product of the draws of both of its profiles.
 
     Parameters
     ----------
@@ -186,18 +320,28 @@ def resampled(
         Numbers of the profiles of each pair.
     holding, weights
         Weight of a pair's positions at which Hertz holds, and of all of them.
+    seed
+        Seed of the draws.
+
+    Returns
+    -------
+    Share
+        Share of these profiles, with the interval for 95 % over 400 repeats.
     """
     random = np.random.default_rng(seed)
-    found = []
+    bootstrap_shares = []
     for _ in range(REPEATS):
-        times = _times(random, wheels) * _times(random, rails)
-        if (whole := float(times @ weights)) > 0.0:
-            found.append(float(times @ holding) / whole)
-    low, high = np.quantile(found, [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)])
+        times = _count_draws(random, wheels) * _count_draws(random, rails)
+        if (total := float(times @ weights)) > 0.0:
+            bootstrap_shares.append(float(times @ holding) / total)
+    low, high = np.quantile(bootstrap_shares, [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)])
     return Share(estimate=float(holding.sum() / weights.sum()), low=float(low), high=float(high))
 
 
-def _times(random: np.random.Generator, profiles: NDArray[np.int64]) -> Floats:
-    """How often the profile of each pair is drawn, among as many draws as there are profiles."""
+def _count_draws(random: np.random.Generator, profiles: NDArray[np.int64]) -> Floats:
+    """Number of draws of the profile of each pair.
+
+    There are as many draws as profiles.
+    """
     count = int(profiles.max()) + 1
     return np.bincount(random.integers(count, size=count), minlength=count)[profiles].astype(float)

@@ -1,4 +1,4 @@
-"""Jobs of a fleet: done where they are not finished, stopped by an error of the program."""
+"""Jobs of a fleet: finished jobs are reused, and an error of the program stops the run."""
 
 from __future__ import annotations
 
@@ -11,10 +11,28 @@ from fecontact.jobs.engine import OpenRun, finish
 from fecontact.jobs.workers import Done, Job, Work
 
 
-def do_jobs(
+def run_fleet_jobs(
     works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun
 ) -> dict[str, Done]:
-    """Do all jobs that are not finished, by their ids, which are the names of their folders.
+    """Run all jobs that are not finished.
+
+    Parameters
+    ----------
+    works
+        Work of each job by its id, which is the name of its folder.
+    labels
+        Words for each job in messages.
+    folder
+        Folder of the folders of the jobs.
+    read
+        Reader of the result in the folder of a job; None without a result.
+    by
+        The run that executes the jobs.
+
+    Returns
+    -------
+    dict
+        Outcome of each job by its id.
 
     Raises
     ------

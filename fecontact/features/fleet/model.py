@@ -1,4 +1,4 @@
-"""A fleet as a file: which wheels and rails, which pairs of them, which shifts and loads, and how they are screened."""
+"""Definition of a fleet in a file: wheels and rails, pairs, shifts and loads, and their screening."""
 
 from __future__ import annotations
 
@@ -11,39 +11,43 @@ from typing import Any, Literal
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.features.fleet.tables import rows_of, weight_of
+from fecontact.features.fleet.tables import read_weight, rows_of
 from fecontact.files import toml_content
 from fecontact.inputs.kinds import as_number, choice, custom, number
 from fecontact.inputs.slots import inputs, read_table
 from fecontact.runs.toml_cases import case_of
 
-Screen = Literal["strip", "half_space"]
+ScreeningTheory = Literal["strip", "half_space"]
 Position = tuple[float, float]
 """Lateral shift (mm) and wheel load (kN)."""
-_MOST_POINTS, _MOST_POSITIONS = 1000, 10_000
-_GIVEN_ELSEWHERE = ("rail", "wheel", "lateral_shift_mm", "load_kN")
+_MOST_VALUES, _MOST_POSITIONS = 1000, 10_000
+_KEYS_OF_TABLES = ("rail", "wheel", "lateral_shift_mm", "load_kN")
 
 
 def _is_numbers(value: Any) -> bool:
+    """Whether a value is a list of numbers that is not empty."""
     return isinstance(value, Sequence) and bool(value) and None not in map(as_number, value)
 
 
-def _numbers(help: str, words: str) -> Any:
+def _make_numbers_slot(help: str, words: str) -> Any:
+    """Input slot for a list of numbers."""
     return custom(None, help, domain="numbers", words=words, holds=_is_numbers)
 
 
 def _is_sources(value: Any) -> bool:
+    """Whether a value is a text, or a list of texts."""
     names = [value] if isinstance(value, str) else value
-    return isinstance(names, list | tuple) and bool(names) and all(isinstance(one, str) and one for one in names)
+    return isinstance(names, list | tuple) and bool(names) and all(isinstance(name, str) and name for name in names)
 
 
-def _table(help: str) -> Any:
+def _make_table_slot(help: str) -> Any:
+    """Input slot for the path of a table."""
     return custom(
         None,
         help,
         domain="file",
         words="the path of a table",
-        holds=lambda one: isinstance(one, str) and bool(one),
+        holds=lambda path: isinstance(path, str) and bool(path),
     )
 
 
@@ -61,42 +65,49 @@ class Sources:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """What was given, one after the other."""
+        """Folders, globs, names and tables in their order."""
         return (self.files,) if isinstance(self.files, str) else tuple(self.files or ())
 
 
 @inputs
 class Pairing:
-    """Which wheels meet which rails: all of them each other, if nothing is given."""
+    """Pairs of wheels and rails: each wheel with each rail by default."""
 
     draw: float | None = number(
         None, "Pairs drawn at random by the weights of wheels and rails", low=0.5, high=1e6, remedy="give 1 to 1000000"
     )
-    table: str | None = _table("Table (.csv, .parquet) with columns wheel and rail, and weight if pairs differ in it")
+    table: str | None = _make_table_slot(
+        "Table (.csv, .parquet) with columns wheel and rail, and weight if pairs differ in it"
+    )
 
     def __post_init__(self) -> None:
+        """Raise InputError if both keys are given."""
         if self.draw is not None and self.table is not None:
             raise InputError("draw and table are both given; allowed: one of them; leave one out")
 
 
 @inputs
 class Distribution:
-    """Values with weights: listed, or the middles of equally likely parts of a distribution."""
+    """Values with weights.
 
-    values: Any = _numbers("Values", "a list of numbers")
-    weights: Any = _numbers("Weight of each value; equal ones if not given", "a list of numbers")
-    normal: Any = _numbers("Mean and standard deviation", "two numbers: mean and standard deviation")
-    uniform: Any = _numbers("Smallest and largest value", "two numbers: smallest and largest value")
+    The values are listed, or are the middles of equally likely intervals of a distribution.
+    """
+
+    values: Any = _make_numbers_slot("Values", "a list of numbers")
+    weights: Any = _make_numbers_slot("Weight of each value; equal ones if not given", "a list of numbers")
+    normal: Any = _make_numbers_slot("Mean and standard deviation", "two numbers: mean and standard deviation")
+    uniform: Any = _make_numbers_slot("Smallest and largest value", "two numbers: smallest and largest value")
     count: float = number(
-        10.0, "How many values stand for a distribution", low=1.0, high=_MOST_POINTS, remedy="5 to 20"
+        10.0, "How many values stand for a distribution", low=1.0, high=_MOST_VALUES, remedy="5 to 20"
     )
 
     def __post_init__(self) -> None:
-        given = [name for name in ("values", "normal", "uniform") if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise InputError(f"{' and '.join(given) or 'nothing'} given; allowed: one of values, normal, uniform")
-        if self.values is None and len(getattr(self, given[0])) != 2:
-            raise InputError(f"{given[0]} has {len(getattr(self, given[0]))} numbers; allowed: 2")
+        """Raise InputError unless a single distribution is given, with its numbers and weights."""
+        present = [name for name in ("values", "normal", "uniform") if getattr(self, name) is not None]
+        if len(present) != 1:
+            raise InputError(f"{' and '.join(present) or 'nothing'} given; allowed: one of values, normal, uniform")
+        if self.values is None and len(getattr(self, present[0])) != 2:
+            raise InputError(f"{present[0]} has {len(getattr(self, present[0]))} numbers; allowed: 2")
         if self.weights is not None and len(self.weights) != len(self.values or ()):
             raise InputError(
                 f"{len(self.weights)} weights for {len(self.values or ())} values; give one for each value"
@@ -104,7 +115,13 @@ class Distribution:
 
     @property
     def points(self) -> dict[float, float]:
-        """Weight of each value, increasing; the weights sum to 1."""
+        """Weight of each value, increasing; the weights sum to 1.
+
+        Raises
+        ------
+        InputError
+            If a weight or the standard deviation is out of range.
+        """
         if self.values is not None:
             return shares(
                 zip(map(float, self.values), self.weights or [1.0] * len(self.values), strict=True), "weights"
@@ -113,68 +130,100 @@ class Distribution:
         middles = [(k + 0.5) / count for k in range(count)]
         if self.uniform is not None:
             low, high = self.uniform
-            return shares(((low + part * (high - low), 1.0) for part in middles), "weights")
+            return shares(((low + middle * (high - low), 1.0) for middle in middles), "weights")
         mean, deviation = self.normal
         if not deviation > 0.0:
             raise InputError(f"standard deviation is {deviation:g}; allowed: > 0; a single value stands in values")
-        return shares(((NormalDist(mean, deviation).inv_cdf(part), 1.0) for part in middles), "weights")
+        return shares(((NormalDist(mean, deviation).inv_cdf(middle), 1.0) for middle in middles), "weights")
 
 
 @inputs
 class Positions:
-    """Shifts and loads that go together, in place of `Distribution` of each."""
+    """Shifts and loads that go together, in place of a `Distribution` of each."""
 
-    table: str | None = _table(
+    table: str | None = _make_table_slot(
         "Table (.csv, .parquet) with columns shift_mm and load_kN, and weight if positions differ in it"
     )
 
 
-def shares(weighted: Any, what: str) -> dict[Any, float]:
-    """Weight of each key over the sum of all, keys increasing; of equal keys the sum.
+def shares(weighted: Any, subject: str) -> dict[Any, float]:
+    """Weight of each key over the sum of all weights, keys increasing.
+
+    Weights of equal keys are added.
+
+    Parameters
+    ----------
+    weighted
+        Pairs of a key and a weight.
+    subject
+        Source of the weights, for messages.
+
+    Returns
+    -------
+    dict
+        Weights that sum to 1.
 
     Raises
     ------
     InputError
-        If a weight is negative or none, or all are zero.
+        If a weight is negative or not finite, or all weights are zero.
+
+    Examples
+    --------
+    >>> from fecontact.features.fleet.model import shares
+    >>> shares([("b", 1.0), ("a", 2.0), ("b", 1.0)], "weights")
+    {'a': 0.5, 'b': 0.5}
     """
-    found: dict[Any, float] = {}
+    weights: dict[Any, float] = {}
     for key, weight in weighted:
         if not (math.isfinite(weight) and weight >= 0.0):
-            raise InputError(f"{what}: the weight of {key} is {weight}; allowed: finite and >= 0; mend or leave it out")
-        found[key] = found.get(key, 0.0) + weight
-    total = math.fsum(found.values())
+            raise InputError(
+                f"{subject}: the weight of {key} is {weight}; allowed: finite and >= 0; mend or leave it out"
+            )
+        weights[key] = weights.get(key, 0.0) + weight
+    total = math.fsum(weights.values())
     if not total > 0.0:
-        raise InputError(f"{what}: they sum to {total:g}; allowed: > 0; give at least one weight above zero")
-    return {key: found[key] / total for key in sorted(found)}
+        raise InputError(f"{subject}: they sum to {total:g}; allowed: > 0; give at least one weight above zero")
+    return {key: weights[key] / total for key in sorted(weights)}
 
 
 @inputs
-class _Asked:
-    """What stands in no table of the file."""
+class _TopLevelKeys:
+    """Keys at the top level of the file, outside its tables."""
 
     seed: float = number(1.0, "Seed of what is drawn", low=0.0, high=2**53, remedy="any whole number")
-    theory: Screen = choice("strip", "Theory by which every position is screened", ("strip", "half_space"))
+    theory: ScreeningTheory = choice("strip", "Theory by which every position is screened", ("strip", "half_space"))
     filters_mm: Any = custom(
         (4.0, 8.0),
         "Wave lengths over which measured points are smoothed: a line each",
         domain="numbers",
         words="two or more lengths in mm such as [4, 8]",
-        holds=lambda value: _is_numbers(value) and len(value) > 1 and all(0.0 < one <= 1000.0 for one in value),
+        holds=lambda value: _is_numbers(value) and len(value) > 1 and all(0.0 < length <= 1000.0 for length in value),
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fleet:
-    """A fleet as it was asked for.
+    """Definition of a fleet.
 
     Attributes
     ----------
     folder
         Folder that the paths of its file are relative to.
-    case
-        Everything but profiles, shift and load.
+    wheels, rails
+        Folders, globs, names and tables of the profiles.
+    pairing
+        Pairs of wheels and rails.
     positions
         Weight of each shift (mm) with a load (kN); they sum to 1.
+    case
+        Everything but profiles, shift and load.
+    theory
+        Theory of the screening.
+    filters_mm
+        Wave lengths over which measured points are smoothed, increasing.
+    seed
+        Seed of random draws.
     """
 
     folder: Path
@@ -183,7 +232,7 @@ class Fleet:
     pairing: Pairing
     positions: Mapping[Position, float]
     case: Case
-    theory: Screen
+    theory: ScreeningTheory
     filters_mm: tuple[float, ...]
     seed: int
 
@@ -194,24 +243,37 @@ class Fleet:
 
 
 def read_fleet(path: Path, folder: Path | None = None) -> Fleet:
-    """Read the file of a fleet; its paths are relative to its own folder if no other one is given.
+    """Read the file of a fleet.
+
+    Parameters
+    ----------
+    path
+        File (TOML).
+    folder
+        Folder that the paths in the file are relative to; by default the folder of the file.
+
+    Returns
+    -------
+    Fleet
+        Definition of the fleet.
 
     Raises
     ------
     InputError
-        If it cannot be read, or for the first key or value that is not allowed.
+        If the file cannot be read, or for the first key or value that is not allowed.
     """
     try:
         content = toml_content(path.read_text("utf-8"), f"fleet {path}")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"fleet {path}: it cannot be read ({error})") from error
     try:
-        return _fleet(content, folder or path.absolute().parent)
+        return _make_fleet(content, folder or path.absolute().parent)
     except InputError as error:
         raise InputError(f"fleet {path}: {error}") from error
 
 
-def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
+def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
+    """Fleet from the content of its file; raises InputError for the first key or value that is not allowed."""
     tables = {
         "wheels": Sources,
         "rails": Sources,
@@ -220,29 +282,29 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
         "loads_kN": Distribution,
         "positions": Positions,
     }
-    top = {one.name for one in fields(_Asked)}
+    top = {key.name for key in fields(_TopLevelKeys)}
     for key in content.keys() - {*tables, *top, "case"}:
         raise InputError(
             f"{key}: there is no such key; keys: {', '.join(sorted(top))}; tables: {', '.join(tables)}, case"
         )
-    asked = read_table(_Asked, "fleet", {key: value for key, value in content.items() if key in top})
+    values = read_table(_TopLevelKeys, "fleet", {key: value for key, value in content.items() if key in top})
     separate = {name for name, kind in tables.items() if kind is Distribution}
-    if "positions" in content and (both := sorted(separate & content.keys())):
-        raise InputError(f"[positions] and [{both[0]}] are both given; allowed: one of them; leave one out")
+    if "positions" in content and (distributions := sorted(separate & content.keys())):
+        raise InputError(f"[positions] and [{distributions[0]}] are both given; allowed: one of them; leave one out")
     left_out = separate if "positions" in content else {"positions"}
-    read: dict[str, Any] = {
+    tables_read: dict[str, Any] = {
         name: read_table(kind, name, content.get(name, {} if kind is Pairing else None))
         for name, kind in tables.items()
         if name not in left_out
     }
     for name in ("wheels", "rails"):
-        if not read[name].texts:
+        if not tables_read[name].texts:
             raise InputError(f"[{name}]: files is missing; give a folder, a glob or a table")
-    inner = content.get("case", {})
-    if not isinstance(inner, dict) or (told := [key for key in _GIVEN_ELSEWHERE if key in inner]):
-        named = f"{', '.join(told)} stand" if isinstance(inner, dict) else "it is no table, or stands"
-        raise InputError(f"[case]: {named} in tables of their own: [wheels], [rails], [shifts_mm], [loads_kN]")
-    case = case_of(inner)
+    case_table = content.get("case", {})
+    if not isinstance(case_table, dict) or (misplaced := [key for key in _KEYS_OF_TABLES if key in case_table]):
+        problem = f"{', '.join(misplaced)} stand" if isinstance(case_table, dict) else "it is no table, or stands"
+        raise InputError(f"[case]: {problem} in tables of their own: [wheels], [rails], [shifts_mm], [loads_kN]")
+    case = case_of(case_table)
     if case.irregularities:
         raise InputError("[case]: it has an irregularity along the track; allowed: smooth bodies; leave it out")
     if case.roll == "loaded" and case.roll_load_N is None:
@@ -251,51 +313,62 @@ def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
         )
     return Fleet(
         folder=folder,
-        wheels=read["wheels"].texts,
-        rails=read["rails"].texts,
-        pairing=read["pairs"],
-        positions=_positions(read, case, folder),
+        wheels=tables_read["wheels"].texts,
+        rails=tables_read["rails"].texts,
+        pairing=tables_read["pairs"],
+        positions=_weigh_positions(tables_read, case, folder),
         case=case,
-        theory=asked.theory,
-        filters_mm=tuple(sorted(set(map(float, asked.filters_mm)))),
-        seed=int(asked.seed),
+        theory=values.theory,
+        filters_mm=tuple(sorted(set(map(float, values.filters_mm)))),
+        seed=int(values.seed),
     )
 
 
-def _positions(read: Mapping[str, Any], case: Case, folder: Path) -> dict[Position, float]:
-    """Weight of each position: of a table, or of every shift with every load."""
-    found = _listed(read["positions"], folder) if "positions" in read else _crossed(read)
-    # a case refuses what it cannot have; it is asked for each shift and each load, of which there are fewer
-    for shift in {shift for shift, _ in found}:
+def _weigh_positions(tables_read: Mapping[str, Any], case: Case, folder: Path) -> dict[Position, float]:
+    """Weight of each position: from a table, or of each shift with each load."""
+    weights = (
+        _list_positions(tables_read["positions"], folder)
+        if "positions" in tables_read
+        else _cross_shifts_and_loads(tables_read)
+    )
+    # a case refuses values out of range; each shift and each load is checked alone, since there are fewer of these
+    # than of positions
+    for shift in {shift for shift, _ in weights}:
         replace(case, lateral_shift_mm=shift)
-    for load in {load for _, load in found}:
+    for load in {load for _, load in weights}:
         replace(case, load_N=1e3 * load)
-    return found
+    return weights
 
 
-def _crossed(read: Mapping[str, Any]) -> dict[Position, float]:
+def _cross_shifts_and_loads(tables_read: Mapping[str, Any]) -> dict[Position, float]:
+    """Weight of each shift with each load: the product of both weights."""
     points = {}
     for name in ("shifts_mm", "loads_kN"):
         try:
-            points[name] = read[name].points.items()
+            points[name] = tables_read[name].points.items()
         except InputError as error:
             raise InputError(f"[{name}]: {error}") from error
-    of_shifts, of_loads = points.values()
-    return {(shift, load): part * share for shift, part in of_shifts for load, share in of_loads}
+    shift_points, load_points = points.values()
+    return {
+        (shift, load): shift_weight * load_weight
+        for shift, shift_weight in shift_points
+        for load, load_weight in load_points
+    }
 
 
-def _listed(positions: Positions, folder: Path) -> dict[Position, float]:
+def _list_positions(positions: Positions, folder: Path) -> dict[Position, float]:
+    """Weight of each position of a table."""
     if positions.table is None:
         raise InputError("[positions]: table is missing; give a table with columns shift_mm and load_kN")
     path = folder / positions.table
     weighted = []
-    for place, row in enumerate(rows_of(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1):
-        where = f"table {path}, row {place}"
+    for row_number, row in enumerate(rows_of(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1):
+        where = f"table {path}, row {row_number}"
         shift, load = (as_number(row[name]) for name in ("shift_mm", "load_kN"))
         if shift is None or load is None:
             raise InputError(
                 f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: numbers; mend the"
                 " row, or take it out"
             )
-        weighted.append(((shift, load), weight_of(row, where)))
+        weighted.append(((shift, load), read_weight(row, where)))
     return shares(weighted, f"table {path}")

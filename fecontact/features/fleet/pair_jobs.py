@@ -1,4 +1,4 @@
-"""Pairs of a fleet, screened as jobs, and the tables made of them."""
+"""Pairs of a fleet: screened as jobs, and written as tables."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 
 from fecontact.case import Case, case_record
 from fecontact.errors import InputError
-from fecontact.features.fleet.fleet_jobs import do_jobs
+from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
 from fecontact.features.fleet.model import Fleet
 from fecontact.features.fleet.population import Candidate, Pair, pairs_of
-from fecontact.features.fleet.profile_files import ReadProfile, refusal_reason
+from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
 from fecontact.features.fleet.reading import TILE
 from fecontact.features.fleet.screening import ScreeningPair, refused
-from fecontact.features.fleet.screening_rows import PART, schema
-from fecontact.features.fleet.tables import PROFILES, SCREEN, of_arrow
+from fecontact.features.fleet.screening_rows import PART, make_schema
+from fecontact.features.fleet.tables import PROFILES, SCREEN, import_arrow
 from fecontact.files import write_atomically
 from fecontact.jobs.engine import OpenRun
 from fecontact.profiles.library import is_known
@@ -24,105 +24,171 @@ from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import json_digest
 
 VERDICTS = ("HOLDS", "FAILS", "OPEN", "REFUSED")
-_OF_PAIR = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
-# A library profile that stands for a file in a case whose lines are handed in.
-_STANDS_FOR = {"wheel": "S1002", "rail": "60E1"}
+_PAIR_COLUMNS = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
+# Profiles of the library that replace files in a case with given profile variants.
+_PLACEHOLDER = {"wheel": "S1002", "rail": "60E1"}
 
 
 def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, float]:
-    """Pairs of the profiles that could be read, with their weights."""
+    """Weigh the pairs of the profiles that could be read.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    profiles
+        Results of the readings.
+
+    Returns
+    -------
+    dict
+        Weight by names of wheel and rail; the weights sum to 1.
+
+    Raises
+    ------
+    InputError
+        If no wheel or no rail could be read, or for pairs that are not allowed.
+    """
     weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
-    for one in profiles:
-        if one.kept is not None:
-            weights[one.given.body][one.given.name] = one.given.weight
-    for body, read in weights.items():
-        if not read:
-            why = next(refusal_reason(one) for one in profiles if one.given.body == body)
-            raise InputError(f"[{body}s]: none of its files could be read; the first one: {why}; see {PROFILES}")
-    known = {f"{one.given.body} {one.given.name}" for one in profiles}
-    return pairs_of(fleet, weights["wheel"], weights["rail"], known)
+    for profile in profiles:
+        if profile.stored is not None:
+            weights[profile.candidate.body][profile.candidate.name] = profile.candidate.weight
+    for body, body_weights in weights.items():
+        if not body_weights:
+            reason = next(read_refusal_reason(profile) for profile in profiles if profile.candidate.body == body)
+            raise InputError(f"[{body}s]: none of its files could be read; the first one: {reason}; see {PROFILES}")
+    known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
+    return pairs_of(fleet, weights["wheel"], weights["rail"], known_names)
 
 
-Stand = tuple[str, str, float | None]
-"""What stands for wheel and rail in the case of a pair, and the radius of the wheel where its table has one."""
+CaseKey = tuple[str, str, float | None]
+"""Names of wheel and rail in the case of a pair, and the radius of the wheel in mm if its table has a radius."""
 
 
-def _stand(wheel: Candidate, rail: Candidate) -> Stand:
-    specs = (one.spec if is_known(one.spec) else _STANDS_FOR[one.body] for one in (wheel, rail))
+def _make_case_key(wheel: Candidate, rail: Candidate) -> CaseKey:
+    """Key of the case of a pair: names of the library and the radius of the wheel.
+
+    A name of the library replaces each file.
+    """
+    specs = (one.spec if is_known(one.spec) else _PLACEHOLDER[one.body] for one in (wheel, rail))
     return *specs, wheel.known.get("rolling_radius_mm")  # type: ignore[return-value]
 
 
-def _case_of(fleet: Fleet, stand: Stand) -> Case:
-    """The case of a pair, whose lines are handed in: its files are not read again."""
-    wheel, rail, radius = stand
+def _make_case(fleet: Fleet, case_key: CaseKey) -> Case:
+    """Case of a pair with given profiles: its files are not read again."""
+    wheel, rail, radius = case_key
     case = replace(fleet.case.with_profiles({"wheel": wheel, "rail": rail}), rail_file=Reading(), wheel_file=Reading())
     return case if radius is None else replace(case, rolling_radius_mm=radius)
 
 
-def _names(
+def _list_pair_jobs(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Iterable[Pair]
 ) -> Iterator[tuple[Pair, str, ScreeningPair]]:
-    """The pairs with the ids of their jobs, and those."""
-    by_name = {(one.given.body, one.given.name): one for one in profiles}
+    """Yield each pair with the id of its job and the job."""
+    by_name = {(profile.candidate.body, profile.candidate.name): profile for profile in profiles}
     positions = tuple(fleet.positions)
-    cases: dict[Stand, tuple[Case, str]] = {}
+    cases: dict[CaseKey, tuple[Case, str]] = {}
     for pair in pairs:
         wheel, rail = by_name["wheel", pair[0]], by_name["rail", pair[1]]
-        assert wheel.kept is not None
-        assert rail.kept is not None
-        if (stand := _stand(wheel.given, rail.given)) not in cases:
-            case = _case_of(fleet, stand)
-            cases[stand] = case, json_digest([case_record(case), positions, fleet.theory])
-        case, decides = cases[stand]
-        work = ScreeningPair(wheel=wheel.kept, rail=rail.kept, case=case, positions=positions, theory=fleet.theory)
-        yield pair, json_digest([decides, wheel.kept.folder.name, rail.kept.folder.name])[:20], work
+        assert wheel.stored is not None
+        assert rail.stored is not None
+        if (case_key := _make_case_key(wheel.candidate, rail.candidate)) not in cases:
+            case = _make_case(fleet, case_key)
+            cases[case_key] = case, json_digest([case_record(case), positions, fleet.theory])
+        case, case_digest = cases[case_key]
+        work = ScreeningPair(wheel=wheel.stored, rail=rail.stored, case=case, positions=positions, theory=fleet.theory)
+        yield pair, json_digest([case_digest, wheel.stored.folder.name, rail.stored.folder.name])[:20], work
 
 
 def screen_pairs(
-    fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], out: Path, by: OpenRun
+    fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], out: Path, open_run: OpenRun
 ) -> dict[Pair, str]:
-    """Screen what is not screened; why pairs failed."""
-    named = list(_names(fleet, profiles, _in_tiles(pairs)))
-    labels = {name: f"{wheel} on {rail}" for (wheel, rail), name, _ in named}
-    done = do_jobs({name: work for _, name, work in named}, labels, out / "pairs", None, by)
-    return {pair: why for pair, name, _ in named if (why := done[name].failure) is not None}
+    """Screen the pairs that are not screened yet.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    profiles
+        Results of the readings.
+    pairs
+        Weights by names of wheel and rail.
+    out
+        Folder of the results.
+    open_run
+        The run that executes the jobs.
+
+    Returns
+    -------
+    dict
+        Reason of each pair that failed.
+    """
+    jobs = list(_list_pair_jobs(fleet, profiles, _in_tiles(pairs)))
+    labels = {job_id: f"{wheel} on {rail}" for (wheel, rail), job_id, _ in jobs}
+    outcomes = run_fleet_jobs({job_id: work for _, job_id, work in jobs}, labels, out / "pairs", None, open_run)
+    return {pair: failure for pair, job_id, _ in jobs if (failure := outcomes[job_id].failure) is not None}
 
 
 def _in_tiles(pairs: Iterable[Pair]) -> list[Pair]:
-    """Pairs in an order in which few wheels meet few rails at a time, whose lines a worker keeps at hand."""
-    given = list(pairs)
+    """Pairs in an order that keeps few wheels and rails in use at a time.
+
+    A worker keeps the profile variants of these wheels and rails in its memory.
+    """
+    pair_list = list(pairs)
     wheels, rails = (
-        {name: k // TILE for k, name in enumerate(dict.fromkeys(pair[body] for pair in given))} for body in (0, 1)
+        {name: number // TILE for number, name in enumerate(dict.fromkeys(pair[body] for pair in pair_list))}
+        for body in (0, 1)
     )
-    return sorted(given, key=lambda pair: (wheels[pair[0]], rails[pair[1]], pair))
+    return sorted(pair_list, key=lambda pair: (wheels[pair[0]], rails[pair[1]], pair))
 
 
 def write_screen(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], failed: Mapping[Pair, str], out: Path
 ) -> dict[str, float]:
-    """Write a part for each wheel, from what its pairs kept, with names and weights; the weight of each verdict."""
-    parquet, lib = of_arrow("parquet"), of_arrow("lib")
-    counted: dict[str, float] = {name: 0.0 for name in VERDICTS}
+    """Write a file for each wheel with the rows, names and weights of its pairs.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    profiles
+        Results of the readings.
+    pairs
+        Weights by names of wheel and rail.
+    failed
+        Reason of each pair that failed.
+    out
+        Folder of the results; files of an earlier run are deleted.
+
+    Returns
+    -------
+    dict
+        Weight of each verdict.
+    """
+    parquet, lib = import_arrow("parquet"), import_arrow("lib")
+    verdict_weights: dict[str, float] = {verdict: 0.0 for verdict in VERDICTS}
     written = set()
-    for number, (_, own) in enumerate(groupby(_names(fleet, profiles, sorted(pairs)), key=lambda one: one[0][0])):
+    for number, (_, wheel_jobs) in enumerate(
+        groupby(_list_pair_jobs(fleet, profiles, sorted(pairs)), key=lambda job: job[0][0])
+    ):
         path = out / SCREEN / f"part-{number:06d}.parquet"
         tables = []
-        for pair, name, _work in own:
+        for pair, job_id, _work in wheel_jobs:
             if pair in failed:
                 rows = [{"shift_mm": s, "load_kN": load, **refused(failed[pair])} for s, load in fleet.positions]
-                table = lib.Table.from_pylist(rows, schema=schema())
+                table = lib.Table.from_pylist(rows, schema=make_schema())
             else:
-                table = parquet.ParquetFile(out / "pairs" / name / PART).read()
+                table = parquet.ParquetFile(out / "pairs" / job_id / PART).read()
             weights = [pairs[pair] * weight for weight in fleet.positions.values()]
             for verdict, weight in zip(table["verdict"].to_pylist(), weights, strict=True):
-                counted[verdict] += weight
-            own_columns = [[pair[0]] * len(weights), [pair[1]] * len(weights), weights]
-            arrays = [lib.array(column) for column in own_columns]
-            tables.append(lib.Table.from_arrays([*arrays, *table.columns], schema=schema(*_OF_PAIR)))
-        whole = lib.concat_tables(tables)
-        write_atomically(path, lambda temporary, whole=whole: parquet.write_table(whole, temporary))  # type: ignore[misc]
+                verdict_weights[verdict] += weight
+            pair_columns = [[pair[0]] * len(weights), [pair[1]] * len(weights), weights]
+            arrays = [lib.array(column) for column in pair_columns]
+            tables.append(lib.Table.from_arrays([*arrays, *table.columns], schema=make_schema(*_PAIR_COLUMNS)))
+        wheel_table = lib.concat_tables(tables)
+        write_atomically(path, lambda temporary, wheel_table=wheel_table: parquet.write_table(wheel_table, temporary))  # type: ignore[misc]
         written.add(path.name)
     for path in (out / SCREEN).iterdir():
         if path.name not in written:
             path.unlink()
-    return counted
+    return verdict_weights

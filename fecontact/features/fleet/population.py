@@ -1,4 +1,4 @@
-"""The population of a fleet: its files and what is known of each, its pairs, and the weight of every one."""
+"""Population of a fleet: its files with their table values, its pairs, and the weight of each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, shares
-from fecontact.features.fleet.tables import rows_of, weight_of
+from fecontact.features.fleet.tables import read_weight, rows_of
 from fecontact.profiles.library import is_known
 from fecontact.profiles.readers.columns import file_bytes
 
@@ -22,25 +22,29 @@ BODIES: tuple[Body, ...] = ("wheel", "rail")
 Pair = tuple[str, str]
 """Names of a wheel and a rail."""
 MOST_FILES, MOST_PAIRS = 100_000, 1_000_000
-# Files of the other body, by their endings; a folder of an instrument has both.
-_OF_THE_OTHER = {"wheel": (".ban", ".prr"), "rail": (".whl", ".prw")}
-_OWN_COLUMNS = ("file", "name", "weight")
+# Endings of the files of the other body; a folder of an instrument has files of both bodies.
+_SUFFIXES_OF_THE_OTHER_BODY = {"wheel": (".ban", ".prr"), "rail": (".whl", ".prw")}
+_RESERVED_COLUMNS = ("file", "name", "weight")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A profile as it was given, before it is read.
+    """A profile of a fleet before it is read.
 
     Attributes
     ----------
+    body, name
+        Wheel or rail, and its unique name.
     spec
         Absolute path of its file, or its name in the library.
+    weight
+        Weight among the profiles of its body.
     content_hash
-        SHA-256 of the file; empty where it cannot be read, or is of the library.
+        SHA-256 of the file; empty if it cannot be read, or is of the library.
     known
-        What a table says of it: columns and values.
+        Columns and values of its row in a table.
     problem, remedy
-        Why it is not even read.
+        Reason why it is not read.
     """
 
     body: Body
@@ -54,126 +58,168 @@ class Candidate:
 
 
 def candidates(fleet: Fleet, body: Body) -> list[Candidate]:
-    """All wheels, or all rails, of a fleet in their order; a file that is there twice has a problem.
+    """All wheels, or all rails, of a fleet in their order.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    body
+        `wheel` or `rail`.
+
+    Returns
+    -------
+    list of Candidate
+        Profiles with unique names. A profile with the content of an earlier profile has a problem.
 
     Raises
     ------
     InputError
-        If there is none, there are too many, or a table cannot be read.
+        If there is no file, there are too many, or a table cannot be read.
     """
     texts = fleet.wheels if body == "wheel" else fleet.rails
-    given = (one for text in texts for one in _given(fleet.folder, text, body))
-    found = list(islice(given, MOST_FILES + 1))
-    if not found:
+    all_candidates = (candidate for text in texts for candidate in _find_candidates(fleet.folder, text, body))
+    profiles = list(islice(all_candidates, MOST_FILES + 1))
+    if not profiles:
         raise InputError(f"[{body}s]: {', '.join(texts)} has no file; give a folder or a glob that has some")
-    if len(found) > MOST_FILES:
+    if len(profiles) > MOST_FILES:
         raise InputError(f"[{body}s]: more than {MOST_FILES} files; allowed: up to that; give a part of them")
     names: dict[str, str] = {}
     contents: dict[tuple[str, str], str] = {}
-    return [_checked(_named(one, names), contents) for one in found]
+    return [_check_content(_assign_unique_name(candidate, names), contents) for candidate in profiles]
 
 
-def _given(folder: Path, text: str, body: Body) -> Iterator[Candidate]:
+def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]:
+    """Profiles of a text: a name of the library, a glob, a folder, a table or a file."""
     path = folder / text
     if is_known(text) and not path.exists():
         yield Candidate(body=body, name=text, spec=text)
     elif any(sign in text for sign in "*?["):
-        yield from (_of_file(one, body) for one in sorted(folder.glob(text)) if one.is_file())
+        yield from (_make_file_candidate(file, body) for file in sorted(folder.glob(text)) if file.is_file())
     elif path.is_dir():
-        files = (one for one in sorted(path.iterdir()) if one.is_file() and not one.name.startswith("."))
-        yield from (_of_file(one, body) for one in files if one.suffix.lower() not in _OF_THE_OTHER[body])
+        files = (file for file in sorted(path.iterdir()) if file.is_file() and not file.name.startswith("."))
+        yield from (
+            _make_file_candidate(file, body)
+            for file in files
+            if file.suffix.lower() not in _SUFFIXES_OF_THE_OTHER_BODY[body]
+        )
     elif path.suffix.lower() == ".parquet" or _is_table(path):
-        yield from _of_table(path, body)
+        yield from _read_table_candidates(path, body)
     else:
-        yield _of_file(path, body)
+        yield _make_file_candidate(path, body)
 
 
-def _of_file(path: Path, body: Body) -> Candidate:
+def _make_file_candidate(path: Path, body: Body) -> Candidate:
+    """Profile of a file without a table."""
     return Candidate(body=body, name=path.stem, spec=str(path.absolute()))
 
 
 def _is_table(path: Path) -> bool:
-    """Whether a CSV file names files, and is no profile itself."""
+    """Whether a CSV file lists files and is not a profile."""
     if path.suffix.lower() != ".csv" or not path.is_file():
         return False
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         return "file" in (name.strip().strip('"') for name in file.readline(10_000).split(","))
 
 
-def _of_table(path: Path, body: Body) -> Iterator[Candidate]:
+def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
+    """Profiles of the rows of a table, with the values of further columns."""
     for number, row in enumerate(rows_of(path, ["file"], MOST_FILES), start=1):
-        known = {name: value for name, value in row.items() if name not in _OWN_COLUMNS}
-        weight = weight_of(row, f"table {path}, row {number}")
-        given = str(row["file"])
-        file = path.parent / given
-        spec = given if is_known(given) and not file.exists() else str(file.absolute())
-        yield Candidate(body=body, name=str(row.get("name") or file.stem), spec=spec, weight=weight, known=known)
+        table_values = {name: value for name, value in row.items() if name not in _RESERVED_COLUMNS}
+        weight = read_weight(row, f"table {path}, row {number}")
+        file_text = str(row["file"])
+        file = path.parent / file_text
+        spec = file_text if is_known(file_text) and not file.exists() else str(file.absolute())
+        yield Candidate(body=body, name=str(row.get("name") or file.stem), spec=spec, weight=weight, known=table_values)
 
 
-def _named(one: Candidate, taken: dict[str, str]) -> Candidate:
-    """With a name that no other has: that of the file, with its ending and folder where others have it too."""
-    path = Path(one.spec)
-    choices = (one.name, path.name, f"{path.parent.name}/{path.name}")
-    numbered = (f"{one.name}#{number}" for number in range(2, MOST_FILES + 3))
-    name = next(name for name in chain(choices, numbered) if name not in taken)
-    taken[name] = one.spec
-    return replace(one, name=name)
+def _assign_unique_name(candidate: Candidate, names: dict[str, str]) -> Candidate:
+    """Candidate with a unique name.
+
+    The name is the name of the file, with its ending and folder if several files have this name, or with a number.
+    """
+    path = Path(candidate.spec)
+    choices = (candidate.name, path.name, f"{path.parent.name}/{path.name}")
+    numbered = (f"{candidate.name}#{number}" for number in range(2, MOST_FILES + 3))
+    name = next(name for name in chain(choices, numbered) if name not in names)
+    names[name] = candidate.spec
+    return replace(candidate, name=name)
 
 
-def _checked(one: Candidate, contents: dict[tuple[str, str], str]) -> Candidate:
-    if is_known(one.spec):
-        content = one.spec
+def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -> Candidate:
+    """Candidate with the hash of its content, or with a problem.
+
+    The problem is a file that cannot be read, or the content of an earlier candidate.
+    """
+    if is_known(candidate.spec):
+        content = candidate.spec
     else:
         try:
-            content = hashlib.sha256(file_bytes(Path(one.spec))).hexdigest()
+            content = hashlib.sha256(file_bytes(Path(candidate.spec))).hexdigest()
         except InputError as error:
-            return replace(one, problem=str(error), remedy="check the path")
-        one = replace(one, content_hash=content)
-    same = contents.setdefault((content, repr(one.known.get("mirror"))), one.name)
-    if same != one.name:
-        return replace(one, problem=f"it has the content of {same}", remedy="give it once, with the sum of the weights")
-    return one
+            return replace(candidate, problem=str(error), remedy="check the path")
+        candidate = replace(candidate, content_hash=content)
+    first_name = contents.setdefault((content, repr(candidate.known.get("mirror"))), candidate.name)
+    if first_name != candidate.name:
+        return replace(
+            candidate, problem=f"it has the content of {first_name}", remedy="give it once, with the sum of the weights"
+        )
+    return candidate
 
 
 def pairs_of(
-    fleet: Fleet, wheels: Mapping[str, float], rails: Mapping[str, float], known: set[str]
+    fleet: Fleet, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
 ) -> dict[Pair, float]:
-    """Weight of each pair of wheels and rails that were read; the weights sum to 1.
+    """Weight of each pair of wheels and rails that were read.
 
     Parameters
     ----------
+    fleet
+        Definition of the fleet.
     wheels, rails
-        Weights by name, of those that were read.
-    known
-        Names of all, also of those that were refused, whose pairs are left out.
+        Weights by name, of the profiles that were read.
+    known_names
+        Bodies and names of all profiles, such as "wheel a". Pairs of refused profiles are left out.
+
+    Returns
+    -------
+    dict
+        Weight by names of wheel and rail; the weights sum to 1.
 
     Raises
     ------
     InputError
-        If there are too many pairs, or none, or a table names an unknown one.
+        If there are too many pairs or no pairs, or a table names an unknown profile.
     """
-    (of_wheels, of_rails) = shares(wheels.items(), "[wheels]"), shares(rails.items(), "[rails]")
+    (wheel_weights, rail_weights) = shares(wheels.items(), "[wheels]"), shares(rails.items(), "[rails]")
     if fleet.pairing.table is not None:
         path = fleet.folder / fleet.pairing.table
-        return shares(_listed(path, of_wheels, of_rails, known), f"table {path}")
+        return shares(_list_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
     if fleet.pairing.draw is not None:
         draw = np.random.default_rng(fleet.seed).choice
         count = round(fleet.pairing.draw)
-        drawn = (draw(list(one), count, p=list(one.values())) for one in (of_wheels, of_rails))
-        return shares(((pair, 1.0) for pair in zip(*(map(str, one) for one in drawn), strict=True)), "[pairs]")
-    if (count := len(of_wheels) * len(of_rails)) > MOST_PAIRS:
+        drawn_names = (
+            draw(list(weights), count, p=list(weights.values())) for weights in (wheel_weights, rail_weights)
+        )
+        return shares(
+            ((pair, 1.0) for pair in zip(*(map(str, names) for names in drawn_names), strict=True)), "[pairs]"
+        )
+    if (count := len(wheel_weights) * len(rail_weights)) > MOST_PAIRS:
         raise InputError(f"[pairs]: {count} pairs; allowed: up to {MOST_PAIRS}; draw some: draw = 10000 in [pairs]")
-    return {(wheel, rail): of_wheels[wheel] * of_rails[rail] for wheel in of_wheels for rail in of_rails}
+    return {
+        (wheel, rail): wheel_weights[wheel] * rail_weights[rail] for wheel in wheel_weights for rail in rail_weights
+    }
 
 
-def _listed(
-    path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known: set[str]
+def _list_pairs(
+    path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
 ) -> Iterator[tuple[Pair, float]]:
+    """Weighted pairs of a table, without pairs of refused profiles."""
     for number, row in enumerate(rows_of(path, ["wheel", "rail"], MOST_PAIRS), start=1):
         wheel, rail = str(row["wheel"]), str(row["rail"])
-        if unknown := {f"wheel {wheel}", f"rail {rail}"} - known:
+        if unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names:
             raise InputError(
                 f"table {path}, row {number}: there is no {min(unknown)}; give names as profiles have them"
             )
         if wheel in wheels and rail in rails:
-            yield (wheel, rail), weight_of(row, f"table {path}, row {number}") * wheels[wheel] * rails[rail]
+            yield (wheel, rail), read_weight(row, f"table {path}, row {number}") * wheels[wheel] * rails[rail]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.features.fleet.fleet_jobs import do_jobs
+from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
 from fecontact.features.fleet.model import Fleet
 from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.reading import Kept, ReadingProfile, read_record
@@ -23,39 +23,71 @@ from fecontact.runs.identity import json_digest
 
 @dataclass(frozen=True, kw_only=True)
 class ReadProfile:
-    """A file of a fleet with what its reading gave."""
+    """A profile of a fleet with the result of its reading.
 
-    given: Candidate
+    Attributes
+    ----------
+    candidate
+        The profile before it was read.
+    record
+        Record of the reading.
+    stored
+        The stored profile; None if the profile was refused.
+    radius_note
+        Contradiction between the rolling radius and the header of the file; empty if there is none.
+    """
+
+    candidate: Candidate
     record: Mapping[str, Any]
-    kept: Kept | None = None
+    stored: Kept | None = None
     radius_note: str = ""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What its reader assumed, and what contradicts its header."""
+        """Assumptions of the reader, and the contradiction of the radius to the header of the file."""
         return (*self.record.get("notes", ()), *filter(None, (self.radius_note,)))
 
     @property
     def row(self) -> Row:
-        """Its row of `profiles.parquet`."""
-        one, record = self.given, self.record
-        filters = ", ".join(f"{value:g}" for value in self.kept.filters_mm) if self.kept else ""
-        own = {
-            **{"body": one.body, "name": one.name, "file": one.spec, "content_hash": one.content_hash},
+        """Row of `profiles.parquet`."""
+        candidate, record = self.candidate, self.record
+        filters = ", ".join(f"{value:g}" for value in self.stored.filters_mm) if self.stored else ""
+        columns = {
+            **{
+                "body": candidate.body,
+                "name": candidate.name,
+                "file": candidate.spec,
+                "content_hash": candidate.content_hash,
+            },
             **{"status": record["status"], "reason": record.get("reason", ""), "remedy": record.get("remedy", "")},
             **{"noise_um": record.get("noise_um"), "filter_mm": filters, "nominal": record.get("nominal", "")},
-            **{"wear_mm": record.get("wear_mm"), "weight": one.weight, "reader_notes": "\n".join(self.notes)},
+            **{"wear_mm": record.get("wear_mm"), "weight": candidate.weight, "reader_notes": "\n".join(self.notes)},
         }
-        return own | {name: value for name, value in one.known.items() if name not in own}
+        return columns | {name: value for name, value in candidate.known.items() if name not in columns}
 
 
-def refusal_reason(one: ReadProfile) -> str:
-    """Reason for which a profile is refused."""
-    return str(one.record["reason"])
+def read_refusal_reason(profile: ReadProfile) -> str:
+    """Reason why a profile is refused."""
+    return str(profile.record["reason"])
 
 
 def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
-    """A profile whose table has a radius or a side that no case can have has a problem."""
+    """Give a profile a problem if no case can have its radius or side.
+
+    Both are from the table of the profiles.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    one
+        Profile.
+
+    Returns
+    -------
+    Candidate
+        The profile, or a copy with problem and remedy.
+    """
     if one.problem:
         return one
     try:
@@ -68,62 +100,101 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
     return one
 
 
-def with_radius(fleet: Fleet, one: Candidate) -> Candidate:
-    """A wheel with the rolling radius of its file's header, where neither its table nor the case gives one."""
-    if one.body == "rail" or fleet.case.is_radius_given or one.known.get("rolling_radius_mm") is not None:
-        return one
-    radius = radius_of_file_mm(one.spec)
-    return one if radius is None else replace(one, known={**one.known, "rolling_radius_mm": radius})
+def with_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
+    """Candidate with the rolling radius of its header, if neither its table nor the case gives a radius."""
+    is_given = fleet.case.is_radius_given or candidate.known.get("rolling_radius_mm") is not None
+    if candidate.body == "rail" or is_given:
+        return candidate
+    radius_mm = radius_of_file_mm(candidate.spec)
+    if radius_mm is None:
+        return candidate
+    return replace(candidate, known={**candidate.known, "rolling_radius_mm": radius_mm})
 
 
-def _radius_note(fleet: Fleet, one: Candidate) -> str:
-    """What the rolling radius of a wheel contradicts in the header of its file; empty for nothing."""
-    radius = one.known.get("rolling_radius_mm")
-    return "" if one.body == "rail" else radius_note(one.spec, radius or fleet.case.rolling_radius_mm)
+def _find_radius_note(fleet: Fleet, candidate: Candidate) -> str:
+    """Contradiction between the rolling radius of a wheel and the header of its file; empty if there is none."""
+    if candidate.body == "rail":
+        return ""
+    return radius_note(candidate.spec, candidate.known.get("rolling_radius_mm") or fleet.case.rolling_radius_mm)
 
 
-def reading_of_candidate(fleet: Fleet, one: Candidate) -> Reading:
-    """Reading options of a profile: those of the fleet with the side in its table."""
-    base = fleet.case.wheel_file if one.body == "wheel" else fleet.case.rail_file
-    mirror = one.known.get("mirror")
-    return base if mirror is None else replace(base, mirror=as_truth(mirror))
+def reading_of_candidate(fleet: Fleet, candidate: Candidate) -> Reading:
+    """Reading options of a profile: the options of the fleet, with the side in the profile's table."""
+    reading = fleet.case.wheel_file if candidate.body == "wheel" else fleet.case.rail_file
+    mirror = candidate.known.get("mirror")
+    return reading if mirror is None else replace(reading, mirror=as_truth(mirror))
 
 
-def read_profiles(fleet: Fleet, found: Sequence[Candidate], out: Path, by: OpenRun) -> list[ReadProfile]:
-    """Read the profiles of a fleet as jobs, those that are not finished."""
+def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_run: OpenRun) -> list[ReadProfile]:
+    """Read the profiles of a fleet that are not finished, as jobs.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    candidates
+        Profiles of the fleet.
+    out
+        Folder of the results.
+    open_run
+        The run that executes the jobs.
+
+    Returns
+    -------
+    list of ReadProfile
+        The result of each profile, in order.
+    """
     works: dict[str, ReadingProfile] = {}
-    names: list[str] = []
-    for one in found:
-        reading = reading_of_candidate(fleet, one)
+    job_ids: list[str] = []
+    for candidate in candidates:
+        reading = reading_of_candidate(fleet, candidate)
         work = ReadingProfile(
-            body=one.body, spec=one.spec, content_hash=one.content_hash, reading=reading, filters_mm=fleet.filters_mm
+            body=candidate.body,
+            spec=candidate.spec,
+            content_hash=candidate.content_hash,
+            reading=reading,
+            filters_mm=fleet.filters_mm,
         )
-        # the ending decides how the content is read
-        decides = (
-            one.body,
-            one.content_hash or one.spec,
-            Path(one.spec).suffix.lower(),
+        # the file suffix determines how the content is read
+        identity = (
+            candidate.body,
+            candidate.content_hash or candidate.spec,
+            Path(candidate.spec).suffix.lower(),
             repr(reading),
             fleet.filters_mm,
         )
-        names.append("" if one.problem else json_digest(decides)[:20])
-        if not one.problem:
-            works[names[-1]] = work
+        job_ids.append("" if candidate.problem else json_digest(identity)[:20])
+        if not candidate.problem:
+            works[job_ids[-1]] = work
     folder = out / "profiles"
-    done = do_jobs(works, {name: Path(work.spec).name for name, work in works.items()}, folder, read_record, by)
+    outcomes = run_fleet_jobs(
+        works, {job_id: Path(work.spec).name for job_id, work in works.items()}, folder, read_record, open_run
+    )
     return [
-        replace(_kept(one, done.get(name), works.get(name), folder / name), radius_note=_radius_note(fleet, one))
-        for one, name in zip(found, names, strict=True)
+        replace(
+            _collect_profile(candidate, outcomes.get(job_id), works.get(job_id), folder / job_id),
+            radius_note=_find_radius_note(fleet, candidate),
+        )
+        for candidate, job_id in zip(candidates, job_ids, strict=True)
     ]
 
 
-def _kept(one: Candidate, done: Done | None, work: ReadingProfile | None, folder: Path) -> ReadProfile:
-    if done is None or work is None:
-        return ReadProfile(given=one, record={"status": "refused", "reason": one.problem, "remedy": one.remedy})
-    if done.failure is not None:
-        return ReadProfile(given=one, record={"status": "refused", "reason": done.failure, "remedy": "read it alone"})
-    if done.value["status"] == "refused":
-        return ReadProfile(given=one, record=done.value)
-    filters = work.filters_mm if done.value["measured"] else ()
-    kept = Kept(body=one.body, spec=one.spec, reading=work.reading, folder=folder.absolute(), filters_mm=filters)
-    return ReadProfile(given=one, record=done.value, kept=kept)
+def _collect_profile(
+    candidate: Candidate, outcome: Done | None, work: ReadingProfile | None, folder: Path
+) -> ReadProfile:
+    """Result of a profile from the outcome of its job, or its refusal."""
+    if outcome is None or work is None:
+        return ReadProfile(
+            candidate=candidate, record={"status": "refused", "reason": candidate.problem, "remedy": candidate.remedy}
+        )
+    if outcome.failure is not None:
+        return ReadProfile(
+            candidate=candidate, record={"status": "refused", "reason": outcome.failure, "remedy": "read it alone"}
+        )
+    if outcome.value["status"] == "refused":
+        return ReadProfile(candidate=candidate, record=outcome.value)
+    filters = work.filters_mm if outcome.value["measured"] else ()
+    stored = Kept(
+        body=candidate.body, spec=candidate.spec, reading=work.reading, folder=folder.absolute(), filters_mm=filters
+    )
+    return ReadProfile(candidate=candidate, record=outcome.value, stored=stored)

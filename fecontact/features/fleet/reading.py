@@ -1,4 +1,7 @@
-"""The profiles of a fleet: each file is read and smoothed once, and kept, as is the reason of one that is refused."""
+"""Profiles of a fleet: each file is read, smoothed and stored once.
+
+The reason of a refused file is stored too.
+"""
 
 from __future__ import annotations
 
@@ -27,33 +30,43 @@ from fecontact.profiles.variants import pieces_of
 from fecontact.runs.identity import json_digest
 from fecontact.runs.sources import digests
 
-_RECORD, _LINES = "profile.json", "lines.npz"
+_RECORD_FILE, _VARIANTS_FILE = "profile.json", "lines.npz"
 TILE = 16
-"""Wheels, and rails, that are screened at a time."""
-# Lines that a worker keeps at hand: two of each; a line has 1 MB with the tables that are made of it.
-_AT_HAND = 4 * TILE + 4
-_FEWEST = 20
+"""Number of wheels, and of rails, that are screened at a time."""
+# Number of profile variants in the memory of a worker: two of each profile. A variant has 1 MB with its tables.
+_CACHED_VARIANTS = 4 * TILE + 4
+_FEWEST_POINTS = 20
 
 
 @cache
 def origin() -> Origin:
-    """Versions and sources that decide about what is screened."""
+    """Versions and sources that determine the result of a screening.
+
+    Returns
+    -------
+    Origin
+        Versions of the program, of numpy and of scipy, and a digest of the sources.
+    """
     from importlib import metadata
 
-    own = [sha256(Path(__file__).with_name(name)) for name in ("reading.py", "screening.py")]
-    sources = json_digest([digests().solving, digests().evaluating, *own])
+    source_hashes = [sha256(Path(__file__).with_name(name)) for name in ("reading.py", "screening.py")]
+    sources = json_digest([digests().solving, digests().evaluating, *source_hashes])
     versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     return Origin(solved_by={"fecontact": __version__, **versions, "source of fleets": sources}, evaluated_by={})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Kept:
-    """A profile that was read: where its lines are kept, and how to get those that are exact.
+    """A profile that was read, with the folder of its profile variants.
 
     Attributes
     ----------
+    body, spec, reading
+        Wheel or rail, file or name in the library, and reading options.
+    folder
+        Folder of the stored variants.
     filters_mm
-        Of its smoothed lines; empty for an exact line.
+        Wave lengths of its smoothed variants; empty for an exact profile.
     """
 
     body: Body
@@ -63,22 +76,26 @@ class Kept:
     filters_mm: tuple[float, ...]
 
     def line(self, filter_mm: float) -> Profile:
-        """The line smoothed over a wave length; an exact one whatever that is."""
+        """The profile variant smoothed over a wave length in mm.
+
+        An exact profile is returned for any wave length.
+        """
         return _line(self, filter_mm if self.filters_mm else 0.0)
 
 
-@lru_cache(maxsize=_AT_HAND)
-def _line(kept: Kept, filter_mm: float) -> Profile:
-    if not kept.filters_mm:
-        return _exact(kept.body, kept.spec, kept.reading)
-    record = read_json(kept.folder / _RECORD)
-    with np.load(kept.folder / _LINES, allow_pickle=False) as stored:
-        number = kept.filters_mm.index(filter_mm)
-        s, values, relative = (stored[f"{name}{number}"] for name in ("s", "values", "relative"))
-    nominal, turn, shift = record["lines"][number]
-    held = Held(
+@lru_cache(maxsize=_CACHED_VARIANTS)
+def _line(profile: Kept, filter_mm: float) -> Profile:
+    """Profile variant of a stored profile, read from its folder."""
+    if not profile.filters_mm:
+        return _resolve_exact(profile.body, profile.spec, profile.reading)
+    record = read_json(profile.folder / _RECORD_FILE)
+    with np.load(profile.folder / _VARIANTS_FILE, allow_pickle=False) as stored:
+        index = profile.filters_mm.index(filter_mm)
+        s_mm, values, relative = (stored[f"{name}{index}"] for name in ("s", "values", "relative"))
+    nominal, turn, shift = record["lines"][index]
+    smoothed = Held(
         points=np.empty((0, 2)),
-        s_mm=s,
+        s_mm=s_mm,
         values=values,
         normals=np.empty((0, 2)),
         relative_filter=relative if relative.size else None,
@@ -86,16 +103,29 @@ def _line(kept: Kept, filter_mm: float) -> Profile:
         registration=Registration(turn_rad=turn, shift=tuple(shift)),
         reference=load(nominal).segments if nominal else (),
     )
-    return Profile(name=record["name"], kind=kept.body, segments=pieces_of(held, filter_mm))
+    return Profile(name=record["name"], kind=profile.body, segments=pieces_of(smoothed, filter_mm))
 
 
-def _exact(body: Body, spec: str, reading: Reading) -> Profile:
+def _resolve_exact(body: Body, spec: str, reading: Reading) -> Profile:
+    """Exact profile of a file or a name of the library."""
     return resolve_rail(spec, reading) if body == "rail" else resolve_wheel(spec, reading).profile
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingProfile:
-    """What a worker does with a file: read it, smooth it over each wave length, and keep the lines, or the refusal."""
+    """Job of a worker: read a file, smooth it over each wave length, and store the variants or the refusal.
+
+    Attributes
+    ----------
+    body, spec
+        Wheel or rail, and its file or its name in the library.
+    content_hash
+        SHA-256 of the file; empty without a check.
+    reading
+        Reading options.
+    filters_mm
+        Wave lengths of the variants.
+    """
 
     body: Body
     spec: str
@@ -104,60 +134,110 @@ class ReadingProfile:
     filters_mm: tuple[float, ...]
 
     def __call__(self, folder: Path, finished: Path | None) -> Made:
-        """Write the record, and the lines of measured points."""
+        """Write the record, and the variants of measured points.
+
+        Parameters
+        ----------
+        folder
+            Folder of the job.
+        finished
+            Unused.
+
+        Returns
+        -------
+        Made
+            Nothing beside the files.
+
+        Raises
+        ------
+        InputError
+            If the file changed while it was read.
+        """
         try:
-            lines = self._lines()
+            variants = self._read_variants()
         except InputError as error:
             reason, _, remedy = str(error).partition("; ")
-            write_json(folder / _RECORD, {"status": "refused", "reason": reason, "remedy": remedy})
+            write_json(folder / _RECORD_FILE, {"status": "refused", "reason": reason, "remedy": remedy})
             return Made()
         if self.content_hash and sha256(Path(self.spec)) != self.content_hash:
             raise InputError(f"{self.spec} changed while it was read; give the same command again")
-        write_json(folder / _RECORD, _record(lines))
-        if lines[0].measured is not None:
-            _keep(lines, folder / _LINES)
+        write_json(folder / _RECORD_FILE, _make_record(variants))
+        if variants[0].measured is not None:
+            _store_variants(variants, folder / _VARIANTS_FILE)
         return Made()
 
-    def _lines(self) -> list[Profile]:
-        exact = replace(self.reading, filter_mm=0.0)
+    def _read_variants(self) -> list[Profile]:
+        """Variants of the profile, in the order of the wave lengths.
+
+        A profile of the library, of exact segments or of few or exact points has a single variant.
+        """
+        exact_reading = replace(self.reading, filter_mm=0.0)
         if is_known(self.spec):
-            return [_exact(self.body, self.spec, self.reading)]
-        found = content_of_file(self.spec, self.body, self.reading)
-        if isinstance(found, Profile):
-            return [found]
-        if self.reading.filter_mm == 0.0 or len(found.points) < _FEWEST or is_exact(checked(found, exact).points):
-            return [line_through(found, exact)]
-        return [line_through(found, replace(self.reading, filter_mm=one)) for one in self.filters_mm]
+            return [_resolve_exact(self.body, self.spec, self.reading)]
+        content = content_of_file(self.spec, self.body, self.reading)
+        if isinstance(content, Profile):
+            return [content]
+        if (
+            self.reading.filter_mm == 0.0
+            or len(content.points) < _FEWEST_POINTS
+            or is_exact(checked(content, exact_reading).points)
+        ):
+            return [line_through(content, exact_reading)]
+        return [line_through(content, replace(self.reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
 
 
-def _record(lines: list[Profile]) -> dict[str, Any]:
-    first = lines[0].measured
-    told: dict[str, Any] = {"status": "read", "name": lines[0].name, "measured": first is not None}
-    told["notes"] = list(lines[0].notes)
-    if first is None:
-        return told
-    wear = float(np.hypot(*first.held.values.T).max()) if first.nominal else None
-    of_lines = []
-    for line in lines:
-        assert line.measured is not None
-        held = line.measured.held
-        of_lines.append((held.nominal, held.registration.turn_rad, held.registration.shift))
-    return {**told, "noise_um": 1e3 * first.noise_mm, "nominal": first.nominal, "wear_mm": wear, "lines": of_lines}
+def _make_record(variants: list[Profile]) -> dict[str, Any]:
+    """Record of a profile that was read: notes, noise in um, wear in mm, and the registration of each variant."""
+    measured = variants[0].measured
+    record: dict[str, Any] = {"status": "read", "name": variants[0].name, "measured": measured is not None}
+    record["notes"] = list(variants[0].notes)
+    if measured is None:
+        return record
+    wear = float(np.hypot(*measured.held.values.T).max()) if measured.nominal else None
+    registrations = []
+    for profile in variants:
+        assert profile.measured is not None
+        smoothed = profile.measured.held
+        registrations.append((smoothed.nominal, smoothed.registration.turn_rad, smoothed.registration.shift))
+    return {
+        **record,
+        "noise_um": 1e3 * measured.noise_mm,
+        "nominal": measured.nominal,
+        "wear_mm": wear,
+        "lines": registrations,
+    }
 
 
-def _keep(lines: list[Profile], path: Path) -> None:
+def _store_variants(variants: list[Profile], path: Path) -> None:
+    """Store the smoothed points of all variants."""
     arrays: dict[str, Any] = {}
-    for number, line in enumerate(lines):
-        assert line.measured is not None
-        held = line.measured.held
-        relative = np.empty(0) if held.relative_filter is None else held.relative_filter
-        arrays |= {f"s{number}": held.s_mm, f"values{number}": held.values, f"relative{number}": relative}
+    for index, profile in enumerate(variants):
+        assert profile.measured is not None
+        smoothed = profile.measured.held
+        relative = np.empty(0) if smoothed.relative_filter is None else smoothed.relative_filter
+        arrays |= {f"s{index}": smoothed.s_mm, f"values{index}": smoothed.values, f"relative{index}": relative}
     np.savez(path, **arrays)
 
 
 def read_record(folder: Path) -> Mapping[str, Any]:
-    """What is kept of a file that was read or refused."""
-    record = read_json(folder / _RECORD)
+    """Record of a file that was read or refused.
+
+    Parameters
+    ----------
+    folder
+        Folder of the job.
+
+    Returns
+    -------
+    dict
+        Record with `status` "read" or "refused".
+
+    Raises
+    ------
+    InputError
+        If the record has a different layout.
+    """
+    record = read_json(folder / _RECORD_FILE)
     if not isinstance(record, dict) or record.get("status") not in ("read", "refused"):
-        raise InputError(f"{folder / _RECORD}: it has another layout; it is read again")
+        raise InputError(f"{folder / _RECORD_FILE}: it has another layout; it is read again")
     return cast("Mapping[str, Any]", record)

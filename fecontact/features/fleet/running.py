@@ -1,9 +1,9 @@
-"""A fleet while it is screened: files and pairs as jobs, each kept as it is finished; the tables are made of them.
+"""Screening of a fleet: files and pairs as jobs, each stored as it is finished, and the tables of their results.
 
-`profiles/` and `pairs/` in the folder of the results have a folder for each file and pair that was done, named by
-what decides about it: a file that is added costs that file and its pairs. `profiles.parquet` and `screen/` are written
-from them at the end, with the weights, in the order of the names: the same inputs give the same tables, however often
-the run was interrupted, and wherever it ran.
+`profiles/` and `pairs/` in the folder of the results have a folder for each finished file and pair. The name of a
+folder depends on everything that determines its content: an added file costs only this file and its pairs.
+`profiles.parquet` and `screen/` are written from these folders at the end, with the weights, in the order of the names.
+Equal inputs give equal tables, for any number of interruptions and on any machine.
 """
 
 from __future__ import annotations
@@ -16,34 +16,38 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.pair_jobs import screen_pairs, weigh_pairs, write_screen
 from fecontact.features.fleet.population import BODIES, Pair, candidates
-from fecontact.features.fleet.profile_files import mark_unusable, read_profiles, refusal_reason, with_radius
+from fecontact.features.fleet.profile_files import mark_unusable, read_profiles, read_refusal_reason, with_radius
 from fecontact.features.fleet.reading import origin
-from fecontact.features.fleet.tables import PROFILES, of_arrow, write_table
+from fecontact.features.fleet.tables import PROFILES, import_arrow, write_table
 from fecontact.files import write_sealed, write_text
 from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.runs.folder import prepare
 
-FLEET, TABLE = "fleet.json", "fleet.toml"
+FLEET_RECORD, FLEET_FILE = "fleet.json", "fleet.toml"
 Progresses = Mapping[str, Progress]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Screened:
-    """What screening a fleet gave.
+class FleetScreening:
+    """Result of screening a fleet.
 
     Attributes
     ----------
+    out
+        Folder of the results.
+    pairs, positions
+        Number of pairs, and of positions of all pairs.
     verdicts
         Weight of each verdict; they sum to 1.
     profiles, refused
-        Files, and those that were refused.
+        Number of files, and reasons of the refused files.
     reused
-        Pairs that were finished before.
+        Number of pairs that were finished before.
     failed
-        Why pairs have no rows of their own, by the names of wheel and rail.
+        Reasons why pairs have no rows, by the names of wheel and rail.
     notes
-        What readers assumed of files, by body and name.
+        Assumptions of readers, by body and name.
     """
 
     out: Path
@@ -58,74 +62,96 @@ class Screened:
 
     @property
     def headline(self) -> str:
-        """The answer of the screen in a sentence."""
-        told = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
-        lost = f"; {len(self.refused)} of {self.profiles} files could not be read" if self.refused else ""
-        return f"{self.positions} positions of {self.pairs} pairs, by weight: {told} (screen){lost}"
+        """Answer of the screening in a sentence."""
+        verdicts_text = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
+        refused_text = f"; {len(self.refused)} of {self.profiles} files could not be read" if self.refused else ""
+        return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
 
 
 def run_fleet(
     fleet: str | Path, out: str | Path, *, settings: RunSettings | None = None, progress: Progresses | None = None
-) -> Screened:
-    """Screen all positions of a fleet; the same call goes on where an interrupted one stopped.
+) -> FleetScreening:
+    """Screen all positions of a fleet.
+
+    The same call resumes an interrupted run.
 
     Parameters
     ----------
     fleet
-        Its file (TOML).
+        File of the fleet (TOML).
     out
-        Folder for `profiles.parquet`, `screen/part-*.parquet`, `fleet.json` and what they are made of.
+        Folder for `profiles.parquet`, `screen/part-*.parquet`, `fleet.json` and their sources.
+    settings
+        Workers, scheduler, and whether to overwrite other results.
     progress
-        As for `run`, of `files` and of `pairs`.
+        Progress as for `run`, of `files` and of `pairs`.
+
+    Returns
+    -------
+    FleetScreening
+        Weights of the verdicts, refused files and failed pairs.
 
     Raises
     ------
     InputError
-        For a file that does not describe a fleet, one of which no wheel or no rail can be read, and a folder that
-        another run has, or that holds other results. A profile that cannot be read is a row of `profiles.parquet`, a
-        position that cannot be placed is a row of the screen with its reason.
+        For a file that does not describe a fleet, a fleet without a readable wheel or rail, and a folder that another
+        run uses or that has other results. A profile that cannot be read is a row of `profiles.parquet`, a position
+        that cannot be placed is a row of the screen with its reason.
     """
     path, folder = Path(fleet), Path(out)
-    of_arrow("parquet")
-    asked, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
+    import_arrow("parquet")
+    definition, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     if settings.part is not None:
         raise InputError("fleets have no parts; give --scheduler for many machines")
-    found = [mark_unusable(asked, with_radius(asked, one)) for body in BODIES for one in candidates(asked, body)]
-    prepare(folder, FLEET, lambda stored: True, settings.force)
-    with open_run(folder, folder / "pairs", settings, progress.get("files")) as by:
-        profiles = read_profiles(asked, found, folder, by)
-        write_table([one.row for one in profiles], folder / PROFILES)
-        pairs = weigh_pairs(asked, profiles)
-        run, read = replace(by, progress=progress.get("pairs")), len(by.reused)
-        failed = screen_pairs(asked, profiles, pairs, folder, run)
-        (folder / TABLE).unlink(missing_ok=True)
-        counted = write_screen(asked, profiles, pairs, failed, folder)
-        write_text(folder / TABLE, path.read_text("utf-8"))
-        screened = Screened(
+    candidate_list = [
+        mark_unusable(definition, with_radius(definition, candidate))
+        for body in BODIES
+        for candidate in candidates(definition, body)
+    ]
+    prepare(folder, FLEET_RECORD, lambda stored: True, settings.force)
+    with open_run(folder, folder / "pairs", settings, progress.get("files")) as open_jobs:
+        profiles = read_profiles(definition, candidate_list, folder, open_jobs)
+        write_table([profile.row for profile in profiles], folder / PROFILES)
+        pairs = weigh_pairs(definition, profiles)
+        pair_run, reused_files = replace(open_jobs, progress=progress.get("pairs")), len(open_jobs.reused)
+        failed = screen_pairs(definition, profiles, pairs, folder, pair_run)
+        (folder / FLEET_FILE).unlink(missing_ok=True)
+        verdict_weights = write_screen(definition, profiles, pairs, failed, folder)
+        write_text(folder / FLEET_FILE, path.read_text("utf-8"))
+        screened = FleetScreening(
             out=folder,
             pairs=len(pairs),
-            positions=len(pairs) * len(asked.positions),
-            verdicts={name: share for name, share in counted.items() if share},
+            positions=len(pairs) * len(definition.positions),
+            verdicts={name: share for name, share in verdict_weights.items() if share},
             profiles=len(profiles),
-            refused={f"{one.given.body} {one.given.name}": refusal_reason(one) for one in profiles if one.kept is None},
-            reused=len(run.reused) - read,
+            refused={
+                f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
+                for profile in profiles
+                if profile.stored is None
+            },
+            reused=len(pair_run.reused) - reused_files,
             failed=failed,
-            notes={f"{one.given.body} {one.given.name}": one.notes for one in profiles if one.notes},
+            notes={
+                f"{profile.candidate.body} {profile.candidate.name}": profile.notes
+                for profile in profiles
+                if profile.notes
+            },
         )
-        _seal(asked, screened)
+        _write_record(definition, screened)
     return screened
 
 
-def _seal(fleet: Fleet, screened: Screened) -> None:
+def _write_record(fleet: Fleet, screened: FleetScreening) -> None:
+    """Write `fleet.json` with a seal on `profiles.parquet`."""
     record = {
         "kind": "fleet",
         "headline": screened.headline,
-        "population": _words(fleet, screened),
+        "population": _describe_population(fleet, screened),
         "theory": fleet.theory,
         "filters_mm": list(fleet.filters_mm),
         "seed": fleet.seed,
         "limits": fleet.case.criteria.limits,
-        "positions_mm_kN_weight": [[*one, weight] for one, weight in fleet.positions.items()],
+        "positions_mm_kN_weight": [[*position, weight] for position, weight in fleet.positions.items()],
         "pairs": screened.pairs,
         "positions": screened.positions,
         "files": screened.profiles,
@@ -134,13 +160,17 @@ def _seal(fleet: Fleet, screened: Screened) -> None:
         "folder": str(fleet.folder),
         "made_by": dict(origin().solved_by),
     }
-    write_sealed(screened.out / FLEET, record, [screened.out / PROFILES])
+    write_sealed(screened.out / FLEET_RECORD, record, [screened.out / PROFILES])
 
 
-def _words(fleet: Fleet, screened: Screened) -> str:
-    how = "listed" if fleet.pairing.table else "drawn at random" if fleet.pairing.draw else "every wheel on every rail"
-    ends = [f"{min(one):.4g} to {max(one):.4g}" for one in zip(*fleet.positions, strict=True)]
+def _describe_population(fleet: Fleet, screened: FleetScreening) -> str:
+    """Pairs, profiles and positions of the fleet in words."""
+    selection = (
+        "listed" if fleet.pairing.table else "drawn at random" if fleet.pairing.draw else "every wheel on every rail"
+    )
+    ranges = [f"{min(values):.4g} to {max(values):.4g}" for values in zip(*fleet.positions, strict=True)]
     return (
-        f"{screened.pairs} pairs ({how}) of the wheels {', '.join(fleet.wheels)} and rails {', '.join(fleet.rails)},"
-        f" each at {len(fleet.positions)} positions (shifts of {ends[0]} mm, loads of {ends[1]} kN) by their weights"
+        f"{screened.pairs} pairs ({selection}) of the wheels {', '.join(fleet.wheels)} and rails"
+        f" {', '.join(fleet.rails)}, each at {len(fleet.positions)} positions (shifts of {ranges[0]} mm, loads of"
+        f" {ranges[1]} kN) by their weights"
     )

@@ -1,7 +1,7 @@
-"""The sample of a fleet by finite elements: which positions are drawn, solved as a study in `sample/`, and kept.
+"""Sample of a fleet by finite elements: positions are drawn, solved as a study in `sample/`, and stored.
 
-Every position has a random number from 0 to 1, of the seed and its own name. A stratum's sample is the positions with
-the smallest random numbers over their weights, so a larger sample has all of a smaller one.
+Every position has a random number from 0 to 1, from the seed and its name. The sample of a stratum is the positions
+with the smallest random numbers over their weights, so a larger sample contains each smaller sample.
 """
 
 from __future__ import annotations
@@ -30,18 +30,27 @@ if TYPE_CHECKING:
     from duckdb import DuckDBPyConnection
 
 HOLDS, FAILS, OPEN, UNSOLVED = "HOLDS", "FAILS", "OPEN", "UNSOLVED"
-"""What finite elements say of a drawn position."""
-# Shares that hold, before any draw; each counts as much as one draw.
-_EXPECTED = dict(zip(STRATA, (0.98, 0.5, 0.02, 0.02), strict=True))
+"""Answers of finite elements for a drawn position."""
+# Shares that hold, assumed before any draw; each has the weight of one draw.
+_PRIOR_SHARES = dict(zip(STRATA, (0.98, 0.5, 0.02, 0.02), strict=True))
 CaseOf = Callable[[str, str, float, float], Case]
-"""Makes the case of a wheel, a rail, a shift (mm) and a load (kN)."""
+"""Function that makes the case of a wheel, a rail, a shift (mm) and a load (kN)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drawn:
-    """A sample before it is solved: a row a position, those of earlier draws with their verdicts, and the seed.
+    """A sample before it is solved.
 
-    `dropped` are positions of an earlier sample of another population.
+    Attributes
+    ----------
+    rows
+        A row for each position; positions of earlier draws have their verdicts.
+    seed
+        Seed of all draws.
+    new
+        Number of positions without an earlier draw.
+    dropped
+        Number of positions of an earlier sample of a different population.
     """
 
     rows: Sequence[Record]
@@ -51,32 +60,46 @@ class Drawn:
 
 
 def draw(folder: Path, draws: int, seed: int | None = None) -> Drawn:
-    """Draw so many positions in all, those of earlier draws among them.
+    """Draw positions for finite elements, earlier draws included.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+    draws
+        Number of positions in all.
+    seed
+        Seed; by default the seed of earlier draws, or 1.
+
+    Returns
+    -------
+    Drawn
+        Rows of the positions with stratum, weight and inclusion probability.
 
     Raises
     ------
     InputError
-        If fewer than two are asked for, or earlier draws have another seed.
+        If `draws` is less than two, or earlier draws have a different seed.
     """
     if draws < 2:
         raise InputError(f"--finite-elements is {draws}; allowed: 2 and more, 300 for an interval of about 2 points")
     with opened(folder) as tables:
-        seed = _seed(tables, seed)
-        counts = _counts(tables, draws)
+        seed = _find_seed(tables, seed)
+        counts = _allocate_to_strata(tables, draws)
         tables.execute("CREATE TABLE wanted (stratum VARCHAR, draws INTEGER, scale DOUBLE)")
         for name, count in counts.items():
             weights = tables.execute("SELECT weight FROM screen WHERE stratum = ?", [name]).fetchnumpy()["weight"]
             tables.execute("INSERT INTO wanted VALUES (?, ?, ?)", [name, count, draw_scale(weights, count)])
-        rows = asked(tables, _CHOSEN, str(seed))
-        earlier = {_key(row): row for row in asked(tables, "SELECT * FROM sample")}
-    number = 1 + max((row["draw"] for row in earlier.values()), default=0)
-    # verdicts of earlier draws stay, weights and strata are today's
-    found = [{"draw": number, "seed": seed} | earlier.get(_key(row), {}) | row for row in rows]
-    kept = sum(_key(row) in earlier for row in rows)
-    return Drawn(rows=found, seed=seed, new=len(rows) - kept, dropped=len(earlier) - kept)
+        rows = asked(tables, _SELECTED_POSITIONS, str(seed))
+        earlier = {_read_position_key(row): row for row in asked(tables, "SELECT * FROM sample")}
+    draw_number = 1 + max((row["draw"] for row in earlier.values()), default=0)
+    # verdicts of earlier draws stay; weights and strata are those of the current screening
+    sample_rows = [{"draw": draw_number, "seed": seed} | earlier.get(_read_position_key(row), {}) | row for row in rows]
+    reused = sum(_read_position_key(row) in earlier for row in rows)
+    return Drawn(rows=sample_rows, seed=seed, new=len(rows) - reused, dropped=len(earlier) - reused)
 
 
-_CHOSEN = f"""
+_SELECTED_POSITIONS = f"""
     SELECT {KEYS}, stratum, weight, least(1.0, scale * weight) AS inclusion_probability
     FROM (SELECT {KEYS}, stratum, weight, wanted.draws, wanted.scale, row_number() OVER (
               PARTITION BY stratum
@@ -85,67 +108,87 @@ _CHOSEN = f"""
     WHERE place <= draws ORDER BY {KEYS}"""
 
 
-def _key(row: Mapping[str, Any]) -> tuple[Any, ...]:
+def _read_position_key(row: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Wheel, rail, shift (mm) and load (kN) of a row."""
     return tuple(row[name] for name in KEYS.split(", "))
 
 
-def _seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
-    """The seed of all draws of a sample."""
-    earlier = [row["seed"] for row in asked(tables, "SELECT DISTINCT seed FROM sample")]
-    if earlier and asked_for not in (None, *earlier):
-        raise InputError(f"--seed is {asked_for}; earlier draws of this sample have {earlier[0]}; leave it out")
-    return int(earlier[0]) if earlier else 1 if asked_for is None else asked_for
+def _find_seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
+    """Seed of all draws of a sample; raises InputError if earlier draws have a different seed."""
+    earlier_seeds = [row["seed"] for row in asked(tables, "SELECT DISTINCT seed FROM sample")]
+    if earlier_seeds and asked_for not in (None, *earlier_seeds):
+        raise InputError(f"--seed is {asked_for}; earlier draws of this sample have {earlier_seeds[0]}; leave it out")
+    return int(earlier_seeds[0]) if earlier_seeds else 1 if asked_for is None else asked_for
 
 
-def _counts(tables: DuckDBPyConnection, draws: int) -> dict[str, int]:
-    """How many positions of each stratum are drawn, with what earlier draws say of how alike its positions are."""
+def _allocate_to_strata(tables: DuckDBPyConnection, draws: int) -> dict[str, int]:
+    """Number of draws of each stratum, from the shares of earlier draws."""
     strata = asked(
         tables,
         "SELECT stratum, sum(weight) AS weight, count(*) AS positions, (SELECT count(*) FROM drawn WHERE"
         " drawn.stratum = screen.stratum) AS drawn, (SELECT count(*) FROM drawn WHERE drawn.stratum = screen.stratum"
         f" AND fe_verdict = '{HOLDS}') AS holds FROM screen GROUP BY stratum ORDER BY stratum",
     )
-    shares = np.array([(one["holds"] + _EXPECTED[one["stratum"]]) / (one["drawn"] + 1.0) for one in strata])
-    weights = np.array([one["weight"] for one in strata])
-    positions, drawn = (np.array([one[name] for one in strata]) for name in ("positions", "drawn"))
-    given = allocation(weights, shares, positions, drawn, draws)
-    return {one["stratum"]: int(count) for one, count in zip(strata, given, strict=True)}
+    shares = np.array(
+        [(stratum["holds"] + _PRIOR_SHARES[stratum["stratum"]]) / (stratum["drawn"] + 1.0) for stratum in strata]
+    )
+    weights = np.array([stratum["weight"] for stratum in strata])
+    positions, drawn_counts = (np.array([stratum[name] for stratum in strata]) for name in ("positions", "drawn"))
+    counts = allocation(weights, shares, positions, drawn_counts, draws)
+    return {stratum["stratum"]: int(count) for stratum, count in zip(strata, counts, strict=True)}
 
 
 def solve_sample(
-    folder: Path, drawn: Drawn, case_of: CaseOf, settings: RunSettings, progress: Progress | None = None
+    folder: Path, sample: Drawn, case_of: CaseOf, settings: RunSettings, progress: Progress | None = None
 ) -> StudyOutcome:
-    """Solve the drawn positions that are not solved, as a study in `sample/`, and write `sample.parquet`.
+    """Solve the drawn positions that are not solved, and write `sample.parquet`.
 
-    It is written when all are solved: a sample that was interrupted is drawn again in the same way, and takes over
-    what was finished.
+    The positions are solved as a study in `sample/`. The file is written when all are solved: an interrupted sample is
+    drawn again in the same way, and finished positions are reused.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+    sample
+        Positions of the sample.
+    case_of
+        Function that makes the case of a position.
+    settings
+        Workers and scheduler.
+    progress
+        Progress of the study.
+
+    Returns
+    -------
+    StudyOutcome
+        Rows of the solved positions.
     """
     outcome = run_study(
-        Study(name="sample", cases=cases_of(drawn, case_of)), folder / "sample", settings=settings, progress=progress
+        Study(name="sample", cases=make_cases(sample, case_of)), folder / "sample", settings=settings, progress=progress
     )
-    rows = [row | _solved(found) for row, found in zip(drawn.rows, outcome.rows, strict=True)]
+    rows = [row | _make_sample_columns(solved_row) for row, solved_row in zip(sample.rows, outcome.rows, strict=True)]
     write_table(rows, folder / SAMPLE)
     return outcome
 
 
-def cases_of(drawn: Drawn, case_of: CaseOf) -> tuple[Case, ...]:
-    """The cases of drawn positions."""
-    return tuple(case_of(*_key(row)) for row in drawn.rows)
+def make_cases(sample: Drawn, case_of: CaseOf) -> tuple[Case, ...]:
+    """Cases of drawn positions."""
+    return tuple(case_of(*_read_position_key(row)) for row in sample.rows)
 
 
-def _solved(row: Row) -> Record:
-    """What is kept of a solved case: verdict, status, cause, its folder, and how far Hertz is off.
+def _make_sample_columns(row: Row) -> Record:
+    """Columns of a solved case in the sample: verdict, status, cause, folder, and deviations of Hertz.
 
-    A failure that is certain counts although the finite elements must not be used; how far Hertz is off is not known
-    then.
+    A certain failure counts although the finite elements must not be used; then the deviations are None.
     """
     row = asked_row(row)
     answer = verdict_of(row)
     verdict = UNSOLVED if answer == NO_VERDICT else answer if answer in (HOLDS, FAILS) else OPEN
-    off = {
+    deviations = {
         f"fe_{name.removeprefix('hertz_deviation_')}": value if usable(row) else None
         for name, value in row.items()
         if name.startswith("hertz_deviation_")
     }
-    told = {"fe_verdict": verdict, "fe_status": row["status"], "fe_cause": row.get("verdict_cause")}
-    return told | {"fe_case": row["id"]} | off
+    columns = {"fe_verdict": verdict, "fe_status": row["status"], "fe_cause": row.get("verdict_cause")}
+    return columns | {"fe_case": row["id"]} | deviations

@@ -14,9 +14,16 @@ from fecontact.contact.patch import standing_peaks
 from fecontact.contact_theories.approximation import Approximation, of_rung
 from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES, Loaded, of_many
 from fecontact.errors import InputError
-from fecontact.features.fleet.model import Screen
+from fecontact.features.fleet.model import ScreeningTheory
 from fecontact.features.fleet.screening_rows import COLUMN, Row
-from fecontact.features.fleet.strip_deviations import ACROSS, COARSER, NODES, OF_STRIPS, off_strips, pressure_on_grid
+from fecontact.features.fleet.strip_deviations import (
+    COARSE_FACTOR,
+    OF_STRIPS,
+    POINTS_ACROSS,
+    SCREENING_NODES,
+    evaluate_pressure,
+    off_strips,
+)
 from fecontact.judging.causes import PatchGeometry, cause_in_gap
 from fecontact.judging.measures import FLOORS, deviations_of
 from fecontact.judging.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
@@ -26,94 +33,180 @@ from fecontact.solving.position import expect_on_half_space
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _OnLine:
-    """What the screen says on a line: the contact by its theory, what any other one is off it, and how sure that is."""
+class ScreenedVariant:
+    """Screening of a position on a profile variant.
+
+    Attributes
+    ----------
+    loaded
+        Placed position under its load.
+    contact
+        Contact by the theory of the screening.
+    off
+        Deviations of a theory's contact from this contact, by measure.
+    uncertainty
+        Uncertainty of the deviations by measure: relative for a measure, absolute for a misfit.
+    """
 
     loaded: Loaded
     contact: Approximation
     off: Callable[[Approximation], Mapping[str, float]]
-    open: Mapping[str, float]
+    uncertainty: Mapping[str, float]
 
-    def judged(self, name: str) -> tuple[Answer, Mapping[str, float], str] | None:
-        """Answer for a theory, what it is off and the measure that decides; None where it has no contact of its own."""
-        found: list[tuple[Answer, Mapping[str, float], str]] = []
+    def judge_theory(self, name: str) -> tuple[Answer, Mapping[str, float], str] | None:
+        """Judge a theory by the contact of the screening.
+
+        Parameters
+        ----------
+        name
+            Name of the theory; for Hertz the worse answer of both sides of the touch point counts.
+
+        Returns
+        -------
+        tuple or None
+            Answer, deviations and the measure that decides; None if the theory has no contact here.
+        """
+        candidates: list[tuple[Answer, Mapping[str, float], str]] = []
         for side in EITHER_SIDE if name == HERTZ else (name,):
-            made = of_many(side)(self.loaded)
-            if isinstance(made, Approximation):
-                off = self.off(made)
-                verdict = judge(off, self.open, self.loaded.case.criteria)
-                sure = made.definite and self.contact.status == "solved"
-                found.append((verdict.answer if sure else "UNRESOLVED", off, verdict.measure))
-        return max(reversed(found), key=lambda one: FROM_BEST.index(one[0]), default=None)
+            theory_contact = of_many(side)(self.loaded)
+            if isinstance(theory_contact, Approximation):
+                deviations = self.off(theory_contact)
+                verdict = judge(deviations, self.uncertainty, self.loaded.case.criteria)
+                certain = theory_contact.definite and self.contact.status == "solved"
+                candidates.append((verdict.answer if certain else "UNRESOLVED", deviations, verdict.measure))
+        return max(reversed(candidates), key=lambda judgement: FROM_BEST.index(judgement[0]), default=None)
 
 
-def position_on_line(case: Case, placement: Placement, theory: Screen) -> _OnLine:
-    """Contact at a position on one profile variant, by the screen's theory."""
+def position_on_line(case: Case, placement: Placement, theory: ScreeningTheory) -> ScreenedVariant:
+    """Contact at a position on a profile variant by the theory of the screening.
+
+    Parameters
+    ----------
+    case
+        Case of the position.
+    placement
+        Wheel on rail, with the profile variants.
+    theory
+        `strip` or `half_space`.
+
+    Returns
+    -------
+    ScreenedVariant
+        The contact, and how other theories are compared with it.
+
+    Raises
+    ------
+    InputError
+        If the strip method has no contact at this position.
+    ConvergenceError
+        If the half-space did not converge.
+    """
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
     if theory == STRIPS:
         contact = THEORIES[STRIPS].approximate(loaded)
         if not isinstance(contact, Approximation):
             raise InputError(f"{THEORIES[STRIPS].words}: {contact}")
-        return _OnLine(loaded=loaded, contact=contact, off=partial(off_strips, contact), open=OF_STRIPS)
-    half_space = expect_on_half_space(case, placement, nodes=NODES)[1].half_space
+        return ScreenedVariant(loaded=loaded, contact=contact, off=partial(off_strips, contact), uncertainty=OF_STRIPS)
+    half_space = expect_on_half_space(case, placement, nodes=SCREENING_NODES)[1].half_space
     loaded = replace(loaded, normal_force_N=half_space.normal_force_N, half_space=half_space)
-    unsure = {name: COARSER * floor for name, floor in FLOORS.items() if floor is not None}
-    return _OnLine(loaded=loaded, contact=of_rung(half_space), off=partial(deviations_of, half_space), open=unsure)
-
-
-def position_row(lines: Sequence[_OnLine]) -> Row:
-    """Row of a position from its contacts on all profile variants."""
-    case, contact = lines[0].loaded.case, lines[0].contact
-    limits = case.criteria.limits
-    found = [one.judged(HERTZ) for one in lines]
-    judged = [one for one in found if one is not None]
-    if len(judged) < len(lines):
-        raise InputError("no ellipse fits at the touch point")
-    answers = [answer for answer, _, _ in judged]
-    verdict = answers[0] if len(set(answers)) == 1 else "UNRESOLVED"
-    off = {name: float(np.mean([one[name] for _, one, _ in judged])) for name in COLUMN}
-    unsure = {name: max(abs(one[name] - off[name]) for _, one, _ in judged) + lines[0].open[name] for name in COLUMN}
-    row: Row = {"hertz_p_max_MPa": _hertz_peak(lines), "screen_p_max_MPa": _mean_peak(lines)}
-    for name, column in COLUMN.items():
-        row[f"{column}_percent"], row[f"{column}_uncertainty_percent"] = 1e2 * off[name], 1e2 * unsure[name]
-    return row | {
-        "verdict": "OPEN" if verdict == "UNRESOLVED" else verdict,
-        "measure": next((measure for answer, _, measure in judged if answer == verdict), judged[0][2]),
-        "margin": min((1.0 - abs(off[name]) / limit) * limit / unsure[name] for name, limit in limits.items()),
-        "lines_holding": answers.count("HOLDS"),
-        "lines": len(lines),
-        "cause": None if verdict == "HOLDS" else _cause(verdict, answers, lines[0], contact),
-        "cheapest_theory": _cheapest(lines, answers),
-    }
-
-
-def _hertz_peak(lines: Sequence[_OnLine]) -> float:
-    made = [THEORIES[HERTZ].approximate(one.loaded) for one in lines]
-    return float(
-        np.mean([max(patch.p_max_MPa for patch in one.patches) for one in made if isinstance(one, Approximation)])
+    uncertainties = {name: COARSE_FACTOR * floor for name, floor in FLOORS.items() if floor is not None}
+    return ScreenedVariant(
+        loaded=loaded,
+        contact=of_rung(half_space),
+        off=partial(deviations_of, half_space),
+        uncertainty=uncertainties,
     )
 
 
-def _mean_peak(lines: Sequence[_OnLine]) -> float:
-    return float(np.mean([max(patch.p_max_MPa for patch in one.contact.patches) for one in lines]))
+def position_row(variants: Sequence[ScreenedVariant]) -> Row:
+    """Row of a position from its contacts on all profile variants.
+
+    Parameters
+    ----------
+    variants
+        Contacts on the profile variants.
+
+    Returns
+    -------
+    dict
+        Verdict, deviations and uncertainties in percent, peaks in MPa, margin, cause and the cheapest theory.
+
+    Raises
+    ------
+    InputError
+        If Hertz has no ellipse on one of the variants.
+    """
+    case, contact = variants[0].loaded.case, variants[0].contact
+    limits = case.criteria.limits
+    all_judgements = [variant.judge_theory(HERTZ) for variant in variants]
+    judgements = [judgement for judgement in all_judgements if judgement is not None]
+    if len(judgements) < len(variants):
+        raise InputError("no ellipse fits at the touch point")
+    answers = [answer for answer, _, _ in judgements]
+    verdict = answers[0] if len(set(answers)) == 1 else "UNRESOLVED"
+    deviations = {
+        name: float(np.mean([variant_deviations[name] for _, variant_deviations, _ in judgements])) for name in COLUMN
+    }
+    uncertainties = {
+        name: max(abs(variant_deviations[name] - deviations[name]) for _, variant_deviations, _ in judgements)
+        + variants[0].uncertainty[name]
+        for name in COLUMN
+    }
+    row: Row = {"hertz_p_max_MPa": _average_hertz_peak(variants), "screen_p_max_MPa": _average_peak(variants)}
+    for name, column in COLUMN.items():
+        row[f"{column}_percent"], row[f"{column}_uncertainty_percent"] = (
+            1e2 * deviations[name],
+            1e2 * uncertainties[name],
+        )
+    return row | {
+        "verdict": "OPEN" if verdict == "UNRESOLVED" else verdict,
+        "measure": next((measure for answer, _, measure in judgements if answer == verdict), judgements[0][2]),
+        "margin": min(
+            (1.0 - abs(deviations[name]) / limit) * limit / uncertainties[name] for name, limit in limits.items()
+        ),
+        "lines_holding": answers.count("HOLDS"),
+        "lines": len(variants),
+        "cause": None if verdict == "HOLDS" else _find_cause(verdict, answers, variants[0], contact),
+        "cheapest_theory": _find_cheapest_theory(variants, answers),
+    }
 
 
-def _cause(verdict: Answer, answers: Sequence[Answer], line: _OnLine, contact: Approximation) -> str:
+def _average_hertz_peak(variants: Sequence[ScreenedVariant]) -> float:
+    """Mean over the variants of Hertz's largest peak pressure in MPa."""
+    contacts = [THEORIES[HERTZ].approximate(variant.loaded) for variant in variants]
+    return float(
+        np.mean(
+            [
+                max(patch.p_max_MPa for patch in hertz_contact.patches)
+                for hertz_contact in contacts
+                if isinstance(hertz_contact, Approximation)
+            ]
+        )
+    )
+
+
+def _average_peak(variants: Sequence[ScreenedVariant]) -> float:
+    """Mean over the variants of the largest peak pressure of the screening in MPa."""
+    return float(np.mean([max(patch.p_max_MPa for patch in variant.contact.patches) for variant in variants]))
+
+
+def _find_cause(verdict: Answer, answers: Sequence[Answer], variant: ScreenedVariant, contact: Approximation) -> str:
+    """Cause of a verdict that is not HOLDS."""
     if len(set(answers)) > 1:
         return PROFILE
-    if line.loaded.placement.first.at_junction:
+    if variant.loaded.placement.first.at_junction:
         return AT_JUNCTION
     if contact.status != "solved":
         return f"{contact.status}: {'; '.join(contact.notes)}"
-    return cause_in_gap(_geometry(line.loaded.placement, contact))
+    return cause_in_gap(_describe_patch_geometry(variant.loaded.placement, contact))
 
 
-def _geometry(placement: Placement, contact: Approximation) -> PatchGeometry:
-    """As much of the geometry below the patch as tells a cause."""
+def _describe_patch_geometry(placement: Placement, contact: Approximation) -> PatchGeometry:
+    """Those values of the geometry below the patch that determine a cause; the rest are NaN."""
     low, high = contact.box_mm[0][1], contact.box_mm[1][1]
     places = [junction.s_mm for junction in placement.junctions]
-    s = np.linspace(low, high, ACROSS)
-    ridge = pressure_on_grid(contact, np.zeros(1), s)[0]
+    s = np.linspace(low, high, POINTS_ACROSS)
+    ridge = evaluate_pressure(contact, np.zeros(1), s)[0]
     peaks, _ = standing_peaks(np.concatenate(([0.0], ridge, [0.0])), OF_STRIPS["valley"])
     u = placement.rail.profile.at_arc_length(np.array([low, high]) + placement.first_arc_length_mm)
     return PatchGeometry(
@@ -127,18 +220,20 @@ def _geometry(placement: Placement, contact: Approximation) -> PatchGeometry:
     )
 
 
-def _cheapest(lines: Sequence[_OnLine], answers: Sequence[Answer]) -> str:
-    """Hertz where it holds, OPEN where that is open; where it fails the first theory by cost that holds on all lines.
+def _find_cheapest_theory(variants: Sequence[ScreenedVariant], answers: Sequence[Answer]) -> str:
+    """Cheapest theory that holds on all variants.
 
-    The last one is the screen's own, by which all are judged.
+    Hertz if it holds on all variants, OPEN unless it holds or fails on all of them. If Hertz fails, the first theory by
+    cost that holds on all variants; the theory of the screening, the reference of all, is the last.
     """
     if set(answers) != {"FAILS"}:
         return HERTZ if set(answers) == {"HOLDS"} else "OPEN"
-    own = STRIPS if lines[0].open is OF_STRIPS else HALF_SPACE
-    others = (name for name in THEORIES if name not in (*EITHER_SIDE, STRIPS, HALF_SPACE))
-    return next((name for name in others if all(_holds(line, name) for line in lines)), own)
+    screening_theory = STRIPS if variants[0].uncertainty is OF_STRIPS else HALF_SPACE
+    names = (name for name in THEORIES if name not in (*EITHER_SIDE, STRIPS, HALF_SPACE))
+    return next((name for name in names if all(_is_holding(variant, name) for variant in variants)), screening_theory)
 
 
-def _holds(line: _OnLine, name: str) -> bool:
-    judged = line.judged(name)
-    return judged is not None and judged[0] == "HOLDS"
+def _is_holding(variant: ScreenedVariant, name: str) -> bool:
+    """Whether a theory holds on a profile variant."""
+    judgement = variant.judge_theory(name)
+    return judgement is not None and judgement[0] == "HOLDS"

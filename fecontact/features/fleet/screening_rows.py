@@ -8,16 +8,26 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.criteria import Criteria
-from fecontact.features.fleet.tables import of_arrow
+from fecontact.features.fleet.tables import import_arrow
 
 PART = "part.parquet"
 COLUMN: dict[str, str] = {
     limit.metadata["measure"]: limit.name for limit in fields(Criteria) if "measure" in limit.metadata
 }
-"""What the columns of each measure begin with; in percent of the screen's value, of Hertz's b, the peak, the load."""
-_FIRST = ("place_y_mm", "touch_angle_mrad", "conicity", "contact_concentration", "hertz_p_max_MPa", "screen_p_max_MPa")
+"""Beginning of the columns of each measure.
+
+Values are in percent of the screening's value, of Hertz's b, of the peak or of the load.
+"""
+_PLACE_COLUMNS = (
+    "place_y_mm",
+    "touch_angle_mrad",
+    "conicity",
+    "contact_concentration",
+    "hertz_p_max_MPa",
+    "screen_p_max_MPa",
+)
 NUMBERS = (
-    *("shift_mm", "load_kN", *_FIRST),
+    *("shift_mm", "load_kN", *_PLACE_COLUMNS),
     *(f"{name}_{what}" for name in COLUMN.values() for what in ("percent", "uncertainty_percent")),
     *("margin", "lines_holding", "lines"),
 )
@@ -25,15 +35,26 @@ TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason")
 Row = dict[str, Any]
 
 
-def schema(*more: tuple[str, str]) -> Any:
-    """Columns of the screen's table, after others by name and kind (string, double)."""
-    arrow = of_arrow("lib")
+def make_schema(*first_columns: tuple[str, str]) -> Any:
+    """Columns of the table of the screening, after some first columns.
+
+    Parameters
+    ----------
+    first_columns
+        Name and kind (string, double) of each first column.
+
+    Returns
+    -------
+    pyarrow.Schema
+        Names and types of all columns.
+    """
+    arrow = import_arrow("lib")
     kinds = {"string": arrow.string(), "double": arrow.float64()}
-    columns = [*more, *((name, "double") for name in NUMBERS), *((name, "string") for name in TEXTS)]
+    columns = [*first_columns, *((name, "double") for name in NUMBERS), *((name, "string") for name in TEXTS)]
     return arrow.schema([(name, kinds[kind]) for name, kind in columns])
 
 
 def write_rows(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Write rows of the screen."""
-    table = of_arrow("lib").Table.from_pylist([dict(row) for row in rows], schema=schema())
-    of_arrow("parquet").write_table(table, path)
+    """Write rows of the screening as Parquet."""
+    table = import_arrow("lib").Table.from_pylist([dict(row) for row in rows], schema=make_schema())
+    import_arrow("parquet").write_table(table, path)

@@ -1,4 +1,4 @@
-"""The Parquet files of a fleet as tables that SQL is asked of (DuckDB, without a server): profiles, screen, sample."""
+"""Parquet files of a fleet as tables for SQL (DuckDB, without a server): profiles, screen, sample."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PROFILES, SCREEN, SAMPLE = "profiles.parquet", "screen", "sample.parquet"
 KEYS = "wheel, rail, shift_mm, load_kN"
 """Columns that name a position."""
 STRATA = ("surely holds", "near", "surely fails", "refused")
-"""What the screen says of a position, and how surely: margins of 2 uncertainties and more are sure."""
+"""Strata of positions by the verdict of the screen and its margin: margins of at least 2 uncertainties are sure."""
 _STRATUM = """
     CASE WHEN verdict = 'REFUSED' THEN 'refused'
          WHEN verdict = 'OPEN' OR margin IS NULL OR abs(margin) < 2 THEN 'near'
@@ -30,13 +30,23 @@ _NO_SAMPLE = """
     WHERE false"""
 
 
-def of_arrow(module: str) -> Any:
-    """A module of pyarrow.
+def import_arrow(module: str) -> Any:
+    """Import a module of pyarrow.
+
+    Parameters
+    ----------
+    module
+        Name below `pyarrow`.
+
+    Returns
+    -------
+    module
+        The imported module.
 
     Raises
     ------
     InputError
-        If it is not installed.
+        If pyarrow is not installed.
     """
     try:
         return import_module(f"pyarrow.{module}")
@@ -44,37 +54,63 @@ def of_arrow(module: str) -> Any:
         raise InputError("fleets need the package pyarrow: pip install 'fecontact[fleet]'") from error
 
 
-def rows_of(path: Path, needed: Iterable[str], most: int) -> list[Record]:
+def rows_of(path: Path, required_columns: Iterable[str], most_rows: int) -> list[Record]:
     """Rows of a table (.csv or .parquet).
+
+    Parameters
+    ----------
+    path
+        File of the table.
+    required_columns
+        Names of the columns that it must have.
+    most_rows
+        Largest number of rows.
+
+    Returns
+    -------
+    list of dict
+        Values by the names of their columns.
 
     Raises
     ------
     InputError
-        If it cannot be read, has too many rows, or lacks a column.
+        If the table cannot be read, has too many rows, or lacks a column.
     """
-    module = of_arrow("parquet" if path.suffix.lower() == ".parquet" else "csv")
-    read = module.read_table if path.suffix.lower() == ".parquet" else module.read_csv
+    module = import_arrow("parquet" if path.suffix.lower() == ".parquet" else "csv")
+    read_table = module.read_table if path.suffix.lower() == ".parquet" else module.read_csv
     try:
-        table = read(path)
+        table = read_table(path)
     except (OSError, ValueError) as error:
         raise InputError(f"table {path}: it cannot be read ({str(error)[:200]})") from error
-    if missing := [name for name in needed if name not in table.column_names]:
+    if missing := [name for name in required_columns if name not in table.column_names]:
         raise InputError(f"table {path}: it has no column {missing[0]}; it has {', '.join(table.column_names)[:200]}")
-    if table.num_rows > most:
+    if table.num_rows > most_rows:
         raise InputError(
-            f"table {path}: {table.num_rows} rows; allowed: up to {most}; give a part of it, or draw pairs"
+            f"table {path}: {table.num_rows} rows; allowed: up to {most_rows}; give a part of it, or draw pairs"
         )
     rows: list[Record] = table.to_pylist()
     return rows
 
 
-def weight_of(row: Record, where: str) -> float:
-    """Weight of a row of a table; 1 without one.
+def read_weight(row: Record, where: str) -> float:
+    """Weight of a row of a table; 1 without a weight.
+
+    Parameters
+    ----------
+    row
+        Values by the names of their columns.
+    where
+        Place of the row, for messages.
+
+    Returns
+    -------
+    float
+        Weight, at least 0.
 
     Raises
     ------
     InputError
-        If it is no number, negative or infinite.
+        If the weight is not a number, negative or infinite.
     """
     try:
         weight = float(row.get("weight", 1.0))
@@ -88,14 +124,28 @@ def weight_of(row: Record, where: str) -> float:
 
 
 def write_table(rows: Sequence[Record], path: Path) -> Path:
-    """Write rows as Parquet, whole or not at all; a row may lack columns that others have.
+    """Write rows as Parquet, whole or not at all.
+
+    A row may lack columns that are in different rows.
+
+    Parameters
+    ----------
+    rows
+        Values by the names of their columns.
+    path
+        File to write.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     InputError
         If a column has values of several kinds.
     """
-    parquet, lib = of_arrow("parquet"), of_arrow("lib")
+    parquet, lib = import_arrow("parquet"), import_arrow("lib")
     columns = list(dict.fromkeys(name for row in rows for name in row))
     try:
         table = lib.Table.from_pydict({column: [row.get(column) for row in rows] for column in columns})
@@ -107,9 +157,20 @@ def write_table(rows: Sequence[Record], path: Path) -> Path:
 
 
 def opened(folder: Path) -> DuckDBPyConnection:
-    """The views `profiles`, `screen` with the stratum of each position, `sample`, and `drawn`, the sample's screen.
+    """Open the tables of a fleet as views of a database.
 
-    Positions without weight are no part of the population.
+    The views are `profiles`, `screen` with the stratum of each position, `sample`, and `drawn`, the rows of `screen` of
+    the sample. Positions without weight are not part of the population.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Returns
+    -------
+    DuckDBPyConnection
+        A database in memory, to be closed by the caller.
 
     Raises
     ------
@@ -141,12 +202,12 @@ def opened(folder: Path) -> DuckDBPyConnection:
 
 
 def asked(tables: DuckDBPyConnection, sql: str, *values: Any) -> list[Record]:
-    """What a query answers, a row a line, by the names of its columns."""
-    found = tables.execute(sql, list(values))
-    names = [column[0] for column in found.description or ()]
-    return [dict(zip(names, line, strict=True)) for line in found.fetchall()]
+    """Rows of the result of a query, by the names of the columns."""
+    result = tables.execute(sql, list(values))
+    names = [column[0] for column in result.description or ()]
+    return [dict(zip(names, row, strict=True)) for row in result.fetchall()]
 
 
-def quoted(name: str) -> str:
-    """A column's name as SQL takes it, whatever signs it has."""
+def quote_column(name: str) -> str:
+    """Name of a column quote_column for SQL, with any characters."""
     return '"' + name.replace('"', '""') + '"'
