@@ -100,7 +100,20 @@ def _strip_patch_columns(placement: Placement, strips: Approximation) -> Record:
 
 
 def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
-    """Columns of all touch points, numbered from 1, each with the columns of its spring."""
+    """Columns of all touch points, numbered from 1.
+
+    Parameters
+    ----------
+    placement
+        Placement with the touch points.
+    springs
+        Columns of the spring by index of the touch point, from 0.
+
+    Returns
+    -------
+    Record
+        Columns of all touch points, each with the columns of its spring.
+    """
     touch_points = enumerate(placement.touch_points)
     return flat(
         {
@@ -111,7 +124,10 @@ def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
 
 
 def _spring_columns(points: HertzPoints | None, touch_index: int) -> Record:
-    """Columns of the spring of a touch point, and of its ellipse under its share of the load."""
+    """Columns of the spring of a touch point and of its ellipse.
+
+    The ellipse has the force that this touch point takes as one of several springs.
+    """
     springs = (
         [point for point in points.points if point.touch_point == touch_index and point.side != "gauge"]
         if points
@@ -142,7 +158,7 @@ def ellipse_columns(shared: HertzContact | None) -> Record:
 
 
 def ordered(rows: list[Record]) -> list[Record]:
-    """Give all rows the same columns.
+    """Give all rows equal columns.
 
     Parameters
     ----------

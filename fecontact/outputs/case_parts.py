@@ -182,7 +182,10 @@ def _mesh_lines(record: Item) -> Iterator[str]:
 
 
 def _elements_verdict_text(record: Item) -> str:
-    """Sentence on the verdict of the contact on the elements' own nodes alone."""
+    """Sentence on the verdict of the elements alone.
+
+    It belongs to the contact on the elements' own nodes.
+    """
     answer = record["elements"]["hertz"]["verdict"]["answer"]
     is_refined_for_evidence = record.get("case", {}).get("refine", "evidence") == "evidence"
     remedy = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not is_refined_for_evidence)
@@ -194,17 +197,23 @@ def _decision_text(answer: str) -> str:
 
 
 def refinement(elements_a_semi_axis: Sequence[float]) -> str:
-    """Text on the meshes by their elements per semi-axis, the finest first, and on the refinements.
+    """Text on the meshes by their elements per semi-axis, and on the refinements.
 
     Parameters
     ----------
     elements_a_semi_axis
-        Elements per semi-axis of each mesh, at least two.
+        Elements per semi-axis of each mesh, the finest first, at least two.
 
     Returns
     -------
     str
         Text such as "2 meshes of 8.0 and 4.0 elements per semi-axis, not refined".
+
+    Examples
+    --------
+    >>> from fecontact.outputs.case_parts import refinement
+    >>> refinement([8.0, 4.0])
+    '2 meshes of 8.0 and 4.0 elements per semi-axis, not refined'
     """
     elements, refinements = [f"{count:.1f}" for count in elements_a_semi_axis], len(elements_a_semi_axis) - 2
     refined = (

@@ -13,7 +13,7 @@ from fecontact.solving.placing import roll_of_case
 
 
 def case_words(case: Case, placement: Placement) -> str:
-    """Pair, position and load of a case in one line.
+    """Pair, position and load of a case.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def case_words(case: Case, placement: Placement) -> str:
     Returns
     -------
     str
-        The line. Shift in mm, angles in mrad, load in kN.
+        Text in one line. Shift in mm, angles in mrad, load in kN.
     """
     roll = 1e3 * roll_of_case(case, placement)
     rotations = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
@@ -133,7 +133,7 @@ def shift_label(case: Case) -> str:
 
 
 def other_wheel_label(case: Case) -> str | None:
-    """Label of the axis for the opposite wheel, on which the shift has the opposite sign.
+    """Label of the axis for the opposite wheel, with the opposite sign of the shift.
 
     Parameters
     ----------

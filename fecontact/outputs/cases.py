@@ -174,7 +174,7 @@ def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, wit
 
 
 def _place_columns(rows: Sequence[Item]) -> list[Column]:
-    """Columns of shift and load, of the distance along an irregularity, and of other varied inputs."""
+    """Columns of shift and load, of the distance along an irregularity, and of varied inputs."""
     has_distance = any(row.get("distance_mm") is not None for row in rows)
     return [
         *_PLACE_COLUMNS,
@@ -238,7 +238,9 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
 
 
 def elements_table(record: Item) -> Table:
-    """Table of Hertz's measures against the contact on the elements' own nodes alone.
+    """Table of Hertz's measures against the contact on the elements' nodes alone.
+
+    These are the elements' own, coarser nodes.
 
     Parameters
     ----------
@@ -326,7 +328,18 @@ _THEORY_COLUMNS = (
 
 
 def theories_table(record: Item) -> Table:
-    """Table of the verdicts on all theories of the pressure, with reasons for missing contacts."""
+    """Table of the verdicts on all theories of the pressure, with reasons for missing contacts.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    Table
+        Deviations, limit utilisation, deciding measure and verdict of each theory, the cheapest first.
+    """
     no_contact = {"deviation": {}, "verdict": {"answer": "none"}}
     theories = [{**no_contact, **theory, "name": name} for name, theory in record["theories"].items()]
     title = "Theories of the contact, the cheapest first"
@@ -441,14 +454,24 @@ def plastic_tables(record: Item) -> list[Table]:
     return [*change_tables, table_of("Bodies that yield", _YIELDING_COLUMNS, bodies)]
 
 
-_NUMBER_COLUMNS = (text("number", lambda entry: entry[0]), number("value", lambda entry: entry[1], "{:.6g}"))
+_NUMBER_COLUMNS = (
+    text("number", lambda path_and_number: path_and_number[0]),
+    number("value", lambda path_and_number: path_and_number[1], "{:.6g}"),
+)
 
 
 def numbers_table(record: Item) -> Table:
-    """Table of all numbers of a record by their paths, which are the names of columns too."""
+    """Table of all numbers of a record by their paths.
+
+    The columns of tables have these paths as names.
+    """
     entries = {name: value for name, value in record.items() if name not in ("case", "theories", "versions")}
     numbers = flat({**entries, **record["theories"]}).items()
-    return table_of("", _NUMBER_COLUMNS, (entry for entry in numbers if isinstance(entry[1], int | float)))
+    return table_of(
+        "",
+        _NUMBER_COLUMNS,
+        (path_and_number for path_and_number in numbers if isinstance(path_and_number[1], int | float)),
+    )
 
 
 def effort_table(solver: Item) -> Table:

@@ -122,9 +122,9 @@ def _mesh_lines(
 
 
 def _node_lines(points: Mapping[str, Floats]) -> Iterator[str]:
-    """Iterate over the lines of all nodes in one block, numbered from 1, and of a set for each name.
+    """Iterate over the lines of all nodes and of a set for each name.
 
-    There is one block because readers may keep only the last block.
+    The nodes are in one block, numbered from 1, because readers may keep only the last block.
     """
     yield "*NODE"
     for number, point in enumerate(np.vstack(list(points.values())).tolist(), start=1):
@@ -156,6 +156,14 @@ def element_faces(hexes: Integers, quads: Integers) -> tuple[Integers, Integers]
     -------
     tuple of Integers
         Elements (k,) and numbers of their faces (k,), both from 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.outputs.decks import element_faces
+    >>> elements, faces = element_faces(np.array([[0, 1, 2, 3, 4, 5, 6, 7]]), np.array([[4, 5, 6, 7]]))
+    >>> elements.tolist(), faces.tolist()
+    ([0], [1])
     """
     faces = np.sort(hexes[:, _FACES].reshape(-1, 4), axis=1)
     # the three smallest of the four nodes identify a face, and three node numbers fit into an integer
@@ -183,7 +191,10 @@ def _material_lines(body: str, material: Material) -> list[str]:
 
 
 def _guide_lines(wheel: BodyMesh, direction: Floats, rail_node_count: int, load_point: int) -> Iterator[str]:
-    """Iterate over equations by which each node of the rim moves along the direction with the load point."""
+    """Iterate over the equations that guide the rim by the load point.
+
+    Each node of the rim moves along the direction of the load with the load point.
+    """
     yield "*EQUATION"
     for node in (np.unique(wheel.surfaces["driven"]) + rail_node_count + 1).tolist():
         for axis in _moved_axes(direction):

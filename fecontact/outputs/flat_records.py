@@ -32,6 +32,13 @@ def told(value: Any) -> Any:
     -------
     dict, list, number, str or None
         The plain value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.outputs.flat_records import told
+    >>> told({"a_mm": np.array([1.0, 2.0])})
+    {'a_mm': [1.0, 2.0]}
     """
     if is_dataclass(value):
         names: tuple[str, ...] = getattr(type(value), "TELLS", None) or tuple(
@@ -39,9 +46,9 @@ def told(value: Any) -> Any:
         )
         return {name: told(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
-        return {str(key): told(entry) for key, entry in value.items()}
+        return {str(key): told(member) for key, member in value.items()}
     if isinstance(value, tuple | list):
-        return [told(entry) for entry in value]
+        return [told(member) for member in value]
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
@@ -80,6 +87,12 @@ def flat(record: Mapping[str, Any]) -> Record:
     -------
     Record
         Row without nested values.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.flat_records import flat
+    >>> flat({"fe": {"p_max_MPa": 1000.0}, "hertz": {"deviation": {"p_max_MPa": 0.05}}, "notes": ["a", "b"]})
+    {'fe_p_max_MPa': 1000.0, 'hertz_deviation_p_max_percent': 5.0, 'notes': 'a; b'}
     """
     return dict(_flatten(record, "", relative=False))
 
@@ -93,7 +106,7 @@ def _flatten(record: Mapping[str, Any], prefix: str, *, relative: bool) -> Itera
         if isinstance(value, Mapping):
             yield from _flatten(value, f"{prefix}{name}_", relative=relative or name.startswith(_RELATIVE_GROUPS))
         elif isinstance(value, list):
-            has_records = any(isinstance(entry, Mapping) for entry in value)
+            has_records = any(isinstance(member, Mapping) for member in value)
             yield f"{prefix}{name}", len(value) if has_records else "; ".join(map(str, value))
         elif relative:
             column = relative_name(name)
@@ -117,6 +130,12 @@ def relative_name(measure: str) -> str:
     -------
     str
         Name of the column.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.flat_records import relative_name
+    >>> relative_name("p_max_MPa"), relative_name("centre_over_b")
+    ('p_max_percent', 'centre_over_b')
     """
     stem, _, unit = measure.rpartition("_")
     if measure.endswith("_over_b"):

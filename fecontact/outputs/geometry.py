@@ -36,7 +36,18 @@ _INPUT_NAMES = (
 
 
 def touch_records(placement: Placement) -> Record:
-    """Record of the rigid contact: angle at first touch, and all touch points."""
+    """Record of the rigid contact: angle at first touch, and all touch points.
+
+    Parameters
+    ----------
+    placement
+        Placement of wheel and rail.
+
+    Returns
+    -------
+    Record
+        Contact angle in rad, and a record for each touch point.
+    """
     return {
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
@@ -67,7 +78,7 @@ def touch_record(touch: TouchPoint) -> Record:
 
 
 def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
-    """Columns of a touch point; at a junction with the radii of one side.
+    """Columns of a touch point.
 
     Parameters
     ----------
@@ -79,7 +90,8 @@ def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
     Returns
     -------
     Record
-        Place, contact angle, gap, rolling radius and radii of curvature; lengths in mm, angle in rad.
+        Place, contact angle, gap, rolling radius and radii of curvature; lengths in mm, angle in rad. At a junction the
+        radii belong to one side.
     """
     return {
         **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
@@ -173,7 +185,7 @@ def functions_rows(record: Record) -> list[Record]:
 
 
 def _side_record(placement: Placement) -> Record:
-    """Record of the touch points of one wheel."""
+    """Record of the touch points of a wheel."""
     return {
         "touch_points": [
             {
@@ -268,7 +280,7 @@ def _conicity_text(value: float) -> str:
 
 
 def _side_table(record: Item, side: str) -> Table:
-    """Table of one side of the wheelset at each shift, by its first touch point."""
+    """Table of a side of the wheelset at each shift, by its first touch point."""
     placed_rows = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
     return table_of(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed_rows])

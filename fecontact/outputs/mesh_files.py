@@ -18,7 +18,7 @@ from fecontact.solving.case_meshes import MeshedPair
 
 
 def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8") -> Path:
-    """Write one body or both bodies, in mm and in the track frame.
+    """Write a body, or both bodies, in mm and in the track frame.
 
     The ending of the path gives the format. Surfaces are named as in `BodyMesh.surfaces`. If both bodies are written,
     the body's name comes first, such as `rail_contact`.
@@ -26,8 +26,8 @@ def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: Elemen
     ======== ================================================================================================
     `.msh`   gmsh 4.1 as text: a physical group for each volume, named as the body, and one for each surface
     `.inp`   CalculiX and Abaqus: a node set and an element-face surface for each surface, an element set for
-             each body; no shell elements, which would need a section. Both bodies make a deck with
-             materials, supports, contact and load, see `outputs.decks`
+             each body; no shell elements, which would need a section. Both bodies make a deck with materials, supports,
+             contact and load, see `outputs.decks`
     `.vtu`   hexahedra and the surfaces' quadrilaterals; cell array `surface_id` (0 in the volumes, then 1, 2,
              ... in the order of the point arrays) and one point array of 0 and 1 for each surface
     ======== ================================================================================================
@@ -72,8 +72,19 @@ class _Cells:
     surfaces: dict[str, Integers]
 
     @classmethod
-    def from_mesh(cls, mesh: BodyMesh | MeshedPair) -> _Cells:
-        """Cells of a body, or of both bodies with consecutive node numbers."""
+    def build(cls, mesh: BodyMesh | MeshedPair) -> _Cells:
+        """Cells of a body, or of both bodies with consecutive node numbers.
+
+        Parameters
+        ----------
+        mesh
+            Mesh of a body, or of both bodies.
+
+        Returns
+        -------
+        _Cells
+            Nodes, hexahedra and quadrilaterals. With both bodies the surfaces have the body's name as prefix.
+        """
         if isinstance(mesh, BodyMesh):
             return cls(points=mesh.points, bodies={mesh.name: mesh.hexes}, surfaces=mesh.surfaces)
         rail, wheel, rail_node_count = mesh.rail, mesh.wheel, len(mesh.rail.points)
@@ -104,7 +115,7 @@ def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
     """Write a mesh file of gmsh."""
     import meshio
 
-    cells = _Cells.from_mesh(mesh)
+    cells = _Cells.build(mesh)
     tags = [np.full(len(block), number) for (_, block), number in zip(cells.blocks, cells.block_numbers, strict=True)]
     groups: dict[str, Integers] = {name: np.array([number, 3]) for number, name in enumerate(cells.bodies, start=1)}
     groups |= {name: np.array([number, 2]) for number, name in enumerate(cells.surfaces, start=1)}
@@ -120,9 +131,10 @@ def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
 
 
 def _entities(cells: _Cells) -> Integers:
-    """Dimension and tag (n, 2) of the geometric entity of each node, as the format requires.
+    """Dimension and tag (n, 2) of the geometric entity of each node.
 
-    A node on an edge belongs to the smaller surface, because a surface without nodes would lose its name.
+    The format requires them. A node on an edge belongs to the smaller surface, because a surface without nodes would
+    lose its name.
     """
     entities = np.tile([3, 1], (len(cells.points), 1))
     for number, hexes in enumerate(cells.bodies.values(), start=1):
@@ -148,7 +160,7 @@ def _write_vtu(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
     """Write a mesh file of ParaView."""
     import meshio
 
-    cells = _Cells.from_mesh(mesh)
+    cells = _Cells.build(mesh)
     flags: dict[str, Any] = {}
     for name, quads in cells.surfaces.items():
         flags[name] = np.zeros(len(cells.points), dtype=np.uint8)

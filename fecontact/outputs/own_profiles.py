@@ -35,7 +35,7 @@ def own_profiles_record(case: Case, placement: Placement) -> Record:
 
 
 def own_profiles_text(case: Case, placement: Placement) -> str:
-    """Contact point, rolling radius, flange height and rail inclination of a pair in one line.
+    """Contact point, rolling radius, flange height and rail inclination of a pair.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def own_profiles_text(case: Case, placement: Placement) -> str:
     Returns
     -------
     str
-        The line; lengths in mm.
+        Text in one line; lengths in mm.
     """
     first, wheel = placement.first, placement.wheel
     return (
@@ -59,11 +59,12 @@ def own_profiles_text(case: Case, placement: Placement) -> str:
 
 
 def geometry_line(record: Item) -> list[str]:
-    """Line on the geometry from a record, as a list with at most one line."""
+    """Lines on the geometry from a record: a list with a line, or an empty list."""
     return [record["own_profiles"]] if "own_profiles" in record else []
 
 
 def _flange_words(wheel: Profile) -> str:
+    """Words for the height of the flange over the tread at y = 0, and for the place of its tip."""
     points = wheel.evaluate(wheel.spread(_POINT_SPACING_MM))
     height_mm = float(np.interp(0.0, np.maximum.accumulate(points.y), points.z)) - float(points.z.min())
     tip_y_mm = float(points.y[np.argmin(points.z)])

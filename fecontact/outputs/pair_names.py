@@ -38,6 +38,12 @@ def short_name(name: str) -> str:
     -------
     str
         The short name.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.pair_names import short_name
+    >>> short_name("60E1")
+    '60E1'
     """
     file = file_of_identity(name)
     if file is None or (stem := Path(file).stem).lower() in BODIES:
@@ -82,7 +88,7 @@ VARIED = "varied"
 
 
 def position_text(row: Row) -> str:
-    """Shift and load of a row, with the distance along an irregularity and other varied inputs.
+    """Shift and load of a row, with the distance along an irregularity and varied inputs.
 
     Parameters
     ----------
@@ -93,6 +99,12 @@ def position_text(row: Row) -> str:
     -------
     str
         Text such as "+3.00 mm, 100 kN".
+
+    Examples
+    --------
+    >>> from fecontact.outputs.pair_names import position_text
+    >>> position_text({"lateral_shift_mm": 3.0, "load_kN": 100.0})
+    '+3.00 mm, 100 kN'
     """
     along = "" if row.get("distance_mm") is None else f", at {row['distance_mm']:g} mm"
     varied = f", {row[VARIED]}" if row.get(VARIED) else ""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Heading:
-    """Heading; a page has one heading of level 1."""
+    """Heading; a page has a single heading of level 1."""
 
     text: str
     level: int = 2
@@ -32,7 +32,7 @@ class Lead:
 
 @dataclass(frozen=True)
 class Items:
-    """Notes, one per line."""
+    """Notes, each in a separate line."""
 
     lines: Sequence[str]
 

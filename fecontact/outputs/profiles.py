@@ -43,9 +43,9 @@ _JUNCTION_COLUMNS = (
 )
 _SEGMENT_COLUMNS = (
     text("segment", "number", "number"),
-    text("kind", lambda entry: type(entry["segment"]).__name__.lower()),
+    text("kind", lambda segment_row: type(segment_row["segment"]).__name__.lower()),
     *(number(f"{name} mm", name, "{:.4f}") for name in ("y from", "y to", "z from", "z to")),
-    text("R mm", lambda entry: _segment_radius(entry["segment"]), "number"),
+    text("R mm", lambda segment_row: _segment_radius(segment_row["segment"]), "number"),
 )
 
 
@@ -64,22 +64,22 @@ def library_record(folder: Path | None = None) -> list[Record]:
     """
     from fecontact.profiles.library import load, names
 
-    items: list[Record] = []
+    records: list[Record] = []
     for profile in map(load, names()):
         entries = picked(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
-        items.append(entries | dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)))
+        records.append(entries | dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)))
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
-            items.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
-    return items
+            records.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
+    return records
 
 
-def library_lines(items: Sequence[Record]) -> Lines:
-    """Iterate over the outputs of the library, with the other texts that are allowed instead of a name.
+def library_lines(records: Sequence[Record]) -> Lines:
+    """Iterate over the outputs of the library, with the texts allowed instead of a name.
 
     Parameters
     ----------
-    items
+    records
         Records of `library_record`.
 
     Returns
@@ -87,7 +87,7 @@ def library_lines(items: Sequence[Record]) -> Lines:
     Lines
         Table and line.
     """
-    yield table_of("Profile library", _LIBRARY_COLUMNS, items)
+    yield table_of("Profile library", _LIBRARY_COLUMNS, records)
     yield "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
 
 
@@ -145,12 +145,12 @@ def profile_lines(profile: Profile, nearest_profiles: Sequence[Nearest]) -> Line
     if profile.source:
         yield f"source: {profile.source}"
     yield from notes(profile.notes)
-    items = []
+    segment_rows = []
     for place, segment in enumerate(profile.segments, start=1):
         ends = segment.evaluate(np.array([0.0, 1.0]))
         where = dict(zip(("y from", "y to", "z from", "z to"), (*ends.y, *ends.z), strict=True))
-        items.append({"number": place, "segment": segment, **where})
-    yield table_of("Running surface, from the gauge side to the field side", _SEGMENT_COLUMNS, items)
+        segment_rows.append({"number": place, "segment": segment, **where})
+    yield table_of("Running surface, from the gauge side to the field side", _SEGMENT_COLUMNS, segment_rows)
     yield table_of("Junctions (radii positive where convex)", _JUNCTION_COLUMNS, profile.junctions)
     if profile.points is not None:
         yield nearest_text(nearest_profiles, "" if profile.measured is None else profile.measured.nominal or "")
@@ -278,7 +278,7 @@ def _draw_points(profile_axes: Axes, deviation_axes: Axes, measured: Measured) -
 def draw_problems(
     ax: Axes, profile: Profile, to_picture: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
 ) -> None:
-    """Mark points of a file that were left out or are doubtful, with the reasons in the legend.
+    """Mark omitted and doubtful points of a file, with the reasons in the legend.
 
     Parameters
     ----------

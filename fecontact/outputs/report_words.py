@@ -73,7 +73,9 @@ def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:
 
 
 def answer_words(verdicts: Sequence[str], what: str) -> str:
-    """Numbers of verdicts in words, such as "Hertz holds in 4 of 9 cases, fails in 5".
+    """Numbers of verdicts in words, such as "Hertz holds in 4 of 9 cases".
+
+    The numbers of failing, open and unusable cases follow.
 
     Parameters
     ----------
@@ -86,13 +88,19 @@ def answer_words(verdicts: Sequence[str], what: str) -> str:
     -------
     str
         The sentence without a full stop.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.report_words import answer_words
+    >>> answer_words(["HOLDS", "FAILS", "FAILS"], "cases")
+    'Hertz holds in 1 of 3 cases, fails in 2'
     """
     count = {answer: verdicts.count(answer) for answer in ("HOLDS", "FAILS", "UNRESOLVED")}
     lost = len(verdicts) - sum(count.values())
-    more = [f"is open in {count['UNRESOLVED']}"] if count["UNRESOLVED"] else []
-    more += [f"{lost} could not be used"] if lost else []
+    statements = [f"is open in {count['UNRESOLVED']}"] if count["UNRESOLVED"] else []
+    statements += [f"{lost} could not be used"] if lost else []
     return f"Hertz holds in {count['HOLDS']} of {len(verdicts)} {what}, fails in {count['FAILS']}" + "".join(
-        f", {statement}" for statement in more
+        f", {clause}" for clause in statements
     )
 
 

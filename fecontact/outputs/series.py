@@ -34,22 +34,22 @@ class Series:
     ----------
     rows
         Rows of the cases, sorted by shift.
-    own
+    labels
         Values that distinguish the series from other series, by column.
     """
 
     rows: tuple[Row, ...]
-    own: Mapping[str, str]
+    labels: Mapping[str, str]
 
     @property
     def label(self) -> str:
-        """Label of the series for a legend; empty if there is only one series."""
-        return ", ".join(_column_words(column, value) for column, value in self.own.items())
+        """Label of the series for a legend; empty for a single series."""
+        return ", ".join(_column_words(column, value) for column, value in self.labels.items())
 
     @property
     def file_suffix(self) -> str:
         """Label of the series as part of a file name, with a separator before it."""
-        suffixes = (f"_{_column_words(column, value).replace(' ', '')}" for column, value in self.own.items())
+        suffixes = (f"_{_column_words(column, value).replace(' ', '')}" for column, value in self.labels.items())
         return "".join(
             character if character.isalnum() or character in "_.-@" else "-" for character in "".join(suffixes)
         )
@@ -65,12 +65,12 @@ def _split(rows: Sequence[Row], labels: Mapping[str, str], columns: Sequence[str
 
     Parameters
     ----------
-    own
-        Values by column that all rows have in common.
+    labels
+        Values of the columns that separated the rows before, by column.
     """
     shifts_are_unique = len({row["lateral_shift_mm"] for row in rows}) == len(rows)
     if not columns or (columns[0] in _OPTIONAL_COLUMNS and shifts_are_unique):
-        yield Series(rows=tuple(sorted(rows, key=lambda row: float(row["lateral_shift_mm"]))), own=labels)
+        yield Series(rows=tuple(sorted(rows, key=lambda row: float(row["lateral_shift_mm"]))), labels=labels)
         return
     column, *further_columns = columns
     # a case that failed early has no value in some of the columns

@@ -1,4 +1,4 @@
-"""Parts of a study: one line per case for the terminal, and `report.html`."""
+"""Parts of a study: a line per case for the terminal, and `report.html`."""
 
 from __future__ import annotations
 
@@ -271,9 +271,9 @@ def judged_rows_parts(rows: Sequence[Item]) -> Iterator[Part]:
 
 
 def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
-    """Iterate over tables with one line per case, and lines on unusable rows and causes.
+    """Iterate over tables of cases, and lines on unusable rows and causes.
 
-    There is a table for each rail, wheel and inclination.
+    There is a table for each rail, wheel and inclination, with one line per case.
 
     Parameters
     ----------

@@ -164,7 +164,20 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 
 
 def save_image(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG alone, in half of the time of both files."""
+    """Write a figure as PNG alone, in half of the time of both files.
+
+    Parameters
+    ----------
+    figure
+        Figure to write; its layout is fixed by this.
+    path
+        File to write.
+
+    Returns
+    -------
+    Path
+        The written file.
+    """
     image = image_of(figure)
     write_atomically(
         path, lambda temporary: image.save(temporary, "PNG", compress_level=_PNG_COMPRESSION, dpi=(DPI, DPI))
@@ -300,7 +313,9 @@ def _picture_source(picture: Picture) -> str:
 
 
 def webp_of(image: Image, width: int) -> bytes:
-    """Encode an image of limited width as WEBP, a fifth of the size of a PNG.
+    """Encode an image of limited width as WEBP.
+
+    A WEBP has a fifth of the size of a PNG.
 
     Parameters
     ----------

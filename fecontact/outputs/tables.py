@@ -16,10 +16,10 @@ from fecontact.profiles.curve import radius_text
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
 """Emphasis of a row: no emphasis, failing or unusable, open, or dimmed because the row does not decide."""
 Item: TypeAlias = Mapping[str, Any]
-"""Item of a table: a record of results, or a row."""
+"""Content of a line of a table: a record of results, or a row."""
 Kind: TypeAlias = Literal["number", "text", "answer"]
 Of: TypeAlias = str | Callable[[Any], Any]
-"""Source of the value of a column: a key of the item, or a function of the item."""
+"""Source of the value of a column: a key of the record, or a function of the record."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +37,7 @@ class Column:
     wraps
         Whether texts may take several lines if there is no room.
     cell
-        Function from an item to the text of the cell, for tables that are made of items (`table_of`).
+        Function from a record to the text of the cell, for tables that are made of records (`table_of`).
     """
 
     heading: str
@@ -123,9 +123,9 @@ class Table:
 
 
 def table_of(
-    title: str, columns: Sequence[Column], items: Iterable[Any], tone: Callable[[Any], Tone] | None = None
+    title: str, columns: Sequence[Column], records: Iterable[Any], tone: Callable[[Any], Tone] | None = None
 ) -> Table:
-    """Make a table with a line for each item.
+    """Make a table with a line for each record.
 
     Parameters
     ----------
@@ -133,19 +133,26 @@ def table_of(
         Title of the table.
     columns
         Columns with functions `cell`.
-    items
+    records
         Records or rows.
     tone
-        Function from an item to its emphasis; None for no emphasis.
+        Function from a record to its emphasis; None for no emphasis.
 
     Returns
     -------
     Table
         The table.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.tables import number, table_of, text
+    >>> table = table_of("", [text("rail", "rail"), number("p_max", "p_max_MPa", "{:.0f}")], [{"rail": "60E1"}])
+    >>> table.rows[0].cells
+    ['60E1', '-']
     """
     rows = [
-        TableRow(cells=[column.cell(item) for column in columns], tone="plain" if tone is None else tone(item))
-        for item in items
+        TableRow(cells=[column.cell(record) for column in columns], tone="plain" if tone is None else tone(record))
+        for record in records
     ]
     return Table(title=title, columns=columns, rows=rows)
 
@@ -160,7 +167,7 @@ def number(
     heading
         Heading of the column.
     source
-        Key of the item, or function of the item.
+        Key of the record, or function of the record.
     form
         Format of the number.
     factor
@@ -176,8 +183,8 @@ def number(
         The column.
     """
 
-    def cell(item: Any) -> str:
-        value = _value(source, item)
+    def cell(record: Any) -> str:
+        value = _read_value(source, record)
         return none if missing(value) else form.format(factor * float(value))
 
     return Column(heading=heading, rank=rank, name=name, cell=cell)
@@ -193,7 +200,7 @@ def text(
     heading
         Heading of the column.
     source
-        Key of the item, or function of the item.
+        Key of the record, or function of the record.
     kind
         Kind of the column, see `Column`.
     none
@@ -207,8 +214,8 @@ def text(
         The column.
     """
 
-    def cell(item: Any) -> str:
-        value = _value(source, item)
+    def cell(record: Any) -> str:
+        value = _read_value(source, record)
         return none if value is None or value == "" else str(value)
 
     return Column(heading=heading, kind=kind, rank=rank, name=name, wraps=wraps, cell=cell)
@@ -216,11 +223,11 @@ def text(
 
 def radius(heading: str, source: Of, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
     """Make a column of radii in mm; None is a straight line."""
-    return text(heading, lambda item: radius_text(_value(source, item), form), "number", rank=rank, name=name)
+    return text(heading, lambda record: radius_text(_read_value(source, record), form), "number", rank=rank, name=name)
 
 
-def _value(source: Of, item: Any) -> Any:
-    return source(item) if callable(source) else item.get(source)
+def _read_value(source: Of, record: Any) -> Any:
+    return source(record) if callable(source) else record.get(source)
 
 
 def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str] = ()) -> list[Column]:
@@ -277,11 +284,11 @@ def write_csv(rows: Iterable[Item], path: str | Path) -> Path:
     """
     rows = list(rows)
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    text = io.StringIO()
-    table = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-    table.writeheader()
-    table.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
-    return write_text(path, text.getvalue())
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    return write_text(path, buffer.getvalue())
 
 
 def _cell(value: object) -> object:

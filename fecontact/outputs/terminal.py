@@ -120,7 +120,7 @@ def _print_table(console: Console, table: Table) -> None:
 
 
 def _wrapping_gain(table: Table) -> int:
-    """Characters by which a table becomes narrower if texts take several lines."""
+    """Characters saved in the width of a table if texts take several lines."""
     wrapped_columns = [
         [row.cells[column_index] for row in table.rows]
         for column_index, column in enumerate(table.columns)

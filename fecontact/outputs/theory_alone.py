@@ -1,4 +1,4 @@
-"""Theories without finite elements: the list of theories, and one theory at a position."""
+"""Theories without finite elements: the list of theories, and a theory at a position."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ def check_theory(name: str) -> None:
 
 
 def theories_listed() -> Record:
-    """List of the theories of the `pressure` and of the laws of features, the cheapest first.
+    """List of the theories of the `pressure` and of the laws of features.
+
+    The cheapest theory and the cheapest law of each kind come first.
 
     Returns
     -------

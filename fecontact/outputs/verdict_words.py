@@ -77,10 +77,10 @@ def off_text(
     return f"{nearness}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{variants}{limit_part}"
 
 
-def _deviation_text(judged: Record, verdict: Record, limits: Record) -> str:
+def _deviation_text(judgement: Record, verdict: Record, limits: Record) -> str:
     """Deviation of a judged theory in the measure that decided a verdict."""
     measure, answer = verdict["measure"], verdict["answer"]
-    deviation, uncertainty = (judged[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
+    deviation, uncertainty = (judgement[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
     measure_answer = verdict["each"][measure]
     if answer != "FAILS" or measure_answer == "FAILS":
         return off_text(measure, deviation, uncertainty, limits[measure], measure_answer, nearest=True)
@@ -94,11 +94,11 @@ def _cause_text(cause: str | None) -> str:
     return f"; because: {cause}" if cause else ""
 
 
-def _reason(verdict: Record, judged: Record) -> str:
-    """Deciding measure of a verdict, with the curvature, the cause and the share of profile variants."""
+def _reason(verdict: Record, judgement: Record) -> str:
+    """Deciding measure of a verdict, with curvature, cause and share of profile variants."""
     side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
     variants = f"; it {share_text(verdict['lines'])}" if verdict["lines"] else ""
-    return f"{_deviation_text(judged, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
+    return f"{_deviation_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
 
 
 def share_text(lines: Mapping[str, str]) -> str:
@@ -164,7 +164,7 @@ def band_text(fe: Record) -> str:
 
 
 def verdict_reason(load: JudgedLoad) -> str:
-    """Reason of the requested verdict in one line: measure, deviation of Hertz, and cause.
+    """Reason of the requested verdict: measure, deviation of Hertz, and cause.
 
     With a yield stress this is the verdict against bodies that yield, and the verdict against elastic bodies comes
     last.
@@ -177,7 +177,7 @@ def verdict_reason(load: JudgedLoad) -> str:
     Returns
     -------
     str
-        The reason. For unusable results it is the status.
+        The reason in one line. For unusable results it is the status.
     """
     if load.plastic is not None and load.elastic_verdict is not None:
         judgement = load.plastic.deciding

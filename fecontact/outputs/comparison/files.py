@@ -1,4 +1,4 @@
-"""Files of a comparison: JSON, a picture, and one HTML file without time stamps."""
+"""Files of a comparison: JSON, a picture and an HTML page without time stamps."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _MAX_UNFOLDED_VALUES = 40
 
 
 def comparison_html(comparison: TableComparison) -> str:
-    """Render a comparison as one self-contained HTML page.
+    """Render a comparison as a self-contained HTML page.
 
     Parameters
     ----------

@@ -21,28 +21,28 @@ if TYPE_CHECKING:
 _ROOMY_WIDTH = 110
 
 
-def value_text(item: Item, side: str) -> str:
+def value_text(row: Item, side: str) -> str:
     """Text for a value, with eight digits if both sides are numbers."""
-    return str(item[side]) or "(none)" if math.isnan(item["difference"]) else f"{float(item[side]):.8g}"
+    return str(row[side]) or "(none)" if math.isnan(row["difference"]) else f"{float(row[side]):.8g}"
 
 
 def _number_or_entry(key: str, form: str, fallback_key: str) -> Callable[[Item], str]:
-    """Function that formats a number of an item, or gives another entry if there is no number."""
-    return lambda item: str(item.get(fallback_key, "-")) if math.isnan(item[key]) else form.format(item[key])
+    """Function that formats a number of a row, or a second column if there is no number."""
+    return lambda row: str(row.get(fallback_key, "-")) if math.isnan(row[key]) else form.format(row[key])
 
 
 VALUE_TABLE = (
     text("column", "column"),
     text("case", "called", wraps=True),
-    text("baseline", lambda item: value_text(item, "baseline"), "number"),
-    text("new", lambda item: value_text(item, "new"), "number"),
+    text("baseline", lambda row: value_text(row, "baseline"), "number"),
+    text("new", lambda row: value_text(row, "new"), "number"),
     text("difference", _number_or_entry("difference", "{:+.3g}", "-"), "number"),
     text("tolerance", _number_or_entry("tolerance", "{:.3g}", "kind"), "number", rank=2, name="tolerance"),
     number("times", "times_tolerance", "{:.3g}"),
 )
 """Single values."""
 _DIFFERING_COLUMN = text(
-    "differ", lambda item: f"{item['differing']}/{item['cases']}", "number", rank=1, name="how many differ"
+    "differ", lambda row: f"{row['differing']}/{row['cases']}", "number", rank=1, name="how many differ"
 )
 COLUMN_TABLE = (VALUE_TABLE[0], _DIFFERING_COLUMN, replace(VALUE_TABLE[1], heading="worst case"), *VALUE_TABLE[2:])
 """Columns of tables, each with the case of the largest difference."""
@@ -68,13 +68,13 @@ def value_table(title: str, columns: Sequence[Column], values: pandas.DataFrame,
         The table.
     """
     case_labels = values.case.map(case_names(comparison))
-    items = values.assign(called=case_labels, cases=len(comparison.cases)).to_dict("records")
-    table = table_of(title, columns, items, lambda item: "fails" if item["times_tolerance"] > 1.0 else "plain")
+    rows = values.assign(called=case_labels, cases=len(comparison.cases)).to_dict("records")
+    table = table_of(title, columns, rows, lambda row: "fails" if row["times_tolerance"] > 1.0 else "plain")
     return replace(table, roomy_width=_ROOMY_WIDTH)
 
 
 def head_lines(comparison: TableComparison) -> list[str]:
-    """Lines above the tables: both tables, versions, settings and one-sided entries.
+    """Lines above the tables: the two tables, versions, settings and one-sided columns.
 
     Parameters
     ----------
@@ -91,7 +91,9 @@ def head_lines(comparison: TableComparison) -> list[str]:
     if comparison.baseline.key != ("id",):
         lines.append(f"cases are matched by {', '.join(comparison.baseline.key)}")
     for topic, pairs in (("version", comparison.versions), ("setting", comparison.settings)):
-        lines += [f"{topic} {name}: {was} -> {now}" for name, (was, now) in pairs.items()]
+        lines += [
+            f"{topic} {name}: {baseline_value} -> {new_value}" for name, (baseline_value, new_value) in pairs.items()
+        ]
     lines += [f"{table.path} does not say its versions" for table in tables if not table.versions]
     default_columns = comparison.columns.column[comparison.columns.kind == "default"]
     names_by_topic = {
@@ -165,6 +167,9 @@ def tolerance_table(comparison: TableComparison) -> Table:
 
 def version_table(comparison: TableComparison) -> Table:
     """Table of the versions on both sides."""
-    was, now = comparison.baseline.versions, comparison.new.versions
-    items = ({"package": name, "baseline": was.get(name), "new": now.get(name)} for name in {**was, **now})
-    return table_of("", [text(heading, heading, none="-") for heading in ("package", "baseline", "new")], items)
+    baseline_versions, new_versions = comparison.baseline.versions, comparison.new.versions
+    rows = (
+        {"package": name, "baseline": baseline_versions.get(name), "new": new_versions.get(name)}
+        for name in {**baseline_versions, **new_versions}
+    )
+    return table_of("", [text(heading, heading, none="-") for heading in ("package", "baseline", "new")], rows)

@@ -142,7 +142,9 @@ def _map_height(fields: PressureFields) -> float:
 
 
 def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, label: bool = False) -> None:
-    """Draw both pressures across, through the peak of the finite elements, with the junctions of both profiles.
+    """Draw both pressures across, through the peak of the finite elements.
+
+    The junctions of both profiles are marked.
 
     Parameters
     ----------
@@ -208,9 +210,9 @@ def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats],
 
 
 def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
-    """Draw the rail below the cut, over an equal range of s and true to scale.
+    """Draw the rail below the cut, true to scale.
 
-    The picture is in the frame of the first touch point.
+    The range of s is equal to the range of the cut. The picture is in the frame of the first touch point.
     """
     low, high = fields.limits_mm(across=True)
     s = np.linspace(low, high, 300)
@@ -236,7 +238,7 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
 
 
 def _junction_places_mm(placement: Placement, kind: Kind) -> list[float]:
-    """Positions s (mm) of the junctions of one profile.
+    """Positions s (mm) of the junctions of a profile.
 
     The wheel's profile lies on the rail's profile near the touch point.
     """

@@ -1,4 +1,4 @@
-"""Section of rail and wheel through the first touch point, and picture of an unsolved case."""
+"""Section of rail and wheel through the first touch point, and picture of a preview."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def draw_section(ax: Axes, placement: Placement, lines: Lines) -> None:
 
 
 def preview_figure(preview: Preview, path: str | Path) -> Path:
-    """Draw the pair in position, the place of contact, and the curvatures about the expected patch.
+    """Draw the pair in position, the contact, and the curvatures about the expected patch.
 
     Parameters
     ----------
@@ -149,7 +149,10 @@ def preview_figure(preview: Preview, path: str | Path) -> Path:
 
 
 def _draw_curvatures(ax: Axes, preview: Preview, reach: float) -> None:
-    """Draw the curvatures of rail and wheel, positive if convex, over the distance from the touch point."""
+    """Draw the curvatures of rail and wheel over the distance from the touch point.
+
+    Curvatures are positive if convex.
+    """
     touch, patch, has_bands = preview.placement.first, preview.expected, False
     s = np.linspace(patch.s_low_mm - reach, patch.s_high_mm + reach, 1200)
     for profile, u in (

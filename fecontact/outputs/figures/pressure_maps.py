@@ -35,20 +35,22 @@ _ZERO_PRESSURE_COLOUR, _ZERO_DIFFERENCE_COLOUR = "#440154", "#f7f6f6"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressureFields:
-    """Pressures (nx, ns) in MPa on the nodes of the whole contact, far enough to hold Hertz's ellipse.
+    """Pressures in MPa on the nodes of a contact.
+
+    The grid (nx, ns) holds the whole contact and Hertz's ellipse.
 
     Attributes
     ----------
     grid
         Grid of the nodes.
     fe
-        Pressure of the finite elements; of bodies that yield if there is a yield stress.
+        Pressure (nx, ns) of the finite elements; of bodies that yield if there is a yield stress.
     hertz
-        Mean Hertz pressure over the cells of the nodes.
+        Mean Hertz pressure (nx, ns) over the cells of the nodes.
     ellipse
         Hertz's ellipse.
     elastic
-        Pressure of elastic bodies if there is a yield stress, or else None.
+        Pressure (nx, ns) of elastic bodies if there is a yield stress, or else None.
     """
 
     grid: ContactGrid

@@ -22,10 +22,11 @@ _SURROUNDINGS = np.linspace(0.05, 0.4, 8)
 
 
 def relief_picture(load: JudgedLoad, placement: Placement) -> Picture:
-    """Picture of the pressure on the finer nodes, coloured and raised along the normals of the rail.
+    """Picture of the pressure on the rail as a coloured relief.
 
-    Hertz's ellipse is drawn too. Lengths are in mm from the first touch point, pressures in whole MPa. If there are
-    more than 110 lines of nodes along or across, every second line, every third line and so on are shown.
+    The pressure on the finer nodes is raised along the normals of the rail, and Hertz's ellipse is drawn too. Lengths
+    are in mm from the first touch point, pressures in whole MPa. If there are more than 110 lines of nodes along or
+    across, every second line, every third line and so on are shown.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressur
 
 
 def ladder_figure(rows: Sequence[Row]) -> Figure | None:
-    """Draw the changes of the peak pressure by each step of the ladder over the shift.
+    """Draw the changes of the peak pressure by each ladder step over the shift.
 
     There is a panel for each ladder step that all rows have, in percent of the peak with its uncertainty: from Hertz's
     gap to the true gap on a half-space, from the half-space to the finite bodies, and to bodies that yield.
@@ -71,6 +71,7 @@ def ladder_figure(rows: Sequence[Row]) -> Figure | None:
 
 
 def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
+    """Draw the changes (%) by a ladder step over the shift, with uncertainties if all rows have them."""
     shifts = [float(row["lateral_shift_mm"]) for row in rows]
     values = [float(row[f"steps_{name}_p_max_percent"]) for row in rows]
     uncertainties = [row.get(f"steps_uncertainty_{name}_p_max_percent") for row in rows]
@@ -112,6 +113,7 @@ def small_figure(load: JudgedLoad, placement: Placement) -> Figure:
 
 
 def _draw_small(pressure_axes: Axes, cut_axes: Axes, load: JudgedLoad, placement: Placement) -> None:
+    """Draw the pressure map and the lateral cut of a load into two small axes."""
     fields = PressureFields.of(load)
     for ax in (pressure_axes, cut_axes):
         # a narrow map gets fewer ticks

@@ -81,7 +81,7 @@ def study_figure(
     if len(rows) > 1 and len({float(row["lateral_shift_mm"]) for row in rows}) == 1:
         case_names = [", ".join(series_.label for series_ in all_series if row in series_.rows) for row in rows]
         rows = [{**row, _PLACE_COLUMN: number} for number, row in enumerate(rows)]
-        all_series = (Series(rows=tuple(rows), own={}),)
+        all_series = (Series(rows=tuple(rows), labels={}),)
     is_single = len(all_series) == 1
     figure = blank_figure(11.0, 11.0)
     peak_axes, deviation_axes, touch_axes = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
@@ -123,7 +123,10 @@ def study_figure(
 
 
 def _axis_place(row: Row) -> float:
-    """Place of a case on the axis: its shift, or its number if all cases have one shift."""
+    """Place of a case on the axis over the shift.
+
+    It is the shift, or the number of the case if all cases have one shift.
+    """
     return float(row.get(_PLACE_COLUMN, row["lateral_shift_mm"]))
 
 
@@ -251,7 +254,7 @@ def _finish_study(
 
 
 def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
-    """Draw the curvature junctions of the rail that are near the touch points, with their radii."""
+    """Draw the curvature junctions of the rail near the touch points, with their radii."""
     low, high = ax.get_ylim()
     margin = 0.15 * (high - low) + 2.0
     shown_junctions = [junction for junction in rail.junctions if low - margin < junction.y_mm < high + margin]

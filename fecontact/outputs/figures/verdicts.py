@@ -17,7 +17,9 @@ _UNCHANGED_STYLE: dict[str, Any] = {"mec": "0.7", "mew": 0.6, "zorder": 3}
 
 
 def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
-    """Draw a square for each common case, with the baseline's verdict on the left and the new verdict on the right.
+    """Draw a square with both verdicts for each common case.
+
+    The left half has the baseline's verdict, the right half the new verdict.
 
     Parameters
     ----------

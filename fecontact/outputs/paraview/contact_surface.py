@@ -73,7 +73,10 @@ _INSIDE_TOLERANCE = 1e-6
 def _contact_fields(
     result: CaseResult, contact: Rung, yielded: Rung | None
 ) -> tuple[dict[str, NDArray[Any]], ContactGrid]:
-    """Fields (nx, ns) on a grid that contains Hertz's ellipse and both contacts, with the grid."""
+    """Fields (nx, ns) on a grid that contains Hertz's ellipse and both contacts.
+
+    The grid is returned too.
+    """
     extents = result.hertz.extent_x_mm, result.hertz.extent_y_mm
     grid = contact.pressure.covering(*extents).grid
     if yielded is not None:
@@ -81,20 +84,20 @@ def _contact_fields(
         lengths_mm = (2.0 * float(np.abs(coordinates_mm).max()) for coordinates_mm in (grid.x_mm, grid.s_mm))
         grid = yielded.pressure.covering(*lengths_mm).grid
 
-    def on_grid(rung: Rung, values: Floats) -> Floats:
+    def interpolate(rung: Rung, values: Floats) -> Floats:
         return Field(grid=rung.grid, values=values).covering(*extents).at(grid).values
 
-    pressure, hertz = on_grid(contact, contact.pressure_MPa), mean_pressure(grid, result.hertz)
-    is_inside = on_grid(contact, np.ones(contact.grid.shape)) > 1.0 - _INSIDE_TOLERANCE
+    pressure, hertz = interpolate(contact, contact.pressure_MPa), mean_pressure(grid, result.hertz)
+    is_inside = interpolate(contact, np.ones(contact.grid.shape)) > 1.0 - _INSIDE_TOLERANCE
     fields: dict[str, NDArray[Any]] = {
         "contact_pressure_MPa": pressure,
         "hertz_pressure_MPa": hertz,
-        "gap_mm": np.where(is_inside, on_grid(contact, contact.gap_mm), np.nan),
+        "gap_mm": np.where(is_inside, interpolate(contact, contact.gap_mm), np.nan),
         # not Boolean, since ParaView's readers take Boolean arrays for field data
         "in_contact": (pressure > 0.0).astype(np.uint8),
     }
     if yielded is not None:
-        fields["plastic_pressure_MPa"] = on_grid(yielded, yielded.pressure_MPa)
+        fields["plastic_pressure_MPa"] = interpolate(yielded, yielded.pressure_MPa)
     return fields | {"hertz_minus_fe_MPa": hertz - _judged_pressure(fields)}, grid
 
 
@@ -103,10 +106,11 @@ def _judged_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
 
 
 def ellipse_lines(result: CaseResult) -> Any:
-    """Edges of Hertz's ellipses as lines of pyvista, `LINE_LIFT_MM` above the relief of the judged pressure.
+    """Edges of Hertz's ellipses as lines of pyvista.
 
-    The cell array `lobe` is 0 for the ellipse at the first touch point under the complete load. It is 1, 2, ... for the
-    ellipses of lobes and separate patches under their own forces.
+    They are `LINE_LIFT_MM` above the relief of the judged pressure. The cell array `lobe` is 0 for the ellipse at the
+    first touch point under the complete load. It is 1, 2, ... for the ellipses of lobes and separate patches under
+    their own forces.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""`view.py`, which opens the ParaView files of a study or a case with cameras, colours and cuts."""
+"""Script `view.py`: ParaView files of a study or case with cameras, colours and cuts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _COLOUR_SCALE_STEP_MPA = 100.0
 
 
 def write_view(out: Path) -> Path:
-    """Write `view.py` into the folder of a study or of a single case with ParaView files.
+    """Write `view.py` into the folder of a study or case with ParaView files.
 
     Paths in the script are relative to the script, so that the folder can be moved. The point to look at, and the
     colour scale for all cases, are numbers at the beginning of the script.
@@ -31,7 +31,7 @@ def write_view(out: Path) -> Path:
     Parameters
     ----------
     out
-        Folder of the study or case.
+        Folder of the study or of the single case.
 
     Returns
     -------

@@ -86,14 +86,14 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
 
 
 def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
-    """Write the files that change if a case is judged again, into the folder of the bodies' files.
+    """Write the files that change if a case is judged again.
 
     Parameters
     ----------
     result
         Result of a case.
     folder
-        Folder for the files.
+        Folder of the bodies' files.
 
     Returns
     -------
@@ -189,7 +189,10 @@ def _xml(kind: str, version: str, lines: list[str]) -> str:
 
 
 def _approach_mm(result: CaseResult) -> Floats:
-    """Rigid approach (3,) of the wheel to the rail in mm, as a vector away from the rail."""
+    """Rigid approach (3,) of the wheel to the rail in mm.
+
+    The vector points away from the rail.
+    """
     placement = result.placement
     direction = placement.load_direction(normal=result.case.load_kind == "normal")
     # approach on the elements' nodes, to which the displacements belong; it is the component along the contact normal
@@ -218,14 +221,14 @@ def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, st
     """Body as a pyvista grid, mirrored if it is half."""
     import pyvista
 
-    mirror = _Mirror.of_mesh(mesh) if mesh.half else None
+    mirror = _Mirror.build(mesh) if mesh.half else None
     points, hexes = mesh.points, mesh.hexes
     if mirror is not None:
-        points, displacement = (mirror.extended(values, _MIRRORED_VECTOR) for values in (points, displacement))
+        points, displacement = (mirror.extend(values, _MIRRORED_VECTOR) for values in (points, displacement))
         # both halves meet on the plane, where shear stresses that change sign have a mean of zero
         stress = stress.copy()
         stress[mirror.plane] *= 0.5 * (1.0 + _MIRRORED_STRESS)
-        stress = mirror.extended(stress, _MIRRORED_STRESS)
+        stress = mirror.extend(stress, _MIRRORED_STRESS)
         # the mirror turns cells inside out, and the exchange of both layers turns them back
         hexes = np.concatenate([hexes, mirror.image[hexes[:, [4, 5, 6, 7, 0, 1, 2, 3]]]])
     grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: hexes}, points)
@@ -240,12 +243,15 @@ def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, st
 
 
 def _mirror_values(mesh: BodyMesh, values: Floats) -> Floats:
-    """Scalars (n,) or vectors (n, 3) at the nodes of a body, followed by the values of its mirror image."""
+    """Values at the nodes of a body, followed by the values of its mirror image.
+
+    The values are scalars (n,) or vectors (n, 3).
+    """
     if not mesh.half:
         return values
     columns = values.reshape(len(values), -1)
     signs = _MIRRORED_VECTOR if columns.shape[1] == 3 else np.ones(1)
-    return _Mirror.of_mesh(mesh).extended(columns, signs).reshape(-1, *values.shape[1:])
+    return _Mirror.build(mesh).extend(columns, signs).reshape(-1, *values.shape[1:])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -267,8 +273,19 @@ class _Mirror:
     image: Integers
 
     @classmethod
-    def of_mesh(cls, mesh: BodyMesh) -> _Mirror:
-        """Mirror images for a half model with the plane of symmetry x = 0."""
+    def build(cls, mesh: BodyMesh) -> _Mirror:
+        """Mirror images for a half model with the plane of symmetry x = 0.
+
+        Parameters
+        ----------
+        mesh
+            Mesh of the half model.
+
+        Returns
+        -------
+        _Mirror
+            Numbers of the nodes and of their images.
+        """
         points = mesh.points
         on_plane = np.unique(mesh.surfaces["symmetry"])
         assert float(np.abs(points[on_plane, 0]).max()) < 1e-6, f"{mesh.name}: its plane of symmetry is not x = 0"
@@ -277,6 +294,6 @@ class _Mirror:
         image[copied] = len(points) + np.arange(copied.size)
         return cls(plane=on_plane, copied=copied, image=image)
 
-    def extended(self, values: Floats, signs: Floats) -> Floats:
-        """Values (n, c) at the nodes, followed by the values at the images."""
+    def extend(self, values: Floats, signs: Floats) -> Floats:
+        """Append the values at the images to the values (n, c) at the nodes."""
         return np.concatenate([values, values[self.copied] * signs])

@@ -44,7 +44,7 @@ def elastic_record(record: Item) -> Item:
 
 
 def asked_row(row: Item) -> Item:
-    """Row as tables show it: verdict and numbers of Hertz belong to one side and to equal bodies.
+    """Row as tables show it: verdict and numbers of Hertz belong together.
 
     At a curvature junction the columns of Hertz have the curvature of the side that decided. With a yield stress
     deviations and measures are against bodies that yield, as the verdict is. All other theories are judged against

@@ -52,7 +52,9 @@ def cheapest_columns(column: str, standing: Standing) -> Record:
 
 
 def theory_text(row: Mapping[str, Any]) -> str:
-    """Text on the cheapest theory of a row if Hertz does not hold in its range.
+    """Text on the cheapest theory of a row if Hertz does not hold.
+
+    It is empty if Hertz holds in its range, or if no theory holds.
 
     Parameters
     ----------
@@ -62,8 +64,7 @@ def theory_text(row: Mapping[str, Any]) -> str:
     Returns
     -------
     str
-        Theory, its deviations of peak pressure and area in percent, and its limit utilisation. Empty if Hertz holds in
-        its range, or if no theory holds.
+        Theory, its deviations of peak pressure and area in percent, and its limit utilisation.
     """
     name = row.get("cheapest_theory")
     if name not in THEORIES or (name == HERTZ and row.get("cheapest_theory_status") != "out of range"):

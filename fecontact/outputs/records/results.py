@@ -120,7 +120,7 @@ def result_record(result: CaseResult) -> Record:
 
 
 def load_record(load: JudgedLoad) -> Record:
-    """Record of a judged load, for a case and for a cell of a map alike.
+    """Record of a judged load, for a case and for a cell of a map.
 
     Parameters
     ----------
@@ -268,7 +268,10 @@ def contact_record(contact: Approximation, measures: Measures) -> Record:
 
 
 def _patch_record(patch: TheoryPatch) -> Record:
-    """Record of a patch of several, under the force of the patch along the normal of the patch."""
+    """Record of a patch of several.
+
+    Its force is along the normal of the patch.
+    """
     place_entries = picked(patch, "centre_mm")
     if (touch := patch.touch) is not None:
         place_entries |= {"touch_point": patch.touch_point, **picked(touch, "rail_y_mm contact_angle_rad")}
@@ -545,7 +548,10 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
 
 
 def _irregular_columns(case: Case, placement: Placement | None) -> Row:
-    """Irregularities of rail and wheel, the distance along the track, and the lowering of the wheel."""
+    """Irregularities of rail and wheel, the distance along the track, and the lowering.
+
+    The lowering is the distance (mm) by which the rigid wheel stands lower there.
+    """
     along = None if placement is None else placement.along
     irregularities = {"rail_irregularity": case.rail_irregularity, "wheel_irregularity": case.wheel_irregularity}
     return {

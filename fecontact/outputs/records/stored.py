@@ -111,12 +111,12 @@ def _plain(value: Any, arrays: Arrays, name: str) -> Any:
         arrays |= {f"{name}_{field}": getattr(value, field) for field in _RUNG_FIELDS}
         return {"arrays": name, "half": value.grid.half, **{key: getattr(value, key) for key in _RUNG_NUMBERS}}
     if is_dataclass(value):
-        attributes = {entry.name: getattr(value, entry.name) for entry in fields(value) if entry.name != "profile"}
+        attributes = {field.name: getattr(value, field.name) for field in fields(value) if field.name != "profile"}
         return _plain_fields(attributes, arrays, name)
     if isinstance(value, Mapping):
-        return {key: _plain(entry, arrays, name) for key, entry in value.items()}
+        return {key: _plain(member, arrays, name) for key, member in value.items()}
     if isinstance(value, tuple):
-        return [_plain(entry, arrays, f"{name}{place}") for place, entry in enumerate(value)]
+        return [_plain(member, arrays, f"{name}{place}") for place, member in enumerate(value)]
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
@@ -146,15 +146,15 @@ def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> 
         return _read_rung(plain, arrays)
     if isinstance(kind, type) and is_dataclass(kind):
         kinds = _kinds(kind)
-        return kind(**{key: _value(kinds[key], entry, arrays) for key, entry in plain.items()})
+        return kind(**{key: _value(kinds[key], member, arrays) for key, member in plain.items()})
     kind = _without_alias(kind)
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is UnionType:
         return None if plain is None else _value(arguments[0], plain, arrays)
     if origin is tuple:
-        return tuple(_value(arguments[0], entry, arrays) for entry in plain)
+        return tuple(_value(arguments[0], member, arrays) for member in plain)
     if origin is Mapping:
-        return {key: _value(arguments[1], entry, arrays) for key, entry in plain.items()}
+        return {key: _value(arguments[1], member, arrays) for key, member in plain.items()}
     if origin is np.ndarray:
         return np.array(plain)
     # A list or an object that no branch above converts would stay unchanged, and fail far from here.
@@ -188,7 +188,7 @@ def _read_rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float6
 
 
 def write_arrays(path: Path, arrays: Arrays) -> Path:
-    """Write arrays as one compressed NumPy archive; equal arrays give equal bytes."""
+    """Write arrays as a compressed NumPy archive; equal arrays give equal bytes."""
     return write_atomically(path, lambda temporary: np.savez_compressed(temporary, allow_pickle=False, **arrays))
 
 
@@ -224,7 +224,7 @@ def read_arrays(path: Path) -> Arrays:
 
 
 def _read_array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
-    """Read one array, and check that the number of values agrees with the header."""
+    """Read an array, and check that the number of values agrees with the header."""
     with archive.open(member) as file:
         np.lib.format.read_magic(file)
         shape, is_by_column, kind = np.lib.format.read_array_header_1_0(file)
