@@ -18,7 +18,7 @@ from fecontact.outputs.cases import (
     theories_table,
 )
 from fecontact.outputs.hertz_terminal import touch_point_table
-from fecontact.outputs.own_profiles import geometry_line
+from fecontact.outputs.own_profiles import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
 from fecontact.outputs.records.asked import asked_record, elastic_record
 from fecontact.outputs.tables import Item
@@ -60,7 +60,7 @@ def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[
     )
     lobes = [lobes_table(record)] if record["lobes"] else []
     return [
-        *geometry_line(record),
+        *pair_geometry_lines(record),
         *_answer_lines(record, title),
         measures,
         *lobes,
@@ -158,7 +158,7 @@ def _detail_parts(record: Item, elements: bool) -> Iterator[Part]:
 def _mesh_lines(record: Item) -> Iterator[str]:
     """Iterate over sentences on mesh refinement, agreement of both contacts, and solver residuals."""
     elements, solver = record["elements"], record["solver"]
-    yield f"{_decision_text(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
+    yield f"{_status_word(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
     yield (
         f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
         f" patches {record['overlap']:.3f}"
@@ -192,7 +192,7 @@ def _elements_verdict_text(record: Item) -> str:
     return f"the elements by themselves, on their own nodes: Hertz {answer}{remedy}"
 
 
-def _decision_text(answer: str) -> str:
+def _status_word(answer: str) -> str:
     return "open" if answer == "UNRESOLVED" else "decided"
 
 

@@ -46,8 +46,8 @@ def case_words(case: Case, placement: Placement) -> str:
 
 SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
 """Label of an axis over the lateral shift."""
-OF_WHEELSET = "rolled until both wheels touch"
-UNDER_LOAD = "roll of the loaded wheelset"
+TOUCHING_ROLL_WORDS = "rolled until both wheels touch"
+LOADED_ROLL_WORDS = "roll of the loaded wheelset"
 _OPPOSITE_SIDE = {"left": "right", "right": "left"}
 _SHIFT_SIGN_WORDS = {"left": "positive: towards its rail", "right": "negative: towards its rail"}
 
@@ -71,7 +71,7 @@ def roll_words(case: Case) -> str:
         )
         return _loaded_roll_words(case.side, load_kN, opposite_load_kN)
     if case.roll == "touching":
-        return OF_WHEELSET
+        return TOUCHING_ROLL_WORDS
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     if makes_a_wheelset(case.rail, case.wheel):
         return fixed
@@ -95,17 +95,19 @@ def roll_words_of_rows(rows: Sequence[Row]) -> str:
     rolled_rows = [row for row in rows if row.get("roll_mrad") not in (None, "")]
     kinds = {row.get("roll") or "given" for row in rolled_rows}
     if kinds == {"touching"}:
-        return OF_WHEELSET
+        return TOUCHING_ROLL_WORDS
     if kinds == {"touching", "loaded"}:
-        return f"{OF_WHEELSET}, loaded or not"
+        return f"{TOUCHING_ROLL_WORDS}, loaded or not"
     if kinds == {"loaded"}:
         loads_kN = {(_read_number(row, "roll_load_kN"), _read_number(row, "opposite_load_kN")) for row in rolled_rows}
         sides = {str(row["side"]) for row in rolled_rows}
-        return _loaded_roll_words(sides.pop(), *loads_kN.pop()) if len(loads_kN) == len(sides) == 1 else UNDER_LOAD
+        return (
+            _loaded_roll_words(sides.pop(), *loads_kN.pop()) if len(loads_kN) == len(sides) == 1 else LOADED_ROLL_WORDS
+        )
     rolls = {float(row["roll_mrad"]) for row in rolled_rows}
     if kinds == {"given"}:
         return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed case by case"
-    return f"{OF_WHEELSET}, or fixed" if kinds else ""
+    return f"{TOUCHING_ROLL_WORDS}, or fixed" if kinds else ""
 
 
 def _loaded_roll_words(side: str, load_kN: float | None, opposite_load_kN: float | None) -> str:
@@ -114,10 +116,10 @@ def _loaded_roll_words(side: str, load_kN: float | None, opposite_load_kN: float
     Both loads are in kN. A load is None if it is equal to the load of the cases.
     """
     if opposite_load_kN is None:
-        return UNDER_LOAD if load_kN is None else f"roll of the wheelset under {load_kN:g} kN a wheel"
+        return LOADED_ROLL_WORDS if load_kN is None else f"roll of the wheelset under {load_kN:g} kN a wheel"
     opposite_part = f"{opposite_load_kN:g} kN on its {_OPPOSITE_SIDE[side]} wheel"
     if load_kN is None:
-        return f"{UNDER_LOAD}, {opposite_part}"
+        return f"{LOADED_ROLL_WORDS}, {opposite_part}"
     return f"roll of the wheelset under {load_kN:g} kN on its {side} wheel, {opposite_part}"
 
 

@@ -262,9 +262,9 @@ def elements_table(record: Item) -> Table:
         cells = [
             words.title,
             *values,
-            words.off(deviation),
-            words.off(uncertainty, size=True),
-            words.limit(limits[measure]),
+            words.deviation_text(deviation),
+            words.deviation_text(uncertainty, size=True),
+            words.limit_text(limits[measure]),
         ]
         lines.append(TableRow(cells=[*cells, answer], tone=_TONES[answer]))
     columns = columns_of("own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",))
@@ -301,16 +301,16 @@ def measures_table(
     for measure in (*limits, *other_measures):
         words, deviation = WORDS[measure], judgement["deviation"].get(measure)
         # some measures are zero for an ellipse
-        values = (words.off(deviation).removesuffix(words.off_unit).strip(), "0")
+        values = (words.deviation_text(deviation).removesuffix(words.off_unit).strip(), "0")
         if measure in judgement:
             values = (number_text(record["fe"][measure]), number_text(judgement[measure]))
         cells = [
             words.title,
             *values,
-            words.off(deviation),
-            words.off(judgement["uncertainty"].get(measure), size=True),
+            words.deviation_text(deviation),
+            words.deviation_text(judgement["uncertainty"].get(measure), size=True),
         ]
-        cells += [words.limit(limits[measure]) if measure in limits else "", answers.get(measure, "not judged")]
+        cells += [words.limit_text(limits[measure]) if measure in limits else "", answers.get(measure, "not judged")]
         lines.append(TableRow(cells=cells, tone=_TONES.get(answers.get(measure, ""), "dim")))
     columns = columns_of("FE", name, "off by", "±", "limit", "answer", texts=("answer",))
     # without room the names take two lines
@@ -444,10 +444,10 @@ def plastic_tables(record: Item) -> list[Table]:
     lower, higher = (plastic[f"step_with_yield_stress_15_percent_{band_side}"] for band_side in ("lower", "higher"))
     columns = [
         text("measure", lambda measure: WORDS[measure].name, wraps=True),
-        text("by plasticity", lambda measure: WORDS[measure].off(steps[measure]), "number"),
-        text("±", lambda measure: WORDS[measure].off(uncertainty[measure], size=True), "number"),
-        text("yield stress\n-15 %", lambda measure: WORDS[measure].off(lower[measure]), "number"),
-        text("+15 %", lambda measure: WORDS[measure].off(higher[measure]), "number"),
+        text("by plasticity", lambda measure: WORDS[measure].deviation_text(steps[measure]), "number"),
+        text("±", lambda measure: WORDS[measure].deviation_text(uncertainty[measure], size=True), "number"),
+        text("yield stress\n-15 %", lambda measure: WORDS[measure].deviation_text(lower[measure]), "number"),
+        text("+15 %", lambda measure: WORDS[measure].deviation_text(higher[measure]), "number"),
     ]
     change_tables = [table_of(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
     bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())

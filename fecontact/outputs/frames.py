@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fecontact.errors import InputError
-from fecontact.outputs.records.results import Rowed, rows
+from fecontact.outputs.records.results import HasRows, rows
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-def to_dataframe(results: CaseResult | Rowed | Iterable[CaseResult]) -> pandas.DataFrame:
+def to_dataframe(results: CaseResult | HasRows | Iterable[CaseResult]) -> pandas.DataFrame:
     """Convert results to a pandas table.
 
     Parameters
@@ -32,7 +32,7 @@ def to_dataframe(results: CaseResult | Rowed | Iterable[CaseResult]) -> pandas.D
     return pandas.DataFrame(rows(results))
 
 
-def to_xarray(results: CaseResult | Rowed | Iterable[CaseResult]) -> xarray.Dataset:
+def to_xarray(results: CaseResult | HasRows | Iterable[CaseResult]) -> xarray.Dataset:
     """Convert results to an xarray data set.
 
     Parameters
@@ -61,5 +61,5 @@ def to_xarray(results: CaseResult | Rowed | Iterable[CaseResult]) -> xarray.Data
         fields = {"pressure_MPa": (dimensions, results.pressure_MPa), "gap_mm": (dimensions, results.gap_mm)}
         return xarray.Dataset(fields, {"x_mm": results.grid.x_mm, "s_mm": results.grid.s_mm})
     frame, coordinates = to_dataframe(results), ["lateral_shift_mm", "load_kN"]
-    frame = frame.set_index(coordinates) if isinstance(results, Rowed) else frame.rename_axis("case")
+    frame = frame.set_index(coordinates) if isinstance(results, HasRows) else frame.rename_axis("case")
     return xarray.Dataset.from_dataframe(frame)

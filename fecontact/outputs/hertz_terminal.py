@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fecontact.outputs.own_profiles import geometry_line
+from fecontact.outputs.own_profiles import pair_geometry_lines
 from fecontact.outputs.tables import (
     Item,
     Table,
@@ -52,7 +52,7 @@ def hertz_lines(record: Item) -> Lines:
     Lines
         Tables and lines in order.
     """
-    yield from geometry_line(record)
+    yield from pair_geometry_lines(record)
     yield touch_point_table(record)
     yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE_COLUMNS, record["ellipses"])
     if len(record["springs"]["patches"]) > 1:

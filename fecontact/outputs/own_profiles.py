@@ -24,17 +24,17 @@ _POINT_SPACING_MM = 0.05
 _MIN_FLANGE_HEIGHT_MM = 12.0
 
 
-def own_profiles_record(case: Case, placement: Placement) -> Record:
+def pair_geometry_record(case: Case, placement: Placement) -> Record:
     """Record with the line on the geometry.
 
     The record is empty if both profiles are from the library or given by their radii.
     """
     if all(is_short_form(spec) or is_known(spec) for spec in case.profiles.values()):
         return {}
-    return {"own_profiles": own_profiles_text(case, placement)}
+    return {"own_profiles": pair_geometry_text(case, placement)}
 
 
-def own_profiles_text(case: Case, placement: Placement) -> str:
+def pair_geometry_text(case: Case, placement: Placement) -> str:
     """Contact point, rolling radius, flange height and rail inclination of a pair.
 
     Parameters
@@ -58,7 +58,7 @@ def own_profiles_text(case: Case, placement: Placement) -> str:
     )
 
 
-def geometry_line(record: Item) -> list[str]:
+def pair_geometry_lines(record: Item) -> list[str]:
     """Lines on the geometry from a record: a list with a line, or an empty list."""
     return [record["own_profiles"]] if "own_profiles" in record else []
 
@@ -104,4 +104,4 @@ def geometry_of_cases(cases: Iterable[Case]) -> Iterator[str]:
         if pair not in shown_pairs and not isinstance(placement := placed_or_why(case), str):
             shown_pairs.add(pair)
             place_text = f"at a shift of {case.lateral_shift_mm:g} mm"
-            yield from (f"{place_text}: {text}" for text in own_profiles_record(case, placement).values())
+            yield from (f"{place_text}: {text}" for text in pair_geometry_record(case, placement).values())

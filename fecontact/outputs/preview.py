@@ -8,7 +8,7 @@ import numpy as np
 
 from fecontact.outputs.flat_records import picked
 from fecontact.outputs.geometry import touch_record
-from fecontact.outputs.own_profiles import geometry_line, own_profiles_record
+from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.solving.preview import Preview
@@ -37,12 +37,12 @@ def preview_record(preview: Preview) -> dict[str, Any]:
         "uncertainty_of_profile": preview.hertz_uncertainty,
         "expected_patch": picked(preview.expected, _EXPECTED_PATCH_ATTRIBUTES),
         **picked(preview, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
-        "junctions": junctions_of(preview),
+        "junctions": junction_records(preview),
         "notes": list(preview.placement.notes),
     }
 
 
-def junctions_of(preview: Preview) -> list[dict[str, Any]]:
+def junction_records(preview: Preview) -> list[dict[str, Any]]:
     """Curvature junctions of both profiles, the nearest to the first touch point first.
 
     Parameters
@@ -79,7 +79,7 @@ def preview_lines(preview: Preview) -> Lines:
     Lines
         Touch points, ellipse, expected patch, junctions, elements and effort.
     """
-    yield from geometry_line(own_profiles_record(preview.case, preview.placement))
+    yield from pair_geometry_lines(pair_geometry_record(preview.case, preview.placement))
     patch, (dx, ds) = preview.expected, preview.element_size_mm
     for place, touch in enumerate(preview.placement.touch_points, start=1):
         yield (
@@ -96,7 +96,9 @@ def preview_lines(preview: Preview) -> Lines:
         f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm of the touch point"
     )
     junctions_below = [
-        junction for junction in junctions_of(preview) if patch.s_low_mm <= junction["distance_mm"] <= patch.s_high_mm
+        junction
+        for junction in junction_records(preview)
+        if patch.s_low_mm <= junction["distance_mm"] <= patch.s_high_mm
     ]
     junctions_text = ", ".join(
         f"{junction['profile']} at {junction['distance_mm']:+.2f} mm" for junction in junctions_below

@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.outputs.flat_records import Record, picked
 from fecontact.outputs.pair_names import body_words
-from fecontact.outputs.style import MARKS, SIDES, Colour, blank_figure, finish, save_figure
+from fecontact.outputs.style import MARKS, SIDE_LABELS, Colour, blank_figure, finish, save_figure
 from fecontact.outputs.tables import number, radius, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
@@ -247,7 +247,7 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
     band_label = "" if measured is None else "\nband: twice its noise"
     curvature_axes.set(
         ylabel=f"curvature in 1/mm, convex positive\n(logarithmic beyond ±0.001){band_label}",
-        xlabel=f"y in mm\n{SIDES}",
+        xlabel=f"y in mm\n{SIDE_LABELS}",
     )
     description = "" if measured is None else _draw_points(profile_axes, point_axes[0], measured)
     profile_axes.set(title=f"{body_words(profile.kind, profile.name)}{description}", ylabel="z (up) in mm")

@@ -63,7 +63,7 @@ ANSWER_WORDS = {
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
 """Colours of series. Series have different marks as well."""
 MARKS = "os^DvP*X"
-SIDES = "gauge side ←            → field side"
+SIDE_LABELS = "gauge side ←            → field side"
 
 
 def blank_figure(width: float, height: float) -> Figure:

@@ -17,7 +17,7 @@ Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
 """Emphasis of a row: no emphasis, failing or unusable, open, or dimmed because the row does not decide."""
 Item: TypeAlias = Mapping[str, Any]
 """Content of a line of a table: a record of results, or a row."""
-Kind: TypeAlias = Literal["number", "text", "answer"]
+ColumnKind: TypeAlias = Literal["number", "text", "answer"]
 Of: TypeAlias = str | Callable[[Any], Any]
 """Source of the value of a column: a key of the record, or a function of the record."""
 
@@ -41,7 +41,7 @@ class Column:
     """
 
     heading: str
-    kind: Kind = "number"
+    kind: ColumnKind = "number"
     rank: int = 0
     name: str = ""
     wraps: bool = False
@@ -80,7 +80,7 @@ class Table:
     shorter: Sequence[Table] = ()
     roomy_width: int = 100
 
-    def without(self, names: Sequence[str]) -> Table:
+    def drop_columns(self, names: Sequence[str]) -> Table:
         """Copy of the table without some of its named columns.
 
         Parameters
@@ -102,7 +102,7 @@ class Table:
             rows=[replace(row, cells=[row.cells[number] for number in remaining]) for row in self.rows],
         )
 
-    def narrower(self) -> Iterator[tuple[Table, list[str]]]:
+    def narrower_forms(self) -> Iterator[tuple[Table, list[str]]]:
         """Iterate over narrower and narrower forms of the table.
 
         Returns
@@ -119,7 +119,7 @@ class Table:
             if named_column.name
         ]
         for count in range(len(names) + 1):
-            yield shortest.without(names[:count]), names[:count]
+            yield shortest.drop_columns(names[:count]), names[:count]
 
 
 def table_of(
@@ -191,7 +191,14 @@ def number(
 
 
 def text(
-    heading: str, source: Of, kind: Kind = "text", *, none: str = "", rank: int = 0, name: str = "", wraps: bool = False
+    heading: str,
+    source: Of,
+    kind: ColumnKind = "text",
+    *,
+    none: str = "",
+    rank: int = 0,
+    name: str = "",
+    wraps: bool = False,
 ) -> Column:
     """Make a column of words.
 

@@ -110,7 +110,7 @@ def _print_table(console: Console, table: Table) -> None:
     from rich.measure import Measurement
 
     unbounded = console.options.update(max_width=_UNLIMITED_WIDTH)
-    for narrower_table, omitted in table.narrower():
+    for narrower_table, omitted in table.narrower_forms():
         rendered, omitted_names = _render_table(console, narrower_table), omitted
         if Measurement.get(console, unbounded, rendered).maximum - _wrapping_gain(narrower_table) <= console.width:
             break

@@ -6,7 +6,7 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import offered
 from fecontact.outputs.flat_records import Record, picked, told
-from fecontact.outputs.own_profiles import geometry_line, own_profiles_record
+from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs, contact_record, versions
 from fecontact.outputs.tables import Item, number, table_of, text
 from fecontact.outputs.terminal import Lines, notes
@@ -72,7 +72,7 @@ def alone_record(theory_alone: TheoryAlone) -> Record:
         "theory": theory_alone.name,
         **picked(THEORIES[theory_alone.name], _THEORY_ATTRIBUTES),
         "case": case_inputs(theory_alone.case, placement),
-        **own_profiles_record(theory_alone.case, placement),
+        **pair_geometry_record(theory_alone.case, placement),
         "contact_angle_rad": placement.first.contact_angle_rad,
         "given_normal_force_N": theory_alone.normal_force_N,
         "problem": theory_alone.problem,
@@ -128,7 +128,7 @@ def alone_lines(record: Item) -> Lines:
     Lines
         Table of the contact, and of each patch if there are several; status and notes.
     """
-    yield from geometry_line(record)
+    yield from pair_geometry_lines(record)
     if record["problem"] is None:
         patches = record["patches"] if len(record["patches"]) > 1 else []
         numbered_patches = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))

@@ -38,7 +38,7 @@ BY_EACH_LINE = " over all lines, each of which is judged by itself"
 """Reason for an apparent contradiction of uncertainty and verdict, if several profile variants fit the points."""
 
 
-def off_text(
+def deviation_sentence(
     measure: str,
     deviation: float | None,
     uncertainty: float | None,
@@ -69,24 +69,28 @@ def off_text(
         Text such as "peak pressure +3.20 % ± 1.00 % (limit ±5 %)".
     """
     words = WORDS[measure]
-    limit_part = "" if limit is None else f" (limit {words.limit(limit)})"
+    limit_part = "" if limit is None else f" (limit {words.limit_text(limit)})"
     variants = ""
     if answer in ("HOLDS", "FAILS") and deviation is not None and uncertainty is not None and limit is not None:
         variants = "" if answer_of(deviation, uncertainty, limit) == answer else BY_EACH_LINE
     nearness = f"{_NEARNESS_WORDS[answer]}: " if nearest else ""
-    return f"{nearness}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{variants}{limit_part}"
+    return (
+        f"{nearness}{words.name} {words.deviation_text(deviation)} ± {words.deviation_text(uncertainty, size=True)}"
+        f"{variants}{limit_part}"
+    )
 
 
-def _deviation_text(judgement: Record, verdict: Record, limits: Record) -> str:
+def _decision_text(judgement: Record, verdict: Record, limits: Record) -> str:
     """Deviation of a judged theory in the measure that decided a verdict."""
     measure, answer = verdict["measure"], verdict["answer"]
     deviation, uncertainty = (judgement[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
     measure_answer = verdict["each"][measure]
     if answer != "FAILS" or measure_answer == "FAILS":
-        return off_text(measure, deviation, uncertainty, limits[measure], measure_answer, nearest=True)
+        return deviation_sentence(measure, deviation, uncertainty, limits[measure], measure_answer, nearest=True)
     # on each profile variant a measure fails, but the variants do not agree on a measure
     return (
-        f"beyond another limit from line to line: {off_text(measure, deviation, uncertainty, limits[measure], answer)}"
+        "beyond another limit from line to line:"
+        f" {deviation_sentence(measure, deviation, uncertainty, limits[measure], answer)}"
     )
 
 
@@ -98,7 +102,7 @@ def _reason(verdict: Record, judgement: Record) -> str:
     """Deciding measure of a verdict, with curvature, cause and share of profile variants."""
     side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
     variants = f"; it {share_text(verdict['lines'])}" if verdict["lines"] else ""
-    return f"{_deviation_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
+    return f"{_decision_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
 
 
 def share_text(lines: Mapping[str, str]) -> str:
@@ -192,7 +196,7 @@ def verdict_reason(load: JudgedLoad) -> str:
     return f"{certain_part if load.verdict.answer == 'FAILS' else ''}not to be used: {load.status}"
 
 
-def shown_measures(load: JudgedLoad) -> Measures:
+def reference_measures(load: JudgedLoad) -> Measures:
     """Measures of the finite elements.
 
     If there is a yield stress, they are measures of bodies that yield.
@@ -245,7 +249,7 @@ def cheapest_text(record: Record) -> str:
         return ""
     judged_theory = deciding(record) if name == HERTZ else record["theories"][name]
     deviations = {
-        WORDS[measure].short: WORDS[measure].off(judged_theory["deviation"][measure])
+        WORDS[measure].short: WORDS[measure].deviation_text(judged_theory["deviation"][measure])
         for measure in ("p_max_MPa", "area_mm2")
     }
     deviations_text = ", ".join(f"{short} {value}" for short, value in deviations.items())
@@ -275,7 +279,7 @@ def decided(row: Record, limits: Mapping[str, float]) -> str:
         return ""
     *columns, factor = deviation_column(measure)
     deviation, uncertainty = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
-    return off_text(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
+    return deviation_sentence(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
 
 
 def deciding(record: Record) -> Record:
@@ -303,13 +307,13 @@ def what_would_decide(record: Record) -> str:
     if not usable(record):
         return f"the result must not be used: {with_remedy(record)}"
     if record["verdict"]["cause"] == PROFILE:
-        change = WORDS[measure].off(record["uncertainty_of_profile"][measure], size=True)
+        change = WORDS[measure].deviation_text(record["uncertainty_of_profile"][measure], size=True)
         return (
             f"no finer mesh decides it: over the lines that the points allow the deviation changes by {change}; say the"
             " filter that counts, or measure the profiles with less noise, or closer points"
         )
     if (irreducible := _irreducible_uncertainty(record)) is not None:
-        distance, irreducible_uncertainty = (WORDS[measure].off(size, size=True) for size in irreducible)
+        distance, irreducible_uncertainty = (WORDS[measure].deviation_text(size, size=True) for size in irreducible)
         return (
             f"no finer mesh decides it: it is {distance} beside its limit, and reading it and the bodies' cut planes"
             f" leave {irreducible_uncertainty} open"
@@ -361,7 +365,7 @@ def case_annotation(result: CaseResult) -> str:
     str
         Lines of at most 40 characters.
     """
-    fe, hertz = shown_measures(result.load).p_max_MPa, result.comparison.hertz.p_max_MPa
+    fe, hertz = reference_measures(result.load).p_max_MPa, result.comparison.hertz.p_max_MPa
     lines = (
         case_words(result.case, result.placement),
         f"Hertz {result.load.verdict.answer}: {verdict_reason(result.load)}",

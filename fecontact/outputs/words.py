@@ -13,7 +13,7 @@ from fecontact.outputs.flat_records import relative_name
 
 
 @dataclass(frozen=True, kw_only=True)
-class Words:
+class MeasureWords:
     """Words for a measure.
 
     Attributes
@@ -58,7 +58,7 @@ class Words:
         """Decimals of a deviation in its unit."""
         return 2 if self.off_unit == "%" else 3
 
-    def off(self, value: float | None, *, size: bool = False) -> str:
+    def deviation_text(self, value: float | None, *, size: bool = False) -> str:
         """Text for a deviation with its unit.
 
         Parameters
@@ -78,13 +78,13 @@ class Words:
         sign = "+" if self.signed and not size else ""
         return f"{self.factor * value:{sign}z.{self.digits}f} {self.off_unit}"
 
-    def limit(self, value: float) -> str:
+    def limit_text(self, value: float) -> str:
         """Text for a limit with its unit."""
         return f"{'±' if self.signed else '< '}{self.factor * value:.12g} {self.off_unit}"
 
 
 TEXTS = tomllib.loads((files("fecontact.outputs") / "words.toml").read_text("utf-8"))
-WORDS: dict[str, Words] = {name: Words(**parts) for name, parts in TEXTS["measures"].items()}
+WORDS: dict[str, MeasureWords] = {name: MeasureWords(**parts) for name, parts in TEXTS["measures"].items()}
 """Words of each measure, by its name."""
 
 
@@ -96,7 +96,7 @@ def names_text(measures: Iterable[str]) -> str:
 def criteria_text(criteria: Criteria) -> str:
     """Text for the deciding measures, each with its limit."""
     limits_of_measures = ((WORDS[measure], limit) for measure, limit in criteria.limits.items())
-    return ", ".join(f"{words.short} {words.limit(limit)}" for words, limit in limits_of_measures)
+    return ", ".join(f"{words.short} {words.limit_text(limit)}" for words, limit in limits_of_measures)
 
 
 def limits_text(criteria: Criteria) -> str:

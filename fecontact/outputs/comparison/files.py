@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from fecontact.regression.compare import TableComparison
 from fecontact.outputs.comparison.record import comparison_record
 from fecontact.outputs.comparison.tables import (
-    COLUMN_TABLE,
-    VALUE_TABLE,
+    COLUMN_TABLE_COLUMNS,
+    VALUE_TABLE_COLUMNS,
     head_lines,
     tolerance_table,
     value_table,
@@ -71,10 +71,12 @@ def comparison_html(comparison: TableComparison) -> str:
     changed, equal = columns[columns.times_tolerance > 0.0], columns[columns.times_tolerance == 0.0]
     values_title = "All values beyond their tolerance, the worst first"
     is_folded = len(differences) > _MAX_UNFOLDED_VALUES
-    values = value_table("" if is_folded else values_title, VALUE_TABLE, differences, comparison)
+    values = value_table("" if is_folded else values_title, VALUE_TABLE_COLUMNS, differences, comparison)
     tables_below = {
-        f"Columns with equal values: {len(equal)}": value_table("", COLUMN_TABLE, equal, comparison),
-        "Not compared; where they are furthest apart": value_table("", VALUE_TABLE, comparison.efforts, comparison),
+        f"Columns with equal values: {len(equal)}": value_table("", COLUMN_TABLE_COLUMNS, equal, comparison),
+        "Not compared; where they are furthest apart": value_table(
+            "", VALUE_TABLE_COLUMNS, comparison.efforts, comparison
+        ),
         "Tolerances": tolerance_table(comparison),
         "Versions": version_table(comparison),
     }
@@ -83,7 +85,7 @@ def comparison_html(comparison: TableComparison) -> str:
         Lead(comparison.verdict, "same" if comparison.same else "different"),
         Items(list(head_lines(comparison))),
         *verdict_lines(comparison),
-        value_table("Columns, the worst first", COLUMN_TABLE, changed, comparison),
+        value_table("Columns, the worst first", COLUMN_TABLE_COLUMNS, changed, comparison),
         Details(f"{values_title}: {len(differences)}", [values]) if is_folded else values,
         *(Details(title, [table]) for title, table in tables_below.items()),
     ]

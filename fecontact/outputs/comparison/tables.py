@@ -31,7 +31,7 @@ def _number_or_entry(key: str, form: str, fallback_key: str) -> Callable[[Item],
     return lambda row: str(row.get(fallback_key, "-")) if math.isnan(row[key]) else form.format(row[key])
 
 
-VALUE_TABLE = (
+VALUE_TABLE_COLUMNS = (
     text("column", "column"),
     text("case", "called", wraps=True),
     text("baseline", lambda row: value_text(row, "baseline"), "number"),
@@ -44,7 +44,12 @@ VALUE_TABLE = (
 _DIFFERING_COLUMN = text(
     "differ", lambda row: f"{row['differing']}/{row['cases']}", "number", rank=1, name="how many differ"
 )
-COLUMN_TABLE = (VALUE_TABLE[0], _DIFFERING_COLUMN, replace(VALUE_TABLE[1], heading="worst case"), *VALUE_TABLE[2:])
+COLUMN_TABLE_COLUMNS = (
+    VALUE_TABLE_COLUMNS[0],
+    _DIFFERING_COLUMN,
+    replace(VALUE_TABLE_COLUMNS[1], heading="worst case"),
+    *VALUE_TABLE_COLUMNS[2:],
+)
 """Columns of tables, each with the case of the largest difference."""
 
 
@@ -161,7 +166,9 @@ def tolerance_table(comparison: TableComparison) -> Table:
     tolerance_columns = (number("relative", "relative"), number("absolute", "absolute"))
     reason_column = text("why", "reason", none="the same text")
     return table_of(
-        "", (VALUE_TABLE[0], text("kind", "kind"), *tolerance_columns, reason_column), columns.to_dict("records")
+        "",
+        (VALUE_TABLE_COLUMNS[0], text("kind", "kind"), *tolerance_columns, reason_column),
+        columns.to_dict("records"),
     )
 
 

@@ -9,7 +9,7 @@ from fecontact.outputs.terminal import count
 if TYPE_CHECKING:
     from fecontact.outputs.terminal import Lines
     from fecontact.regression.compare import TableComparison
-from fecontact.outputs.comparison.tables import COLUMN_TABLE, head_lines, value_table, value_text
+from fecontact.outputs.comparison.tables import COLUMN_TABLE_COLUMNS, head_lines, value_table, value_text
 from fecontact.outputs.comparison.verdicts import verdict_lines
 
 # Number of columns that are shown if no column differs, so that the reader sees the margin.
@@ -43,12 +43,12 @@ def comparison_lines(comparison: TableComparison) -> Lines:
         worst = worst.assign(
             **{side: worst[side].where(are_numbers, worst[side].map(_shorten)) for side in ("baseline", "new")}
         )
-        yield value_table("Columns that differ", COLUMN_TABLE, worst, comparison)
+        yield value_table("Columns that differ", COLUMN_TABLE_COLUMNS, worst, comparison)
         if hidden := len(differing) - len(worst):
             yield f"{count(hidden, 'further column')} differ{'s' * (hidden == 1)}: --out FOLDER or --json has all"
     elif (columns.times_tolerance > 0.0).any():
         closest = columns[columns.times_tolerance > 0.0][:_CLOSEST_COLUMNS]
-        yield value_table("Closest to their tolerance", COLUMN_TABLE, closest, comparison)
+        yield value_table("Closest to their tolerance", COLUMN_TABLE_COLUMNS, closest, comparison)
     changed_efforts = efforts[efforts.baseline != efforts.new].to_dict("records")
     if changed_efforts:
         change_texts = (

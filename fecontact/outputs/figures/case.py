@@ -18,7 +18,7 @@ from fecontact.outputs.style import (
     save_figure,
     save_image,
 )
-from fecontact.outputs.verdict_words import shown_measures, verdict_reason
+from fecontact.outputs.verdict_words import reference_measures, verdict_reason
 from fecontact.outputs.words import WORDS
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
@@ -27,7 +27,13 @@ from fecontact.solving.solve import CaseResult
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-from fecontact.outputs.figures.pressure_maps import ACROSS, ROLLING, PressureFields, draw_pressure, drawn_lobes
+from fecontact.outputs.figures.pressure_maps import (
+    ACROSS_LABEL,
+    ROLLING_LABEL,
+    PressureFields,
+    draw_pressure,
+    numbered_lobes,
+)
 
 # --- Picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
 
@@ -172,7 +178,7 @@ def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, 
     ax.set_title(f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", y=1.0)
     ax.set_xlim(low, high)
     if label:
-        ax.set(xlabel=ACROSS)
+        ax.set(xlabel=ACROSS_LABEL)
     else:
         ax.tick_params(labelbottom=False)
     ax.legend(loc="best", fontsize=9)
@@ -193,7 +199,7 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
     elastic = None if fields.elastic is None else fields.elastic[:, j]
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])), elastic)
     ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
-    ax.set(xlabel=ROLLING, xlim=fields.limits_mm(across=False))
+    ax.set(xlabel=ROLLING_LABEL, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
 
@@ -233,7 +239,7 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
         if np.isfinite(curvature) and right - left > 0.12 * (high - low):
             radius = radius_text(radius_mm(curvature), "R {:.4g}")
             ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
-    ax.set(xlabel=ACROSS, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
+    ax.set(xlabel=ACROSS_LABEL, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
     ax.set_xlim(low, high)
 
 
@@ -250,16 +256,16 @@ def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -
     comparison, first, judgement = load.comparison, placement.first, [*load.sides.values()][-1]
     judgement = judgement if load.plastic is None else load.plastic.deciding
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
-    fe, hertz, limits = shown_measures(load).as_dict(), judgement.measures.as_dict(), load.case.criteria.limits
+    fe, hertz, limits = reference_measures(load).as_dict(), judgement.measures.as_dict(), load.case.criteria.limits
     for name, answer in judgement.verdict.each.items():
         words = WORDS[name]
         head = f"{words.short} {words.unit}" if name in fe else words.short
         values = (f"{measures[name]:.4g}" if name in measures else "" for measures in (fe, hertz))
         deviation, uncertainty = (
-            words.off(judgement.deviation[name]),
-            words.off(judgement.uncertainty[name], size=True).split()[0],
+            words.deviation_text(judgement.deviation[name]),
+            words.deviation_text(judgement.uncertainty[name], size=True).split()[0],
         )
-        limit = words.limit(limits[name]) if name in limits else ""
+        limit = words.limit_text(limits[name]) if name in limits else ""
         sizes = " ".join(f"{value:>6}" for value in values)
         lines.append(f"{head:<10} {sizes} {deviation:>9} {uncertainty:>6} {limit:>7} {answer}")
     if first.at_junction:
@@ -271,7 +277,7 @@ def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -
     )
     lines += ["", f"solid: finite elements, dashed: Hertz{dotted}"]
     lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
-    for number, lobe in enumerate(drawn_lobes(load), start=1):
+    for number, lobe in enumerate(numbered_lobes(load), start=1):
         lobe_words = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
         lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {lobe_words}")
     lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.pieces}")

@@ -12,7 +12,7 @@ from fecontact.arrays import Floats
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.pair_names import body_words
 from fecontact.outputs.profiles import draw_problems
-from fecontact.outputs.style import SIDES, Colour, blank_figure, finish, legend_beside, save_figure
+from fecontact.outputs.style import SIDE_LABELS, Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.preview import Preview
 
@@ -124,7 +124,7 @@ def preview_figure(preview: Preview, path: str | Path) -> Path:
     for ax in (pair_axes, patch_axes):
         draw_section(ax, preview.placement, lines)
     figure.suptitle(case_words(preview.case, preview.placement), fontsize=13)
-    pair_axes.set(xlabel=f"y in mm\n{SIDES}", ylabel="z (up) in mm")
+    pair_axes.set(xlabel=f"y in mm\n{SIDE_LABELS}", ylabel="z (up) in mm")
     pair_axes.set_aspect("equal", adjustable="datalim")
     reach = 0.8 * (patch.s_high_mm - patch.s_low_mm)
     patch_axes.set_xlim(touch.y_mm + patch.s_low_mm - reach, touch.y_mm + patch.s_high_mm + reach)
@@ -134,7 +134,7 @@ def preview_figure(preview: Preview, path: str | Path) -> Path:
     patch_axes.set_ylim(low - 0.3 * (high - low + 0.1), high + 0.6 * (high - low + 0.1))
     patch_axes.set(
         title="about the expected patch (shaded), vertical scale exaggerated",
-        xlabel=f"y in mm\n{SIDES}",
+        xlabel=f"y in mm\n{SIDE_LABELS}",
         ylabel="z in mm",
     )
     patch_axes.axvspan(
@@ -177,7 +177,7 @@ def _draw_curvatures(ax: Axes, preview: Preview, reach: float) -> None:
             ax.axvline(place.s_mm, color=Colour.LINES[place.profile.kind], ls=":", lw=1.0)
     ax.set(
         title=f"curvatures (dotted: junctions{'; bands: twice the noise' if has_bands else ''})",
-        xlabel=f"distance across from the touch point in mm\n{SIDES}",
+        xlabel=f"distance across from the touch point in mm\n{SIDE_LABELS}",
         ylabel="curvature in 1/mm, convex positive",
     )
     finish(ax)

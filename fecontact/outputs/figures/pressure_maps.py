@@ -16,7 +16,7 @@ from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.outputs.style import (
-    SIDES,
+    SIDE_LABELS,
 )
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 # Labels of axes over the rail's surface.
-ACROSS, ROLLING = f"s across in mm\n{SIDES}", "x (rolling) in mm"
+ACROSS_LABEL, ROLLING_LABEL = f"s across in mm\n{SIDE_LABELS}", "x (rolling) in mm"
 # Colour maps of pressures (lighter for higher pressures) and of signed differences.
 _PRESSURE_COLOURS, _DIFFERENCE_COLOURS = "viridis", "RdBu_r"
 # A map with a larger ratio of height to width has room for only three numbers across.
@@ -156,7 +156,7 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields,
     ax.set_title(
         f"{kind}, bodies that yield" if kind == "finite elements" and fields.elastic is not None else kind, y=1.0
     )
-    ax.set(xlabel=ACROSS, ylabel=ROLLING, aspect="equal", facecolor=background)
+    ax.set(xlabel=ACROSS_LABEL, ylabel=ROLLING_LABEL, aspect="equal", facecolor=background)
     (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
     ax.set(xlim=(s_low, s_high), ylim=(x_low, x_high))
     if x_high - x_low > _NARROW_MAP_RATIO * (s_high - s_low):
@@ -209,14 +209,14 @@ def ellipse_outline(hertz: HertzContact) -> tuple[Floats, Floats]:
     return first * s + second * c, first * c - second * s
 
 
-def drawn_lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
+def numbered_lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
     """Lobes of a contact; empty if there is a single lobe."""
     return load.lobes if len(load.lobes) > 1 else ()
 
 
 def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
     """Draw the numbers of the lobes above their centres of pressure."""
-    for number, lobe in enumerate(drawn_lobes(load), start=1):
+    for number, lobe in enumerate(numbered_lobes(load), start=1):
         x, s = lobe.centre_mm
         box = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
         # above the centre, since the touch point may be at the centre

@@ -16,7 +16,7 @@ from fecontact.outputs.pair_names import Row
 from fecontact.outputs.paraview.vtk import COLLECTION
 from fecontact.outputs.records.results import read_row
 
-VIEW = "view.py"
+SCRIPT_FILE = "view.py"
 _SCRIPT_BODY = "script.py.txt"
 # Colour scales end at a multiple of this, so that their labels are round numbers.
 _COLOUR_SCALE_STEP_MPA = 100.0
@@ -53,7 +53,7 @@ def write_view(out: Path) -> Path:
         collections, rows, folders = [COLLECTION], [read_row(out / "row.json")], [out]
     else:
         raise InputError(_missing_collection_text(out))
-    return write_text(out / VIEW, view_script(collections, rows, folders))
+    return write_text(out / SCRIPT_FILE, view_script(collections, rows, folders))
 
 
 def _missing_collection_text(out: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.records.results import measures_in
+from fecontact.outputs.records.results import select_measures
 from fecontact.outputs.tables import Item
 
 
@@ -30,7 +30,7 @@ def asked_record(record: Item) -> Item:
     name = HERTZ_GAUGE if side == "gauge" else HERTZ
     return {
         **record,
-        "fe": {**record["fe"], **measures_in(plastic)},
+        "fe": {**record["fe"], **select_measures(plastic)},
         "theories": {**theories, name: {**theories[name], **plastic_entries}},
     }
 

@@ -32,7 +32,7 @@ from fecontact.judging.measures import MEASURES, Measures, hertz_measures
 from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Verdict
 from fecontact.outputs.flat_records import Record, flat, picked, told
 from fecontact.outputs.geometry import touch_records
-from fecontact.outputs.own_profiles import own_profiles_record
+from fecontact.outputs.own_profiles import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of
 from fecontact.outputs.tables import Item
 from fecontact.placement.irregularity import irregularity_text
@@ -109,7 +109,7 @@ def result_record(result: CaseResult) -> Record:
     return {
         "schema": RESULT_SCHEMA,
         "case": case_inputs(result.case, result.placement),
-        **own_profiles_record(result.case, result.placement),
+        **pair_geometry_record(result.case, result.placement),
         **touch_records(result.placement),
         **load,
         "von_mises": told(result.von_mises),
@@ -212,14 +212,14 @@ def _profile_uncertainty(judgement: Judgement) -> Record:
     return {name: value - judgement.numerical[name] for name, value in judgement.uncertainty.items()}
 
 
-def measures_in(theory: Item) -> Record:
+def select_measures(theory: Item) -> Record:
     """Measures in the record of a theory."""
     return {name: theory[name] for name in MEASURES if name in theory}
 
 
 def _has_measures(theory: Item, contact: Record) -> bool:
     """Whether the record of a theory has the measures of a contact, up to rounding."""
-    theory_measures = measures_in(theory)
+    theory_measures = select_measures(theory)
     return contact.keys() == theory_measures.keys() and all(
         math.isclose(value, theory_measures[name], rel_tol=1e-9) for name, value in contact.items()
     )
@@ -400,7 +400,7 @@ def hertz_record(hertz_alone: HertzAlone) -> Record:
     return {
         "schema": "fecontact/hertz/2",
         "case": case_inputs(hertz_alone.case, hertz_alone.placement),
-        **own_profiles_record(hertz_alone.case, hertz_alone.placement),
+        **pair_geometry_record(hertz_alone.case, hertz_alone.placement),
         "normal_force_N": hertz_alone.hertz.normal_force_N,
         **touch_records(hertz_alone.placement),
         "ellipses": [
@@ -425,14 +425,14 @@ def hertz_record(hertz_alone: HertzAlone) -> Record:
 
 
 @runtime_checkable
-class Rowed(Protocol):
+class HasRows(Protocol):
     """Results with a method that gives their rows, such as a map."""
 
     def rows(self) -> list[Row]:
         """Flat dictionaries with units in their keys."""
 
 
-def rows(results: CaseResult | Rowed | Iterable[CaseResult]) -> list[Row]:
+def rows(results: CaseResult | HasRows | Iterable[CaseResult]) -> list[Row]:
     """Flat dictionaries of results, for `pandas.DataFrame`.
 
     Parameters
@@ -445,7 +445,7 @@ def rows(results: CaseResult | Rowed | Iterable[CaseResult]) -> list[Row]:
     list of Row
         One row per case or cell, with units in the keys.
     """
-    return results.rows() if isinstance(results, Rowed) else [case_row(result) for result in results]
+    return results.rows() if isinstance(results, HasRows) else [case_row(result) for result in results]
 
 
 def case_row(result: CaseResult) -> Row:
