@@ -51,10 +51,10 @@ def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[
     list of Part
         Parts in order.
     """
-    requested_record = asked_record(record)
+    converted_record = asked_record(record)
     measures = measures_table(
-        requested_record,
-        deciding(requested_record),
+        converted_record,
+        deciding(converted_record),
         YIELDING.capitalize() * _has_plastic_step(record),
         judged_only=True,
     )

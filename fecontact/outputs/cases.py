@@ -56,7 +56,7 @@ def cheapest_column(heading: str, column: str, *, name: str = "") -> Column:
     )
 
 
-# --- Tables of cases: their verdicts, and of one its measures, lobes, ladder and effort.
+# --- Tables of several cases (verdicts), and tables of a case (measures, lobes, ladder and effort).
 
 _TONES: Mapping[str, Tone] = {"HOLDS": "plain", "UNRESOLVED": "open", "FAILS": "fails"}
 

@@ -72,7 +72,7 @@ def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:
     return f"May Hertz's ellipse stand for the contact of {pair}?{criteria_part}{roll_part}"
 
 
-def answer_words(verdicts: Sequence[str], what: str) -> str:
+def answer_words(verdicts: Sequence[str], noun: str) -> str:
     """Numbers of verdicts in words, such as "Hertz holds in 4 of 9 cases".
 
     The numbers of failing, open and unusable cases follow.
@@ -81,7 +81,7 @@ def answer_words(verdicts: Sequence[str], what: str) -> str:
     ----------
     verdicts
         Verdicts. Other texts than HOLDS, FAILS and UNRESOLVED count as unusable.
-    what
+    noun
         Plural noun for the judged objects, such as "cases".
 
     Returns
@@ -99,7 +99,7 @@ def answer_words(verdicts: Sequence[str], what: str) -> str:
     lost = len(verdicts) - sum(count.values())
     statements = [f"is open in {count['UNRESOLVED']}"] if count["UNRESOLVED"] else []
     statements += [f"{lost} could not be used"] if lost else []
-    return f"Hertz holds in {count['HOLDS']} of {len(verdicts)} {what}, fails in {count['FAILS']}" + "".join(
+    return f"Hertz holds in {count['HOLDS']} of {len(verdicts)} {noun}, fails in {count['FAILS']}" + "".join(
         f", {clause}" for clause in statements
     )
 

@@ -186,7 +186,7 @@ def _verdict_records(load: JudgedLoad) -> Record:
     """
     common_entries = {"limits": dict(load.case.criteria.limits), "warnings": list(load.warnings)}
     elastic_verdict = load.elastic_verdict or load.verdict
-    # with whose curvature, where the touch point lies at a junction
+    # if the touch point is at a junction, the side has the deciding curvature
     deciding_entries = {"limit_used": load.limit_used, "side": load.deciding_side}
     elastic = {**told(elastic_verdict), **_count_variants(elastic_verdict), **deciding_entries, **common_entries}
     if load.plastic is None:
@@ -327,7 +327,7 @@ def _plastic_record(plastic_verdict: PlasticVerdict) -> Record:
         "path": told(plastic_verdict.yielded.path),
         HERTZ: picked(plastic_verdict.deciding, "deviation uncertainty verdict limit_used")
         | picked(plastic_verdict, "cancelling")
-        # with whose curvature, where the touch point lies at a junction
+        # if the touch point is at a junction, the side has the deciding curvature
         | ({"side": plastic_verdict.deciding_side} if len(plastic_verdict.judgements) > 1 else {}),
     }
 
