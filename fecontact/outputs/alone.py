@@ -1,4 +1,4 @@
-"""Theories by themselves, previews and contact tables: records, rows, and what is printed of them."""
+"""Records, rows and printed lines of theories alone and of contact tables."""
 
 from __future__ import annotations
 
@@ -22,20 +22,31 @@ from fecontact.solving.placing import roll_of_case
 
 # --- Lines of a contact table as flat rows with units in their keys.
 
-# as each contact has them
+# measures that every contact has
 SIZES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
 _NUMBERED = re.compile(r"(patch|touch)(\d+)_")
 BETWEEN_LINES = {
     "strip_approach_mm": "strip_approach_between_percent",
     "strip_stiffness_N_per_mm": "strip_stiffness_between_percent",
 }
-"""Columns that say what straight lines to the lines beside it miss in the middle, by what is interpolated."""
+"""Columns of the error of linear interpolation halfway to the adjacent lines, by the interpolated column."""
 
 
 def table_row(line: TableLine) -> Record:
-    """A line with all that is known of it; touch points come last, numbered from 1, the first touch first.
+    """Flat row of a line of a contact table.
 
-    The ellipse has the whole load at the first touch point; N grows with the approach as its power of 1.5.
+    Touch points come last, numbered from 1, the first touch first. The ellipse has the complete load at the first touch
+    point. Its normal force grows with the approach as the power 1.5.
+
+    Parameters
+    ----------
+    line
+        Line of a contact table.
+
+    Returns
+    -------
+    Record
+        Row with all results of the line.
     """
     row: Record = {
         "lateral_shift_mm": line.case.lateral_shift_mm,
@@ -54,8 +65,8 @@ def table_row(line: TableLine) -> Record:
         row |= picked(hertz, "normal_force_N", "hertz_") | picked(hertz_measures(hertz), SIZES, "hertz_")
         row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
     if springs is not None:
-        first = next(point.whole_note for point in reversed(springs.points) if point.touch_point == 0)
-        row["hertz_notes"] = "; ".join(dict.fromkeys(filter(None, [first, *springs.shared_notes])))
+        first_note = next(point.whole_note for point in reversed(springs.points) if point.touch_point == 0)
+        row["hertz_notes"] = "; ".join(dict.fromkeys(filter(None, [first_note, *springs.shared_notes])))
     row["strip_status"] = "no contact" if strips is None else strips.status
     if strips is not None:
         row |= {
@@ -64,42 +75,82 @@ def table_row(line: TableLine) -> Record:
             **picked(measures_of_theory(strips), SIZES, "strip_"),
             "strip_centre_mm": strips.centre_mm[1],
             "strip_stiffness_N_per_mm": line.strip_stiffness_N_per_mm,
-            **_strip_patches(line.placement, strips),
+            **_strip_patch_columns(line.placement, strips),
         }
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
-    return row | touches(line.placement, {n: _spring_columns(springs, n) for n in range(row["touch_points"])})
+    return row | touches(
+        line.placement,
+        {touch_index: _spring_columns(springs, touch_index) for touch_index in range(row["touch_points"])},
+    )
 
 
-def _strip_patches(placement: Placement, strips: Approximation) -> Record:
-    """Columns of each patch of the strips, from the largest force: where its centre lies, and the rail's angle there.
+def _strip_patch_columns(placement: Placement, strips: Approximation) -> Record:
+    """Columns of each patch of the strips, the largest force first.
 
-    All forces are along the normal at first touch.
+    They include the centre on both profiles and the angle of the rail there. All forces are along the normal at first
+    touch.
     """
-    found: Record = {}
+    columns: Record = {}
     for place, patch in enumerate(strips.patches, 1):
         rail_y, wheel_y, angle = placement.on_profiles(*patch.centre_mm)
-        places = {"rail_y_mm": rail_y, "wheel_y_mm": wheel_y, "contact_angle_rad": angle}
-        found |= flat({f"patch{place}": picked(patch, "normal_force_N p_max_MPa a_mm b_mm") | places})
-    return found
+        place_entries = {"rail_y_mm": rail_y, "wheel_y_mm": wheel_y, "contact_angle_rad": angle}
+        columns |= flat({f"patch{place}": picked(patch, "normal_force_N p_max_MPa a_mm b_mm") | place_entries})
+    return columns
 
 
 def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
-    """Columns of all touch points, numbered from 1, each with the columns of its spring."""
-    touches = enumerate(placement.touch_points)
-    return flat({f"touch{n + 1}": touch_columns(placement, touch) | springs.get(n, {}) for n, touch in touches})
+    """Columns of all touch points, numbered from 1.
+
+    Parameters
+    ----------
+    placement
+        Placement with the touch points.
+    springs
+        Columns of the spring by index of the touch point, from 0.
+
+    Returns
+    -------
+    Record
+        Columns of all touch points, each with the columns of its spring.
+    """
+    touch_points = enumerate(placement.touch_points)
+    return flat(
+        {
+            f"touch{touch_index + 1}": touch_columns(placement, touch) | springs.get(touch_index, {})
+            for touch_index, touch in touch_points
+        }
+    )
 
 
-def _spring_columns(points: HertzPoints | None, number: int) -> Record:
-    """The spring of a touch point, and its ellipse under the force that it takes as one of them."""
-    found = [one for one in points.points if one.touch_point == number and one.side != "gauge"] if points else []
-    if not found or found[0].whole is None:
+def _spring_columns(points: HertzPoints | None, touch_index: int) -> Record:
+    """Columns of the spring of a touch point and of its ellipse.
+
+    The ellipse has the force that this touch point takes as one of several springs.
+    """
+    springs = (
+        [point for point in points.points if point.touch_point == touch_index and point.side != "gauge"]
+        if points
+        else []
+    )
+    if not springs or springs[0].whole is None:
         return {}
-    return {"spring_N_per_mm15": found[0].whole.stiffness_N_per_mm15} | ellipse_columns(found[0].shared)
+    return {"spring_N_per_mm15": springs[0].whole.stiffness_N_per_mm15} | ellipse_columns(springs[0].shared)
 
 
 def ellipse_columns(shared: HertzContact | None) -> Record:
-    """The force that a touch point takes, and its ellipse; None where it takes none."""
+    """Columns of the force of a touch point and of its ellipse.
+
+    Parameters
+    ----------
+    shared
+        Ellipse under the share of the load; None if the touch point carries no load.
+
+    Returns
+    -------
+    Record
+        Force in N, semi-axes in mm and peak pressure in MPa. Without a load only the force of zero.
+    """
     if shared is None:
         return {"spring_force_N": 0.0}
     sizes = picked(shared, "a_mm b_mm", "ellipse_")
@@ -107,21 +158,43 @@ def ellipse_columns(shared: HertzContact | None) -> Record:
 
 
 def ordered(rows: list[Record]) -> list[Record]:
-    """Rows with all columns that any has, patches and touch points last, by their numbers."""
+    """Give all rows equal columns.
+
+    Parameters
+    ----------
+    rows
+        Rows with different columns.
+
+    Returns
+    -------
+    list of Record
+        Rows with all columns. The columns of patches and touch points come last, in the order of their numbers.
+    """
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    columns.sort(key=lambda name: (found[1], int(found[2])) if (found := _NUMBERED.match(name)) else ("", 0))
+    columns.sort(key=lambda name: (match[1], int(match[2])) if (match := _NUMBERED.match(name)) else ("", 0))
     return [{name: row.get(name) for name in columns} for row in rows]
 
 
 def map_columns(row: Mapping[str, str] | None) -> Record:
-    """What a row of a stored map says of theories at a line; `map_status` alone where the map has no such cell."""
+    """Columns of the verdicts of a stored map for a line of a contact table.
+
+    Parameters
+    ----------
+    row
+        Row of the map; None if the map has no such cell.
+
+    Returns
+    -------
+    Record
+        Status, cheapest theory and verdicts; only `map_status` without a row.
+    """
     if row is None:
         return {"map_status": "not in the map"}
     verdicts = {name: row.get(f"{name}_verdict_answer") or "" for name in THEORIES}
     verdicts["hertz"] = row.get("verdict_answer") or ""
     return {
         "map_status": row["status"],
-        **{f"map_cheapest_theory{of}": row.get(f"cheapest_theory{of}") or "" for of in ("", "_status")},
+        **{f"map_cheapest_theory{suffix}": row.get(f"cheapest_theory{suffix}") or "" for suffix in ("", "_status")},
         **{f"map_{name}_verdict": verdict for name, verdict in verdicts.items() if verdict},
     }
 
@@ -143,23 +216,36 @@ _COLUMNS = (
     text("strips", "strip_status", none="-"),
     cheapest_column("cheapest within criteria", "cheapest_theory"),
 )
-_OF_MAP = cheapest_column("map: cheapest", "map_cheapest_theory")
+_MAP_COLUMN = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
-def _worst_between(rows: Sequence[Item], name: str) -> str:
+def _worst_interpolation_text(rows: Sequence[Item], name: str) -> str:
     worst = max(rows, key=lambda row: row.get(name) or 0.0)
     return f"{worst[name]:.2g} % (beside {worst['lateral_shift_mm']:+z.2f} mm, {worst['load_kN']:g} kN)"
 
 
 def contact_table_lines(rows: Sequence[Item]) -> Lines:
-    """The most important columns of a contact table, columns of a map if asked for, and what is missing."""
-    of_map = any("map_cheapest_theory" in row for row in rows)
-    yield table_of("Contact table", [*_COLUMNS, *[_OF_MAP] * of_map], rows)
-    if worst := [_worst_between(rows, name) for name in BETWEEN_LINES.values() if any(name in row for row in rows)]:
+    """Iterate over the outputs of a contact table: its most important columns and notes.
+
+    Parameters
+    ----------
+    rows
+        Rows of the table. Columns of a map are shown if the rows have them.
+
+    Returns
+    -------
+    Lines
+        The table, the errors of interpolation, and the problems of single lines.
+    """
+    has_map_columns = any("map_cheapest_theory" in row for row in rows)
+    yield table_of("Contact table", [*_COLUMNS, *[_MAP_COLUMN] * has_map_columns], rows)
+    if worst_texts := [
+        _worst_interpolation_text(rows, name) for name in BETWEEN_LINES.values() if any(name in row for row in rows)
+    ]:
         yield (
             f"interpolated straight between lines, in the middle of shifts and loads, the strips' approach is off by up"
-            f" to {worst[0]}, their stiffness by up to {worst[1]}; finer steps there bring less"
+            f" to {worst_texts[0]}, their stiffness by up to {worst_texts[1]}; finer steps there bring less"
         )
     for row in rows:
-        for said in filter(None, (row["problem"], row.get("hertz_notes"))):
-            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {said}"
+        for note in filter(None, (row["problem"], row.get("hertz_notes"))):
+            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {note}"

@@ -1,4 +1,4 @@
-"""A case in parts: the answer, Hertz's deviations, the theories, and the details."""
+"""Parts of the report on a case: answer, deviations of Hertz, theories and details."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fecontact.outputs.cases import (
     theories_table,
 )
 from fecontact.outputs.hertz_terminal import touch_point_table
-from fecontact.outputs.own_profiles import geometry_line
+from fecontact.outputs.own_profiles import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
 from fecontact.outputs.records.asked import asked_record, elastic_record
 from fecontact.outputs.tables import Item
@@ -35,36 +35,58 @@ from fecontact.outputs.words import names_text, unknown_text
 
 
 def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[Part]:
-    """Parts of a report on a case or cell: what a user looks at first, and what is shown on demand.
+    """Parts of a report on a case or cell: main results first, then details on demand.
 
-    The verdict on the elements' own nodes is among the details with `elements` only.
+    Parameters
+    ----------
+    record
+        Record of a load.
+    title
+        Title of the answer; empty for no title.
+    elements
+        Whether the details include the verdict on the elements' own nodes.
+
+    Returns
+    -------
+    list of Part
+        Parts in order.
     """
-    asked = asked_record(record)
-    measures = measures_table(asked, deciding(asked), YIELDING.capitalize() * _yields(record), judged_only=True)
+    converted_record = asked_record(record)
+    measures = measures_table(
+        converted_record,
+        deciding(converted_record),
+        YIELDING.capitalize() * _has_plastic_step(record),
+        judged_only=True,
+    )
     lobes = [lobes_table(record)] if record["lobes"] else []
     return [
-        *geometry_line(record),
+        *pair_geometry_lines(record),
         *_answer_lines(record, title),
         measures,
         *lobes,
-        *_theories(record),
+        *_theory_lines(record),
         Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
-        Details("All measures", list(_details(record, elements))),
+        Details("All measures", list(_detail_parts(record, elements))),
         Details("All numbers", [numbers_table(record)]),
     ]
 
 
 def _answer_lines(record: Item, title: str) -> Iterator[str]:
-    """What was asked, the answer, what decided it and why, and what would decide an open one."""
+    """Iterate over the lines of the answer: verdict, reason and cause.
+
+    If the verdict is open, a line has the remedy.
+    """
     elastic, record = elastic_record(record), asked_record(record)
-    verdict, against = record["verdict"], f" {YIELDING}" * _yields(record)
+    verdict, reference = record["verdict"], f" {YIELDING}" * _has_plastic_step(record)
     yield f"{title}:" if title else ""
-    yield f"Hertz {verdict['answer']}{against}; {reason_of_record(record)}"
-    others = [name for name in verdict["failing"] if name != verdict["measure"]]
-    yield f"it fails by {names_text(others)} as well" if others else ""
-    open_ones = [name for name, one in verdict["each"].items() if one == "UNRESOLVED" and name != verdict["measure"]]
-    yield f"open are {names_text(open_ones)} as well" if open_ones else ""
-    if against:
+    yield f"Hertz {verdict['answer']}{reference}; {reason_of_record(record)}"
+    other_measures = [name for name in verdict["failing"] if name != verdict["measure"]]
+    yield f"it fails by {names_text(other_measures)} as well" if other_measures else ""
+    open_measures = [
+        name for name, answer in verdict["each"].items() if answer == "UNRESOLVED" and name != verdict["measure"]
+    ]
+    yield f"open are {names_text(open_measures)} as well" if open_measures else ""
+    if reference:
         yield record["plastic"][HERTZ]["cancelling"]
         yield f"{elastic_words(elastic['verdict']['answer'])}; {reason_of_record(elastic)}"
     yield band_text(elastic["fe"])
@@ -74,32 +96,34 @@ def _answer_lines(record: Item, title: str) -> Iterator[str]:
         yield what_would_decide(record)
 
 
-def _yields(record: Item) -> bool:
+def _has_plastic_step(record: Item) -> bool:
     return record.get("plastic") is not None
 
 
-def _theories(record: Item) -> Iterator[str]:
-    """The cheapest theory that holds, and in a line how every other one does."""
-    against = "against elastic bodies: " * _yields(record)
-    yield f"{against}{text}" if (text := cheapest_text(record)) else ""
-    judged = {name: one for name, one in record["theories"].items() if name != HERTZ_GAUGE and "verdict" in one}
+def _theory_lines(record: Item) -> Iterator[str]:
+    """Iterate over two lines: the cheapest theory that holds, and the answers for all theories."""
+    reference = "against elastic bodies: " * _has_plastic_step(record)
+    yield f"{reference}{text}" if (text := cheapest_text(record)) else ""
+    judged_theories = {
+        name: theory for name, theory in record["theories"].items() if name != HERTZ_GAUGE and "verdict" in theory
+    }
     elastic = elastic_record(record)
     by_answer: dict[str, list[str]] = {}
-    for name, one in judged.items():
-        answer = elastic["verdict"]["answer"] if name in EITHER_SIDE else one["verdict"]["answer"]
-        range_ = " (out of its range)" if one["status"] == "out of range" and name not in EITHER_SIDE else ""
-        by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_}")
-    yield against + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
+    for name, theory in judged_theories.items():
+        answer = elastic["verdict"]["answer"] if name in EITHER_SIDE else theory["verdict"]["answer"]
+        range_part = " (out of its range)" if theory["status"] == "out of range" and name not in EITHER_SIDE else ""
+        by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_part}")
+    yield reference + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
 
 
-def _details(record: Item, elements: bool) -> Iterator[Part]:
-    """Everything else that is known of a case."""
+def _detail_parts(record: Item, elements: bool) -> Iterator[Part]:
+    """Iterate over all further parts on a case."""
     if "touch_points" in record:
         yield touch_point_table(record)
     for name in (name for name in EITHER_SIDE if name in record["theories"]):
-        by = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
-        bodies = f"{'elastic ' * _yields(record)}finite elements"
-        title = f"Hertz against {bodies}{by if HERTZ_GAUGE in record['theories'] else ''}"
+        side_part = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
+        bodies = f"{'elastic ' * _has_plastic_step(record)}finite elements"
+        title = f"Hertz against {bodies}{side_part if HERTZ_GAUGE in record['theories'] else ''}"
         yield measures_table(record, record["theories"][name], title)
     for name, theory in record["theories"].items():
         if name not in EITHER_SIDE and "verdict" in theory:
@@ -117,8 +141,8 @@ def _details(record: Item, elements: bool) -> Iterator[Part]:
     yield from plastic_tables(record)
     if elements:
         yield elements_table(elastic_record(record))
-        yield _by_elements(record)
-    yield from _meshes(record)
+        yield _elements_verdict_text(record)
+    yield from _mesh_lines(record)
     for name, telling in offered("TELLINGS").items():
         if name in record:
             yield from telling.parts(record[name])
@@ -131,18 +155,18 @@ def _details(record: Item, elements: bool) -> Iterator[Part]:
         yield effort_table(record["solver"])
 
 
-def _meshes(record: Item) -> Iterator[str]:
-    """On which meshes it was decided, how far the elements' own contact goes with it, and how well it was solved."""
+def _mesh_lines(record: Item) -> Iterator[str]:
+    """Iterate over sentences on mesh refinement, agreement of both contacts, and solver residuals."""
     elements, solver = record["elements"], record["solver"]
-    yield f"{_state(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
+    yield f"{_status_word(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
     yield (
         f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
         f" patches {record['overlap']:.3f}"
     )
-    off = elements["compliance_error"]
+    error = elements["compliance_error"]
     yield (
         f"the elements' own, coarser nodes place {1e2 * elements['misfit']:.1f} % of the load differently; their"
-        f" compliance {'is not seen' if off is None else f'differs from a half-space by {1e2 * off:+.1f} %'}"
+        f" compliance {'is not seen' if error is None else f'differs from a half-space by {1e2 * error:+.1f} %'}"
     )
     yield (
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN, Hertz stiffness"
@@ -157,21 +181,45 @@ def _meshes(record: Item) -> Iterator[str]:
     )
 
 
-def _by_elements(record: Item) -> str:
-    """What the elements say by themselves."""
+def _elements_verdict_text(record: Item) -> str:
+    """Sentence on the verdict of the elements alone.
+
+    It belongs to the contact on the elements' own nodes.
+    """
     answer = record["elements"]["hertz"]["verdict"]["answer"]
-    asked = record.get("case", {}).get("refine", "evidence") == "evidence"
-    more = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not asked)
-    return f"the elements by themselves, on their own nodes: Hertz {answer}{more}"
+    is_refined_for_evidence = record.get("case", {}).get("refine", "evidence") == "evidence"
+    remedy = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not is_refined_for_evidence)
+    return f"the elements by themselves, on their own nodes: Hertz {answer}{remedy}"
 
 
-def _state(answer: str) -> str:
+def _status_word(answer: str) -> str:
     return "open" if answer == "UNRESOLVED" else "decided"
 
 
 def refinement(elements_a_semi_axis: Sequence[float]) -> str:
-    """Meshes by their elements, the finest first, and how often they were refined."""
-    elements, times = [f"{count:.1f}" for count in elements_a_semi_axis], len(elements_a_semi_axis) - 2
-    refined = ("not refined", "refined once", "refined twice")[times] if times < 3 else f"refined {times} times"
+    """Text on the meshes by their elements per semi-axis, and on the refinements.
+
+    Parameters
+    ----------
+    elements_a_semi_axis
+        Elements per semi-axis of each mesh, the finest first, at least two.
+
+    Returns
+    -------
+    str
+        Text such as "2 meshes of 8.0 and 4.0 elements per semi-axis, not refined".
+
+    Examples
+    --------
+    >>> from fecontact.outputs.case_parts import refinement
+    >>> refinement([8.0, 4.0])
+    '2 meshes of 8.0 and 4.0 elements per semi-axis, not refined'
+    """
+    elements, refinements = [f"{count:.1f}" for count in elements_a_semi_axis], len(elements_a_semi_axis) - 2
+    refined = (
+        ("not refined", "refined once", "refined twice")[refinements]
+        if refinements < 3
+        else f"refined {refinements} times"
+    )
     meshes = f"{', '.join(elements[:-1])} and {elements[-1]}"
     return f"{len(elements)} meshes of {meshes} elements per semi-axis, {refined}"

@@ -1,4 +1,4 @@
-"""Tables of cases, and cases on the terminal: touch points, measures, lobes, ladder, verdict."""
+"""Tables of cases for the terminal and reports: verdicts, measures, lobes, ladder and effort."""
 
 from __future__ import annotations
 
@@ -34,32 +34,47 @@ from fecontact.outputs.words import WORDS, deviation_column
 # --- Tables about theories of the pressure, for the terminal and reports.
 
 
-def cheapest_column(heading: str, of: str, *, name: str = "") -> Column:
-    """The cheapest theory that holds in words, and whether it is out of its range."""
+def cheapest_column(heading: str, column: str, *, name: str = "") -> Column:
+    """Column of the cheapest theory that holds, in words.
+
+    Parameters
+    ----------
+    heading
+        Heading of the column.
+    column
+        Column of the theory's name in a row.
+    name
+        Name of the column, see `Column`.
+
+    Returns
+    -------
+    Column
+        The words include whether the theory is out of its range.
+    """
     return text(
-        heading, lambda row: theory_words(row.get(of), row.get(f"{of}_status")), none="-", name=name, wraps=True
+        heading, lambda row: theory_words(row.get(column), row.get(f"{column}_status")), none="-", name=name, wraps=True
     )
 
 
-# --- Tables of cases: their verdicts, and of one its measures, lobes, ladder and effort.
+# --- Tables of several cases (verdicts), and tables of a case (measures, lobes, ladder and effort).
 
 _TONES: Mapping[str, Tone] = {"HOLDS": "plain", "UNRESOLVED": "open", "FAILS": "fails"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReportedCase:
-    """A case as a report shows it.
+    """Case of a report.
 
     Attributes
     ----------
     row
-        Its line in the study's table.
+        Line of the case in the table of the study.
     record
-        What its `result.json` says; empty where there is none.
+        Content of `result.json`; empty without such a file.
     picture
-        File of its picture; None where there is none.
+        File of the picture; None without a picture.
     relief
-        Its pressure as a relief that turns; None where it is not drawn.
+        Pressure as a relief that turns; None if it is not drawn.
     """
 
     row: Item
@@ -69,17 +84,20 @@ class ReportedCase:
 
     @property
     def limits(self) -> Mapping[str, float]:
-        """Limits by which it was judged, by measure; empty where they are not known."""
-        found: Mapping[str, float] = self.record.get("verdict", {}).get("limits", {})
-        return found
+        """Limits of the criteria by measure; empty without a record."""
+        limits_by_measure: Mapping[str, float] = self.record.get("verdict", {}).get("limits", {})
+        return limits_by_measure
 
 
 NO_VERDICT = "failed"
-"""In place of a verdict where the result must not be used."""
+"""Replaces the verdict of a result that must not be used."""
 
 
 def verdict_of(row: Item) -> str:
-    """Its verdict; `failed` where the result must not be used, but for a failure that is certain without it."""
+    """Verdict of a row, or `failed` for an unusable result.
+
+    A verdict FAILS that is certain by the half-space alone stays, even if the result must not be used.
+    """
     return str(row.get("verdict_answer", NO_VERDICT)) if _has_verdict(row) else NO_VERDICT
 
 
@@ -87,12 +105,15 @@ def _has_verdict(row: Item) -> bool:
     return usable(row) or row.get("verdict_answer") == "FAILS"
 
 
-_PLACE = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
-_DISTANCE = number("distance\nmm", "distance_mm")
+_PLACE_COLUMNS = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
+_DISTANCE_COLUMN = number("distance\nmm", "distance_mm")
 
 
-def _off(measure: str, limit: float) -> Column:
-    """How far Hertz is off in a measure that decides, to a digit that a limit below 1 is seen by."""
+def _deviation_column(measure: str, limit: float) -> Column:
+    """Column of the deviation of Hertz in a deciding measure.
+
+    A limit below 1 gets a further decimal.
+    """
     words, (column, _, _) = WORDS[measure], deviation_column(measure)
     form = f"{{:{'+' * words.signed}z.{1 + (words.factor * limit < 1.0)}f}}"
     unit = f"in {words.off_unit}" if words.off_unit != "%" else "dev %" if measure in MEASURES else "%"
@@ -100,14 +121,14 @@ def _off(measure: str, limit: float) -> Column:
     return number(f"{short}\n{unit}", column, form, rank=words.rank, name=words.short * bool(words.rank))
 
 
-_P_MAX, *_OTHERS = (_off(measure, limit) for measure, limit in Criteria().limits.items())
-_NUMBERS = (
+_P_MAX, *_OTHER_DEVIATIONS = (_deviation_column(measure, limit) for measure, limit in Criteria().limits.items())
+_DEVIATION_COLUMNS = (
     number("p_max\nFE MPa", "fe_p_max_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
     _P_MAX,
     number("\n± %", "hertz_uncertainty_p_max_percent", "{:.1f}", rank=3, name="± of p_max"),
-    *_OTHERS,
+    *_OTHER_DEVIATIONS,
 )
-_EFFORT = (
+_EFFORT_COLUMNS = (
     number("meshes", "solver_meshes", "{:.0f}", rank=2, name="meshes"),
     number("time\ns", "seconds", "{:.0f}", rank=1, name="time"),
 )
@@ -119,59 +140,93 @@ _PEAKS = (
 
 
 def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
-    """How far Hertz is off in each case, and by what it fails, in so many characters."""
-    theories = any(row.get("cheapest_theory") for row in rows)
+    """Table of the deviations of Hertz in each case, with the failing measures.
+
+    Parameters
+    ----------
+    rows
+        Rows of cases.
+    title
+        Title of the table.
+    failing_width
+        Characters for the names of the failing measures.
+    with_pair
+        Whether the first column has rail and wheel.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
+    has_theories = any(row.get("cheapest_theory") for row in rows)
     columns = [
         *[text("rail, wheel", pair_of_row)] * with_pair,
-        *_places(rows),
-        *_NUMBERS,
-        # what must not be used has no verdict
+        *_place_columns(rows),
+        *_DEVIATION_COLUMNS,
+        # a result that must not be used has no verdict
         text("verdict", lambda row: row.get("verdict_answer", "-") if _has_verdict(row) else short_status(row)),
-        text("fails by", lambda row: _failing(row, failing_width)),
+        text("fails by", lambda row: _failing_measures_text(row, failing_width)),
         *[text("elastic\nbodies", "elastic_verdict_answer")] * any("elastic_verdict_answer" in row for row in rows),
-        *[cheapest_column("cheapest\ntheory", "cheapest_theory", name="cheapest theory")] * theories,
-        *_EFFORT,
+        *[cheapest_column("cheapest\ntheory", "cheapest_theory", name="cheapest theory")] * has_theories,
+        *_EFFORT_COLUMNS,
     ]
     return table_of(title, columns, rows, lambda row: "plain" if usable(row) else "fails")
 
 
-def _places(rows: Sequence[Item]) -> list[Column]:
-    """Shift and load, along what is irregular the distance, and what else varies."""
-    distance = any(row.get("distance_mm") is not None for row in rows)
+def _place_columns(rows: Sequence[Item]) -> list[Column]:
+    """Columns of shift and load, of the distance along an irregularity, and of varied inputs."""
+    has_distance = any(row.get("distance_mm") is not None for row in rows)
     return [
-        *_PLACE,
-        *[_DISTANCE] * distance,
+        *_PLACE_COLUMNS,
+        *[_DISTANCE_COLUMN] * has_distance,
         *[text(VARIED, VARIED, wraps=True)] * any(row.get(VARIED) for row in rows),
     ]
 
 
-def _failing(row: Item, width: int) -> str:
-    """Short names of the measures that fail, the one that decided first; those that find no room are counted."""
-    measures, first = filter(None, str(row.get("verdict_failing") or "").split("; ")), row.get("verdict_measure")
-    names = [WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != first)]
-    for shown in range(len(names), 0, -1):
-        more = [f"+{len(names) - shown}"] if shown < len(names) else []
-        text = " ".join((*names[:shown], *more))
+def _failing_measures_text(row: Item, width: int) -> str:
+    """Short names of the failing measures, the deciding measure first.
+
+    Measures without room are counted.
+    """
+    measures, deciding_measure = (
+        filter(None, str(row.get("verdict_failing") or "").split("; ")),
+        row.get("verdict_measure"),
+    )
+    names = [WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != deciding_measure)]
+    for shown_count in range(len(names), 0, -1):
+        hidden_parts = [f"+{len(names) - shown_count}"] if shown_count < len(names) else []
+        text = " ".join((*names[:shown_count], *hidden_parts))
         if len(text) <= width:
             return text
     return ""
 
 
 def verdict_table(cases: Sequence[ReportedCase]) -> Table:
-    """All cases with their verdicts and what decided; and what features say of them."""
+    """Table of cases with verdict, deciding measure and cause, and the columns of features.
+
+    Parameters
+    ----------
+    cases
+        Cases of a report.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
     rows = [{**case.row, "limits": case.limits} for case in cases]
-    several = len({pair_of_row(row) for row in rows}) > 1
-    theories = any(row.get("cheapest_theory") for row in rows)
+    has_several_pairs = len({pair_of_row(row) for row in rows}) > 1
+    has_theories = any(row.get("cheapest_theory") for row in rows)
     columns = [
-        *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * several,
-        *_places(rows),
+        *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * has_several_pairs,
+        *_place_columns(rows),
         text("Hertz", verdict_of, "answer"),
         *[text("Hertz against elastic bodies", "elastic_verdict_answer", "answer")]
         * any("elastic_verdict_answer" in row for row in rows),
         text("decided by", lambda row: decided(row, row["limits"])),
         text("because", "verdict_cause"),
         *_PEAKS,
-        *[text("cheapest theory that holds", cheapest_words)] * theories,
+        *[text("cheapest theory that holds", cheapest_words)] * has_theories,
         *(
             column
             for name, telling in offered("TELLINGS").items()
@@ -183,43 +238,86 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
 
 
 def elements_table(record: Item) -> Table:
-    """Hertz against the contact on the elements' own nodes alone: what they say by themselves."""
-    own, fine, limits = record["elements"], record["fe"], record["verdict"]["limits"]
-    judged = own[HERTZ]
+    """Table of Hertz's measures against the contact on the elements' nodes alone.
+
+    These are the elements' own, coarser nodes.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    Table
+        Values on both sets of nodes, deviation, uncertainty, limit and answer by measure.
+    """
+    contact, fe, limits = record["elements"], record["fe"], record["verdict"]["limits"]
+    hertz = contact[HERTZ]
     lines = []
     for measure in limits:
-        words, answer = WORDS[measure], judged["verdict"]["each"][measure]
-        values = (number_text(own[measure]), number_text(fine[measure])) if measure in own else ("", "")
-        off, unsure = (judged[of].get(measure) for of in ("deviation", "uncertainty"))
-        cells = [words.title, *values, words.off(off), words.off(unsure, size=True), words.limit(limits[measure])]
+        words, answer = WORDS[measure], hertz["verdict"]["each"][measure]
+        values = (number_text(contact[measure]), number_text(fe[measure])) if measure in contact else ("", "")
+        deviation, uncertainty = (hertz[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
+        cells = [
+            words.title,
+            *values,
+            words.deviation_text(deviation),
+            words.deviation_text(uncertainty, size=True),
+            words.limit_text(limits[measure]),
+        ]
         lines.append(TableRow(cells=[*cells, answer], tone=_TONES[answer]))
     columns = columns_of("own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",))
-    title = f"The elements by themselves: Hertz {judged['verdict']['answer']} (verdict: {record['verdict']['answer']})"
+    title = f"The elements by themselves: Hertz {hertz['verdict']['answer']} (verdict: {record['verdict']['answer']})"
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
 def measures_table(
-    record: Item, judged: Item, title: str = "", name: str = "Hertz", *, judged_only: bool = False
+    record: Item, judgement: Item, title: str = "", name: str = "Hertz", *, judged_only: bool = False
 ) -> Table:
-    """The measures of finite elements and of a theory side by side, deciding measures first."""
-    limits, each = record["verdict"]["limits"], judged["verdict"]["each"]
-    others = () if judged_only else (measure for measure in WORDS if measure not in limits)
+    """Table of the measures of finite elements and of a theory, deciding measures first.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+    judgement
+        Record of the judged theory.
+    title
+        Title of the table.
+    name
+        Heading of the column of the theory.
+    judged_only
+        Whether only deciding measures are shown.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
+    limits, answers = record["verdict"]["limits"], judgement["verdict"]["each"]
+    other_measures = () if judged_only else (measure for measure in WORDS if measure not in limits)
     lines = []
-    for measure in (*limits, *others):
-        words, off = WORDS[measure], judged["deviation"].get(measure)
-        # of some there is nothing in an ellipse
-        values = (words.off(off).removesuffix(words.off_unit).strip(), "0")
-        if measure in judged:
-            values = (number_text(record["fe"][measure]), number_text(judged[measure]))
-        cells = [words.title, *values, words.off(off), words.off(judged["uncertainty"].get(measure), size=True)]
-        cells += [words.limit(limits[measure]) if measure in limits else "", each.get(measure, "not judged")]
-        lines.append(TableRow(cells=cells, tone=_TONES.get(each.get(measure, ""), "dim")))
+    for measure in (*limits, *other_measures):
+        words, deviation = WORDS[measure], judgement["deviation"].get(measure)
+        # some measures are zero for an ellipse
+        values = (words.deviation_text(deviation).removesuffix(words.off_unit).strip(), "0")
+        if measure in judgement:
+            values = (number_text(record["fe"][measure]), number_text(judgement[measure]))
+        cells = [
+            words.title,
+            *values,
+            words.deviation_text(deviation),
+            words.deviation_text(judgement["uncertainty"].get(measure), size=True),
+        ]
+        cells += [words.limit_text(limits[measure]) if measure in limits else "", answers.get(measure, "not judged")]
+        lines.append(TableRow(cells=cells, tone=_TONES.get(answers.get(measure, ""), "dim")))
     columns = columns_of("FE", name, "off by", "±", "limit", "answer", texts=("answer",))
-    # where there is no room, the names take two lines
+    # without room the names take two lines
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
-_OF_THEORY = (
+_THEORY_COLUMNS = (
     text("theory", lambda theory: THEORIES[theory["name"]].words),
     number("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
     number("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
@@ -230,111 +328,165 @@ _OF_THEORY = (
 
 
 def theories_table(record: Item) -> Table:
-    """The verdict on every theory of the pressure, and why one has no contact."""
-    none = {"deviation": {}, "verdict": {"answer": "none"}}
-    theories = [{**none, **theory, "name": name} for name, theory in record["theories"].items()]
+    """Table of the verdicts on all theories of the pressure, with reasons for missing contacts.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    Table
+        Deviations, limit utilisation, deciding measure and verdict of each theory, the cheapest first.
+    """
+    no_contact = {"deviation": {}, "verdict": {"answer": "none"}}
+    theories = [{**no_contact, **theory, "name": name} for name, theory in record["theories"].items()]
     title = "Theories of the contact, the cheapest first"
-    return table_of(title, _OF_THEORY, theories, lambda theory: _TONES.get(theory["verdict"]["answer"], "dim"))
+    return table_of(title, _THEORY_COLUMNS, theories, lambda theory: _TONES.get(theory["verdict"]["answer"], "dim"))
 
 
-_PEAK = (
+_PEAK_COLUMNS = (
     number("peak", "number", "{:.0f}"),
     number("its s from the\ntouch point mm", "y_mm", "{:+z.1f}"),
     number("peak\nMPa", "p_max_MPa", "{:.0f}"),
     number("of the force\n%", "force_share", "{:.1f}", 1e2),
 )
-_LOBE = (
-    text("part", lambda one: "patch" if one["separate"] else "lobe"),
+_LOBE_COLUMNS = (
+    text("part", lambda lobe: "patch" if lobe["separate"] else "lobe"),
     number("centre at\nrail y mm", "rail_y_mm", "{:+z.1f}"),
     number("its force\nkN", "normal_force_N", "{:.2f}", 1e-3),
-    number("\n± %", lambda one: one["fe_uncertainty"]["normal_force_N"], "{:.1f}", 1e2, name="± of its force"),
-    number("p_max\nFE MPa", lambda one: one["fe"]["p_max_MPa"], "{:.0f}"),
-    number("\n± %", lambda one: one["fe_uncertainty"]["p_max_MPa"], "{:.1f}", 1e2, name="± of p_max"),
-    number("p_max\ndev %", lambda one: one["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2),
-    number("area\ndev %", lambda one: one["deviation"].get("area_mm2"), "{:+z.1f}", 1e2),
-    text("decided by", lambda one: WORDS[one["verdict"]["measure"]].short if one["verdict"] else "no ellipse there"),
-    text("Hertz", lambda one: one["verdict"]["answer"] if one["verdict"] else "none", "answer"),
+    number("\n± %", lambda lobe: lobe["fe_uncertainty"]["normal_force_N"], "{:.1f}", 1e2, name="± of its force"),
+    number("p_max\nFE MPa", lambda lobe: lobe["fe"]["p_max_MPa"], "{:.0f}"),
+    number("\n± %", lambda lobe: lobe["fe_uncertainty"]["p_max_MPa"], "{:.1f}", 1e2, name="± of p_max"),
+    number("p_max\ndev %", lambda lobe: lobe["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2),
+    number("area\ndev %", lambda lobe: lobe["deviation"].get("area_mm2"), "{:+z.1f}", 1e2),
+    text("decided by", lambda lobe: WORDS[lobe["verdict"]["measure"]].short if lobe["verdict"] else "no ellipse there"),
+    text("Hertz", lambda lobe: lobe["verdict"]["answer"] if lobe["verdict"] else "none", "answer"),
 )
 
 
 def lobes_table(record: Item) -> Table:
-    """Every separate patch and every lobe by itself, each beside Hertz's ellipse under its own force."""
-    return table_of("", _LOBE, record["lobes"])
+    """Table of all separate patches and lobes, each compared with Hertz's ellipse under its force."""
+    return table_of("", _LOBE_COLUMNS, record["lobes"])
 
 
 def peaks_table(record: Item) -> Table:
-    """The peaks of a contact, the highest first."""
+    """Table of the peaks of a contact, the highest first."""
     peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
     counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
-    return table_of(counts, _PEAK, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
+    return table_of(counts, _PEAK_COLUMNS, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
 
 
 def ladder_table(record: Item) -> Table:
-    """The rungs from Hertz to the finite elements."""
+    """Table of the rungs from Hertz to the finite elements.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    Table
+        Peak pressure, area and approach of each rung, with uncertainties.
+    """
     columns = columns_of("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
     lines = []
     rungs = {**record["theories"], **record, "fe_plastic": record.get("plastic")}
     for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
         if (rung := rungs[name]) is None:
             continue
-        # other rungs on these nodes are known no better than the judged rung
-        unsure = record["elements"]["uncertainty"] if name == "elements" else {}
+        # the uncertainty of other rungs on these nodes is not smaller than the uncertainty of the judged rung
+        uncertainty = record["elements"]["uncertainty"] if name == "elements" else {}
         if name == "fe_plastic":
-            unsure = record["steps_uncertainty"][PLASTIC.name]
+            uncertainty = record["steps_uncertainty"][PLASTIC.name]
         cells = (
-            number_text(rung[m]) + (f" ± {1e2 * unsure[m]:.1f} %" if m in unsure else "")
-            for m in ("p_max_MPa", "area_mm2", "approach_mm")
+            number_text(rung[measure]) + (f" ± {1e2 * uncertainty[measure]:.1f} %" if measure in uncertainty else "")
+            for measure in ("p_max_MPa", "area_mm2", "approach_mm")
         )
         lines.append((name.replace("_", " "), *cells))
     return Table(title="Ladder", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
 
 
-_YIELDED = (
+_YIELDING_COLUMNS = (
     text("body", "name"),
     number("yield stress\nMPa", "yield_MPa"),
     number("tangent\nMPa", "tangent_MPa"),
     number("first yield\nkN", "first_yield_N", "{:.1f}", 1e-3),
     number("plastic strain\n%", "largest_strain", "{:.2f}", 1e2),
     number("depth\nmm", "depth_mm", "{:.1f}"),
-    text("zone\nmm", lambda body: _zone(body) if body["largest_strain"] else "-", "number"),
+    text("zone\nmm", lambda body: _zone_text(body) if body["largest_strain"] else "-", "number"),
 )
 
 
-def _zone(body: Item) -> str:
+def _zone_text(body: Item) -> str:
     return f"{body['top_mm']:.1f} to {body['bottom_mm']:.1f}"
 
 
 def plastic_tables(record: Item) -> list[Table]:
-    """What yielding does to a contact, and Hertz against bodies that yield; none without a yield stress."""
+    """Tables of the effects of yielding on a contact, and of the yielding bodies.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    list of Table
+        Empty without a yield stress.
+    """
     plastic = record.get("plastic")
     if plastic is None:
         return []
-    steps, unsure = (record[of][PLASTIC.name] for of in ("steps", "steps_uncertainty"))
-    lower, higher = (plastic[f"step_with_yield_stress_15_percent_{which}"] for which in ("lower", "higher"))
+    steps, uncertainty = (record[group][PLASTIC.name] for group in ("steps", "steps_uncertainty"))
+    lower, higher = (plastic[f"step_with_yield_stress_15_percent_{band_side}"] for band_side in ("lower", "higher"))
     columns = [
         text("measure", lambda measure: WORDS[measure].name, wraps=True),
-        text("by plasticity", lambda measure: WORDS[measure].off(steps[measure]), "number"),
-        text("±", lambda measure: WORDS[measure].off(unsure[measure], size=True), "number"),
-        text("yield stress\n-15 %", lambda measure: WORDS[measure].off(lower[measure]), "number"),
-        text("+15 %", lambda measure: WORDS[measure].off(higher[measure]), "number"),
+        text("by plasticity", lambda measure: WORDS[measure].deviation_text(steps[measure]), "number"),
+        text("±", lambda measure: WORDS[measure].deviation_text(uncertainty[measure], size=True), "number"),
+        text("yield stress\n-15 %", lambda measure: WORDS[measure].deviation_text(lower[measure]), "number"),
+        text("+15 %", lambda measure: WORDS[measure].deviation_text(higher[measure]), "number"),
     ]
-    changes = [table_of(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
+    change_tables = [table_of(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
     bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())
-    return [*changes, table_of("Bodies that yield", _YIELDED, bodies)]
+    return [*change_tables, table_of("Bodies that yield", _YIELDING_COLUMNS, bodies)]
 
 
-_NUMBER = (text("number", lambda one: one[0]), number("value", lambda one: one[1], "{:.6g}"))
+_NUMBER_COLUMNS = (
+    text("number", lambda path_and_number: path_and_number[0]),
+    number("value", lambda path_and_number: path_and_number[1], "{:.6g}"),
+)
 
 
 def numbers_table(record: Item) -> Table:
-    """Every number of a record by its path, as the columns of tables are called."""
-    told = {name: part for name, part in record.items() if name not in ("case", "theories", "versions")}
-    found = flat({**told, **record["theories"]}).items()
-    return table_of("", _NUMBER, (one for one in found if isinstance(one[1], int | float)))
+    """Table of all numbers of a record by their paths.
+
+    The columns of tables have these paths as names.
+    """
+    entries = {name: value for name, value in record.items() if name not in ("case", "theories", "versions")}
+    numbers = flat({**entries, **record["theories"]}).items()
+    return table_of(
+        "",
+        _NUMBER_COLUMNS,
+        (path_and_number for path_and_number in numbers if isinstance(path_and_number[1], int | float)),
+    )
 
 
 def effort_table(solver: Item) -> Table:
-    """Time and memory of each step of a case."""
+    """Table of time (s) and memory (MB) of each step of a case.
+
+    Parameters
+    ----------
+    solver
+        Record of the solver.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
     lines = [
         (step, f"{seconds:.2f}", f"{solver['memory_MB'][step]:.0f}") for step, seconds in solver["seconds"].items()
     ]
@@ -344,8 +496,8 @@ def effort_table(solver: Item) -> Table:
 
 
 _RESIDUALS = ("contact_residual", "load_balance", "force_balance", "moment_balance")
-_SOLVER = (
-    *_PLACE,
+_SOLVER_COLUMNS = (
+    *_PLACE_COLUMNS,
     text("status", "status"),
     text("elements per semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
     number("unknowns", "unknowns", "{:.0f}"),
@@ -360,12 +512,23 @@ _SOLVER = (
 
 
 def solver_table(cases: Sequence[ReportedCase]) -> Table:
-    """Meshes, residuals, time and memory of all cases."""
+    """Table of meshes, residuals, time and memory of all cases.
+
+    Parameters
+    ----------
+    cases
+        Cases of a report.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
     rows = []
     for case in cases:
         solver = case.record.get("solver", {})
-        own = {name: solver.get(name) for name in _RESIDUALS}
+        residuals = {name: solver.get(name) for name in _RESIDUALS}
         elements, path = solver.get("elements_a_semi_axis", ()), solver.get("path", "-")
         unknowns = sum(solver["degrees_of_freedom"].values()) if solver else None
-        rows.append({**case.row, **own, "elements": elements, "path": path, "unknowns": unknowns})
-    return table_of("", _SOLVER, rows)
+        rows.append({**case.row, **residuals, "elements": elements, "path": path, "unknowns": unknowns})
+    return table_of("", _SOLVER_COLUMNS, rows)

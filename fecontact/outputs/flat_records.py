@@ -1,4 +1,7 @@
-"""Values as records, and records as rows: results keep the names that they have in the program."""
+"""Conversion of values to records, and of records to flat rows.
+
+Keys and columns are the names of the attributes in the program.
+"""
 
 from __future__ import annotations
 
@@ -10,52 +13,130 @@ import numpy as np
 
 Record: TypeAlias = dict[str, Any]
 
-# Beginnings of groups of relative numbers: relative to the finite elements, or a step relative to the rung before it.
-_RELATIVE = ("deviation", "uncertainty", "step")
+# Beginnings of names of groups with relative numbers. Deviations and uncertainties are relative to the finite elements,
+# a ladder step is relative to the rung before it.
+_RELATIVE_GROUPS = ("deviation", "uncertainty", "step")
 
 
 def told(value: Any) -> Any:
-    """A value in plain JSON; a dataclass gives the fields and properties in its `TELLS`, or all its fields."""
+    """Convert a value to plain JSON types.
+
+    A dataclass gives the fields and properties that its `TELLS` lists, or else all its fields.
+
+    Parameters
+    ----------
+    value
+        Dataclass, mapping, tuple, list, array, number or text.
+
+    Returns
+    -------
+    dict, list, number, str or None
+        The plain value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.outputs.flat_records import told
+    >>> told({"a_mm": np.array([1.0, 2.0])})
+    {'a_mm': [1.0, 2.0]}
+    """
     if is_dataclass(value):
-        names: tuple[str, ...] = getattr(type(value), "TELLS", None) or tuple(one.name for one in fields(value))
+        names: tuple[str, ...] = getattr(type(value), "TELLS", None) or tuple(
+            attribute.name for attribute in fields(value)
+        )
         return {name: told(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
-        return {str(key): told(one) for key, one in value.items()}
+        return {str(key): told(member) for key, member in value.items()}
     if isinstance(value, tuple | list):
-        return [told(one) for one in value]
+        return [told(member) for member in value]
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
-def picked(value: object, names: str, before: str = "") -> Record:
-    """Attributes of a value by their names, which are separated by blanks; keys get the prefix `before`."""
-    return {f"{before}{name}": told(getattr(value, name)) for name in names.split()}
+def picked(value: object, names: str, prefix: str = "") -> Record:
+    """Select attributes of a value as a record.
+
+    Parameters
+    ----------
+    value
+        Any object.
+    names
+        Names of attributes, separated by blanks.
+    prefix
+        Prefix of the keys.
+
+    Returns
+    -------
+    Record
+        Plain values by name.
+    """
+    return {f"{prefix}{name}": told(getattr(value, name)) for name in names.split()}
 
 
 def flat(record: Mapping[str, Any]) -> Record:
-    """A record as a row: each number and text by its path, joined by `_`.
+    """Flatten a record to a row: each number or text by its path, joined by `_`.
 
-    Numbers of a relative group are in percent, and `percent` replaces the unit in their names. A list of records is
-    counted, a list of texts is joined.
+    Numbers of a relative group are in percent, and `percent` replaces the unit in their names. For a list of records
+    the row has the length; a list of texts is joined.
+
+    Parameters
+    ----------
+    record
+        Nested record.
+
+    Returns
+    -------
+    Record
+        Row without nested values.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.flat_records import flat
+    >>> flat({"fe": {"p_max_MPa": 1000.0}, "hertz": {"deviation": {"p_max_MPa": 0.05}}, "notes": ["a", "b"]})
+    {'fe_p_max_MPa': 1000.0, 'hertz_deviation_p_max_percent': 5.0, 'notes': 'a; b'}
     """
-    return dict(_columns(record, "", relative=False))
+    return dict(_flatten(record, "", relative=False))
 
 
-def _columns(record: Mapping[str, Any], before: str, *, relative: bool) -> Iterator[tuple[str, Any]]:
+def _flatten(record: Mapping[str, Any], prefix: str, *, relative: bool) -> Iterator[tuple[str, Any]]:
+    """Iterate over the columns of a record; nested keys get the prefix.
+
+    With `relative` numbers are converted to percent.
+    """
     for name, value in record.items():
         if isinstance(value, Mapping):
-            yield from _columns(value, f"{before}{name}_", relative=relative or name.startswith(_RELATIVE))
+            yield from _flatten(value, f"{prefix}{name}_", relative=relative or name.startswith(_RELATIVE_GROUPS))
         elif isinstance(value, list):
-            of_records = any(isinstance(one, Mapping) for one in value)
-            yield f"{before}{name}", len(value) if of_records else "; ".join(map(str, value))
+            has_records = any(isinstance(member, Mapping) for member in value)
+            yield f"{prefix}{name}", len(value) if has_records else "; ".join(map(str, value))
         elif relative:
             column = relative_name(name)
-            yield f"{before}{column}", 1e2 * value if column.endswith("_percent") and value is not None else value
+            yield f"{prefix}{column}", 1e2 * value if column.endswith("_percent") and value is not None else value
         else:
-            yield f"{before}{name}", value
+            yield f"{prefix}{name}", value
 
 
 def relative_name(measure: str) -> str:
-    """Column of a relative number: `p_max_percent` for `p_max_MPa`, `valley_percent` for `valley`, `centre_over_b`."""
+    """Column of a relative number, such as `p_max_percent` for `p_max_MPa`.
+
+    Measures without a unit of pressure, length or area get the ending too (`valley_percent` for `valley`). Names that
+    end in `_over_b` stay (`centre_over_b`).
+
+    Parameters
+    ----------
+    measure
+        Name of a measure.
+
+    Returns
+    -------
+    str
+        Name of the column.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.flat_records import relative_name
+    >>> relative_name("p_max_MPa"), relative_name("centre_over_b")
+    ('p_max_percent', 'centre_over_b')
+    """
     stem, _, unit = measure.rpartition("_")
     if measure.endswith("_over_b"):
         return measure

@@ -1,4 +1,4 @@
-"""Results as tables of pandas and data sets of xarray."""
+"""Conversion of results to pandas tables and xarray data sets."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fecontact.errors import InputError
-from fecontact.outputs.records.results import Rowed, rows
+from fecontact.outputs.records.results import HasRows, rows
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -14,21 +14,38 @@ if TYPE_CHECKING:
     import xarray
 
 
-def to_dataframe(results: CaseResult | Rowed | Iterable[CaseResult]) -> pandas.DataFrame:
-    """Results as a table of pandas: a line for each case or cell, with units in the names of the columns."""
+def to_dataframe(results: CaseResult | HasRows | Iterable[CaseResult]) -> pandas.DataFrame:
+    """Convert results to a pandas table.
+
+    Parameters
+    ----------
+    results
+        One case, several cases, or results with a method `rows`, such as a map.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One line per case or cell. The names of the columns contain the units.
+    """
     import pandas
 
     return pandas.DataFrame(rows(results))
 
 
-def to_xarray(results: CaseResult | Rowed | Iterable[CaseResult]) -> xarray.Dataset:
-    """Results as a data set of xarray.
+def to_xarray(results: CaseResult | HasRows | Iterable[CaseResult]) -> xarray.Dataset:
+    """Convert results to an xarray data set.
 
     Parameters
     ----------
     results
-        Of a case: pressure and gap over `x_mm` and `s_mm`, the pressure nodes of the whole contact. Of a map: each
-        column of its table over `lateral_shift_mm` and `load_kN`. Of several cases: each column over `case`.
+        One case, several cases, or a map.
+
+    Returns
+    -------
+    xarray.Dataset
+        For a case: pressure (MPa) and gap (mm) over `x_mm` and `s_mm`, on the pressure nodes of the whole contact. For
+        a map: each column of its table over `lateral_shift_mm` and `load_kN`. For several cases: each column over
+        `case`.
 
     Raises
     ------
@@ -40,9 +57,9 @@ def to_xarray(results: CaseResult | Rowed | Iterable[CaseResult]) -> xarray.Data
     except ImportError as error:
         raise InputError("to_xarray needs xarray; install it: python -m pip install 'fecontact[xarray]'") from error
     if isinstance(results, CaseResult):
-        dims = ("x_mm", "s_mm")
-        fields = {"pressure_MPa": (dims, results.pressure_MPa), "gap_mm": (dims, results.gap_mm)}
+        dimensions = ("x_mm", "s_mm")
+        fields = {"pressure_MPa": (dimensions, results.pressure_MPa), "gap_mm": (dimensions, results.gap_mm)}
         return xarray.Dataset(fields, {"x_mm": results.grid.x_mm, "s_mm": results.grid.s_mm})
-    frame, place = to_dataframe(results), ["lateral_shift_mm", "load_kN"]
-    frame = frame.set_index(place) if isinstance(results, Rowed) else frame.rename_axis("case")
+    frame, coordinates = to_dataframe(results), ["lateral_shift_mm", "load_kN"]
+    frame = frame.set_index(coordinates) if isinstance(results, HasRows) else frame.rename_axis("case")
     return xarray.Dataset.from_dataframe(frame)

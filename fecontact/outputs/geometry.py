@@ -1,4 +1,4 @@
-"""Touch points and the geometry of a wheelset over its lateral shift: records, terminal, picture."""
+"""Touch points and wheelset geometry over the lateral shift: records, terminal and picture."""
 
 from __future__ import annotations
 
@@ -28,15 +28,26 @@ if TYPE_CHECKING:
 
 
 _RADII = ("rail", "wheel_lateral", "wheel_rolling")
-# the last two inputs only if they are given
-_INPUTS = (
+# the last two inputs are included only if they are given
+_INPUT_NAMES = (
     *("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb"),
     *("rail_file", "wheel_file"),
 )
 
 
 def touch_records(placement: Placement) -> Record:
-    """Record of the rigid contact: the contact angle at first touch, and every touch point."""
+    """Record of the rigid contact: angle at first touch, and all touch points.
+
+    Parameters
+    ----------
+    placement
+        Placement of wheel and rail.
+
+    Returns
+    -------
+    Record
+        Contact angle in rad, and a record for each touch point.
+    """
     return {
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
@@ -44,7 +55,19 @@ def touch_records(placement: Placement) -> Record:
 
 
 def touch_record(touch: TouchPoint) -> Record:
-    """Record of a touch point with its curvatures: one entry, or two entries (gauge side, field side) at a junction."""
+    """Record of a touch point with its curvatures.
+
+    Parameters
+    ----------
+    touch
+        Touch point.
+
+    Returns
+    -------
+    Record
+        Place (mm), contact angle (rad), gap (mm), and one entry of curvatures, or two entries (gauge side, field side)
+        at a junction.
+    """
     return {
         **picked(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
         "curvatures": [
@@ -55,7 +78,21 @@ def touch_record(touch: TouchPoint) -> Record:
 
 
 def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
-    """Numbers of a touch point; at a junction with the radii of one side."""
+    """Columns of a touch point.
+
+    Parameters
+    ----------
+    placement
+        Placement with the touch point.
+    touch
+        Touch point.
+
+    Returns
+    -------
+    Record
+        Place, contact angle, gap, rolling radius and radii of curvature; lengths in mm, angle in rad. At a junction the
+        radii belong to one side.
+    """
     return {
         **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
         "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
@@ -68,46 +105,75 @@ def _radii(curvature: RelativeCurvature) -> Record:
     return {f"{name}_radius_mm": radius_mm(getattr(curvature, f"{name}_per_mm")) for name in _RADII}
 
 
-def functions_record(case: Case, found: ContactFunctions) -> Record:
-    """Record of the contact functions, with units in its keys; radii are positive if convex, None if straight."""
-    shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
+def functions_record(case: Case, contact_functions: ContactFunctions) -> Record:
+    """Record of the contact functions of a wheelset.
+
+    Parameters
+    ----------
+    case
+        Case with the pair.
+    contact_functions
+        Contact functions over the lateral shift.
+
+    Returns
+    -------
+    Record
+        Content of the JSON output, with units in its keys. Radii are positive if convex, None if straight.
+    """
+    inputs = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
     return {
         "schema": "fecontact/geometry/2",
-        "case": {name: shown[name] for name in _INPUTS if name in shown},
-        **picked(found, "symmetric jumps"),
+        "case": {name: inputs[name] for name in _INPUT_NAMES if name in inputs},
+        **picked(contact_functions, "symmetric jumps"),
         "positions": [
-            _position_record(shift, placed, found.centred_height_mm) for shift, placed in found.positions.items()
+            _position_record(shift, wheelset, contact_functions.centred_height_mm)
+            for shift, wheelset in contact_functions.positions.items()
         ],
         "equal_radii_shift_mm": {
-            name: math.nan if line is None else line.equal_radii_mm
-            for name, line in (("rolled", found.rolled), ("unrolled", found.unrolled))
+            name: math.nan if conicity_function is None else conicity_function.equal_radii_mm
+            for name, conicity_function in (
+                ("rolled", contact_functions.rolled),
+                ("unrolled", contact_functions.unrolled),
+            )
         },
-        "equivalent_conicity": told(found.conicities),
-        "warnings": _notes(found),
+        "equivalent_conicity": told(contact_functions.conicities),
+        "warnings": _placement_notes(contact_functions),
     }
 
 
-def _notes(found: ContactFunctions) -> list[str]:
-    placed = next(one for one in found.positions.values() if not isinstance(one, str))
-    return list(dict.fromkeys((*placed.left.notes, *placed.right.notes)))
+def _placement_notes(contact_functions: ContactFunctions) -> list[str]:
+    wheelset = next(position for position in contact_functions.positions.values() if not isinstance(position, str))
+    return list(dict.fromkeys((*wheelset.left.notes, *wheelset.right.notes)))
 
 
-def _position_record(shift: float, placed: PlacedWheelset | str, centred_mm: float) -> Record:
-    if isinstance(placed, str):
-        return {"lateral_shift_mm": shift, "problem": placed}
+def _position_record(shift: float, wheelset: PlacedWheelset | str, centred_mm: float) -> Record:
+    """Record of the wheelset at a shift, or of the problem that prevents a position."""
+    if isinstance(wheelset, str):
+        return {"lateral_shift_mm": shift, "problem": wheelset}
     return {
         "lateral_shift_mm": shift,
-        "roll_mrad": 1e3 * placed.roll_rad,
-        "axle_height_mm": placed.axle_height_mm,
-        "lift_mm": placed.axle_height_mm - centred_mm,
-        "rolling_radius_difference_mm": rolling_radius_difference_mm(placed),
-        "left": _side_record(placed.left),
-        "right": _side_record(placed.right),
+        "roll_mrad": 1e3 * wheelset.roll_rad,
+        "axle_height_mm": wheelset.axle_height_mm,
+        "lift_mm": wheelset.axle_height_mm - centred_mm,
+        "rolling_radius_difference_mm": rolling_radius_difference_mm(wheelset),
+        "left": _side_record(wheelset.left),
+        "right": _side_record(wheelset.right),
     }
 
 
 def functions_rows(record: Record) -> list[Record]:
-    """Positions of a record as flat rows, with numbered touch points, the left wheel first."""
+    """Flat rows of the positions of a record.
+
+    Parameters
+    ----------
+    record
+        Record of the contact functions.
+
+    Returns
+    -------
+    list of Record
+        Rows with numbered touch points, the left wheel first.
+    """
     rows = []
     for position in record["positions"]:
         row = {name: value for name, value in position.items() if name not in ("left", "right")}
@@ -119,6 +185,7 @@ def functions_rows(record: Record) -> list[Record]:
 
 
 def _side_record(placement: Placement) -> Record:
+    """Record of the touch points of a wheel."""
     return {
         "touch_points": [
             {
@@ -150,7 +217,20 @@ _COLUMNS = (
 
 
 def functions_lines(record: Item) -> Lines:
-    """A geometry record: a table of the left side, and of the right side if it is not the mirror image."""
+    """Iterate over the outputs of a geometry record: tables, jumps, conicity and notes.
+
+    There is a table of the left side, and of the right side if it is not the mirror image.
+
+    Parameters
+    ----------
+    record
+        Record of the contact functions.
+
+    Returns
+    -------
+    Lines
+        Tables and lines in order.
+    """
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
     sides = ("left",) if mirrored else ("left", "right")
     for side in sides:
@@ -176,30 +256,34 @@ def functions_lines(record: Item) -> Lines:
 
 
 def _conicity_lines(record: Item) -> Lines:
-    """Conicities by amplitude: of the kinematic motion, and linearised; both are about the shift of equal radii."""
-    at = record["equal_radii_shift_mm"]["unrolled"]
-    if math.isnan(at):
+    """Iterate over the conicities by amplitude, of the kinematic motion and linearised.
+
+    Both are about the shift with equal radii.
+    """
+    shift_mm = record["equal_radii_shift_mm"]["unrolled"]
+    if math.isnan(shift_mm):
         yield "the rolling radii are equal at none of the shifts: no equivalent conicity"
         return
-    if at:
-        yield f"without roll the rolling radii are equal at a shift of {at:+z.3f} mm"
-    for words, prefix in (("EN 15302", ""), ("harmonic linearisation", "harmonic_")):
+    if shift_mm:
+        yield f"without roll the rolling radii are equal at a shift of {shift_mm:+z.3f} mm"
+    for method, prefix in (("EN 15302", ""), ("harmonic linearisation", "harmonic_")):
         values = ", ".join(
-            f"{row['amplitude_mm']:g} mm {_conicity(row[f'{prefix}unrolled'])} ({_conicity(row[f'{prefix}rolled'])})"
+            f"{row['amplitude_mm']:g} mm {_conicity_text(row[f'{prefix}unrolled'])}"
+            f" ({_conicity_text(row[f'{prefix}rolled'])})"
             for row in record["equivalent_conicity"]
         )
-        yield f"equivalent conicity by amplitude, {words}, without roll (with it in brackets): {values}"
+        yield f"equivalent conicity by amplitude, {method}, without roll (with it in brackets): {values}"
 
 
-def _conicity(value: float) -> str:
+def _conicity_text(value: float) -> str:
     return "none" if math.isnan(value) else f"{value:.3f}"
 
 
 def _side_table(record: Item, side: str) -> Table:
-    """A side of the wheelset at each shift, by its first touch point."""
-    placed = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
+    """Table of a side of the wheelset at each shift, by its first touch point."""
+    placed_rows = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
-    return table_of(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed])
+    return table_of(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed_rows])
 
 
 # --- The picture of a wheelset's geometry over its lateral shift.
@@ -207,26 +291,43 @@ def _side_table(record: Item, side: str) -> Table:
 _LEFT, _RIGHT, _UNROLLED = SERIES[:3]
 
 
-def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> Path:
-    """Draw rolling-radius difference, touch points, contact angles and equivalent conicity."""
+def functions_figure(case: Case, contact_functions: ContactFunctions, path: str | Path) -> Path:
+    """Draw rolling-radius difference, touch points, contact angles and equivalent conicity.
+
+    Parameters
+    ----------
+    case
+        Case with the pair.
+    contact_functions
+        Contact functions over the lateral shift.
+    path
+        File of the picture.
+
+    Returns
+    -------
+    Path
+        The given path.
+    """
     figure = blank_figure(12.0, 8.0)
     axes = figure.subplots(2, 2)
-    placed = [one for one in found.positions.values() if not isinstance(one, str)]
-    shifts = np.array([one.shift_mm for one in placed])
-    difference = np.array([rolling_radius_difference_mm(one) for one in placed])
-    _line(axes[0, 0], shifts, difference, [jump.shift_mm for jump in found.jumps], "black")
+    wheelsets = [position for position in contact_functions.positions.values() if not isinstance(position, str)]
+    shifts = np.array([wheelset.shift_mm for wheelset in wheelsets])
+    difference = np.array([rolling_radius_difference_mm(wheelset) for wheelset in wheelsets])
+    _draw_with_jumps(axes[0, 0], shifts, difference, [jump.shift_mm for jump in contact_functions.jumps], "black")
     axes[0, 0].set_ylabel("rolling radius, left - right, mm")
     for side, colour in (("left", _LEFT), ("right", _RIGHT)):
-        first = [one.left.first if side == "left" else one.right.first for one in placed]
-        places, angles = (np.array([getattr(t, name) for t in first]) for name in ("rail_y_mm", "contact_angle_rad"))
-        jumps = [jump.shift_mm for jump in found.jumps if jump.side == side]
-        _line(axes[0, 1], shifts, places, jumps, colour).set_label(f"{side} rail")
-        _line(axes[1, 0], shifts, 1e3 * angles, jumps, colour).set_label(f"{side} wheel")
+        first_touches = [wheelset.left.first if side == "left" else wheelset.right.first for wheelset in wheelsets]
+        places_mm, angles = (
+            np.array([getattr(touch, name) for touch in first_touches]) for name in ("rail_y_mm", "contact_angle_rad")
+        )
+        jumps = [jump.shift_mm for jump in contact_functions.jumps if jump.side == side]
+        _draw_with_jumps(axes[0, 1], shifts, places_mm, jumps, colour).set_label(f"{side} rail")
+        _draw_with_jumps(axes[1, 0], shifts, 1e3 * angles, jumps, colour).set_label(f"{side} wheel")
     axes[0, 1].set_ylabel("first touch point on the rail, mm\n(> 0: field side)")
     axes[1, 0].set_ylabel("contact angle, mrad")
     for ax in (axes[0, 0], axes[0, 1], axes[1, 0]):
         ax.set_xlabel("lateral shift of the wheelset, mm (> 0: to the left)")
-    _draw_conicity(axes[1, 1], found)
+    _draw_conicity(axes[1, 1], contact_functions)
     finish(*axes.flat)
     axes[0, 1].legend(fontsize=9)
     axes[1, 0].legend(fontsize=9)
@@ -238,25 +339,27 @@ def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> P
     return save_figure(figure, Path(path))
 
 
-def _line(ax: Axes, x: np.ndarray, y: np.ndarray, jumps: Sequence[float], colour: str) -> Line2D:
-    """Draw a line with a break at each jump; returns its first piece."""
+def _draw_with_jumps(ax: Axes, x: np.ndarray, y: np.ndarray, jumps: Sequence[float], colour: str) -> Line2D:
+    """Draw a curve with a break at each jump; returns its first section."""
     pieces = np.searchsorted(jumps, x)
-    drawn = [ax.plot(x[pieces == piece], y[pieces == piece], ".-", color=colour)[0] for piece in np.unique(pieces)]
+    lines = [ax.plot(x[pieces == piece], y[pieces == piece], ".-", color=colour)[0] for piece in np.unique(pieces)]
     for jump in jumps:
         ax.axvline(jump, color=colour, linestyle=":", linewidth=0.8)
-    return drawn[0]
+    return lines[0]
 
 
-def _draw_conicity(ax: Axes, found: ContactFunctions) -> None:
-    amplitudes = [conicity.amplitude_mm for conicity in found.conicities]
-    for roll, label, style, colour in (
+def _draw_conicity(ax: Axes, contact_functions: ContactFunctions) -> None:
+    """Draw the equivalent conicity over the amplitude, with and without roll."""
+    amplitudes = [conicity.amplitude_mm for conicity in contact_functions.conicities]
+    for roll, label, line_style, colour in (
         ("unrolled", "without roll", "o-", _UNROLLED),
         ("rolled", "with roll", "s--", "black"),
     ):
         kinematic, harmonic = (
-            [getattr(conicity, name) for conicity in found.conicities] for name in (roll, f"harmonic_{roll}")
+            [getattr(conicity, name) for conicity in contact_functions.conicities]
+            for name in (roll, f"harmonic_{roll}")
         )
-        ax.plot(amplitudes, kinematic, style, color=colour, label=label)
+        ax.plot(amplitudes, kinematic, line_style, color=colour, label=label)
         ax.plot(amplitudes, harmonic, ":", color=colour, label=f"harmonic linearisation, {label}")
     ax.set(xlabel="amplitude, mm", ylabel="equivalent conicity, EN 15302")
     ax.set_ylim(bottom=0.0)

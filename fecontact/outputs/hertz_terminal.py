@@ -1,8 +1,8 @@
-"""Hertz's contact of a position on the terminal: contact points, and the ellipse of each."""
+"""Hertz's contact of a position on the terminal: contact points and their ellipses."""
 
 from __future__ import annotations
 
-from fecontact.outputs.own_profiles import geometry_line
+from fecontact.outputs.own_profiles import pair_geometry_lines
 from fecontact.outputs.tables import (
     Item,
     Table,
@@ -13,8 +13,8 @@ from fecontact.outputs.tables import (
 )
 from fecontact.outputs.terminal import Lines, notes
 
-_ELLIPSE = (
-    number("point", lambda one: one["touch_point"] + 1, "{:.0f}"),
+_ELLIPSE_COLUMNS = (
+    number("point", lambda ellipse: ellipse["touch_point"] + 1, "{:.0f}"),
     text("side", "side"),
     number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
     number("p0\nMPa", "p_max_MPa", "{:.1f}"),
@@ -24,7 +24,7 @@ _ELLIPSE = (
     number("area\nmm²", "area_mm2", "{:.2f}"),
     number("approach\nmm", "approach_mm", "{:.5f}"),
 )
-_TOUCH = (
+_TOUCH_POINT_COLUMNS = (
     number("point", "point", "{:.0f}", none=""),
     number("y rail\nmm", "rail_y_mm", "{:+z.3f}", none=""),
     number("y wheel\nmm", "wheel_y_mm", "{:+z.3f}", none=""),
@@ -38,32 +38,58 @@ _TOUCH = (
 
 
 def hertz_lines(record: Item) -> Lines:
-    """A Hertz record: touch points and the ellipse of each, and of each side of a junction."""
-    yield from geometry_line(record)
+    """Iterate over the outputs of a Hertz record: touch points, ellipses and notes.
+
+    At a junction there is an ellipse for each side.
+
+    Parameters
+    ----------
+    record
+        Record of Hertz's theory alone.
+
+    Returns
+    -------
+    Lines
+        Tables and lines in order.
+    """
+    yield from pair_geometry_lines(record)
     yield touch_point_table(record)
-    yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
+    yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE_COLUMNS, record["ellipses"])
     if len(record["springs"]["patches"]) > 1:
-        yield _shared_text(record["springs"])
+        yield _shared_load_text(record["springs"])
     for ellipse in record["ellipses"]:
         if "problem" in ellipse:
             yield f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
     yield from notes([*record["notes"], *record["warnings"]])
 
 
-def _shared_text(shared: Item) -> str:
-    parts = (
-        f"point {e['touch_point'] + 1} {e['normal_force_N'] / 1e3:.1f} kN, p0 {e['p_max_MPa']:.0f} MPa"
-        for e in shared["patches"]
+def _shared_load_text(springs: Item) -> str:
+    patch_texts = (
+        f"point {patch['touch_point'] + 1} {patch['normal_force_N'] / 1e3:.1f} kN, p0 {patch['p_max_MPa']:.0f} MPa"
+        for patch in springs["patches"]
     )
-    overlap = "; but their ellipses overlap: they are one patch" if shared["overlapping"] else ""
-    return f"As springs side by side they share the load: {'; '.join(parts)}{overlap}."
+    overlap = "; but their ellipses overlap: they are one patch" if springs["overlapping"] else ""
+    return f"As springs side by side they share the load: {'; '.join(patch_texts)}{overlap}."
 
 
 def touch_point_table(record: Item) -> Table:
-    """Where the rigid bodies touch, and the radii there; of a junction the second side has a line without the place."""
-    lines = [
-        {**({} if second else {**touch, "point": place}), **curvature}
+    """Table of the touch points of the rigid bodies, with the radii there.
+
+    At a junction the second side has a separate line without the place.
+
+    Parameters
+    ----------
+    record
+        Record with `touch_points`.
+
+    Returns
+    -------
+    Table
+        Lengths in mm, angles in mrad; radii are positive if convex.
+    """
+    rows = [
+        {**({} if is_field_side else {**touch, "point": place}), **curvature}
         for place, touch in enumerate(record["touch_points"], start=1)
-        for second, curvature in enumerate(touch["curvatures"])
+        for is_field_side, curvature in enumerate(touch["curvatures"])
     ]
-    return table_of("Touch points (radii positive where convex)", _TOUCH, lines)
+    return table_of("Touch points (radii positive where convex)", _TOUCH_POINT_COLUMNS, rows)

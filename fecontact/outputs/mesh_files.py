@@ -1,4 +1,4 @@
-"""Mesh files for other programs, with the named surfaces kept."""
+"""Mesh files for other programs, with named surfaces."""
 
 from __future__ import annotations
 
@@ -18,29 +18,38 @@ from fecontact.solving.case_meshes import MeshedPair
 
 
 def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8") -> Path:
-    """Write one body, or both, in the format of the path's ending, in mm and in the track frame.
+    """Write a body, or both bodies, in mm and in the track frame.
 
-    Surfaces are named as in `BodyMesh.surfaces`; if both bodies are written, the body's name comes first, such as
-    `rail_contact`.
+    The ending of the path gives the format. Surfaces are named as in `BodyMesh.surfaces`. If both bodies are written,
+    the body's name comes first, such as `rail_contact`.
 
     ======== ================================================================================================
     `.msh`   gmsh 4.1 as text: a physical group for each volume, named as the body, and one for each surface
     `.inp`   CalculiX and Abaqus: a node set and an element-face surface for each surface, an element set for
-             each body; no shell elements, which would ask for a section. Both bodies make a deck with
-             materials, supports, contact and load, see `outputs.deck`
+             each body; no shell elements, which would need a section. Both bodies make a deck with materials, supports,
+             contact and load, see `outputs.decks`
     `.vtu`   hexahedra and the surfaces' quadrilaterals; cell array `surface_id` (0 in the volumes, then 1, 2,
              ... in the order of the point arrays) and one point array of 0 and 1 for each surface
     ======== ================================================================================================
 
     Parameters
     ----------
+    mesh
+        Mesh of a body, or of both bodies.
+    path
+        File to write.
     element
         Type of the elements in `.inp`: C3D8, as in `fecontact.solve`, or C3D8I.
+
+    Returns
+    -------
+    Path
+        The written file.
 
     Raises
     ------
     InputError
-        If the ending is none of these, or the element is another type.
+        If the ending or the type of the elements is not allowed.
     """
     path = Path(path)
     writer = _WRITERS.get(path.suffix.lower())
@@ -56,45 +65,58 @@ def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: Elemen
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Cells:
-    """Nodes (n, 3), the hexahedra of each body and the quadrilaterals of each surface."""
+    """Nodes (n, 3) in mm, hexahedra of each body and quadrilaterals of each surface."""
 
     points: Floats
     bodies: dict[str, Integers]
     surfaces: dict[str, Integers]
 
     @classmethod
-    def of(cls, mesh: BodyMesh | MeshedPair) -> _Cells:
+    def build(cls, mesh: BodyMesh | MeshedPair) -> _Cells:
+        """Cells of a body, or of both bodies with consecutive node numbers.
+
+        Parameters
+        ----------
+        mesh
+            Mesh of a body, or of both bodies.
+
+        Returns
+        -------
+        _Cells
+            Nodes, hexahedra and quadrilaterals. With both bodies the surfaces have the body's name as prefix.
+        """
         if isinstance(mesh, BodyMesh):
             return cls(points=mesh.points, bodies={mesh.name: mesh.hexes}, surfaces=mesh.surfaces)
-        rail, wheel, after = mesh.rail, mesh.wheel, len(mesh.rail.points)
+        rail, wheel, rail_node_count = mesh.rail, mesh.wheel, len(mesh.rail.points)
         return cls(
             points=np.vstack([rail.points, wheel.points]),
-            bodies={"rail": rail.hexes, "wheel": wheel.hexes + after},
+            bodies={"rail": rail.hexes, "wheel": wheel.hexes + rail_node_count},
             surfaces={
                 **{f"rail_{name}": quads for name, quads in rail.surfaces.items()},
-                **{f"wheel_{name}": quads + after for name, quads in wheel.surfaces.items()},
+                **{f"wheel_{name}": quads + rail_node_count for name, quads in wheel.surfaces.items()},
             },
         )
 
     @property
     def blocks(self) -> list[tuple[str, Integers]]:
-        """The cells in the form of meshio."""
+        """Cells in the form of meshio."""
         return [
             *(("hexahedron", hexes) for hexes in self.bodies.values()),
             *(("quad", quads) for quads in self.surfaces.values()),
         ]
 
     @property
-    def numbers(self) -> list[int]:
+    def block_numbers(self) -> list[int]:
         """Number of each block among the blocks of its kind, from 1."""
         return [*range(1, len(self.bodies) + 1), *range(1, len(self.surfaces) + 1)]
 
 
 def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
+    """Write a mesh file of gmsh."""
     import meshio
 
-    cells = _Cells.of(mesh)
-    tags = [np.full(len(block), number) for (_, block), number in zip(cells.blocks, cells.numbers, strict=True)]
+    cells = _Cells.build(mesh)
+    tags = [np.full(len(block), number) for (_, block), number in zip(cells.blocks, cells.block_numbers, strict=True)]
     groups: dict[str, Integers] = {name: np.array([number, 3]) for number, name in enumerate(cells.bodies, start=1)}
     groups |= {name: np.array([number, 2]) for number, name in enumerate(cells.surfaces, start=1)}
     mesh_file = meshio.Mesh(
@@ -104,23 +126,26 @@ def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
         cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
         field_data=groups,
     )
-    # as text: a small reference mesh under version control then shows its changes
+    # as text, so that changes of a small reference mesh are visible under version control
     meshio.write(path, mesh_file, file_format="gmsh", binary=False)
 
 
 def _entities(cells: _Cells) -> Integers:
-    """Dimension and tag (n, 2) of the geometric entity on which each node lies, as the format requires.
+    """Dimension and tag (n, 2) of the geometric entity of each node.
 
-    A node on an edge belongs to the smaller surface: a surface without nodes would lose its name.
+    The format requires them. A node on an edge belongs to the smaller surface, because a surface without nodes would
+    lose its name.
     """
     entities = np.tile([3, 1], (len(cells.points), 1))
     for number, hexes in enumerate(cells.bodies.values(), start=1):
         entities[np.unique(hexes)] = (3, number)
-    numbered = sorted(enumerate(cells.surfaces.values(), start=1), key=lambda item: -len(item[1]))
-    for number, quads in numbered:
+    numbered_surfaces = sorted(
+        enumerate(cells.surfaces.values(), start=1), key=lambda numbered_quads: -len(numbered_quads[1])
+    )
+    for number, quads in numbered_surfaces:
         entities[np.unique(quads)] = (2, number)
-    kept = set(entities[entities[:, 0] == 2, 1].tolist())
-    assert len(kept) == len(cells.surfaces), "a surface shares all of its nodes with smaller ones"
+    surface_tags = set(entities[entities[:, 0] == 2, 1].tolist())
+    assert len(surface_tags) == len(cells.surfaces), "a surface shares all of its nodes with smaller ones"
     return entities
 
 
@@ -132,21 +157,29 @@ def _write_inp(mesh: BodyMesh | MeshedPair, path: Path, element: ElementType) ->
 
 
 def _write_vtu(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
+    """Write a mesh file of ParaView."""
     import meshio
 
-    cells = _Cells.of(mesh)
+    cells = _Cells.build(mesh)
     flags: dict[str, Any] = {}
     for name, quads in cells.surfaces.items():
         flags[name] = np.zeros(len(cells.points), dtype=np.uint8)
         flags[name][np.unique(quads)] = 1
-    ids = [0 if kind == "hexahedron" else number for (kind, _), number in zip(cells.blocks, cells.numbers, strict=True)]
-    made = meshio.Mesh(
+    ids = [
+        0 if kind == "hexahedron" else number
+        for (kind, _), number in zip(cells.blocks, cells.block_numbers, strict=True)
+    ]
+    mesh_file = meshio.Mesh(
         cells.points,
         cells.blocks,
         point_data=flags,
-        cell_data={"surface_id": [np.full(len(b), n) for (_, b), n in zip(cells.blocks, ids, strict=True)]},
+        cell_data={
+            "surface_id": [
+                np.full(len(block), surface_id) for (_, block), surface_id in zip(cells.blocks, ids, strict=True)
+            ]
+        },
     )
-    meshio.write(path, made, file_format="vtu")
+    meshio.write(path, mesh_file, file_format="vtu")
 
 
 _WRITERS: dict[str, Callable[[BodyMesh | MeshedPair, Path, ElementType], None]] = {

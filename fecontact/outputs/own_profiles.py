@@ -1,4 +1,7 @@
-"""The geometry of own profiles in a line, above each verdict and ellipse: what a wrong origin would change."""
+"""Line on the geometry of a user's profiles, above each verdict and ellipse.
+
+The line shows the quantities that a wrong origin would change.
+"""
 
 from __future__ import annotations
 
@@ -16,20 +19,36 @@ from fecontact.profiles.library import is_known, profile_identity
 from fecontact.profiles.reading import is_short_form
 from fecontact.solving.placing import placed_or_why
 
-_STEP_MM = 0.05
-# A part of a wheel that lies less deep below the tread is not called a flange.
-_FLANGE_MM = 12.0
+_POINT_SPACING_MM = 0.05
+# A lower region of a wheel is called a flange only if it is deeper than this below the tread.
+_MIN_FLANGE_HEIGHT_MM = 12.0
 
 
-def own_profiles_record(case: Case, placement: Placement) -> Record:
-    """The line as an entry of a record; nothing if both profiles are of the library or given by their radii."""
+def pair_geometry_record(case: Case, placement: Placement) -> Record:
+    """Record with the line on the geometry.
+
+    The record is empty if both profiles are from the library or given by their radii.
+    """
     if all(is_short_form(spec) or is_known(spec) for spec in case.profiles.values()):
         return {}
-    return {"own_profiles": own_profiles_text(case, placement)}
+    return {"own_profiles": pair_geometry_text(case, placement)}
 
 
-def own_profiles_text(case: Case, placement: Placement) -> str:
-    """Contact point, rolling radius, flange height and rail inclination of a pair, in a line."""
+def pair_geometry_text(case: Case, placement: Placement) -> str:
+    """Contact point, rolling radius, flange height and rail inclination of a pair.
+
+    Parameters
+    ----------
+    case
+        Case that names the profiles.
+    placement
+        Placement of the case.
+
+    Returns
+    -------
+    str
+        Text in one line; lengths in mm.
+    """
     first, wheel = placement.first, placement.wheel
     return (
         f"geometry of {profile_identity(case.wheel)} on {profile_identity(case.rail)}: contact point at y ="
@@ -39,17 +58,20 @@ def own_profiles_text(case: Case, placement: Placement) -> str:
     )
 
 
-def geometry_line(record: Item) -> list[str]:
-    """The line of a record, if it has one."""
+def pair_geometry_lines(record: Item) -> list[str]:
+    """Lines on the geometry from a record: a list with a line, or an empty list."""
     return [record["own_profiles"]] if "own_profiles" in record else []
 
 
 def _flange_words(wheel: Profile) -> str:
-    points = wheel.evaluate(wheel.spread(_STEP_MM))
-    height = float(np.interp(0.0, np.maximum.accumulate(points.y), points.z)) - float(points.z.min())
-    at = float(points.y[np.argmin(points.z)])
+    """Words for the height of the flange over the tread at y = 0, and for the place of its tip."""
+    points = wheel.evaluate(wheel.spread(_POINT_SPACING_MM))
+    height_mm = float(np.interp(0.0, np.maximum.accumulate(points.y), points.z)) - float(points.z.min())
+    tip_y_mm = float(points.y[np.argmin(points.z)])
     return (
-        f"flange height {height:.2f} mm (tip at y = {at:.1f} mm)" if height > _FLANGE_MM and at < 0.0 else "no flange"
+        f"flange height {height_mm:.2f} mm (tip at y = {tip_y_mm:.1f} mm)"
+        if height_mm > _MIN_FLANGE_HEIGHT_MM and tip_y_mm < 0.0
+        else "no flange"
     )
 
 
@@ -57,16 +79,29 @@ def _rail_words(rail: Profile, inclination_rad: float) -> str:
     words = f"rail inclined by{inclination_words(inclination_rad)}" if inclination_rad else "rail not inclined"
     if rail.measured is None or not rail.measured.nominal:
         return words
-    turn = 1e3 * rail.measured.held.registration.turn_rad
-    return f"{words}, its head in the file turned by {turn:+.1f} mrad against {rail.measured.nominal}"
+    turn_mrad = 1e3 * rail.measured.held.registration.turn_rad
+    return f"{words}, its head in the file turned by {turn_mrad:+.1f} mrad against {rail.measured.nominal}"
 
 
 def geometry_of_cases(cases: Iterable[Case]) -> Iterator[str]:
-    """Geometry of each pair of own profiles, at its first case that has a place on the rail."""
-    shown: set[tuple[object, ...]] = set()
+    """Iterate over the geometry of each pair of a user's profiles.
+
+    A pair is described at its first case that can be placed on the rail.
+
+    Parameters
+    ----------
+    cases
+        Cases in order.
+
+    Returns
+    -------
+    Iterator of str
+        One line per pair.
+    """
+    shown_pairs: set[tuple[object, ...]] = set()
     for case in cases:
         pair = (case.rail, case.wheel, case.rail_file, case.wheel_file, case.track, case.inclination_rad)
-        if pair not in shown and not isinstance(placement := placed_or_why(case), str):
-            shown.add(pair)
-            at = f"at a shift of {case.lateral_shift_mm:g} mm"
-            yield from (f"{at}: {text}" for text in own_profiles_record(case, placement).values())
+        if pair not in shown_pairs and not isinstance(placement := placed_or_why(case), str):
+            shown_pairs.add(pair)
+            place_text = f"at a shift of {case.lateral_shift_mm:g} mm"
+            yield from (f"{place_text}: {text}" for text in pair_geometry_record(case, placement).values())

@@ -1,4 +1,4 @@
-"""Names of rails, wheels and positions: on the terminal, in pictures and in reports."""
+"""Names of rails, wheels and positions for the terminal, pictures and reports."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Row: TypeAlias = Mapping[str, Any]
 
 
-# longer ones leave no room for a picture
+# Characters of a name. Longer names leave no room for a picture.
 _LONGEST_NAME = 60
 
 
@@ -24,9 +24,26 @@ BODIES = ("rail", "wheel")
 
 
 def short_name(name: str) -> str:
-    """A profile's name, for a file (`NAME.ext@HASH`) without ending and hash; a long name is cut and has its hash.
+    """Short name of a profile, without the ending and the hash of its file.
 
-    A file that is called rail or wheel, whatever it is, is told from others by its hash alone.
+    A name of more than 60 characters is cut and keeps its hash. A file that is called rail or wheel keeps its complete
+    name, because only the hash distinguishes it from other files.
+
+    Parameters
+    ----------
+    name
+        Name of the profile. For a file it is `NAME.ext@HASH`.
+
+    Returns
+    -------
+    str
+        The short name.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.pair_names import short_name
+    >>> short_name("60E1")
+    '60E1'
     """
     file = file_of_identity(name)
     if file is None or (stem := Path(file).stem).lower() in BODIES:
@@ -35,37 +52,60 @@ def short_name(name: str) -> str:
 
 
 def inclination_words(inclination_rad: float) -> str:
-    """A rail's inclination such as " 1:40"; empty for an upright rail."""
+    """Inclination of a rail, such as " 1:40"; empty for an upright rail."""
     return f" 1:{1.0 / math.tan(inclination_rad):.3g}" if inclination_rad else ""
 
 
 def pair_words(case: Case, between: str = ", ") -> str:
-    """Rail and wheel, such as "rail 60E1 1:40, wheel S1002"."""
+    """Rail and wheel of a case, such as "rail 60E1 1:40, wheel S1002"."""
     return pair_text(profile_identity(case.rail), profile_identity(case.wheel), case.inclination_rad, between)
 
 
 def pair_of_row(row: Row, between: str = ", ") -> str:
-    """Rail and wheel of a row, as in `pair_words`."""
+    """Rail and wheel of a row, in the form of `pair_words`."""
     return pair_text(str(row["rail"]), str(row["wheel"]), float(row.get("inclination_rad") or 0.0), between)
 
 
 def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> str:
-    """Two profiles by their identities, without endings and hashes where their names tell enough."""
+    """Text for two profiles, from their identities.
+
+    Endings and hashes of files are left out if the names are clear without them.
+    """
     return f"{body_words('rail', rail)}{inclination_words(inclination_rad)}{between}{body_words('wheel', wheel)}"
 
 
 def body_words(body: str, name: str) -> str:
-    """A rail or a wheel with its name, such as "rail 60E1"; the name alone of a file that is called so."""
+    """Rail or wheel with its name, such as "rail 60E1".
+
+    The name stands alone if it is `rail` or `wheel` already.
+    """
     short = short_name(name)
     return short if short.lower().partition(".")[0] == body else f"{body} {short}"
 
 
 VARIED = "varied"
-"""Column of what else varies in a study: names and values of inputs, separated by commas."""
+"""Column of the further inputs that vary in a study: names and values, separated by commas."""
 
 
 def position_text(row: Row) -> str:
-    """Shift and load of a row, the distance along an irregularity, and what else varies in its study."""
+    """Shift and load of a row, with the distance along an irregularity and varied inputs.
+
+    Parameters
+    ----------
+    row
+        Row with `lateral_shift_mm` and `load_kN`; `distance_mm` and `varied` are optional.
+
+    Returns
+    -------
+    str
+        Text such as "+3.00 mm, 100 kN".
+
+    Examples
+    --------
+    >>> from fecontact.outputs.pair_names import position_text
+    >>> position_text({"lateral_shift_mm": 3.0, "load_kN": 100.0})
+    '+3.00 mm, 100 kN'
+    """
     along = "" if row.get("distance_mm") is None else f", at {row['distance_mm']:g} mm"
     varied = f", {row[VARIED]}" if row.get(VARIED) else ""
     return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN{along}{varied}"

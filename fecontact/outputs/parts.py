@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading; a page has one heading of level 1."""
+    """Heading; a page has a single heading of level 1."""
 
     text: str
     level: int = 2
@@ -24,7 +24,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Lead:
-    """The answer, with the style in which the page shows it."""
+    """Answer of a document, with its style on a page."""
 
     text: str
     style: str = "lead"
@@ -32,23 +32,30 @@ class Lead:
 
 @dataclass(frozen=True)
 class Items:
-    """Notes, each in a line."""
+    """Notes, each in a separate line."""
 
     lines: Sequence[str]
 
 
 @dataclass(frozen=True)
 class Terms:
-    """Names and their meanings."""
+    """Terms with their meanings."""
 
     pairs: Sequence[tuple[str, str]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spot:
-    """A place of a picture that leads to `Details` by their name.
+    """Place in a picture that opens `Details`.
 
-    `box` is left, top, width and height, in percent of the picture. `words` are shown beside the pointer.
+    Attributes
+    ----------
+    name
+        Name of the `Details`.
+    words
+        Text that is shown beside the pointer.
+    box
+        Left, top, width and height, in percent of the picture.
     """
 
     name: str
@@ -58,10 +65,21 @@ class Spot:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A picture for a page: a PNG or SVG file, left out if it does not exist; the bytes of an SVG or WEBP; or an image.
+    """Picture for a page.
 
-    An image is shown at most `width` pixels wide. `spots` are places to point at. `relief` is a surface that turns
-    under the pointer (see `outputs.figures.relief`); the picture stands for it if no script runs.
+    Attributes
+    ----------
+    content
+        PNG or SVG file, which is left out if it does not exist; bytes of an SVG or WEBP; or an image.
+    words
+        Text below the picture.
+    width
+        Largest width of an image, in pixels.
+    spots
+        Places to point at.
+    relief
+        Surface that turns under the pointer (see `outputs.figures.relief`). If no script runs, the picture is shown
+        instead.
     """
 
     content: Path | bytes | Image
@@ -73,7 +91,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class Details:
-    """Parts that are shown on demand: folded on a page, with `--long` on a terminal; spots find them by their name."""
+    """Parts that are shown on demand: folded on a page, with `--long` on a terminal.
+
+    Spots refer to details by their `name`.
+    """
 
     summary: str
     parts: Sequence[Part]
@@ -86,20 +107,20 @@ Parts: TypeAlias = Iterable[Part]
 
 @dataclass(frozen=True, kw_only=True)
 class Telling:
-    """How what a feature reads of a load is told.
+    """Outputs of a feature for a load: record, columns and parts of documents.
 
     Attributes
     ----------
     record
-        Of what was read.
+        Function from the feature's values of a load to a record.
     left_out
         Patterns of the record's columns that a row leaves out.
     columns
-        Of the table of verdicts, made of rows.
+        Columns of the table of verdicts, which is made of rows.
     parts
-        Of a document on a case, from the record.
+        Function from the record to parts of a document on a case.
     of_rows
-        What is said below rows.
+        Function from rows to the parts that are shown below them.
     """
 
     record: Callable[[Any], Any] = told

@@ -1,4 +1,4 @@
-"""A case before it is solved, as a record and in words."""
+"""Record and text of a case before it is solved."""
 
 from __future__ import annotations
 
@@ -8,67 +8,125 @@ import numpy as np
 
 from fecontact.outputs.flat_records import picked
 from fecontact.outputs.geometry import touch_record
-from fecontact.outputs.own_profiles import geometry_line, own_profiles_record
+from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.solving.preview import Preview
 
-_EXPECTED = "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm parts"
+_EXPECTED_PATCH_ATTRIBUTES = "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm parts"
 
 
-def preview_record(seen: Preview) -> dict[str, Any]:
-    """Everything that a preview says, with units in the keys."""
+def preview_record(preview: Preview) -> dict[str, Any]:
+    """Record of a preview.
+
+    Parameters
+    ----------
+    preview
+        Preview of a case.
+
+    Returns
+    -------
+    dict
+        Content of the JSON output, with units in the keys.
+    """
     return {
         "schema": "fecontact/place/1",
-        "case": case_inputs(seen.case, seen.placement),
-        "touch_points": [touch_record(touch) for touch in seen.placement.touch_points],
-        "hertz": {"p_max_MPa": seen.hertz.p0_MPa, **picked(seen.hertz, "a_mm b_mm")},
-        "uncertainty_of_profile": seen.hertz_uncertainty,
-        "expected_patch": picked(seen.expected, _EXPECTED),
-        **picked(seen, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
-        "junctions": junctions_of(seen),
-        "notes": list(seen.placement.notes),
+        "case": case_inputs(preview.case, preview.placement),
+        "touch_points": [touch_record(touch) for touch in preview.placement.touch_points],
+        "hertz": {"p_max_MPa": preview.hertz.p0_MPa, **picked(preview.hertz, "a_mm b_mm")},
+        "uncertainty_of_profile": preview.hertz_uncertainty,
+        "expected_patch": picked(preview.expected, _EXPECTED_PATCH_ATTRIBUTES),
+        **picked(preview, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
+        "junctions": junction_records(preview),
+        "notes": list(preview.placement.notes),
     }
 
 
-def junctions_of(seen: Preview) -> list[dict[str, Any]]:
-    """Curvature junctions of both profiles by their distance from the first touch point along the line."""
-    found = [
-        {"profile": place.profile.kind, "y_mm": place.junction.y_mm, "distance_mm": place.s_mm}
-        for place in seen.placement.junctions
+def junction_records(preview: Preview) -> list[dict[str, Any]]:
+    """Curvature junctions of both profiles, the nearest to the first touch point first.
+
+    Parameters
+    ----------
+    preview
+        Preview of a case.
+
+    Returns
+    -------
+    list of dict
+        Profile, y (mm), and distance (mm) from the first touch point along the profile.
+    """
+    junctions = [
+        {
+            "profile": placed_junction.profile.kind,
+            "y_mm": placed_junction.junction.y_mm,
+            "distance_mm": placed_junction.s_mm,
+        }
+        for placed_junction in preview.placement.junctions
     ]
-    return sorted(found, key=lambda one: abs(one["distance_mm"]))
+    return sorted(junctions, key=lambda junction: abs(junction["distance_mm"]))
 
 
-def preview_lines(seen: Preview) -> Lines:
-    """A preview in lines."""
-    yield from geometry_line(own_profiles_record(seen.case, seen.placement))
-    patch, (dx, ds) = seen.expected, seen.element_size_mm
-    for place, touch in enumerate(seen.placement.touch_points, start=1):
+def preview_lines(preview: Preview) -> Lines:
+    """Iterate over the lines of a preview.
+
+    Parameters
+    ----------
+    preview
+        Preview of a case.
+
+    Returns
+    -------
+    Lines
+        Touch points, ellipse, expected patch, junctions, elements and effort.
+    """
+    yield from pair_geometry_lines(pair_geometry_record(preview.case, preview.placement))
+    patch, (dx, ds) = preview.expected, preview.element_size_mm
+    for place, touch in enumerate(preview.placement.touch_points, start=1):
         yield (
             f"touch point {place}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact angle"
             f" {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
         )
-    unsure = "" if seen.hertz_uncertainty is None else f"; {uncertainty_text(seen.hertz_uncertainty)}"
-    yield f"Hertz: p0 {seen.hertz.p0_MPa:.1f} MPa, a {seen.hertz.a_mm:.3f} mm, b {seen.hertz.b_mm:.3f} mm{unsure}"
+    uncertainty_part = "" if preview.hertz_uncertainty is None else f"; {uncertainty_text(preview.hertz_uncertainty)}"
+    yield (
+        f"Hertz: p0 {preview.hertz.p0_MPa:.1f} MPa, a {preview.hertz.a_mm:.3f} mm, b {preview.hertz.b_mm:.3f} mm"
+        f"{uncertainty_part}"
+    )
     yield (
         f"expected patch: {patch.x_high_mm - patch.x_low_mm:.2f} mm along x, {patch.s_high_mm - patch.s_low_mm:.2f} mm"
         f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm of the touch point"
     )
-    reached = [one for one in junctions_of(seen) if patch.s_low_mm <= one["distance_mm"] <= patch.s_high_mm]
-    told = ", ".join(f"{one['profile']} at {one['distance_mm']:+.2f} mm" for one in reached)
-    yield f"curvature junctions below it: {told or 'none'}"
-    yield (
-        f"elements {dx:.3g} by {ds:.3g} mm, {seen.elements[0]} by {seen.elements[1]} in the fine zone: about"
-        f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
-        f" more where the verdict is open, up to {seen.case.most_unknowns} unknowns"
+    junctions_below = [
+        junction
+        for junction in junction_records(preview)
+        if patch.s_low_mm <= junction["distance_mm"] <= patch.s_high_mm
+    ]
+    junctions_text = ", ".join(
+        f"{junction['profile']} at {junction['distance_mm']:+.2f} mm" for junction in junctions_below
     )
-    yield from notes(seen.placement.notes)
+    yield f"curvature junctions below it: {junctions_text or 'none'}"
+    yield (
+        f"elements {dx:.3g} by {ds:.3g} mm, {preview.elements[0]} by {preview.elements[1]} in the fine zone: about"
+        f" {round(preview.degrees_of_freedom, -3)} unknowns, {preview.cpu_seconds:.0f} CPU s and"
+        f" {preview.memory_GB:.1f} GB; more where the verdict is open, up to {preview.case.most_unknowns} unknowns"
+    )
+    yield from notes(preview.placement.notes)
 
 
-def uncertainty_text(part: dict[str, float]) -> str:
-    """What measured profiles leave open of Hertz, in words."""
-    if any(np.isnan(value) for value in part.values()):
+def uncertainty_text(uncertainty: dict[str, float]) -> str:
+    """Text on the uncertainty of Hertz that is due to measured profiles.
+
+    Parameters
+    ----------
+    uncertainty
+        Relative uncertainties of `p_max_MPa`, `a_mm` and `b_mm`; NaN if another profile variant does not come into
+        contact.
+
+    Returns
+    -------
+    str
+        The text, in percent.
+    """
+    if any(np.isnan(value) for value in uncertainty.values()):
         return "another line that the measured points allow does not come into contact here: Hertz is not known"
-    p, a, b = (100.0 * part[name] for name in ("p_max_MPa", "a_mm", "b_mm"))
+    p, a, b = (100.0 * uncertainty[name] for name in ("p_max_MPa", "a_mm", "b_mm"))
     return f"the measured profiles leave ±{p:.2g} % of p0, ±{a:.2g} % of a and ±{b:.2g} % of b open"

@@ -1,4 +1,4 @@
-"""Profiles on the terminal and in a picture: the library, and a profile's segments and junctions."""
+"""Profiles on the terminal and in a picture: library, segments and junctions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.outputs.flat_records import Record, picked
 from fecontact.outputs.pair_names import body_words
-from fecontact.outputs.style import MARKS, SIDES, Colour, blank_figure, finish, save_figure
+from fecontact.outputs.style import MARKS, SIDE_LABELS, Colour, blank_figure, finish, save_figure
 from fecontact.outputs.tables import number, radius, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
@@ -24,105 +24,168 @@ if TYPE_CHECKING:
     from fecontact.profiles.recognition import Nearest
 
 
-# Ends of a line, from the gauge side to the field side.
-_ENDS = ("y_from_mm", "y_to_mm")
-_LIBRARY = (
+# Keys of the ends of a profile, from the gauge side to the field side.
+_RANGE_KEYS = ("y_from_mm", "y_to_mm")
+_LIBRARY_COLUMNS = (
     text("name", "name"),
     text("kind", "kind"),
-    *(number(f"{name}\nmm", key, "{:.1f}", none="") for name, key in zip(("y from", "y to"), _ENDS, strict=True)),
+    *(number(f"{name}\nmm", key, "{:.1f}", none="") for name, key in zip(("y from", "y to"), _RANGE_KEYS, strict=True)),
     text("junctions", "junctions", "number"),
     text("certainty", "certainty"),
     text("source", "source", wraps=True),
 )
-_JUNCTIONS = (
-    number("y mm", lambda one: one.y_mm, "{:.4f}"),
-    number("z mm", lambda one: one.z_mm, "{:.4f}"),
-    radius("R before mm", lambda one: radius_mm(one.curvature_left_per_mm), "{:.2f}"),
-    radius("R after mm", lambda one: radius_mm(one.curvature_right_per_mm), "{:.2f}"),
-    number("kink mrad", lambda one: one.turn_rad, "{:z.3f}", 1e3),
+_JUNCTION_COLUMNS = (
+    number("y mm", lambda junction: junction.y_mm, "{:.4f}"),
+    number("z mm", lambda junction: junction.z_mm, "{:.4f}"),
+    radius("R before mm", lambda junction: radius_mm(junction.curvature_left_per_mm), "{:.2f}"),
+    radius("R after mm", lambda junction: radius_mm(junction.curvature_right_per_mm), "{:.2f}"),
+    number("kink mrad", lambda junction: junction.turn_rad, "{:z.3f}", 1e3),
 )
-_SEGMENTS = (
+_SEGMENT_COLUMNS = (
     text("segment", "number", "number"),
-    text("kind", lambda one: type(one["segment"]).__name__.lower()),
+    text("kind", lambda segment_row: type(segment_row["segment"]).__name__.lower()),
     *(number(f"{name} mm", name, "{:.4f}") for name in ("y from", "y to", "z from", "z to")),
-    text("R mm", lambda one: _segment_radius(one["segment"]), "number"),
+    text("R mm", lambda segment_row: _segment_radius(segment_row["segment"]), "number"),
 )
 
 
 def library_record(folder: Path | None = None) -> list[Record]:
-    """The profiles of the library, and the files of a folder."""
+    """Records of the profiles of the library, and of the files of a folder.
+
+    Parameters
+    ----------
+    folder
+        Folder with profile files; None for the library alone.
+
+    Returns
+    -------
+    list of Record
+        Name, kind, range in mm, number of junctions and source.
+    """
     from fecontact.profiles.library import load, names
 
-    items: list[Record] = []
+    records: list[Record] = []
     for profile in map(load, names()):
-        own = picked(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
-        items.append(own | dict(zip(_ENDS, profile.y_range_mm, strict=True)))
+        entries = picked(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
+        records.append(entries | dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)))
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
-            items.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
-    return items
+            records.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
+    return records
 
 
-def library_lines(items: Sequence[Record]) -> Lines:
-    """The profiles of the library, and other texts that may be given instead of a name."""
-    yield table_of("Profile library", _LIBRARY, items)
+def library_lines(records: Sequence[Record]) -> Lines:
+    """Iterate over the outputs of the library, with the texts allowed instead of a name.
+
+    Parameters
+    ----------
+    records
+        Records of `library_record`.
+
+    Returns
+    -------
+    Lines
+        Table and line.
+    """
+    yield table_of("Profile library", _LIBRARY_COLUMNS, records)
     yield "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
 
 
-def profile_record(profile: Profile, found: Sequence[Nearest]) -> Record:
-    """A profile with its junctions, how it was smoothed, and the profiles of the library that it is nearest to."""
+def profile_record(profile: Profile, nearest_profiles: Sequence[Nearest]) -> Record:
+    """Record of a profile: junctions, smoothing, and nearest profiles of the library.
+
+    Parameters
+    ----------
+    profile
+        Profile.
+    nearest_profiles
+        Profiles of the library, the nearest first.
+
+    Returns
+    -------
+    Record
+        Lengths in mm, curvatures in 1/mm, angles in rad.
+    """
     measured = profile.measured
     return {
         "schema": "fecontact/profile/1",
         **picked(profile, "name kind source length_mm"),
-        **dict(zip(_ENDS, profile.y_range_mm, strict=True)),
+        **dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)),
         "notes": list(profile.notes),
         "smoothed": None if measured is None else picked(measured, "nominal filter_mm noise_mm"),
         "junctions": [
-            picked(one, "y_mm z_mm curvature_left_per_mm curvature_right_per_mm turn_rad") for one in profile.junctions
+            picked(junction, "y_mm z_mm curvature_left_per_mm curvature_right_per_mm turn_rad")
+            for junction in profile.junctions
         ],
         "nearest": [
-            picked(one, "name usual_mm farthest_mm at_y_mm") | picked(one.registration, "turn_rad") for one in found
+            picked(candidate, "name usual_mm farthest_mm at_y_mm") | picked(candidate.registration, "turn_rad")
+            for candidate in nearest_profiles
         ],
     }
 
 
-def profile_lines(profile: Profile, found: Sequence[Nearest]) -> Lines:
-    """The segments of a profile, the junctions where its curvature jumps, and what of the library it is nearest to."""
+def profile_lines(profile: Profile, nearest_profiles: Sequence[Nearest]) -> Lines:
+    """Iterate over the outputs of a profile: segments, curvature junctions and nearest library profile.
+
+    Parameters
+    ----------
+    profile
+        Profile.
+    nearest_profiles
+        Profiles of the library, the nearest first.
+
+    Returns
+    -------
+    Lines
+        Tables and lines in order.
+    """
     low, high = profile.y_range_mm
-    named, long = body_words(profile.kind, profile.name), f"{profile.length_mm:.2f} mm long"
-    yield f"{named}: y from {low:.3f} to {high:.3f} mm, {long}"
+    name, length_text = body_words(profile.kind, profile.name), f"{profile.length_mm:.2f} mm long"
+    yield f"{name}: y from {low:.3f} to {high:.3f} mm, {length_text}"
     if profile.source:
         yield f"source: {profile.source}"
     yield from notes(profile.notes)
-    items = []
+    segment_rows = []
     for place, segment in enumerate(profile.segments, start=1):
         ends = segment.evaluate(np.array([0.0, 1.0]))
         where = dict(zip(("y from", "y to", "z from", "z to"), (*ends.y, *ends.z), strict=True))
-        items.append({"number": place, "segment": segment, **where})
-    yield table_of("Running surface, from the gauge side to the field side", _SEGMENTS, items)
-    yield table_of("Junctions (radii positive where convex)", _JUNCTIONS, profile.junctions)
+        segment_rows.append({"number": place, "segment": segment, **where})
+    yield table_of("Running surface, from the gauge side to the field side", _SEGMENT_COLUMNS, segment_rows)
+    yield table_of("Junctions (radii positive where convex)", _JUNCTION_COLUMNS, profile.junctions)
     if profile.points is not None:
-        yield nearest_text(found, "" if profile.measured is None else profile.measured.nominal or "")
+        yield nearest_text(nearest_profiles, "" if profile.measured is None else profile.measured.nominal or "")
 
 
-def nearest_text(found: Sequence[Nearest], nominal: str = "") -> str:
-    """Which profile of the library measured points are, and from which one they are smoothed, in words."""
-    if not found:
+def nearest_text(nearest_profiles: Sequence[Nearest], nominal: str = "") -> str:
+    """Text on the library profile nearest to the measured points, and on the nominal profile.
+
+    Parameters
+    ----------
+    nearest_profiles
+        Profiles of the library, the nearest first.
+    nominal
+        Name of the profile from which the deviation is smoothed; empty without a nominal profile.
+
+    Returns
+    -------
+    str
+        Name, rotation (mrad), translation (mm), usual and largest distance of the points (mm).
+    """
+    if not nearest_profiles:
         return "nearest library profile: none within 2 mm"
-    best, turn = found[0], 1e3 * found[0].registration.turn_rad
-    dy, dz = found[0].registration.shift
-    rest = "".join(f"; then {one.name} ({one.usual_mm:.2g} mm)" for one in found[1:2])
-    rest += f"; what is smoothed is the deviation from {nominal}" if nominal not in ("", best.name) else ""
-    off = (
+    best, turn_mrad = nearest_profiles[0], 1e3 * nearest_profiles[0].registration.turn_rad
+    dy, dz = nearest_profiles[0].registration.shift
+    appendix = "".join(f"; then {candidate.name} ({candidate.usual_mm:.2g} mm)" for candidate in nearest_profiles[1:2])
+    appendix += f"; what is smoothed is the deviation from {nominal}" if nominal not in ("", best.name) else ""
+    deviation_text = (
         f"the points are usually {best.usual_mm:.2g} mm off it, at most {best.farthest_mm:.2g} mm at y ="
         f" {best.at_y_mm:.1f} mm"
         if best.farthest_mm > 1e-3
         else "all points are within 0.001 mm of it"
     )
     return (
-        f"nearest library profile over the whole line: {best.name}, turned by {turn:+.2f} mrad and moved by"
-        f" ({dy:+.3f}, {dz:+.3f}) mm; {off}{rest}"
+        f"nearest library profile over the whole line: {best.name}, turned by {turn_mrad:+.2f} mrad and moved by"
+        f" ({dy:+.3f}, {dz:+.3f}) mm; {deviation_text}{appendix}"
     )
 
 
@@ -132,98 +195,123 @@ def _segment_radius(segment: Segment) -> str:
 
 # --- The picture of a profile.
 
-_KEY_OF_PROBLEM = {
+_PROBLEM_LABELS = {
     "spike": "left out: spike",
     "out of order": "left out: out of order",
     "crosses itself": "left out: line crosses itself",
     "unclear": "doubtful, kept",
 }
-# Shortest arc with a written radius, over the picture's width: radii of shorter arcs would overlap.
-_LEAST_WIDTH = 0.045
+# Shortest arc with a written radius, as a fraction of the picture's width. Radii of shorter arcs would overlap.
+_MIN_ARC_WIDTH = 0.045
 
 
 def profile_figure(profile: Profile, path: str | Path) -> Path:
-    """Draw a profile: its line, and its curvature (positive if convex) over y, with the junctions marked.
+    """Draw a profile and its curvature (positive if convex) over y, with marked junctions.
 
-    For a smoothed line the points, their deviations and twice the noise of the curvature are drawn as well.
+    For a smoothed profile the points, their deviations and twice the noise of the curvature are drawn too.
+
+    Parameters
+    ----------
+    profile
+        Profile to draw.
+    path
+        File of the picture.
+
+    Returns
+    -------
+    Path
+        The given path.
     """
     measured, colour = profile.measured, Colour.LINES[profile.kind]
     ratios = (1.0, 1.0) if measured is None else (1.0, 0.8, 1.1)
     figure = blank_figure(10.5, 4.0 + 2.0 * len(ratios))
-    line, *points, bent = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
+    profile_axes, *point_axes, curvature_axes = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
     for index, segment in enumerate(profile.segments):
         # slightly inside the ends, so that each segment shows its curvature up to its ends
         p = profile.evaluate(index + np.linspace(1e-9, 1.0 - 1e-9, 300))
         curvature = profile.convex_sign * p.curvature_per_mm
-        line.plot(p.y, p.z, color=colour, lw=1.8)
-        bent.plot(p.y, curvature, color=colour, lw=1.8)
+        profile_axes.plot(p.y, p.z, color=colour, lw=1.8)
+        curvature_axes.plot(p.y, curvature, color=colour, lw=1.8)
         if measured is not None:
             s = np.linspace(getattr(segment, "s_from", 0.0), getattr(segment, "s_to", 0.0), p.y.size)
             noise = 2.0 * np.interp(s, measured.s_mm, measured.curvature_noise_per_mm)
-            bent.fill_between(p.y, curvature - noise, curvature + noise, color=colour, alpha=0.25, lw=0)
+            curvature_axes.fill_between(p.y, curvature - noise, curvature + noise, color=colour, alpha=0.25, lw=0)
     for junction in profile.junctions:
-        line.plot(junction.y_mm, junction.z_mm, "o", color=Colour.RAIL_JUNCTION, ms=5)
-        for ax in (line, bent):
+        profile_axes.plot(junction.y_mm, junction.z_mm, "o", color=Colour.RAIL_JUNCTION, ms=5)
+        for ax in (profile_axes, curvature_axes):
             ax.axvline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
     # curvatures of a head span four decades of either sign
-    bent.set_yscale("symlog", linthresh=1e-3)
-    bent.margins(y=0.08)
-    bent.axhline(0.0, color="0.5", lw=0.8)
-    band = "" if measured is None else "\nband: twice its noise"
-    bent.set(
-        ylabel=f"curvature in 1/mm, convex positive\n(logarithmic beyond ±0.001){band}",
-        xlabel=f"y in mm\n{SIDES}",
+    curvature_axes.set_yscale("symlog", linthresh=1e-3)
+    curvature_axes.margins(y=0.08)
+    curvature_axes.axhline(0.0, color="0.5", lw=0.8)
+    band_label = "" if measured is None else "\nband: twice its noise"
+    curvature_axes.set(
+        ylabel=f"curvature in 1/mm, convex positive\n(logarithmic beyond ±0.001){band_label}",
+        xlabel=f"y in mm\n{SIDE_LABELS}",
     )
-    of = "" if measured is None else _draw_points(line, points[0], measured)
-    line.set(title=f"{body_words(profile.kind, profile.name)}{of}", ylabel="z (up) in mm")
-    _write_radii(line, profile)
-    draw_problems(line, profile)
-    finish(line, *points, bent)
+    description = "" if measured is None else _draw_points(profile_axes, point_axes[0], measured)
+    profile_axes.set(title=f"{body_words(profile.kind, profile.name)}{description}", ylabel="z (up) in mm")
+    _write_radii(profile_axes, profile)
+    draw_problems(profile_axes, profile)
+    finish(profile_axes, *point_axes, curvature_axes)
     return save_figure(figure, path)
 
 
-def _draw_points(line: Axes, off: Axes, measured: Measured) -> str:
-    """Draw the points of a smoothed line and their deviations from it; returns a description of the line."""
+def _draw_points(profile_axes: Axes, deviation_axes: Axes, measured: Measured) -> str:
+    """Draw the points of a smoothed profile and their deviations from it.
+
+    Returns
+    -------
+    str
+        Description of the smoothing for the title.
+    """
     y, z = measured.points.T
-    line.plot(y, z, ".", color=Colour.POINTS, ms=2)
-    off.plot(y, 1e3 * measured.residual_mm, ".", color=Colour.POINTS, ms=3)
+    profile_axes.plot(y, z, ".", color=Colour.POINTS, ms=2)
+    deviation_axes.plot(y, 1e3 * measured.residual_mm, ".", color=Colour.POINTS, ms=3)
     for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
-        off.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
-    off.set(ylabel="points off line in um\n(dashed: twice scatter)")
-    of = f"deviation from {measured.nominal}" if measured.nominal else "line"
-    return f": {of} smoothed over {measured.filter_mm:.3g} mm"
+        deviation_axes.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
+    deviation_axes.set(ylabel="points off line in um\n(dashed: twice scatter)")
+    smoothed_quantity = f"deviation from {measured.nominal}" if measured.nominal else "line"
+    return f": {smoothed_quantity} smoothed over {measured.filter_mm:.3g} mm"
 
 
 def draw_problems(
-    ax: Axes, profile: Profile, place: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
+    ax: Axes, profile: Profile, to_picture: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
 ) -> None:
-    """Mark points of a file that were left out or are doubtful, with the reasons in the legend.
+    """Mark omitted and doubtful points of a file, with the reasons in the legend.
 
-    `place` turns y and z of the profile (mm) into coordinates of the picture, if they differ.
+    Parameters
+    ----------
+    ax
+        Axes to draw into.
+    profile
+        Profile with its problems.
+    to_picture
+        Function from y and z of the profile (mm) to coordinates of the picture; None if they are equal.
     """
     groups: dict[str, list[Problem]] = {}
     for problem in profile.problems:
-        groups.setdefault(_KEY_OF_PROBLEM[problem.what], []).append(problem)
-    for (words, those), marker in zip(groups.items(), MARKS, strict=False):
-        y, z = np.array([(one.y_mm, one.z_mm) for one in those]).T
-        y, z = (y, z) if place is None else place(y, z)
-        # hollow, so that the line is seen through them
-        label = f"{words} ({len(those)})"
+        groups.setdefault(_PROBLEM_LABELS[problem.what], []).append(problem)
+    for (reason, problems), marker in zip(groups.items(), MARKS, strict=False):
+        y, z = np.array([(mark.y_mm, mark.z_mm) for mark in problems]).T
+        y, z = (y, z) if to_picture is None else to_picture(y, z)
+        # hollow, so that the profile is visible through the marks
+        label = f"{reason} ({len(problems)})"
         ax.plot(y, z, marker, color=Colour.PROBLEM, mfc="none", mew=1.8, ms=10, ls="none", label=label)
     if groups:
         ax.legend(loc="best")
 
 
 def _write_radii(ax: Axes, profile: Profile) -> None:
-    """Write the radius beside each arc that is long enough for it."""
+    """Write the radius beside each arc that is long enough for the text."""
     low, high = ax.get_xlim()
     for index in range(len(profile.segments)):
         p = profile.evaluate(index + np.array([1e-9, 0.5, 1.0 - 1e-9]))
         curvature = profile.convex_sign * profile.evaluate(index + np.linspace(0.01, 0.99, 9)).curvature_per_mm
         mean = float(np.mean(curvature))
         is_arc = abs(mean) > 1e-9 and bool(np.ptp(curvature) < 1e-6 * abs(mean))
-        if is_arc and abs(float(p.y[2] - p.y[0])) > _LEAST_WIDTH * (high - low):
-            # lines run to the field side: a rail's material is on their right, a wheel's on their left
+        if is_arc and abs(float(p.y[2] - p.y[0])) > _MIN_ARC_WIDTH * (high - low):
+            # profiles run to the field side: the material of a rail is on the right, of a wheel on the left
             inwards = np.array([p.z[2] - p.z[0], p.y[0] - p.y[2]]) * (1.0 if profile.kind == "rail" else -1.0)
             offset = tuple(13.0 * inwards / np.linalg.norm(inwards))
             style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8.5}

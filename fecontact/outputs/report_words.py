@@ -1,4 +1,4 @@
-"""What reports say in words: the question, the answer, and the meaning of terms."""
+"""Words of reports: the question, the answer, and the meaning of terms."""
 
 from __future__ import annotations
 
@@ -17,46 +17,95 @@ GLOSSARY = tuple((term, meaning.format(rungs=_RUNGS)) for term, meaning in TEXTS
 
 
 def measure_terms() -> tuple[tuple[str, str], ...]:
-    """Names of the measures and what they are."""
+    """Names of the measures with their meanings."""
     return tuple(
         (f"{words.short}: {words.title}", f"{words.meaning[0].upper()}{words.meaning[1:]}.") for words in WORDS.values()
     )
 
 
 def theory_terms(names: Iterable[str], *, laws: bool) -> Iterator[tuple[str, str]]:
-    """Theories of the pressure, and the laws of features: their source, what they take for granted, and their cost."""
-    wanted = {*names} - {*EITHER_SIDE}
-    told: list[Mapping[str, Any]] = [vars(theory) for name, theory in THEORIES.items() if name in wanted]
+    """Terms for theories of the pressure and for laws of features.
+
+    Parameters
+    ----------
+    names
+        Names of theories of the pressure.
+    laws
+        Whether the laws of features are included.
+
+    Returns
+    -------
+    Iterator of (str, str)
+        Words of each theory or law, with its source, its range of validity and its cost.
+    """
+    shown_names = {*names} - {*EITHER_SIDE}
+    descriptions: list[Mapping[str, Any]] = [vars(theory) for name, theory in THEORIES.items() if name in shown_names]
     if laws:
-        told += [law for found in offered("LAWS").values() for law in found.laws.values()]
-    for one in told:
-        yield one["words"], "{source}. It takes for granted: {range}. Cost: {cost}.".format_map(one)
+        descriptions += [law for laws_of_feature in offered("LAWS").values() for law in laws_of_feature.laws.values()]
+    for description in descriptions:
+        yield description["words"], "{source}. It takes for granted: {range}. Cost: {cost}.".format_map(description)
 
 
 def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:
-    """What a study or map asks, and how the wheels are rolled."""
-    by = (
+    """Question of a study or map, with the criteria and the roll of the wheels.
+
+    Parameters
+    ----------
+    pair
+        Words for rail and wheel.
+    criteria
+        Common criteria; None if each case has separate criteria.
+    roll
+        Words for the roll; empty if there are none.
+
+    Returns
+    -------
+    str
+        The question in one paragraph.
+    """
+    criteria_part = (
         f" Judged by: {criteria_text(criteria)} (what that is: see Terms)."
         if criteria
         else " Each case has its own criteria."
     )
-    rolled = f" {roll[0].upper()}{roll[1:]}." if roll else ""
-    return f"May Hertz's ellipse stand for the contact of {pair}?{by}{rolled}"
+    roll_part = f" {roll[0].upper()}{roll[1:]}." if roll else ""
+    return f"May Hertz's ellipse stand for the contact of {pair}?{criteria_part}{roll_part}"
 
 
-def answer_words(verdicts: Sequence[str], what: str) -> str:
-    """How many hold, fail, and are open or lost, such as "Hertz holds in 4 of 9 cases, fails in 5"."""
-    count = {one: verdicts.count(one) for one in ("HOLDS", "FAILS", "UNRESOLVED")}
+def answer_words(verdicts: Sequence[str], noun: str) -> str:
+    """Numbers of verdicts in words, such as "Hertz holds in 4 of 9 cases".
+
+    The numbers of failing, open and unusable cases follow.
+
+    Parameters
+    ----------
+    verdicts
+        Verdicts. Other texts than HOLDS, FAILS and UNRESOLVED count as unusable.
+    noun
+        Plural noun for the judged objects, such as "cases".
+
+    Returns
+    -------
+    str
+        The sentence without a full stop.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.report_words import answer_words
+    >>> answer_words(["HOLDS", "FAILS", "FAILS"], "cases")
+    'Hertz holds in 1 of 3 cases, fails in 2'
+    """
+    count = {answer: verdicts.count(answer) for answer in ("HOLDS", "FAILS", "UNRESOLVED")}
     lost = len(verdicts) - sum(count.values())
-    more = [f"is open in {count['UNRESOLVED']}"] if count["UNRESOLVED"] else []
-    more += [f"{lost} could not be used"] if lost else []
-    return f"Hertz holds in {count['HOLDS']} of {len(verdicts)} {what}, fails in {count['FAILS']}" + "".join(
-        f", {one}" for one in more
+    statements = [f"is open in {count['UNRESOLVED']}"] if count["UNRESOLVED"] else []
+    statements += [f"{lost} could not be used"] if lost else []
+    return f"Hertz holds in {count['HOLDS']} of {len(verdicts)} {noun}, fails in {count['FAILS']}" + "".join(
+        f", {clause}" for clause in statements
     )
 
 
 def lead_style(verdicts: Sequence[str]) -> str:
-    """Colour of the answer: the colour of HOLDS only if all hold."""
+    """Style of the answer; it has the colour of HOLDS only if all hold."""
     if set(verdicts) == {"HOLDS"}:
         return "lead holds"
     return "lead fails" if "FAILS" in verdicts else "lead"

@@ -1,4 +1,7 @@
-"""Series of a study's cases over the lateral shift: one curve of a figure, and one collection for ParaView each."""
+"""Series of a study's cases over the lateral shift.
+
+Each series is one curve of a figure and one collection for ParaView.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,15 @@ from dataclasses import dataclass
 
 from fecontact.outputs.pair_names import VARIED, Row, short_name
 
-# A series has one of each; of the latter only where its cases would not be told apart by their shift (the roll may
-# follow from it).
-_OWN = ("rail", "wheel", "load_kN")
-_OWN_IF_NEEDED = (
+# All cases of a series have equal values in the first columns. The optional columns separate series only if several
+# cases would have equal shifts (the roll may follow from the shift).
+_SERIES_COLUMNS = ("rail", "wheel", "load_kN")
+_OPTIONAL_COLUMNS = (
     *("side", "roll", "inclination_rad", "yaw_mrad", "resolution"),
     *("roll_load_kN", "opposite_load_kN", "roll_mrad", VARIED),
 )
-# Rows of single left wheels have neither column.
-_ABSENT = {"side": "left", "roll": "given"}
+# Values for rows without these columns: rows of single left wheels.
+_DEFAULTS = {"side": "left", "roll": "given"}
 _WORDS = {
     ("roll", "touching"): "both wheels touch",
     ("roll", "loaded"): "roll of the loaded wheelset",
@@ -25,43 +28,61 @@ _WORDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Cases that differ in their lateral shift, sorted by it, and the values that set them apart from other series."""
+    """Cases that differ in their lateral shift, in the order of the shift.
+
+    Attributes
+    ----------
+    rows
+        Rows of the cases, sorted by shift.
+    labels
+        Values that distinguish the series from other series, by column.
+    """
 
     rows: tuple[Row, ...]
-    own: Mapping[str, str]
+    labels: Mapping[str, str]
 
     @property
     def label(self) -> str:
-        """What tells it from the other series, for a legend; empty if there is none."""
-        return ", ".join(_words(column, value) for column, value in self.own.items())
+        """Label of the series for a legend; empty for a single series."""
+        return ", ".join(_column_words(column, value) for column, value in self.labels.items())
 
     @property
     def file_suffix(self) -> str:
-        """The same for the name of a file, with a separator before it."""
-        words = (f"_{_words(column, value).replace(' ', '')}" for column, value in self.own.items())
-        return "".join(c if c.isalnum() or c in "_.-@" else "-" for c in "".join(words))
+        """Label of the series as part of a file name, with a separator before it."""
+        suffixes = (f"_{_column_words(column, value).replace(' ', '')}" for column, value in self.labels.items())
+        return "".join(
+            character if character.isalnum() or character in "_.-@" else "-" for character in "".join(suffixes)
+        )
 
 
 def series(rows: Sequence[Row]) -> tuple[Series, ...]:
-    """All series of a study, in the order of their first cases."""
-    return tuple(_split(rows, {}, (*_OWN, *_OWN_IF_NEEDED)))
+    """Divide the rows of a study into series, in the order of their first cases."""
+    return tuple(_split(rows, {}, (*_SERIES_COLUMNS, *_OPTIONAL_COLUMNS)))
 
 
-def _split(rows: Sequence[Row], own: Mapping[str, str], columns: Sequence[str]) -> Iterator[Series]:
-    one_a_shift = len({row["lateral_shift_mm"] for row in rows}) == len(rows)
-    if not columns or (columns[0] in _OWN_IF_NEEDED and one_a_shift):
-        yield Series(rows=tuple(sorted(rows, key=lambda row: float(row["lateral_shift_mm"]))), own=own)
+def _split(rows: Sequence[Row], labels: Mapping[str, str], columns: Sequence[str]) -> Iterator[Series]:
+    """Divide rows by the first column that separates them, then by the other columns.
+
+    Parameters
+    ----------
+    labels
+        Values of the columns that separated the rows before, by column.
+    """
+    shifts_are_unique = len({row["lateral_shift_mm"] for row in rows}) == len(rows)
+    if not columns or (columns[0] in _OPTIONAL_COLUMNS and shifts_are_unique):
+        yield Series(rows=tuple(sorted(rows, key=lambda row: float(row["lateral_shift_mm"]))), labels=labels)
         return
-    column, *others = columns
-    # a case that failed early has no value for some of them
-    each = [str(row.get(column, _ABSENT.get(column, ""))) for row in rows]
-    values = list(dict.fromkeys(each))
+    column, *further_columns = columns
+    # a case that failed early has no value in some of the columns
+    column_values = [str(row.get(column, _DEFAULTS.get(column, ""))) for row in rows]
+    values = list(dict.fromkeys(column_values))
     for value in values:
-        mine = [row for row, its in zip(rows, each, strict=True) if its == value]
-        yield from _split(mine, {**own, column: value} if len(values) > 1 else own, others)
+        rows_of_value = [row for row, row_value in zip(rows, column_values, strict=True) if row_value == value]
+        yield from _split(rows_of_value, {**labels, column: value} if len(values) > 1 else labels, further_columns)
 
 
-def _words(column: str, value: str) -> str:
+def _column_words(column: str, value: str) -> str:
+    """Words for the value of a column, such as "100 kN" or "roll 2 mrad"."""
     if column in ("rail", "wheel"):
         return short_name(value)
     if column == VARIED:

@@ -1,4 +1,4 @@
-"""Files of a whole study: tables, figures, and collections of its cases for ParaView."""
+"""Files of a complete study: tables, figures, and collections of its cases for ParaView."""
 
 from __future__ import annotations
 
@@ -17,7 +17,19 @@ STUDY_SCHEMA = "fecontact/study/3"
 
 
 def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> None:
-    """Write the rows of a study of so many cases to `path` with the endings .csv and .json."""
+    """Write the rows of a study as CSV and JSON.
+
+    Parameters
+    ----------
+    study
+        Name of the study.
+    cases
+        Number of cases.
+    rows
+        Rows of the cases.
+    path
+        Path of the files without the endings .csv and .json.
+    """
     write_csv(rows, path.with_name(f"{path.name}.csv"))
     record = {
         "schema": STUDY_SCHEMA,
@@ -32,36 +44,49 @@ def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> Non
 def study_figures(
     rows: Sequence[Row], out: Path, rail: Profile | None = None, criteria: Criteria | None = None
 ) -> tuple[str, ...]:
-    """Draw the figure of a study and write its collections; cases are in the folder `cases` below `out`.
+    """Draw the figure of a study and write its collections.
 
-    The junctions of `rail` are drawn where it is the only one, and the limits of `criteria` where they are.
+    Parameters
+    ----------
+    rows
+        Rows of the study.
+    out
+        Folder of the study; the cases are in its folder `cases`.
+    rail
+        Only rail of the study, for its junctions; None if there are several rails.
+    criteria
+        Common criteria, for their limits; None if there are several sets.
 
-    Returns the names of the collections.
+    Returns
+    -------
+    tuple of str
+        Names of the collections.
     """
     from fecontact.outputs.figures.study import study_figure
 
-    solved = [row for row in rows if row.get("fe_p_max_MPa") is not None]
-    if solved:
+    solved_rows = [row for row in rows if row.get("fe_p_max_MPa") is not None]
+    if solved_rows:
         study_figure(list(rows), out / "study.png", rail, criteria)
-    return _write_collections(solved, out)
+    return _write_collections(solved_rows, out)
 
 
 def _write_collections(rows: Sequence[Row], out: Path) -> tuple[str, ...]:
-    """A .pvd for each series of cases over the lateral shift: ParaView merges equal times, so two cannot share one.
+    """Write a .pvd for each series of cases over the lateral shift.
 
-    Left out are single cases beside others, and cases that differ in something else (such as their bodies' sizes).
+    ParaView merges equal times, so that two series cannot share a collection. Single cases are left out if there are
+    other series. Cases that differ in something else, such as the sizes of their bodies, are left out too.
     """
     from fecontact.outputs.paraview.vtk import write_pvd
 
     unique = list({row["id"]: row for row in rows}.values())
-    found = series(unique)
-    written: list[str] = []
-    for one in found:
-        shifts = {float(row["lateral_shift_mm"]): out / "cases" / str(row["id"]) for row in one.rows}
-        if len(shifts) == len(one.rows) and (len(shifts) > 1 or len(found) == 1):
-            name = f"study{one.file_suffix}"
-            # profile files of the same name in two folders
-            same = sum(other.startswith(f"{name}.") for other in written)
-            path = out / (f"{name}.{same + 1}.pvd" if same else f"{name}.pvd")
-            written.append(write_pvd(path, shifts.items()).name)
-    return tuple(written)
+    found_series = series(unique)
+    written_names: list[str] = []
+    for series_ in found_series:
+        folders_by_shift = {float(row["lateral_shift_mm"]): out / "cases" / str(row["id"]) for row in series_.rows}
+        if len(folders_by_shift) == len(series_.rows) and (len(folders_by_shift) > 1 or len(found_series) == 1):
+            name = f"study{series_.file_suffix}"
+            # two folders have profile files of equal names
+            equal_names = sum(written_name.startswith(f"{name}.") for written_name in written_names)
+            path = out / (f"{name}.{equal_names + 1}.pvd" if equal_names else f"{name}.pvd")
+            written_names.append(write_pvd(path, folders_by_shift.items()).name)
+    return tuple(written_names)

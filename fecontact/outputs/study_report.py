@@ -1,4 +1,4 @@
-"""A study in parts: a line per case for the terminal, and `report.html`."""
+"""Parts of a study: a line per case for the terminal, and `report.html`."""
 
 from __future__ import annotations
 
@@ -41,19 +41,32 @@ _Row = TypeVar("_Row", bound=Row)
 
 REPORT = "report.html"
 MOST_PICTURES = 40
-"""More pictures make a page of tens of megabytes."""
+"""Largest number of pictures in a report. More pictures make a page of tens of megabytes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShownPair:
-    """The case whose pair is drawn in section."""
+    """Case for the section through both profiles."""
 
     row: Row
     placement: Placement
 
 
 def reported_case(row: Row, folder: Path) -> ReportedCase:
-    """A case as it lies in its folder."""
+    """Read a case from its folder for a report.
+
+    Parameters
+    ----------
+    row
+        Row of the case.
+    folder
+        Folder of the case.
+
+    Returns
+    -------
+    ReportedCase
+        Row, record and picture. The record is empty and the picture None if their files do not exist.
+    """
     try:
         record = read_json(folder / "result.json")
     except InputError:
@@ -67,7 +80,7 @@ def reported_case(row: Row, folder: Path) -> ReportedCase:
 
 
 def most_used(rows: Iterable[_Row], count: int) -> list[_Row]:
-    """So many of the rows, those that use most of a limit first."""
+    """Rows with the largest limit utilisations, in descending order."""
     return sorted(rows, key=lambda row: -float(row.get("verdict_limit_used") or 0.0))[:count]
 
 
@@ -81,37 +94,48 @@ def write_study_report(
     conclusion: str | None = None,
     pictures: str = "all are in cases/ID/case.png",
 ) -> Path:
-    """Write `report.html` into the folder of a study, or of a single case.
+    """Write `report.html` into the folder of a study or of a single case.
 
     Parameters
     ----------
+    name
+        Name of the study.
+    cases
+        Cases of the study.
+    out
+        Folder of the study.
     shown
-        The pair to draw, of the case that uses most of a limit.
+        Pair to draw, from the case with the largest limit utilisation.
     criteria
-        Those by which all rows were judged, None if there is more than one set.
+        Common criteria of all rows; None if there are several sets.
     conclusion
-        What the study itself says.
+        Conclusion of the study; None for the numbers of verdicts.
     pictures
-        Where the pictures are that the report leaves out.
+        Text that names the place of the pictures that the report leaves out.
+
+    Returns
+    -------
+    Path
+        The written page.
     """
     cases = [replace(case, row=asked_row(case.row)) for case in cases]
     rows = [case.row for case in cases]
     verdicts = [verdict_of(row) for row in rows]
     pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
     pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
-    title = _title(name, rows)
+    title = _report_title(name, rows)
     parts: list[Part] = [
         Heading(title, 1),
-        Lead(conclusion or _answer(cases), lead_style(verdicts)),
-        f"{name}: {_answer(cases)}." if conclusion else f"Study {name}." if title != name else "",
+        Lead(conclusion or _answer_text(cases), lead_style(verdicts)),
+        f"{name}: {_answer_text(cases)}." if conclusion else f"Study {name}." if title != name else "",
         question(pair, criteria, roll_words_of_rows(rows)),
         Heading("Verdicts"),
         verdict_table(cases),
         Picture(content=out / "study.svg", words="Peak pressure, how far Hertz is off, and the touch point."),
-        *_pair_drawn(shown, rows),
-        *_ladder(rows),
+        *_pair_parts(shown, rows),
+        *_ladder_parts(rows),
         Heading("Cases"),
-        *_cases(cases, pictures),
+        *_case_sections(cases, pictures),
         Heading("Meshes and solver"),
         Details("Of each case", [solver_table(cases)]),
         *closing(
@@ -122,15 +146,33 @@ def write_study_report(
     return write_text(out / REPORT, page(f"{title}: where Hertz holds", parts))
 
 
-def closing(theories: Iterable[str], *more: tuple[str, str], laws: bool) -> list[Part]:
-    """What every report ends with: the terms of all reports, of theories and laws, and `more`; then versions."""
+def closing(theories: Iterable[str], *further_terms: tuple[str, str], laws: bool) -> list[Part]:
+    """Last parts of every report: the terms of reports, theories and laws, then versions.
+
+    Parameters
+    ----------
+    theories
+        Names of theories of the pressure.
+    further_terms
+        Terms of this report alone, with their meanings.
+    laws
+        Whether the laws of features are included.
+
+    Returns
+    -------
+    list of Part
+        Headings, terms and versions.
+    """
     packages = [f"{package} {version}" for package, version in versions().items() if version]
-    told = Terms((*GLOSSARY, *measure_terms(), *theory_terms(theories, laws=laws), *more))
-    return [Heading("Terms"), told, Heading("What made it"), Items(packages)]
+    terms = Terms((*GLOSSARY, *measure_terms(), *theory_terms(theories, laws=laws), *further_terms))
+    return [Heading("Terms"), terms, Heading("What made it"), Items(packages)]
 
 
-def _title(name: str, rows: Sequence[Row]) -> str:
-    """The pair and its loads, or the name of a study of several pairs, and of a single case."""
+def _report_title(name: str, rows: Sequence[Row]) -> str:
+    """Title of a report: the pair and its loads.
+
+    It is the name of the study if there are several pairs or a single case.
+    """
     pairs = {pair_of_row(row, " and ") for row in rows}
     if len(rows) == 1 or len(pairs) != 1:
         return name
@@ -141,54 +183,57 @@ def _title(name: str, rows: Sequence[Row]) -> str:
     )
 
 
-def _answer(cases: Sequence[ReportedCase]) -> str:
+def _answer_text(cases: Sequence[ReportedCase]) -> str:
+    """Answer of a study: the numbers of verdicts, or the verdict of a single case with its reason."""
     if len(cases) != 1:
         elastic = [case.row["elastic_verdict_answer"] for case in cases if "elastic_verdict_answer" in case.row]
-        more = f"; {YIELDING}, and against elastic bodies it holds in {elastic.count('HOLDS')}" if elastic else ""
-        return answer_words([verdict_of(case.row) for case in cases], "cases") + more
+        elastic_part = (
+            f"; {YIELDING}, and against elastic bodies it holds in {elastic.count('HOLDS')}" if elastic else ""
+        )
+        return answer_words([verdict_of(case.row) for case in cases], "cases") + elastic_part
     (row,) = (case.row for case in cases)
-    cause = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
-    against = more = ""
+    cause_part = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
+    reference = elastic_part = ""
     if "elastic_verdict_answer" in row:
-        against, more = f" {YIELDING}", f"; {elastic_words(row['elastic_verdict_answer'])}"
-    return f"Hertz {verdict_of(row)}{against}: {decided(row, cases[0].limits)}{cause}{more}"
+        reference, elastic_part = f" {YIELDING}", f"; {elastic_words(row['elastic_verdict_answer'])}"
+    return f"Hertz {verdict_of(row)}{reference}: {decided(row, cases[0].limits)}{cause_part}{elastic_part}"
 
 
-def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row]) -> list[Part]:
-    """The pair in section, with the words that say which case it is."""
+def _pair_parts(shown: ShownPair | None, rows: Sequence[Row]) -> list[Part]:
+    """Section through the pair, with words that name the case."""
     if shown is None:
         return []
-    words = f"Section through the first touch point {_which(shown.row, rows)}."
+    words = f"Section through the first touch point {_drawn_case_text(shown.row, rows)}."
     return [Heading("The pair"), Picture(content=svg_of(pair_figure(shown.placement)), words=words)]
 
 
-def _which(row: Row, rows: Sequence[Row]) -> str:
-    """Which of the cases is drawn, and why that one."""
-    at = f"at {position_text(row)}" + (
-        f" of {pair_of_row(row, ' and ')}" if len({pair_of_row(one) for one in rows}) > 1 else ""
+def _drawn_case_text(row: Row, rows: Sequence[Row]) -> str:
+    """Text that names the drawn case and the reason of its choice."""
+    place_text = f"at {position_text(row)}" + (
+        f" of {pair_of_row(row, ' and ')}" if len({pair_of_row(other_row) for other_row in rows}) > 1 else ""
     )
-    if sum(usable(one) for one in rows) < 2:
-        return at
-    used = row.get("verdict_limit_used")
-    part = "" if used is None else f" ({float(used):.2f} times the limit)"
-    return f"{at}, the case that uses most of a limit{part}"
+    if sum(usable(other_row) for other_row in rows) < 2:
+        return place_text
+    limit_utilisation = row.get("verdict_limit_used")
+    utilisation_part = "" if limit_utilisation is None else f" ({float(limit_utilisation):.2f} times the limit)"
+    return f"{place_text}, the case that uses most of a limit{utilisation_part}"
 
 
-def _ladder(rows: Sequence[Row]) -> list[Part]:
-    # a single case is no line over the shift
+def _ladder_parts(rows: Sequence[Row]) -> list[Part]:
+    # a single case gives no curve over the shift
     figure = ladder_figure(rows) if len(rows) > 1 else None
     words = "The ladder: by how much the shape of the gap, and then the finite bodies, change the peak pressure."
     return [] if figure is None else [Picture(content=svg_of(figure), words=words)]
 
 
-def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
-    """Picture and all measures of the drawn cases, and where the other cases are."""
-    have = [case.row for case in cases if case.picture is not None]
-    drawn = {str(row["id"]) for row in most_used(have, MOST_PICTURES)}
+def _case_sections(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
+    """Picture and all measures of the drawn cases, and the place of the other cases."""
+    rows_with_picture = [case.row for case in cases if case.picture is not None]
+    drawn_ids = {str(row["id"]) for row in most_used(rows_with_picture, MOST_PICTURES)}
     parts: list[Part] = []
-    if len(drawn) < max(sum(usable(case.row) for case in cases), len(have)):
-        parts.append(f"{len(drawn)} of {len(cases)} cases, those that use most of a limit; {pictures}.")
-    for case in (case for case in cases if str(case.row["id"]) in drawn):
+    if len(drawn_ids) < max(sum(usable(case.row) for case in cases), len(rows_with_picture)):
+        parts.append(f"{len(drawn_ids)} of {len(cases)} cases, those that use most of a limit; {pictures}.")
+    for case in (case for case in cases if str(case.row["id"]) in drawn_ids):
         row, words = case.row, "Dashed: Hertz's ellipse; solid: the patch of the finite elements."
         assert case.picture is not None
         parts += [
@@ -200,48 +245,72 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     return parts
 
 
-_KEY = "dev %: error of Hertz; separ., mispl.: load on separate patches, misplaced load"
-# More of them are one table, with the pair in its first column.
-_MOST_TABLES = 6
-# Characters for the measures by which a case fails, from the most down to the fewest; those beyond are counted.
+_COLUMN_KEY = "dev %: error of Hertz; separ., mispl.: load on separate patches, misplaced load"
+# If there are more pairs, all are in one table, with the pair in its first column.
+_MAX_TABLES = 6
+# Characters for the measures by which a case fails, in descending order. Measures without room are counted.
 _FAILING_WIDTHS = (50, 34, 30, 26, 22, 18)
 
 
 def judged_rows_parts(rows: Sequence[Item]) -> Iterator[Part]:
-    """Do as `rows_parts` does, with what features say of the rows."""
+    """Iterate over the parts of `rows_parts` and the parts that features add.
+
+    Parameters
+    ----------
+    rows
+        Rows of cases.
+
+    Returns
+    -------
+    Iterator of Part
+        Parts in order.
+    """
     yield from rows_parts(rows)
     for telling in offered("TELLINGS").values():
         yield from telling.of_rows(rows)
 
 
 def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
-    """One line a case, a table for each rail, wheel and inclination, and in full what makes a row unusable."""
+    """Iterate over tables of cases, and lines on unusable rows and causes.
+
+    There is a table for each rail, wheel and inclination, with one line per case.
+
+    Parameters
+    ----------
+    rows
+        Rows of cases.
+
+    Returns
+    -------
+    Iterator of Table or str
+        Parts in order.
+    """
     groups: dict[tuple[Any, ...], list[Item]] = {}
     rows = [asked_row(row) for row in rows]
     for row in rows:
         pair = (row["rail"], row["wheel"], float(row.get("inclination_rad") or 0.0))
         groups.setdefault(pair, []).append(row)
-    if len(groups) > _MOST_TABLES:
-        yield _fitting(rows, "", with_pair=True)
+    if len(groups) > _MAX_TABLES:
+        yield _shrinking_table(rows, "", with_pair=True)
     else:
-        for own in groups.values():
-            yield _fitting(own, "; ".join(filter(None, (pair_of_row(own[0]), roll_words_of_rows(own)))))
+        for group in groups.values():
+            yield _shrinking_table(group, "; ".join(filter(None, (pair_of_row(group[0]), roll_words_of_rows(group)))))
     if any(usable(row) for row in rows):
-        yield _KEY
+        yield _COLUMN_KEY
     if any("elastic_verdict_answer" in row for row in rows):
         yield f"verdict, FE, dev %: {YIELDING}"
     for row in rows:
-        where = (f"{pair_of_row(row)}, " if len(groups) > 1 else "") + position_text(row)
+        place_text = (f"{pair_of_row(row)}, " if len(groups) > 1 else "") + position_text(row)
         if not usable(row):
-            yield f"{where}: {row['status']}"
+            yield f"{place_text}: {row['status']}"
             continue
         if row.get("verdict_cause"):
-            yield f"{where}: {row['verdict_answer']}: {row['verdict_cause']}"
+            yield f"{place_text}: {row['verdict_answer']}: {row['verdict_cause']}"
         if text := theory_text(row):
-            yield f"{where}: {text}"
+            yield f"{place_text}: {text}"
 
 
-def _fitting(rows: Sequence[Item], title: str, *, with_pair: bool = False) -> Table:
-    """The list of measures shrinks first, then columns go."""
+def _shrinking_table(rows: Sequence[Item], title: str, *, with_pair: bool = False) -> Table:
+    """Table in which first the list of measures shrinks, then columns disappear."""
     wide, *shorter = (deviation_table(rows, title, width, with_pair=with_pair) for width in _FAILING_WIDTHS)
     return replace(wide, shorter=shorter)

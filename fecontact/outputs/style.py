@@ -1,7 +1,7 @@
-"""Style of all pictures and pages: colours, sizes, files, and HTML pages that need no other files.
+"""Style of all pictures and pages: colours, sizes, files and self-contained HTML pages.
 
-Colours are from Okabe and Ito (2008), so that verdicts differ in lightness as well as in hue. The meaning of a colour
-is also given by a mark, a dash or a word.
+Colours are from Okabe and Ito (2008), so that verdicts differ in lightness as well as in hue. A mark, a dash or a word
+gives the meaning of each colour too.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ if TYPE_CHECKING:
 
 
 DPI = 130
-# Compression level of at most 9: a higher level takes up to five times as long and saves only some per cent.
-_COMPRESSED = 4
-# A logarithmic axis has numbers between the decades if its end is less than this many times its beginning.
-_NARROW = 300.0
+# Compression level of PNG, of at most 9. A higher level takes up to five times as long and saves only a few per cent.
+_PNG_COMPRESSION = 4
+# A logarithmic axis has numbers between the decades if the ratio of its end to its beginning is below this.
+_NARROW_RANGE_RATIO = 300.0
 
 
 class Colour:
     """Colours with a fixed meaning in all pictures."""
 
     FE, HERTZ = "#0072b2", "#d55e00"
-    # lines of the profiles
+    # profiles
     LINES: ClassVar = {"rail": "0.15", "wheel": "#0072b2"}
-    # their curvature junctions, and measured points
+    # curvature junctions of the profiles, and measured points
     RAIL_JUNCTION, WHEEL_JUNCTION, POINTS = "0.35", "0.65", "#d55e00"
     # an expected patch
     EXPECTED = "#f0e442"
@@ -50,7 +50,7 @@ class Colour:
 
 
 BETWEEN = "between"
-"""In place of a verdict, between two loads with different verdicts if no load between them was solved."""
+"""Replaces a verdict between two loads with different verdicts if no load between them was solved."""
 ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8", BETWEEN: "#ffffff"}
 """Colours of the verdicts, of cases that could not be solved, and of loads that were not solved."""
 ANSWER_WORDS = {
@@ -61,14 +61,25 @@ ANSWER_WORDS = {
     BETWEEN: "not solved: between two verdicts",
 }
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
-"""Colours of series; marks differ as well."""
+"""Colours of series. Series have different marks as well."""
 MARKS = "os^DvP*X"
-SIDES = "gauge side ←            → field side"
+SIDE_LABELS = "gauge side ←            → field side"
 
 
 def blank_figure(width: float, height: float) -> Figure:
-    """An empty figure of a size in inches."""
-    # not by pyplot: a study draws hundreds of figures, and pyplot would keep them all
+    """Make an empty figure.
+
+    Parameters
+    ----------
+    width, height
+        Size in inches.
+
+    Returns
+    -------
+    Figure
+        Figure with a constrained layout.
+    """
+    # without pyplot: a study draws hundreds of figures, and pyplot would keep all of them in memory
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=DPI)
@@ -87,27 +98,53 @@ def finish(*axes: Axes) -> None:
         ax.grid(alpha=0.3)
 
 
-def legend_beside(ax: Axes, **more: Any) -> Legend:
-    """A legend on the right of axes, where it hides nothing."""
-    return ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **more)
+def legend_beside(ax: Axes, **options: Any) -> Legend:
+    """Add a legend on the right of axes, where it hides nothing."""
+    return ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **options)
 
 
-def plain_log(ax: Axes, which: str = "xy") -> None:
-    """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers; also between decades if narrow."""
+def plain_log(ax: Axes, axis_names: str = "xy") -> None:
+    """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers.
+
+    A narrow axis has numbers between the decades too.
+
+    Parameters
+    ----------
+    ax
+        Axes to change.
+    axis_names
+        Letters of the axes, `x`, `y` or both.
+    """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-    for name in which:
-        ax.set(**{f"{name}scale": "log"})
-        axis = ax.xaxis if name == "x" else ax.yaxis
+    for axis_name in axis_names:
+        ax.set(**{f"{axis_name}scale": "log"})
+        axis = ax.xaxis if axis_name == "x" else ax.yaxis
         low, high = sorted(axis.get_view_interval())
-        narrow = high < _NARROW * low
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if narrow else (1.0,), numticks=12 if narrow else 5))
+        is_narrow = high < _NARROW_RANGE_RATIO * low
+        axis.set_major_locator(
+            LogLocator(subs=(1.0, 2.0, 5.0) if is_narrow else (1.0,), numticks=12 if is_narrow else 5)
+        )
         axis.set_minor_locator(NullLocator())
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG and as SVG with equal names, from the path of either; files are reproducible.
+    """Write a figure as PNG and as SVG with equal names.
+
+    The files are reproducible: equal figures give equal files.
+
+    Parameters
+    ----------
+    figure
+        Figure to write.
+    path
+        Path of either file.
+
+    Returns
+    -------
+    Path
+        The given path.
 
     Raises
     ------
@@ -117,7 +154,9 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() not in (".png", ".svg"):
         raise InputError(f"picture {path}: allowed: a name that ends in .png or .svg; both are written")
-    as_png, as_svg = (path if path.suffix.lower() == own else path.with_suffix(own) for own in (".png", ".svg"))
+    as_png, as_svg = (
+        path if path.suffix.lower() == suffix else path.with_suffix(suffix) for suffix in (".png", ".svg")
+    )
     svg = svg_of(figure)
     write_atomically(as_svg, lambda temporary: temporary.write_bytes(svg))
     save_image(figure, as_png)
@@ -125,85 +164,140 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 
 
 def save_image(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG alone, in half of the time."""
+    """Write a figure as PNG alone, in half of the time of both files.
+
+    Parameters
+    ----------
+    figure
+        Figure to write; its layout is fixed by this.
+    path
+        File to write.
+
+    Returns
+    -------
+    Path
+        The written file.
+    """
     image = image_of(figure)
-    write_atomically(path, lambda temporary: image.save(temporary, "PNG", compress_level=_COMPRESSED, dpi=(DPI, DPI)))
+    write_atomically(
+        path, lambda temporary: image.save(temporary, "PNG", compress_level=_PNG_COMPRESSION, dpi=(DPI, DPI))
+    )
     return path
 
 
-# Settings of matplotlib are global: threads draw one after the other.
-_ONE_DRAWING = threading.Lock()
+# Settings of matplotlib are global, so threads draw one after the other.
+_DRAWING_LOCK = threading.Lock()
 
 
 def svg_of(figure: Figure) -> bytes:
-    """A figure as SVG."""
+    """Render a figure as SVG.
+
+    Parameters
+    ----------
+    figure
+        Figure to render; its layout is fixed by this.
+
+    Returns
+    -------
+    bytes
+        Content of an SVG file.
+    """
     from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     content = BytesIO()
-    # no version and no date in the files: two runs may differ in the picture only
-    unsaid = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    with _ONE_DRAWING:
-        _settle(figure)
+    # the files have no version and no date, so that two runs differ only if the picture differs
+    no_metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    with _DRAWING_LOCK:
+        _fix_layout(figure)
         with rc_context(
             {"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}
         ):
-            FigureCanvasSVG(figure).print_figure(content, dpi=DPI, format="svg", metadata=unsaid)
+            FigureCanvasSVG(figure).print_figure(content, dpi=DPI, format="svg", metadata=no_metadata)
     return content.getvalue()
 
 
 def image_of(figure: Figure) -> Image:
-    """A figure as pixels, without the alpha channel of matplotlib's files, which is not seen and takes time."""
+    """Render a figure as pixels.
+
+    The image has no alpha channel: matplotlib's files have one, but it is invisible and takes time.
+
+    Parameters
+    ----------
+    figure
+        Figure to render; its layout is fixed by this.
+
+    Returns
+    -------
+    Image
+        Image in the mode RGB.
+    """
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL.Image import fromarray
 
-    # letters that are fitted to pixels look no better, and take a sixth of the time
-    with _ONE_DRAWING, rc_context({"text.hinting": "none"}):
-        _settle(figure)
+    # letters fitted to pixels do not look better, and take a sixth of the time
+    with _DRAWING_LOCK, rc_context({"text.hinting": "none"}):
+        _fix_layout(figure)
         canvas: Any = FigureCanvasAgg(figure)
         canvas.draw()
     return fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
-def _settle(figure: Figure) -> None:
-    """Lay out a figure once and keep the layout, whose last digits differ with each run and get into an SVG."""
+def _fix_layout(figure: Figure) -> None:
+    """Lay out a figure once and fix the layout.
+
+    Each run of the layout engine gives other last digits, which would get into an SVG.
+    """
     engine = figure.get_layout_engine()
     if engine is None:
         return
     engine.execute(figure)
-    # None and not "none": with an engine that does nothing every file would be drawn twice
+    # None and not "none": matplotlib draws every file twice if there is an engine, even if the engine does nothing
     figure.set_layout_engine(None)
     for ax in figure.axes:
         x, y, width, height = (round(edge, 6) for edge in ax.get_position(original=True).bounds)
         ax.set_position((x, y, width, height))
 
 
-# --- HTML pages that need no other files, for screens of any width and for paper.
+# --- Self-contained HTML pages, for screens of any width and for paper.
 
 _FILES = files("fecontact.outputs")
-_WEBP_BEGINS = b"RIFF"
+_WEBP_SIGNATURE = b"RIFF"
 _ANSWERS = ("HOLDS", "UNRESOLVED", "FAILS")
 
 
 def page(title: str, parts: Parts) -> str:
-    """A document as a whole page, which is also well-formed XML."""
+    """Render a document as a complete HTML page, which is also well-formed XML.
+
+    Parameters
+    ----------
+    title
+        Title of the page.
+    parts
+        Parts of the document in order.
+
+    Returns
+    -------
+    str
+        Text of the page; it needs no other files.
+    """
     style, script = ((_FILES / name).read_text("utf-8") for name in ("style.css", "page.js"))
-    return _template().render(
-        title=title, parts=list(parts), style=style, script=script, answers=_ANSWERS, picture=_picture
+    return _page_template().render(
+        title=title, parts=list(parts), style=style, script=script, answers=_ANSWERS, picture=_picture_source
     )
 
 
 @cache
-def _template() -> Template:
+def _page_template() -> Template:
     from jinja2 import Environment
 
     return Environment(autoescape=True).from_string((_FILES / "page.html").read_text("utf-8"))
 
 
-def _picture(of: Picture) -> str:
-    """The source of a picture as part of the page; empty if the picture's file does not exist."""
-    content = of.content
+def _picture_source(picture: Picture) -> str:
+    """Data URI of a picture; empty if the picture's file does not exist."""
+    content = picture.content
     if isinstance(content, Path):
         if not content.is_file():
             return ""
@@ -211,25 +305,40 @@ def _picture(of: Picture) -> str:
             from PIL.Image import open as open_image
 
             with open_image(content) as image:
-                return _source("image/webp", webp_of(image, of.width))
+                return _data_uri("image/webp", webp_of(image, picture.width))
         content = content.read_bytes()
     if isinstance(content, bytes):
-        return _source("image/webp" if content.startswith(_WEBP_BEGINS) else "image/svg+xml", content)
-    return _source("image/webp", webp_of(content, of.width))
+        return _data_uri("image/webp" if content.startswith(_WEBP_SIGNATURE) else "image/svg+xml", content)
+    return _data_uri("image/webp", webp_of(content, picture.width))
 
 
 def webp_of(image: Image, width: int) -> bytes:
-    """An image of limited width as WEBP, a fifth of the size of a PNG."""
+    """Encode an image of limited width as WEBP.
+
+    A WEBP has a fifth of the size of a PNG.
+
+    Parameters
+    ----------
+    image
+        Image of any mode.
+    width
+        Largest width in pixels; wider images are made smaller.
+
+    Returns
+    -------
+    bytes
+        Content of a WEBP file.
+    """
     from PIL.Image import Resampling
 
-    shown = image.convert("RGB")
-    if shown.width > width:
-        shown = shown.resize((width, round(shown.height * width / shown.width)), Resampling.BICUBIC)
+    rgb_image = image.convert("RGB")
+    if rgb_image.width > width:
+        rgb_image = rgb_image.resize((width, round(rgb_image.height * width / rgb_image.width)), Resampling.BICUBIC)
     content = BytesIO()
-    # a file that is 3 % smaller would take twice as long
-    shown.save(content, "WEBP", quality=82, method=2)
+    # another method gives files that are 3 % smaller and takes twice as long
+    rgb_image.save(content, "WEBP", quality=82, method=2)
     return content.getvalue()
 
 
-def _source(kind: str, content: bytes) -> str:
+def _data_uri(kind: str, content: bytes) -> str:
     return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"

@@ -14,22 +14,22 @@ from fecontact.files import FORMULA, write_text
 from fecontact.profiles.curve import radius_text
 
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
-"""Emphasis of a row: none, failing or unusable, open, or dimmed because it does not decide."""
+"""Emphasis of a row: no emphasis, failing or unusable, open, or dimmed because the row does not decide."""
 Item: TypeAlias = Mapping[str, Any]
-"""Item of a table: a record of results, or a row."""
-Kind: TypeAlias = Literal["number", "text", "answer"]
+"""Content of a line of a table: a record of results, or a row."""
+ColumnKind: TypeAlias = Literal["number", "text", "answer"]
 Of: TypeAlias = str | Callable[[Any], Any]
-"""How a column gets its value from an item: by a key, or by a function of the item."""
+"""Source of the value of a column: a key of the record, or a function of the record."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A column of a table.
+    """Column of a table.
 
     Attributes
     ----------
     heading
-        Heading of the column; a unit stands in a separate line.
+        Heading of the column, with the unit in a separate line.
     kind
         Numbers are aligned to the right, and a report gives answers their colour.
     rank, name
@@ -37,11 +37,11 @@ class Column:
     wraps
         Whether texts may take several lines if there is no room.
     cell
-        Text of an item, if the table is made of items (`table_of`).
+        Function from a record to the text of the cell, for tables that are made of records (`table_of`).
     """
 
     heading: str
-    kind: Kind = "number"
+    kind: ColumnKind = "number"
     rank: int = 0
     name: str = ""
     wraps: bool = False
@@ -50,7 +50,7 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class TableRow:
-    """A line of a table, with a text for each column."""
+    """Line of a table, with a text for each column."""
 
     cells: Sequence[str]
     tone: Tone = "plain"
@@ -58,14 +58,20 @@ class TableRow:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table of texts.
+    """Table of texts.
 
     Attributes
     ----------
+    title
+        Title; empty for a table without a title.
+    columns
+        Columns in order.
+    rows
+        Lines in order.
     shorter
-        A table with shorter texts, which is shown if there is no room, before columns are left out.
+        Tables with shorter texts. They are tried before columns are left out if there is no room.
     roomy_width
-        Characters of a terminal from which on there is more space between columns.
+        Smallest width of a terminal, in characters, with more space between columns.
     """
 
     title: str
@@ -74,73 +80,181 @@ class Table:
     shorter: Sequence[Table] = ()
     roomy_width: int = 100
 
-    def without(self, names: Sequence[str]) -> Table:
-        """The table without some of its named columns."""
-        kept = [number for number, column in enumerate(self.columns) if not column.name or column.name not in names]
+    def drop_columns(self, names: Sequence[str]) -> Table:
+        """Copy of the table without some of its named columns.
+
+        Parameters
+        ----------
+        names
+            Names of the columns to leave out.
+
+        Returns
+        -------
+        Table
+            The copy.
+        """
+        remaining = [
+            number for number, column in enumerate(self.columns) if not column.name or column.name not in names
+        ]
         return replace(
             self,
-            columns=[self.columns[number] for number in kept],
-            rows=[replace(row, cells=[row.cells[number] for number in kept]) for row in self.rows],
+            columns=[self.columns[number] for number in remaining],
+            rows=[replace(row, cells=[row.cells[number] for number in remaining]) for row in self.rows],
         )
 
-    def narrower(self) -> Iterator[tuple[Table, list[str]]]:
-        """The table, shorter tables, then tables with fewer and fewer columns, with the names of columns left out."""
-        *before, shortest = (self, *self.shorter)
-        yield from ((table, []) for table in before)
-        names = [one.name for one in sorted(self.columns, key=lambda column: column.rank) if one.name]
+    def narrower_forms(self) -> Iterator[tuple[Table, list[str]]]:
+        """Iterate over narrower and narrower forms of the table.
+
+        Returns
+        -------
+        Iterator of (Table, list of str)
+            The table, the shorter tables, then tables with fewer and fewer columns. The list has the names of the
+            columns that are left out.
+        """
+        *longer_tables, shortest = (self, *self.shorter)
+        yield from ((table, []) for table in longer_tables)
+        names = [
+            named_column.name
+            for named_column in sorted(self.columns, key=lambda column: column.rank)
+            if named_column.name
+        ]
         for count in range(len(names) + 1):
-            yield shortest.without(names[:count]), names[:count]
+            yield shortest.drop_columns(names[:count]), names[:count]
 
 
 def table_of(
-    title: str, columns: Sequence[Column], items: Iterable[Any], tone: Callable[[Any], Tone] | None = None
+    title: str, columns: Sequence[Column], records: Iterable[Any], tone: Callable[[Any], Tone] | None = None
 ) -> Table:
-    """A table with a line for each item."""
+    """Make a table with a line for each record.
+
+    Parameters
+    ----------
+    title
+        Title of the table.
+    columns
+        Columns with functions `cell`.
+    records
+        Records or rows.
+    tone
+        Function from a record to its emphasis; None for no emphasis.
+
+    Returns
+    -------
+    Table
+        The table.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.tables import number, table_of, text
+    >>> table = table_of("", [text("rail", "rail"), number("p_max", "p_max_MPa", "{:.0f}")], [{"rail": "60E1"}])
+    >>> table.rows[0].cells
+    ['60E1', '-']
+    """
     rows = [
-        TableRow(cells=[column.cell(item) for column in columns], tone="plain" if tone is None else tone(item))
-        for item in items
+        TableRow(cells=[column.cell(record) for column in columns], tone="plain" if tone is None else tone(record))
+        for record in records
     ]
     return Table(title=title, columns=columns, rows=rows)
 
 
 def number(
-    heading: str, of: Of, form: str = "{:g}", factor: float = 1.0, *, none: str = "-", rank: int = 0, name: str = ""
+    heading: str, source: Of, form: str = "{:g}", factor: float = 1.0, *, none: str = "-", rank: int = 0, name: str = ""
 ) -> Column:
-    """A column of numbers in a format, multiplied by a factor; `none` stands for a missing or infinite number."""
+    """Make a column of numbers in a format.
 
-    def cell(item: Any) -> str:
-        value = _value(of, item)
+    Parameters
+    ----------
+    heading
+        Heading of the column.
+    source
+        Key of the record, or function of the record.
+    form
+        Format of the number.
+    factor
+        Factor before the number is formatted.
+    none
+        Text for a missing or infinite number.
+    rank, name
+        See `Column`.
+
+    Returns
+    -------
+    Column
+        The column.
+    """
+
+    def cell(record: Any) -> str:
+        value = _read_value(source, record)
         return none if missing(value) else form.format(factor * float(value))
 
     return Column(heading=heading, rank=rank, name=name, cell=cell)
 
 
 def text(
-    heading: str, of: Of, kind: Kind = "text", *, none: str = "", rank: int = 0, name: str = "", wraps: bool = False
+    heading: str,
+    source: Of,
+    kind: ColumnKind = "text",
+    *,
+    none: str = "",
+    rank: int = 0,
+    name: str = "",
+    wraps: bool = False,
 ) -> Column:
-    """A column of words; `none` stands for a missing text."""
+    """Make a column of words.
 
-    def cell(item: Any) -> str:
-        value = _value(of, item)
+    Parameters
+    ----------
+    heading
+        Heading of the column.
+    source
+        Key of the record, or function of the record.
+    kind
+        Kind of the column, see `Column`.
+    none
+        Text for a missing text.
+    rank, name, wraps
+        See `Column`.
+
+    Returns
+    -------
+    Column
+        The column.
+    """
+
+    def cell(record: Any) -> str:
+        value = _read_value(source, record)
         return none if value is None or value == "" else str(value)
 
     return Column(heading=heading, kind=kind, rank=rank, name=name, wraps=wraps, cell=cell)
 
 
-def radius(heading: str, of: Of, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
-    """A column of radii in mm; None stands for a straight line."""
-    return text(heading, lambda item: radius_text(_value(of, item), form), "number", rank=rank, name=name)
+def radius(heading: str, source: Of, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
+    """Make a column of radii in mm; None is a straight line."""
+    return text(heading, lambda record: radius_text(_read_value(source, record), form), "number", rank=rank, name=name)
 
 
-def _value(of: Of, item: Any) -> Any:
-    return of(item) if callable(of) else item.get(of)
+def _read_value(source: Of, record: Any) -> Any:
+    return source(record) if callable(source) else record.get(source)
 
 
 def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str] = ()) -> list[Column]:
-    """Columns of numbers by their headings, except the headings listed as texts or answers."""
+    """Make columns of numbers, texts and answers from their headings.
+
+    Parameters
+    ----------
+    headings
+        Headings in order.
+    texts, answers
+        Headings of the columns of texts, and of the columns of answers. All other columns have numbers.
+
+    Returns
+    -------
+    list of Column
+        The columns, without functions for cells.
+    """
     return [
-        Column(heading=one, kind="text" if one in texts else "answer" if one in answers else "number")
-        for one in headings
+        Column(heading=heading, kind="text" if heading in texts else "answer" if heading in answers else "number")
+        for heading in headings
     ]
 
 
@@ -150,7 +264,7 @@ def missing(value: object) -> bool:
 
 
 def number_text(value: float | None, form: str = "{:.5g}") -> str:
-    """A number, or a dash if there is no number."""
+    """Text for a number, or a dash for a missing number."""
     return "-" if value is None or missing(value) else form.format(value)
 
 
@@ -158,17 +272,30 @@ def number_text(value: float | None, form: str = "{:.5g}") -> str:
 
 
 def write_csv(rows: Iterable[Item], path: str | Path) -> Path:
-    """Write rows as CSV: the columns in the order in which they first occur, missing values and NaN empty.
+    """Write rows as CSV.
 
-    A text that spreadsheets would evaluate has an apostrophe before it (`files.FORMULA`).
+    Columns are in the order in which they first occur. Missing values and NaN are empty. A text that spreadsheets would
+    evaluate has an apostrophe before it (`files.FORMULA`).
+
+    Parameters
+    ----------
+    rows
+        Rows; they may have different columns.
+    path
+        File to write.
+
+    Returns
+    -------
+    Path
+        The written file.
     """
     rows = list(rows)
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    text = io.StringIO()
-    table = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-    table.writeheader()
-    table.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
-    return write_text(path, text.getvalue())
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    return write_text(path, buffer.getvalue())
 
 
 def _cell(value: object) -> object:

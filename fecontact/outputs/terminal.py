@@ -18,27 +18,48 @@ if TYPE_CHECKING:
 Lines: TypeAlias = "Iterator[Table | str]"
 """Tables and lines in the order in which they are printed."""
 
-# Width of a table that goes to a file or a pipe: as wide as it is, so that nothing is left out or broken.
-_PLAIN_WIDTH = 10_000
+# Width of a table that goes to a file or a pipe. It is not limited, so that nothing is left out or broken.
+_UNLIMITED_WIDTH = 10_000
 
 
 def answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool, **files: Path | None) -> None:
-    """Print a record as lines, or as JSON and nothing else; then name the written files with their kinds."""
+    """Print a record as lines or as JSON, then the written files.
+
+    Parameters
+    ----------
+    record
+        Record to print.
+    lines
+        Function from the record to parts of a document.
+    json
+        Whether to print JSON and nothing else on standard output.
+    files
+        Written files by kind; None for a file that was not written.
+    """
     from fecontact.files import json_text
 
     if json:
         print(json_text(record))
     else:
         show(lines(record))
-    for what, path in files.items():
+    for file_kind, path in files.items():
         if path is not None:
-            print(f"{what}: {path}", file=sys.stderr if json else sys.stdout)
+            print(f"{file_kind}: {path}", file=sys.stderr if json else sys.stdout)
 
 
 def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = False) -> None:
-    """Print the parts of a document on standard output, or on a console; details only with `long`.
+    """Print the parts of a document on standard output or on a console.
 
     Pictures and other parts without words are left out.
+
+    Parameters
+    ----------
+    parts
+        Parts of a document.
+    console
+        Console; None for standard output.
+    long
+        Whether details are printed.
     """
     from fecontact.outputs.parts import Details, Heading, Items, Lead, Picture, Terms
 
@@ -50,90 +71,109 @@ def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = 
             case Items():
                 show(notes(part.lines), console)
             case Heading() | Lead():
-                _say(console, part.text)
+                _print_line(console, part.text)
             case Terms() | Picture() | "":
                 pass
             case str():
-                _say(console, part)
+                _print_line(console, part)
             case _ if part.rows:
                 _print_table(console, part)
 
 
 def notes(texts: Iterable[str]) -> Iterator[str]:
-    """Notes beside the numbers, as lines."""
+    """Notes as lines for the terminal."""
     return (f"note: {text}" for text in texts)
 
 
 def _standard_console() -> Console:
-    """Standard output: as wide as the terminal; elsewhere of any width, and without colours unless they are forced."""
+    """Console for standard output, as wide as the terminal.
+
+    A file or a pipe has an unlimited width, and no colours unless they are forced.
+    """
     from rich.console import Console
 
     if sys.stdout.isatty():
         return Console(highlight=False)
-    return Console(width=_PLAIN_WIDTH, highlight=False)
+    return Console(width=_UNLIMITED_WIDTH, highlight=False)
 
 
-def _say(console: Console, text: str) -> None:
-    # not as markup: profile names and notes may have brackets
+def _print_line(console: Console, text: str) -> None:
+    # not as markup, since profile names and notes may have brackets
     console.print(text, markup=False, soft_wrap=not console.is_terminal)
 
 
 def _print_table(console: Console, table: Table) -> None:
-    """Print the first form of a table that has room, or the last form, and name the columns that are left out."""
+    """Print the first form of a table that has room, or the last form.
+
+    Columns that are left out are named in a line below the table.
+    """
     from rich.measure import Measurement
 
-    unbounded = console.options.update(max_width=_PLAIN_WIDTH)
-    for narrower, without in table.narrower():
-        shown, left_out = _rendered(console, narrower), without
-        if Measurement.get(console, unbounded, shown).maximum - _slack(narrower) <= console.width:
+    unbounded = console.options.update(max_width=_UNLIMITED_WIDTH)
+    for narrower_table, omitted in table.narrower_forms():
+        rendered, omitted_names = _render_table(console, narrower_table), omitted
+        if Measurement.get(console, unbounded, rendered).maximum - _wrapping_gain(narrower_table) <= console.width:
             break
-    console.print(shown)
-    if left_out:
-        _say(console, f"no room for: {', '.join(left_out)}")
+    console.print(rendered)
+    if omitted_names:
+        _print_line(console, f"no room for: {', '.join(omitted_names)}")
 
 
-def _slack(table: Table) -> int:
-    """Characters by which a table becomes narrower if texts take several lines."""
-    wrapped = [[row.cells[n] for row in table.rows] for n, column in enumerate(table.columns) if column.wraps]
+def _wrapping_gain(table: Table) -> int:
+    """Characters saved in the width of a table if texts take several lines."""
+    wrapped_columns = [
+        [row.cells[column_index] for row in table.rows]
+        for column_index, column in enumerate(table.columns)
+        if column.wraps
+    ]
     return sum(
         max(map(len, texts)) - max((len(word) for text in texts for word in text.split()), default=0)
-        for texts in wrapped
+        for texts in wrapped_columns
         if texts
     )
 
 
-def _rendered(console: Console, table: Table) -> RichTable:
-    """A table for the terminal, with rules, and with less space between columns on a narrow terminal."""
+def _render_table(console: Console, table: Table) -> RichTable:
+    """Table for the terminal, with rules.
+
+    Columns are closer together on a narrow terminal.
+    """
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text
 
-    made = RichTable(
+    rich_table = RichTable(
         title=Text(table.title) if table.title else None,
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD if console.is_terminal else None,
-        # the box has a space between columns as well
+        # the box has a space between columns too
         padding=(0, 1) if not console.is_terminal or console.width >= table.roomy_width else (0, 1, 0, 0),
         pad_edge=False,
     )
     for column in table.columns:
         justify: JustifyMethod = "right" if column.kind == "number" else "left"
-        made.add_column(column.heading, justify=justify, no_wrap=not column.wraps, overflow="fold")
+        rich_table.add_column(column.heading, justify=justify, no_wrap=not column.wraps, overflow="fold")
     for row in table.rows:
-        # as text and not as markup: names of profiles may have brackets
-        made.add_row(*map(Text, row.cells), style=_STYLES[row.tone])
-    return made
+        # as text and not as markup, since names of profiles may have brackets
+        rich_table.add_row(*map(Text, row.cells), style=_TONE_STYLES[row.tone])
+    return rich_table
 
 
-_STYLES = {"plain": "", "fails": "red", "open": "yellow", "dim": "dim"}
+_TONE_STYLES = {"plain": "", "fails": "red", "open": "yellow", "dim": "dim"}
 
 
 # --- The guide on the terminal: list of pages, and a single page.
 
 
 def print_titles(titles: Mapping[str, str]) -> None:
-    """Print the topics with the titles of their pages."""
+    """Print the topics of the guide with the titles of their pages.
+
+    Parameters
+    ----------
+    titles
+        Title by topic.
+    """
     width = max(map(len, titles))
     for topic, title in titles.items():
         print(f"  {topic:{width}}  {title}")
@@ -141,7 +181,17 @@ def print_titles(titles: Mapping[str, str]) -> None:
 
 
 def print_page(text: str, without_links: Callable[[str], str]) -> None:
-    """Print a page in Markdown: laid out on a terminal, without its links, and unchanged into a file or a pipe."""
+    """Print a page in Markdown.
+
+    On a terminal the page is laid out and has no links. In a file or a pipe it is unchanged.
+
+    Parameters
+    ----------
+    text
+        Text of the page in Markdown.
+    without_links
+        Function that removes the links of a text.
+    """
     from rich.console import Console
 
     console = Console()
@@ -153,6 +203,6 @@ def print_page(text: str, without_links: Callable[[str], str]) -> None:
     console.print(Markdown(without_links(text), hyperlinks=False))
 
 
-def count(number: int, what: str) -> str:
-    """A number and what it is of, which ends in s but for one."""
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+def count(number: int, noun: str) -> str:
+    """Number with its noun, in the plural with an s unless the number is 1."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

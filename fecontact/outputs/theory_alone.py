@@ -1,4 +1,4 @@
-"""Theories without finite elements: the list of theories, and one theory at a position."""
+"""Theories without finite elements: the list of theories, and a theory at a position."""
 
 from __future__ import annotations
 
@@ -6,57 +6,83 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import offered
 from fecontact.outputs.flat_records import Record, picked, told
-from fecontact.outputs.own_profiles import geometry_line, own_profiles_record
+from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs, contact_record, versions
 from fecontact.outputs.tables import Item, number, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.solving.alone import TheoryAlone
 
-_THEORY = "words cost source range differs"
+_THEORY_ATTRIBUTES = "words cost source range differs"
 
 
 def check_theory(name: str) -> None:
-    """Refuse a theory of the pressure that there is not.
+    """Refuse the name of a theory of the pressure that does not exist.
+
+    Parameters
+    ----------
+    name
+        Name of a theory.
 
     Raises
     ------
     InputError
-        With those that there are.
+        If there is no such theory; the message has the allowed names.
     """
     if name not in THEORIES:
         raise InputError(f"theory is {name!r}; allowed: {', '.join(THEORIES)}; `fecontact theories` says what they are")
 
 
 def theories_listed() -> Record:
-    """The theories of the `pressure`, and the laws that features judge, each from the cheapest."""
+    """List of the theories of the `pressure` and of the laws of features.
+
+    The cheapest theory and the cheapest law of each kind come first.
+
+    Returns
+    -------
+    Record
+        Description by name, for each kind.
+    """
     return {
-        "pressure": {name: picked(theory, _THEORY) for name, theory in THEORIES.items()},
+        "pressure": {name: picked(theory, _THEORY_ATTRIBUTES) for name, theory in THEORIES.items()},
         **{laws.kind: told(laws.laws) for laws in offered("LAWS").values()},
     }
 
 
-def alone_record(found: TheoryAlone) -> Record:
-    """What a theory says at a position; without a contact its `problem` is why there is none."""
-    placement, measures = found.placement, found.measures
-    said: Record = {"status": found.status, "notes": [], "solutions": 0, "patches": []}
-    if found.contact is not None and measures is not None:
-        said = contact_record(found.contact, measures) | {"normal_force_N": found.contact.normal_force_N}
+def alone_record(theory_alone: TheoryAlone) -> Record:
+    """Record of a theory at a position.
+
+    Parameters
+    ----------
+    theory_alone
+        Result of the theory.
+
+    Returns
+    -------
+    Record
+        Content of the JSON output. Without a contact the entry `problem` has the reason.
+    """
+    placement, measures = theory_alone.placement, theory_alone.measures
+    contact_entries: Record = {"status": theory_alone.status, "notes": [], "solutions": 0, "patches": []}
+    if theory_alone.contact is not None and measures is not None:
+        contact_entries = contact_record(theory_alone.contact, measures) | {
+            "normal_force_N": theory_alone.contact.normal_force_N
+        }
     return {
         "schema": "fecontact/theory/1",
-        "theory": found.name,
-        **picked(THEORIES[found.name], _THEORY),
-        "case": case_inputs(found.case, placement),
-        **own_profiles_record(found.case, placement),
+        "theory": theory_alone.name,
+        **picked(THEORIES[theory_alone.name], _THEORY_ATTRIBUTES),
+        "case": case_inputs(theory_alone.case, placement),
+        **pair_geometry_record(theory_alone.case, placement),
         "contact_angle_rad": placement.first.contact_angle_rad,
-        "given_normal_force_N": found.normal_force_N,
-        "problem": found.problem,
-        **said,
+        "given_normal_force_N": theory_alone.normal_force_N,
+        "problem": theory_alone.problem,
+        **contact_entries,
         "warnings": list(placement.notes),
         "versions": versions(),
     }
 
 
-_PATCH = (
+_PATCH_COLUMNS = (
     text("patch", "patch"),
     number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
     number("p_max\nMPa", "p_max_MPa", "{:.1f}"),
@@ -69,7 +95,18 @@ _PATCH = (
 
 
 def theories_lines(listed: Item) -> Lines:
-    """What each theory is, where it is from, what it takes for granted, and what differs from its source."""
+    """Iterate over the descriptions of all theories.
+
+    Parameters
+    ----------
+    listed
+        Record of `theories_listed`.
+
+    Returns
+    -------
+    Lines
+        Name, cost, source, range of validity and differences from the source of each theory.
+    """
     headings = {laws.kind: laws.heading for laws in offered("LAWS").values()}
     for kind, theories in listed.items():
         yield f"{headings.get(kind, 'Theories of the pressure')}, from the cheapest:"
@@ -79,12 +116,23 @@ def theories_lines(listed: Item) -> Lines:
 
 
 def alone_lines(record: Item) -> Lines:
-    """What a theory says at a position, and each of its patches where there are several."""
-    yield from geometry_line(record)
+    """Iterate over the outputs of a theory at a position.
+
+    Parameters
+    ----------
+    record
+        Record of the theory.
+
+    Returns
+    -------
+    Lines
+        Table of the contact, and of each patch if there are several; status and notes.
+    """
+    yield from pair_geometry_lines(record)
     if record["problem"] is None:
         patches = record["patches"] if len(record["patches"]) > 1 else []
-        numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
-        yield table_of(record["words"], _PATCH, [{**record, "patch": "all"}, *numbered])
+        numbered_patches = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
+        yield table_of(record["words"], _PATCH_COLUMNS, [{**record, "patch": "all"}, *numbered_patches])
     yield f"status: {record['status']}"
     yield from filter(None, (record["problem"], *record["notes"]))
     if record["solutions"] > 1:

@@ -1,4 +1,4 @@
-"""Verdicts in words: on the terminal, in pictures and in reports."""
+"""Words for verdicts on the terminal, in pictures and in reports."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from fecontact.outputs.words import WORDS, deviation_column
 from fecontact.solving.solve import CaseResult
 
 YIELDING = "against bodies that yield"
-"""What a verdict is against if there is a yield stress."""
+"""Reference of a verdict if there is a yield stress."""
 
 
 def elastic_words(answer: str) -> str:
-    """The second verdict of a case with a yield stress."""
+    """Text for the second verdict of a case with a yield stress."""
     return f"against elastic bodies Hertz {answer}"
 
 
 Record = Mapping[str, Any]
 
-_NEAREST = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
+_NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
 
 
 BY_EACH_LINE = " over all lines, each of which is judged by itself"
-"""Why an uncertainty and a verdict seem to contradict each other, where points of a profile allow several lines."""
+"""Reason for an apparent contradiction of uncertainty and verdict, if several profile variants fit the points."""
 
 
-def off_text(
+def deviation_sentence(
     measure: str,
     deviation: float | None,
     uncertainty: float | None,
@@ -47,165 +47,276 @@ def off_text(
     *,
     nearest: bool = False,
 ) -> str:
-    """How far a theory is off in a measure beside its uncertainty and its limit.
+    """Text for the deviation of a theory in a measure, with uncertainty and limit.
 
     Parameters
     ----------
+    measure
+        Name of the measure.
+    deviation, uncertainty
+        Relative values; None if missing.
+    limit
+        Limit of the deviation; None without a limit.
     answer
-        The answer on the measure. Where one deviation with its uncertainty does not give it, the lines that points of
-        the profiles allow do, and the text says so.
+        Answer for the measure. If the deviation with its uncertainty does not give this answer, the profile variants
+        that fit the measured points give it, and the text states this.
     nearest
-        Whether to say how near to its limit the measure is by that answer.
+        Whether the text states how near the measure is to its limit by this answer.
+
+    Returns
+    -------
+    str
+        Text such as "peak pressure +3.20 % ± 1.00 % (limit ±5 %)".
     """
     words = WORDS[measure]
-    within = "" if limit is None else f" (limit {words.limit(limit)})"
-    of_lines = ""
+    limit_part = "" if limit is None else f" (limit {words.limit_text(limit)})"
+    variants = ""
     if answer in ("HOLDS", "FAILS") and deviation is not None and uncertainty is not None and limit is not None:
-        of_lines = "" if answer_of(deviation, uncertainty, limit) == answer else BY_EACH_LINE
-    near = f"{_NEAREST[answer]}: " if nearest else ""
-    return f"{near}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{of_lines}{within}"
+        variants = "" if answer_of(deviation, uncertainty, limit) == answer else BY_EACH_LINE
+    nearness = f"{_NEARNESS_WORDS[answer]}: " if nearest else ""
+    return (
+        f"{nearness}{words.name} {words.deviation_text(deviation)} ± {words.deviation_text(uncertainty, size=True)}"
+        f"{variants}{limit_part}"
+    )
 
 
-def _off(judged: Record, verdict: Record, limits: Record) -> str:
-    """How far a judged theory is off in the measure that decided a verdict."""
+def _decision_text(judgement: Record, verdict: Record, limits: Record) -> str:
+    """Deviation of a judged theory in the measure that decided a verdict."""
     measure, answer = verdict["measure"], verdict["answer"]
-    off, unsure = (judged[of].get(measure) for of in ("deviation", "uncertainty"))
-    of_measure = verdict["each"][measure]
-    if answer != "FAILS" or of_measure == "FAILS":
-        return off_text(measure, off, unsure, limits[measure], of_measure, nearest=True)
-    # on each line a measure fails, on none of the measures most lines agree
-    return f"beyond another limit from line to line: {off_text(measure, off, unsure, limits[measure], answer)}"
+    deviation, uncertainty = (judgement[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
+    measure_answer = verdict["each"][measure]
+    if answer != "FAILS" or measure_answer == "FAILS":
+        return deviation_sentence(measure, deviation, uncertainty, limits[measure], measure_answer, nearest=True)
+    # on each profile variant a measure fails, but the variants do not agree on a measure
+    return (
+        "beyond another limit from line to line:"
+        f" {deviation_sentence(measure, deviation, uncertainty, limits[measure], answer)}"
+    )
 
 
-def _because(cause: str | None) -> str:
+def _cause_text(cause: str | None) -> str:
     return f"; because: {cause}" if cause else ""
 
 
-def _reason(verdict: Record, judged: Record) -> str:
-    """What decided a verdict, with which curvature, and why, and on how many lines of measured points."""
-    at = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
-    on = f"; it {share_text(verdict['lines'])}" if verdict["lines"] else ""
-    return f"{_off(judged, verdict, verdict['limits'])}{at}{_because(verdict['cause'])}{on}"
+def _reason(verdict: Record, judgement: Record) -> str:
+    """Deciding measure of a verdict, with curvature, cause and share of profile variants."""
+    side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
+    variants = f"; it {share_text(verdict['lines'])}" if verdict["lines"] else ""
+    return f"{_decision_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
 
 
 def share_text(lines: Mapping[str, str]) -> str:
-    """On how many of the lines that measured points allow a theory holds, and with which filters it does not."""
-    holds = [line for line, answer in lines.items() if answer == "HOLDS"]
-    fails = [line for line, answer in lines.items() if answer == "FAILS"]
-    allowed = f"of the {len(lines)} lines that the points allow"
+    """Text for the number of profile variants on which a theory holds or fails.
+
+    The text names the filters with which the theory fails.
+
+    Parameters
+    ----------
+    lines
+        Answer for each profile variant that fits the measured points.
+
+    Returns
+    -------
+    str
+        Text such as "holds on 3 of the 4 lines that the points allow (it fails on ...)".
+    """
+    holds = [variant for variant, answer in lines.items() if answer == "HOLDS"]
+    fails = [variant for variant, answer in lines.items() if answer == "FAILS"]
+    variants_text = f"of the {len(lines)} lines that the points allow"
     if max(len(holds), len(fails)) == len(lines):
-        return f"{'holds' if holds else 'fails'} on all {allowed}"
-    open_ones = len(lines) - len(holds) - len(fails)
-    said = [_failing_text(holds, fails)] if fails else []
-    if open_ones:
-        said.append(f"it is open on {open_ones}")
-    return f"holds on {len(holds)} {allowed} ({'; '.join(said)})"
+        return f"{'holds' if holds else 'fails'} on all {variants_text}"
+    unresolved_count = len(lines) - len(holds) - len(fails)
+    statements = [_failing_text(holds, fails)] if fails else []
+    if unresolved_count:
+        statements.append(f"it is open on {unresolved_count}")
+    return f"holds on {len(holds)} {variants_text} ({'; '.join(statements)})"
 
 
 def _failing_text(holds: Sequence[str], fails: Sequence[str]) -> str:
-    """On which lines a theory fails: above or below a filter, where filters decide."""
-    good, bad = ([float(line.split()[1]) for line in of if line.startswith(FILTER)] for of in (holds, fails))
-    if good and len(bad) == len(fails) and min(bad) > max(good):
-        return f"it fails with filters above {max(good):g} mm"
-    if good and len(bad) == len(fails) and max(bad) < min(good):
-        return f"it fails with filters below {min(good):g} mm"
+    """Text for the profile variants on which a theory fails.
+
+    If filters decide, the text gives the filter length (mm) above or below which the theory fails.
+
+    Parameters
+    ----------
+    holds, fails
+        Names of the variants on which the theory holds, and on which it fails.
+    """
+    holding_filters_mm, failing_filters_mm = (
+        [float(variant.split()[1]) for variant in variants if variant.startswith(FILTER)] for variants in (holds, fails)
+    )
+    if (
+        holding_filters_mm
+        and len(failing_filters_mm) == len(fails)
+        and min(failing_filters_mm) > max(holding_filters_mm)
+    ):
+        return f"it fails with filters above {max(holding_filters_mm):g} mm"
+    if (
+        holding_filters_mm
+        and len(failing_filters_mm) == len(fails)
+        and max(failing_filters_mm) < min(holding_filters_mm)
+    ):
+        return f"it fails with filters below {min(holding_filters_mm):g} mm"
     return f"it fails on {', '.join(fails)}" if len(fails) < 4 else f"it fails on {len(fails)}"
 
 
 def band_text(fe: Record) -> str:
-    """The peak over the lines that measured points allow; empty for exact lines."""
+    """Range of the peak pressure over the profile variants; empty for exact profiles."""
     if "p_max_low_MPa" not in fe:
         return ""
     return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the lines"
 
 
 def verdict_reason(load: JudgedLoad) -> str:
-    """What decided the verdict that was asked for, how far Hertz is off in it, and why, in one line.
+    """Reason of the requested verdict: measure, deviation of Hertz, and cause.
 
-    With a yield stress this is the verdict against bodies that yield, and the one against elastic bodies comes last.
+    With a yield stress this is the verdict against bodies that yield, and the verdict against elastic bodies comes
+    last.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+
+    Returns
+    -------
+    str
+        The reason in one line. For unusable results it is the status.
     """
     if load.plastic is not None and load.elastic_verdict is not None:
-        decided = load.plastic.deciding
+        judgement = load.plastic.deciding
         limits = {"limits": load.case.criteria.limits, "side": load.plastic.deciding_side}
-        reason = _reason({**vars(decided.verdict), **limits}, vars(decided))
+        reason = _reason({**vars(judgement.verdict), **limits}, vars(judgement))
         return f"{YIELDING}, {reason}; {elastic_words(load.elastic_verdict.answer)}"
     limits = {"limits": load.case.criteria.limits, "side": load.deciding_side}
     reason = _reason({**vars(load.verdict), **limits}, vars(load.deciding))
     if load.usable:
         return reason
-    sure = f"certain by the half-space alone, {reason}; numbers of the finite elements are "
-    return f"{sure if load.verdict.answer == 'FAILS' else ''}not to be used: {load.status}"
+    certain_part = f"certain by the half-space alone, {reason}; numbers of the finite elements are "
+    return f"{certain_part if load.verdict.answer == 'FAILS' else ''}not to be used: {load.status}"
 
 
-def shown_measures(load: JudgedLoad) -> Measures:
-    """Measures of the finite elements, of bodies that yield if there is a yield stress."""
+def reference_measures(load: JudgedLoad) -> Measures:
+    """Measures of the finite elements.
+
+    If there is a yield stress, they are measures of bodies that yield.
+    """
     return load.ladder.rungs.get(PLASTIC.end, load.comparison.fe)
 
 
 def reason_of_record(record: Record) -> str:
-    """What decided the verdict of a record, also of one that must not be used."""
+    """Reason of the verdict of a record, also for an unusable record."""
     return _reason(record["verdict"], deciding(record))
 
 
 def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
-    """A theory in words, or another answer, and that it is out of its own range, and why."""
+    """Words for a theory or another answer.
+
+    The words include the reason if the theory is out of its range.
+    """
     words = THEORIES[name].words if name and name in THEORIES else name or ""
     return f"{words}, {status}{reason and f': {reason}'}" if status == "out of range" else words
 
 
 def cheapest_text(record: Record) -> str:
-    """The theory to take where Hertz does not hold in its range; empty elsewhere, and without one."""
-    name, *status = (record[f"cheapest_theory{of}"] for of in ("", "_status", "_reason"))
+    """Text for the cheapest theory that holds or may hold.
+
+    It is empty if Hertz holds in its range, and if there is no such theory.
+
+    Parameters
+    ----------
+    record
+        Record of a load, with its theories.
+
+    Returns
+    -------
+    str
+        Theory, deviations of peak pressure and area, and limit utilisation.
+    """
+    name, *status = (record[f"cheapest_theory{suffix}"] for suffix in ("", "_status", "_reason"))
     if name == "UNRESOLVED":
-        judged = {one: theory["verdict"] for one, theory in record["theories"].items() if "verdict" in theory}
-        first = next((one for one, verdict in judged.items() if verdict["answer"] != "FAILS"), HERTZ)
-        lines = judged[first]["lines"]
-        return f"the cheapest theory that may hold: {THEORIES[first].words} {share_text(lines)}" if lines else ""
+        verdicts = {
+            theory_name: theory["verdict"] for theory_name, theory in record["theories"].items() if "verdict" in theory
+        }
+        possible_theory = next(
+            (theory_name for theory_name, verdict in verdicts.items() if verdict["answer"] != "FAILS"), HERTZ
+        )
+        lines = verdicts[possible_theory]["lines"]
+        return (
+            f"the cheapest theory that may hold: {THEORIES[possible_theory].words} {share_text(lines)}" if lines else ""
+        )
     if name not in THEORIES or (name == HERTZ and status[0] != "out of range"):
         return ""
-    found = deciding(record) if name == HERTZ else record["theories"][name]
-    shown = {WORDS[one].short: WORDS[one].off(found["deviation"][one]) for one in ("p_max_MPa", "area_mm2")}
-    off = ", ".join(f"{short} {value}" for short, value in shown.items())
+    judged_theory = deciding(record) if name == HERTZ else record["theories"][name]
+    deviations = {
+        WORDS[measure].short: WORDS[measure].deviation_text(judged_theory["deviation"][measure])
+        for measure in ("p_max_MPa", "area_mm2")
+    }
+    deviations_text = ", ".join(f"{short} {value}" for short, value in deviations.items())
     words = theory_words(name, *status)
-    return f"the cheapest theory that holds: {words} ({off}; {found['limit_used']:.2f} of a limit)"
+    return f"the cheapest theory that holds: {words} ({deviations_text}; {judged_theory['limit_used']:.2f} of a limit)"
 
 
 def decided(row: Record, limits: Mapping[str, float]) -> str:
-    """The measure that decided about a row, how far Hertz is off in it, and its limit; or why it must not be used."""
+    """Deciding measure of a row with the deviation of Hertz and its limit.
+
+    Parameters
+    ----------
+    row
+        Row of a table.
+    limits
+        Limits by measure.
+
+    Returns
+    -------
+    str
+        The text. For an unusable row it is the status; without a deciding measure it is empty.
+    """
     if not usable(row):
         return str(row["status"])
     measure = row.get("verdict_measure")
     if measure not in WORDS:
         return ""
     *columns, factor = deviation_column(measure)
-    off, unsure = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
-    return off_text(measure, off, unsure, limits.get(measure), str(row.get("verdict_answer", "")))
+    deviation, uncertainty = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
+    return deviation_sentence(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
 
 
 def deciding(record: Record) -> Record:
-    """Hertz with the curvature of the side that decided the verdict of a record."""
-    found: Record = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
-    return found
+    """Record of Hertz with the curvature of the side that decided the verdict."""
+    hertz: Record = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
+    return hertz
 
 
 def what_would_decide(record: Record) -> str:
-    """What decides an open verdict: finer meshes, or better profiles."""
+    """Remedy for an open verdict: finer meshes, or better profiles.
+
+    Parameters
+    ----------
+    record
+        Record of a load with the verdict UNRESOLVED.
+
+    Returns
+    -------
+    str
+        Sentence for the reader.
+    """
     measure = record["verdict"]["measure"]
     if record.get("plastic") and not usable(record["plastic"]):
         return f"what yielding does was not solved: {with_remedy(record['plastic'])}"
     if not usable(record):
         return f"the result must not be used: {with_remedy(record)}"
     if record["verdict"]["cause"] == PROFILE:
-        left = WORDS[measure].off(record["uncertainty_of_profile"][measure], size=True)
+        change = WORDS[measure].deviation_text(record["uncertainty_of_profile"][measure], size=True)
         return (
-            f"no finer mesh decides it: over the lines that the points allow the deviation changes by {left}; say the"
+            f"no finer mesh decides it: over the lines that the points allow the deviation changes by {change}; say the"
             " filter that counts, or measure the profiles with less noise, or closer points"
         )
-    if (unmeshed_ := _unmeshed(record)) is not None:
-        beside, open_ = (WORDS[measure].off(size, size=True) for size in unmeshed_)
+    if (irreducible := _irreducible_uncertainty(record)) is not None:
+        distance, irreducible_uncertainty = (WORDS[measure].deviation_text(size, size=True) for size in irreducible)
         return (
-            f"no finer mesh decides it: it is {beside} beside its limit, and reading it and the bodies' cut planes"
-            f" leave {open_} open"
+            f"no finer mesh decides it: it is {distance} beside its limit, and reading it and the bodies' cut planes"
+            f" leave {irreducible_uncertainty} open"
         )
     case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
     if case["resolution"] in names[:-1]:
@@ -217,28 +328,47 @@ def what_would_decide(record: Record) -> str:
     return f"to decide it: {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
 
 
-def _unmeshed(record: Record) -> tuple[float, float] | None:
-    """How far a measure is beside its limit and what no mesh takes away of it, where that is more; None elsewhere."""
+def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:
+    """Distance of the deciding measure from its limit, and its irreducible uncertainty.
+
+    No mesh removes the irreducible uncertainty. The result is None if the distance is at least as large, or if the
+    stated uncertainty is more than 2 times the irreducible uncertainty.
+    """
     measure, hertz = record["verdict"]["measure"], deciding(record)
-    off, stated = (hertz[name].get(measure, math.nan) for name in ("deviation", "uncertainty"))
-    known = unmeshed(measure, off, shared=record["fe"]["pieces"] > 1)
-    if known is None:
+    deviation, stated_uncertainty = (hertz[name].get(measure, math.nan) for name in ("deviation", "uncertainty"))
+    uncertainty = unmeshed(measure, deviation, shared=record["fe"]["pieces"] > 1)
+    if uncertainty is None:
         return None
-    left = known * (abs(1.0 + off) if measure in MEASURES else 1.0)
-    beside = abs(abs(off) - record["verdict"]["limits"][measure])
-    return (beside, left) if beside < left and stated <= 2.0 * left else None
+    irreducible_uncertainty = uncertainty * (abs(1.0 + deviation) if measure in MEASURES else 1.0)
+    distance = abs(abs(deviation) - record["verdict"]["limits"][measure])
+    return (
+        (distance, irreducible_uncertainty)
+        if distance < irreducible_uncertainty and stated_uncertainty <= 2.0 * irreducible_uncertainty
+        else None
+    )
 
 
-# Characters of a line in a picture of half a window of 1000 pixels.
+# Characters of a line in a picture that is as wide as half a window of 1000 pixels.
 _ANNOTATION_WIDTH = 40
 
 
 def case_annotation(result: CaseResult) -> str:
-    """A case and its verdict in short lines, for a picture."""
-    fe, hertz = shown_measures(result.load).p_max_MPa, result.comparison.hertz.p_max_MPa
-    told = (
+    """Text of a case and its verdict in short lines, for a picture.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+
+    Returns
+    -------
+    str
+        Lines of at most 40 characters.
+    """
+    fe, hertz = reference_measures(result.load).p_max_MPa, result.comparison.hertz.p_max_MPa
+    lines = (
         case_words(result.case, result.placement),
         f"Hertz {result.load.verdict.answer}: {verdict_reason(result.load)}",
         f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa",
     )
-    return "\n".join(fill(text, _ANNOTATION_WIDTH) for text in told)
+    return "\n".join(fill(text, _ANNOTATION_WIDTH) for text in lines)

@@ -1,4 +1,4 @@
-"""What results are called: measures, verdicts, cases, rolls and series; what reports say in words."""
+"""Words for measures: names, units, deviations and limits."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from fecontact.outputs.flat_records import relative_name
 
 
 @dataclass(frozen=True, kw_only=True)
-class Words:
-    """A measure in words.
+class MeasureWords:
+    """Words for a measure.
 
     Attributes
     ----------
     short
-        Its name in the criteria, or one for a picture.
-    meaning
-        What it is.
+        Name of the measure in the criteria, or a short name for a picture.
     letter
-        Of its own, for the cells of a map.
+        Unique letter of the measure, for the cells of a map.
     name, unit
-        Its name, and the unit of its value.
+        Name of the measure, and unit of its value.
+    meaning
+        Explanation of the measure.
     off_unit
         Unit of the deviation, its uncertainty and its limit: `%`, or Hertz's half-width `b`.
     signed
-        Whether Hertz may be off to both sides.
+        Whether the deviation of Hertz can be positive or negative.
     rank
-        Where a table has no room, measures of the lowest rank are left out first; rank 0 stays.
+        Measures of the lowest rank are left out first if a table has no room. Rank 0 always stays.
     """
 
     short: str
@@ -50,7 +50,7 @@ class Words:
 
     @property
     def factor(self) -> float:
-        """What a deviation is multiplied by to be in its unit."""
+        """Factor from a relative deviation to a deviation in its unit."""
         return 100.0 if self.off_unit == "%" else 1.0
 
     @property
@@ -58,21 +58,34 @@ class Words:
         """Decimals of a deviation in its unit."""
         return 2 if self.off_unit == "%" else 3
 
-    def off(self, value: float | None, *, size: bool = False) -> str:
-        """A deviation with its unit, or with `size` its uncertainty; a dash where it is not known."""
+    def deviation_text(self, value: float | None, *, size: bool = False) -> str:
+        """Text for a deviation with its unit.
+
+        Parameters
+        ----------
+        value
+            Relative deviation; None or NaN if it is missing.
+        size
+            Whether the value is an uncertainty, which has no sign.
+
+        Returns
+        -------
+        str
+            Text such as "+3.20 %", or a dash for a missing value.
+        """
         if value is None or not math.isfinite(value):
             return "-"
         sign = "+" if self.signed and not size else ""
         return f"{self.factor * value:{sign}z.{self.digits}f} {self.off_unit}"
 
-    def limit(self, value: float) -> str:
-        """A limit with its unit."""
+    def limit_text(self, value: float) -> str:
+        """Text for a limit with its unit."""
         return f"{'±' if self.signed else '< '}{self.factor * value:.12g} {self.off_unit}"
 
 
 TEXTS = tomllib.loads((files("fecontact.outputs") / "words.toml").read_text("utf-8"))
-WORDS: dict[str, Words] = {name: Words(**parts) for name, parts in TEXTS["measures"].items()}
-"""The words of every measure."""
+WORDS: dict[str, MeasureWords] = {name: MeasureWords(**parts) for name, parts in TEXTS["measures"].items()}
+"""Words of each measure, by its name."""
 
 
 def names_text(measures: Iterable[str]) -> str:
@@ -81,13 +94,24 @@ def names_text(measures: Iterable[str]) -> str:
 
 
 def criteria_text(criteria: Criteria) -> str:
-    """The measures that decide, each with its limit."""
-    shown = ((WORDS[measure], limit) for measure, limit in criteria.limits.items())
-    return ", ".join(f"{words.short} {words.limit(limit)}" for words, limit in shown)
+    """Text for the deciding measures, each with its limit."""
+    limits_of_measures = ((WORDS[measure], limit) for measure, limit in criteria.limits.items())
+    return ", ".join(f"{words.short} {words.limit_text(limit)}" for words, limit in limits_of_measures)
 
 
 def limits_text(criteria: Criteria) -> str:
-    """Measures that decide by their limits, such as "5 % p_max; 10 % area, a, b; 0.15 b centre"."""
+    """Text for the limits, such as "5 % p_max; 10 % area, a, b; 0.15 b centre".
+
+    Parameters
+    ----------
+    criteria
+        Criteria with a limit for each deciding measure.
+
+    Returns
+    -------
+    str
+        Limits in order, each with the short names of its measures.
+    """
     groups: dict[str, list[str]] = {}
     for measure, limit in criteria.limits.items():
         words = WORDS[measure]
@@ -96,12 +120,24 @@ def limits_text(criteria: Criteria) -> str:
 
 
 def unknown_text(measures: Iterable[str]) -> str:
-    """That a result does not tell measures, and what to do about it."""
+    """Message that a stored result lacks measures, with the remedy."""
     return f"the stored result does not have {names_text(measures)}; solve it again to judge by them"
 
 
 def deviation_column(measure: str) -> tuple[str, str, float]:
-    """Columns of a measure's deviation and of its uncertainty, and what their numbers are multiplied by."""
+    """Columns of the deviation and of the uncertainty of a measure, with their factor.
+
+    Parameters
+    ----------
+    measure
+        Name of a measure.
+
+    Returns
+    -------
+    tuple
+        Column of the deviation, column of the uncertainty, and factor from relative values to the numbers of both
+        columns.
+    """
     factor = WORDS[measure].factor
     name = relative_name(measure)
     return f"hertz_deviation_{name}", f"hertz_uncertainty_{name}", factor

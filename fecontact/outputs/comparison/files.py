@@ -1,4 +1,4 @@
-"""Files of a comparison: JSON, a picture, and one HTML file without time stamps."""
+"""Files of a comparison: JSON, a picture and an HTML page without time stamps."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from fecontact.regression.compare import TableComparison
 from fecontact.outputs.comparison.record import comparison_record
 from fecontact.outputs.comparison.tables import (
-    COLUMN_TABLE,
-    VALUE_TABLE,
+    COLUMN_TABLE_COLUMNS,
+    VALUE_TABLE_COLUMNS,
     head_lines,
     tolerance_table,
     value_table,
@@ -25,7 +25,22 @@ from fecontact.outputs.comparison.verdicts import verdict_lines
 
 
 def write_comparison(comparison: TableComparison, folder: Path) -> Path:
-    """Write the record, the page, and a picture where each verdict has a shift and a load of its own."""
+    """Write the record, the page and, if possible, the picture of a comparison.
+
+    The picture is written only if all verdicts have different pairs of shift and load.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+    folder
+        Folder for the files.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
     write_json(folder / "comparison.json", comparison_record(comparison))
     write_text(folder / "comparison.html", comparison_html(comparison))
     if not comparison.verdicts.empty and not comparison.verdicts.duplicated(["lateral_shift_mm", "load_kN"]).any():
@@ -35,20 +50,33 @@ def write_comparison(comparison: TableComparison, folder: Path) -> Path:
     return folder
 
 
-# More values than these are folded away.
-_MOST_OPEN = 40
+# If there are more values, they are folded.
+_MAX_UNFOLDED_VALUES = 40
 
 
 def comparison_html(comparison: TableComparison) -> str:
-    """The comparison as one HTML page that needs no other file; well-formed XML as well."""
+    """Render a comparison as a self-contained HTML page.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    str
+        Text of the page, which is well-formed XML too.
+    """
     columns, differences = comparison.columns, comparison.differences
     changed, equal = columns[columns.times_tolerance > 0.0], columns[columns.times_tolerance == 0.0]
-    beyond = "All values beyond their tolerance, the worst first"
-    many = len(differences) > _MOST_OPEN
-    values = value_table("" if many else beyond, VALUE_TABLE, differences, comparison)
-    below = {
-        f"Columns with equal values: {len(equal)}": value_table("", COLUMN_TABLE, equal, comparison),
-        "Not compared; where they are furthest apart": value_table("", VALUE_TABLE, comparison.efforts, comparison),
+    values_title = "All values beyond their tolerance, the worst first"
+    is_folded = len(differences) > _MAX_UNFOLDED_VALUES
+    values = value_table("" if is_folded else values_title, VALUE_TABLE_COLUMNS, differences, comparison)
+    tables_below = {
+        f"Columns with equal values: {len(equal)}": value_table("", COLUMN_TABLE_COLUMNS, equal, comparison),
+        "Not compared; where they are furthest apart": value_table(
+            "", VALUE_TABLE_COLUMNS, comparison.efforts, comparison
+        ),
         "Tolerances": tolerance_table(comparison),
         "Versions": version_table(comparison),
     }
@@ -57,8 +85,8 @@ def comparison_html(comparison: TableComparison) -> str:
         Lead(comparison.verdict, "same" if comparison.same else "different"),
         Items(list(head_lines(comparison))),
         *verdict_lines(comparison),
-        value_table("Columns, the worst first", COLUMN_TABLE, changed, comparison),
-        Details(f"{beyond}: {len(differences)}", [values]) if many else values,
-        *(Details(title, [one]) for title, one in below.items()),
+        value_table("Columns, the worst first", COLUMN_TABLE_COLUMNS, changed, comparison),
+        Details(f"{values_title}: {len(differences)}", [values]) if is_folded else values,
+        *(Details(title, [table]) for title, table in tables_below.items()),
     ]
     return page(comparison.verdict, parts)

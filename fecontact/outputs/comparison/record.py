@@ -12,7 +12,20 @@ from fecontact.outputs.comparison.verdicts import changed_verdicts
 
 
 def comparison_record(comparison: TableComparison) -> Record:
-    """The whole comparison; numbers that are infinite (nothing was allowed) become null in the file."""
+    """Record of a complete comparison.
+
+    Infinite numbers, which occur if no difference is allowed, become null in the file.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    Record
+        Content of `comparison.json`.
+    """
     columns = comparison.columns
     return {
         "schema": "fecontact/comparison/2",
@@ -21,12 +34,12 @@ def comparison_record(comparison: TableComparison) -> Record:
         "new": str(comparison.new.path),
         "matched_by": list(comparison.baseline.key),
         "cases": comparison.cases,
-        **{what.replace(" ", "_"): names for what, names in comparison.one_sided.items()},
+        **{topic.replace(" ", "_"): names for topic, names in comparison.one_sided.items()},
         "later_columns": comparison.later_columns,
         "default_tolerance_columns": list(columns.column[columns.kind == "default"]),
         **{
-            what: {name: {"baseline": was, "new": now} for name, (was, now) in getattr(comparison, what).items()}
-            for what in ("versions", "settings")
+            topic: {name: {"baseline": was, "new": now} for name, (was, now) in getattr(comparison, topic).items()}
+            for topic in ("versions", "settings")
         },
         "columns": columns.to_dict("records"),
         "differences": comparison.differences.to_dict("records"),

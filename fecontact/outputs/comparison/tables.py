@@ -17,77 +17,129 @@ if TYPE_CHECKING:
     from fecontact.regression.compare import TableComparison
 
 
-# Terminals that are narrower have columns closer together.
+# On narrower terminals the columns are closer together.
 _ROOMY_WIDTH = 110
 
 
-def value_text(item: Item, side: str) -> str:
-    """A value, with eight digits if both sides are numbers."""
-    return str(item[side]) or "(none)" if math.isnan(item["difference"]) else f"{float(item[side]):.8g}"
+def value_text(row: Item, side: str) -> str:
+    """Text for a value, with eight digits if both sides are numbers."""
+    return str(row[side]) or "(none)" if math.isnan(row["difference"]) else f"{float(row[side]):.8g}"
 
 
-def _form(of: str, form: str, otherwise: str) -> Callable[[Item], str]:
-    """A number in a format, or of what has none another entry."""
-    return lambda item: str(item.get(otherwise, "-")) if math.isnan(item[of]) else form.format(item[of])
+def _number_or_entry(key: str, form: str, fallback_key: str) -> Callable[[Item], str]:
+    """Function that formats a number of a row, or a second column if there is no number."""
+    return lambda row: str(row.get(fallback_key, "-")) if math.isnan(row[key]) else form.format(row[key])
 
 
-VALUE_TABLE = (
+VALUE_TABLE_COLUMNS = (
     text("column", "column"),
     text("case", "called", wraps=True),
-    text("baseline", lambda item: value_text(item, "baseline"), "number"),
-    text("new", lambda item: value_text(item, "new"), "number"),
-    text("difference", _form("difference", "{:+.3g}", "-"), "number"),
-    text("tolerance", _form("tolerance", "{:.3g}", "kind"), "number", rank=2, name="tolerance"),
+    text("baseline", lambda row: value_text(row, "baseline"), "number"),
+    text("new", lambda row: value_text(row, "new"), "number"),
+    text("difference", _number_or_entry("difference", "{:+.3g}", "-"), "number"),
+    text("tolerance", _number_or_entry("tolerance", "{:.3g}", "kind"), "number", rank=2, name="tolerance"),
     number("times", "times_tolerance", "{:.3g}"),
 )
 """Single values."""
-_DIFFER = text("differ", lambda item: f"{item['differing']}/{item['cases']}", "number", rank=1, name="how many differ")
-COLUMN_TABLE = (VALUE_TABLE[0], _DIFFER, replace(VALUE_TABLE[1], heading="worst case"), *VALUE_TABLE[2:])
-"""Columns of tables, each with the case in which both are furthest apart."""
+_DIFFERING_COLUMN = text(
+    "differ", lambda row: f"{row['differing']}/{row['cases']}", "number", rank=1, name="how many differ"
+)
+COLUMN_TABLE_COLUMNS = (
+    VALUE_TABLE_COLUMNS[0],
+    _DIFFERING_COLUMN,
+    replace(VALUE_TABLE_COLUMNS[1], heading="worst case"),
+    *VALUE_TABLE_COLUMNS[2:],
+)
+"""Columns of tables, each with the case of the largest difference."""
 
 
 def value_table(title: str, columns: Sequence[Column], values: pandas.DataFrame, comparison: TableComparison) -> Table:
-    """Values, or the worst ones of columns, of which those beyond their tolerance are marked."""
-    called = values.case.map(case_names(comparison))
-    items = values.assign(called=called, cases=len(comparison.cases)).to_dict("records")
-    table = table_of(title, columns, items, lambda item: "fails" if item["times_tolerance"] > 1.0 else "plain")
+    """Table of values, or of the worst value of each column.
+
+    Parameters
+    ----------
+    title
+        Title of the table.
+    columns
+        Columns of the table.
+    values
+        Values of the comparison. Values beyond their tolerance are marked.
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
+    case_labels = values.case.map(case_names(comparison))
+    rows = values.assign(called=case_labels, cases=len(comparison.cases)).to_dict("records")
+    table = table_of(title, columns, rows, lambda row: "fails" if row["times_tolerance"] > 1.0 else "plain")
     return replace(table, roomy_width=_ROOMY_WIDTH)
 
 
 def head_lines(comparison: TableComparison) -> list[str]:
-    """What is not in the columns: the two tables, versions, settings, and what only one of them has."""
+    """Lines above the tables: the two tables, versions, settings and one-sided columns.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    list of str
+        The lines.
+    """
     tables = comparison.baseline, comparison.new
     lines = [f"baseline {comparison.baseline.path}", f"new      {comparison.new.path}"]
     if comparison.baseline.key != ("id",):
         lines.append(f"cases are matched by {', '.join(comparison.baseline.key)}")
-    for what, pairs in (("version", comparison.versions), ("setting", comparison.settings)):
-        lines += [f"{what} {name}: {was} -> {now}" for name, (was, now) in pairs.items()]
+    for topic, pairs in (("version", comparison.versions), ("setting", comparison.settings)):
+        lines += [
+            f"{topic} {name}: {baseline_value} -> {new_value}" for name, (baseline_value, new_value) in pairs.items()
+        ]
     lines += [f"{table.path} does not say its versions" for table in tables if not table.versions]
-    unknown = comparison.columns.column[comparison.columns.kind == "default"]
-    named = {
+    default_columns = comparison.columns.column[comparison.columns.kind == "default"]
+    names_by_topic = {
         **comparison.one_sided,
         "not compared, the baseline has none of their kind": comparison.later_columns,
-        "of no known unit, compared as the kind 'default'": list(unknown),
+        "of no known unit, compared as the kind 'default'": list(default_columns),
     }
-    return lines + [f"{what}: {', '.join(names)}" for what, names in named.items() if names]
+    return lines + [f"{topic}: {', '.join(names)}" for topic, names in names_by_topic.items() if names]
 
 
 def case_names(comparison: TableComparison) -> dict[str, str]:
-    """What cases are called for a reader: an id by what was solved, as far as that tells them apart."""
+    """Readable names of the compared cases, by case id.
+
+    A name has the pair, the shift and the load. If several cases would have equal names, the end of the id is added.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    dict
+        Name by case id.
+    """
     rows = comparison.baseline.rows
     if not {*comparison.baseline.key} <= {*rows}:
-        # matched by columns, which name them
+        # the cases are matched by columns, and these name the cases
         return {case: case for case in comparison.cases}
-    told = rows.filter(("lateral_shift_mm", "load_kN", "wheel", "rail")).loc[comparison.cases].to_dict("index")
+    rows_by_case = rows.filter(("lateral_shift_mm", "load_kN", "wheel", "rail")).loc[comparison.cases].to_dict("index")
     pairs = {
         case: " on ".join(short_name(row[body]) for body in ("wheel", "rail") if row.get(body))
-        for case, row in told.items()
+        for case, row in rows_by_case.items()
     }
-    # one pair of all cases tells none from another
-    several = len({*pairs.values()}) > 1
-    named = {case: _case_name(row, pairs[case] if several else "") or case for case, row in told.items()}
-    count = Counter(named.values())
-    return {case: f"{name} ({case[-8:]})" if count[name] > 1 else name for case, name in named.items()}
+    # a pair that all cases have in common does not distinguish them
+    has_several_pairs = len({*pairs.values()}) > 1
+    names_by_case = {
+        case: _case_name(row, pairs[case] if has_several_pairs else "") or case for case, row in rows_by_case.items()
+    }
+    count = Counter(names_by_case.values())
+    return {case: f"{name} ({case[-8:]})" if count[name] > 1 else name for case, name in names_by_case.items()}
 
 
 def _case_name(row: Mapping[str, str], pair: str) -> str:
@@ -98,15 +150,33 @@ def _case_name(row: Mapping[str, str], pair: str) -> str:
 
 
 def tolerance_table(comparison: TableComparison) -> Table:
-    """What is allowed in each column, and why."""
+    """Table of the tolerance of each column, with its reason.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    Table
+        The table.
+    """
     columns = comparison.columns.sort_index()
-    allowed = (number("relative", "relative"), number("absolute", "absolute"))
-    why = text("why", "reason", none="the same text")
-    return table_of("", (VALUE_TABLE[0], text("kind", "kind"), *allowed, why), columns.to_dict("records"))
+    tolerance_columns = (number("relative", "relative"), number("absolute", "absolute"))
+    reason_column = text("why", "reason", none="the same text")
+    return table_of(
+        "",
+        (VALUE_TABLE_COLUMNS[0], text("kind", "kind"), *tolerance_columns, reason_column),
+        columns.to_dict("records"),
+    )
 
 
 def version_table(comparison: TableComparison) -> Table:
-    """Versions on both sides."""
-    was, now = comparison.baseline.versions, comparison.new.versions
-    items = ({"package": name, "baseline": was.get(name), "new": now.get(name)} for name in {**was, **now})
-    return table_of("", [text(heading, heading, none="-") for heading in ("package", "baseline", "new")], items)
+    """Table of the versions on both sides."""
+    baseline_versions, new_versions = comparison.baseline.versions, comparison.new.versions
+    rows = (
+        {"package": name, "baseline": baseline_versions.get(name), "new": new_versions.get(name)}
+        for name in {**baseline_versions, **new_versions}
+    )
+    return table_of("", [text(heading, heading, none="-") for heading in ("package", "baseline", "new")], rows)

@@ -9,42 +9,56 @@ from fecontact.outputs.terminal import count
 if TYPE_CHECKING:
     from fecontact.outputs.terminal import Lines
     from fecontact.regression.compare import TableComparison
-from fecontact.outputs.comparison.tables import COLUMN_TABLE, head_lines, value_table, value_text
+from fecontact.outputs.comparison.tables import COLUMN_TABLE_COLUMNS, head_lines, value_table, value_text
 from fecontact.outputs.comparison.verdicts import verdict_lines
 
-# Columns that are shown where none differs, so that one sees how close it is.
-_CLOSEST = 5
-# The worst columns are shown, with so many characters of a text: more hide the answer.
-_MOST_COLUMNS, _MOST_LETTERS = 30, 20
+# Number of columns that are shown if no column differs, so that the reader sees the margin.
+_CLOSEST_COLUMNS = 5
+# Number of worst columns that are shown, and characters of a text. More would hide the answer.
+_MAX_COLUMNS, _MAX_CHARACTERS = 30, 20
 
 
 def comparison_lines(comparison: TableComparison) -> Lines:
-    """What differs, the worst column first, or what is closest to it where nothing does, and the verdict.
+    """Iterate over the outputs of a comparison for the terminal: differences and verdict.
 
-    Columns in which all values are equal are not shown.
+    The worst column comes first. If no column differs, the columns closest to their tolerance are shown. Columns in
+    which all values are equal are not shown.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    Lines
+        Tables and lines in order.
     """
     yield from head_lines(comparison)
     columns, efforts = comparison.columns, comparison.efforts
     if columns.differing.any():
         differing = columns[columns.differing > 0]
-        shown = differing[:_MOST_COLUMNS]
-        numbers = shown.difference.notna()
-        shown = shown.assign(
-            **{side: shown[side].where(numbers, shown[side].map(_cut)) for side in ("baseline", "new")}
+        worst = differing[:_MAX_COLUMNS]
+        are_numbers = worst.difference.notna()
+        worst = worst.assign(
+            **{side: worst[side].where(are_numbers, worst[side].map(_shorten)) for side in ("baseline", "new")}
         )
-        yield value_table("Columns that differ", COLUMN_TABLE, shown, comparison)
-        if more := len(differing) - len(shown):
-            yield f"{count(more, 'further column')} differ{'s' * (more == 1)}: --out FOLDER or --json has all"
+        yield value_table("Columns that differ", COLUMN_TABLE_COLUMNS, worst, comparison)
+        if hidden := len(differing) - len(worst):
+            yield f"{count(hidden, 'further column')} differ{'s' * (hidden == 1)}: --out FOLDER or --json has all"
     elif (columns.times_tolerance > 0.0).any():
-        closest = columns[columns.times_tolerance > 0.0][:_CLOSEST]
-        yield value_table("Closest to their tolerance", COLUMN_TABLE, closest, comparison)
-    changed = efforts[efforts.baseline != efforts.new].to_dict("records")
-    if changed:
-        told = (f"{one['column']} {value_text(one, 'baseline')} -> {value_text(one, 'new')}" for one in changed)
-        yield f"not compared: {', '.join(told)}"
+        closest = columns[columns.times_tolerance > 0.0][:_CLOSEST_COLUMNS]
+        yield value_table("Closest to their tolerance", COLUMN_TABLE_COLUMNS, closest, comparison)
+    changed_efforts = efforts[efforts.baseline != efforts.new].to_dict("records")
+    if changed_efforts:
+        change_texts = (
+            f"{change['column']} {value_text(change, 'baseline')} -> {value_text(change, 'new')}"
+            for change in changed_efforts
+        )
+        yield f"not compared: {', '.join(change_texts)}"
     yield from verdict_lines(comparison)
     yield comparison.verdict
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= _MOST_LETTERS else f"{text[: _MOST_LETTERS - 3]}..."
+def _shorten(text: str) -> str:
+    return text if len(text) <= _MAX_CHARACTERS else f"{text[: _MAX_CHARACTERS - 3]}..."

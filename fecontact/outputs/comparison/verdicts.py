@@ -1,4 +1,4 @@
-"""Verdicts that differ between two tables of results: how many, which, and where."""
+"""Verdicts that differ between two tables of results: number, kind and places."""
 
 from __future__ import annotations
 
@@ -16,35 +16,59 @@ if TYPE_CHECKING:
 
 
 def changed_verdicts(comparison: TableComparison) -> list[Record]:
-    """Each change of a verdict, the most frequent first, with its number of cases and their shifts and loads."""
+    """Changes of verdicts, the most frequent first.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    list of Record
+        Old and new verdict, number of cases, and text with their shifts and loads.
+    """
     verdicts = comparison.verdicts
     if verdicts.empty:
         return []
     changed = verdicts[verdicts.baseline != verdicts.new]
-    found = [
-        {"baseline": was, "new": now, "cases": len(own), "where": _where(own)}
-        for (was, now), own in changed.groupby(["baseline", "new"])
+    changes = [
+        {"baseline": was, "new": now, "cases": len(cases), "where": _places_text(cases)}
+        for (was, now), cases in changed.groupby(["baseline", "new"])
     ]
-    return sorted(found, key=lambda one: -one["cases"])
+    return sorted(changes, key=lambda change: -change["cases"])
 
 
-def _where(cases: pandas.DataFrame) -> str:
+def _places_text(cases: pandas.DataFrame) -> str:
     by_shift = cases.sort_values(["lateral_shift_mm", "load_kN"]).groupby("lateral_shift_mm").load_kN
     return "; ".join(f"{shift:+g} mm: {', '.join(f'{load:g}' for load in loads)} kN" for shift, loads in by_shift)
 
 
 def verdict_lines(comparison: TableComparison) -> Lines:
-    """How many verdicts of Hertz are others, in a sentence, and which, where and how often, in a table."""
-    found, cases = changed_verdicts(comparison), count(len(comparison.verdicts), "case")
-    if not found:
+    """Iterate over the outputs on changed verdicts of Hertz: a sentence and a table.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+
+    Returns
+    -------
+    Lines
+        The sentence has the number of changes; the table has kind, number and places.
+    """
+    changes, cases = changed_verdicts(comparison), count(len(comparison.verdicts), "case")
+    if not changes:
         yield from [f"Hertz's verdict is the same in all of {cases}."] * (not comparison.verdicts.empty)
         return
-    told = ", ".join(f"{one['baseline']} -> {one['new']} {count(one['cases'], 'time')}" for one in found)
-    yield f"Hertz's verdict is another one in {sum(one['cases'] for one in found)} of {cases}: {told}."
-    yield table_of("Verdicts that are others", _CHANGES, found)
+    change_texts = ", ".join(
+        f"{change['baseline']} -> {change['new']} {count(change['cases'], 'time')}" for change in changes
+    )
+    yield f"Hertz's verdict is another one in {sum(change['cases'] for change in changes)} of {cases}: {change_texts}."
+    yield table_of("Verdicts that are others", _CHANGE_COLUMNS, changes)
 
 
-_CHANGES = (
+_CHANGE_COLUMNS = (
     text("baseline", "baseline"),
     text("new", "new"),
     number("cases", "cases", "{:.0f}"),

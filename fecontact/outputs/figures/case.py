@@ -1,4 +1,4 @@
-"""The picture of a case: both pressures and their difference, cuts, all measures; and small pictures for reports."""
+"""Picture of a case: both pressures and their difference, cuts, and all measures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fecontact.outputs.style import (
     save_figure,
     save_image,
 )
-from fecontact.outputs.verdict_words import shown_measures, verdict_reason
+from fecontact.outputs.verdict_words import reference_measures, verdict_reason
 from fecontact.outputs.words import WORDS
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
@@ -27,21 +27,42 @@ from fecontact.solving.solve import CaseResult
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-from fecontact.outputs.figures.pressure_maps import ACROSS, ROLLING, PressureFields, draw_pressure, drawn_lobes
+from fecontact.outputs.figures.pressure_maps import (
+    ACROSS_LABEL,
+    ROLLING_LABEL,
+    PressureFields,
+    draw_pressure,
+    numbered_lobes,
+)
 
-# --- The picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
+# --- Picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
 
 # Inches: width of a picture, width of a map's frame with three maps side by side, smallest and largest height of a map.
-_WIDTH, _MAP_WIDTH, _LEAST_HEIGHT, _MOST_HEIGHT = 15.0, 3.05, 1.3, 4.4
-# Inches: heights of the head, of the title of a row of maps, of the labels below it and of the cuts; widths of the
-# labels to the left of a map, and of all labels beside it.
-_HEAD, _TITLE, _BELOW, _CUTS, _LEFT, _BESIDE = 0.65, 0.4, 0.75, 4.2, 0.85, 1.75
+_WIDTH, _MAP_WIDTH, _MIN_MAP_HEIGHT, _MAX_MAP_HEIGHT = 15.0, 3.05, 1.3, 4.4
+# Inches: heights of the head, of the title of a row of maps, of the labels below the row and of the cuts; widths of the
+# labels to the left of a map, and of all labels on both sides of the map.
+_HEAD_HEIGHT, _TITLE_HEIGHT, _LABEL_HEIGHT, _CUTS_HEIGHT, _LEFT_WIDTH, _SIDES_WIDTH = 0.65, 0.4, 0.75, 4.2, 0.85, 1.75
 # Inches: width of the words.
-_WORDS = 4.35
+_WORDS_WIDTH = 4.35
 
 
 def case_figure(result: CaseResult, path: str | Path, *, svg: bool = True) -> Path:
-    """Draw a case as PNG, and as SVG beside it unless that is not wanted; see `draw_case`."""
+    """Draw a case as PNG, and as SVG if it is wanted; see `draw_case`.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+    path
+        File of the picture.
+    svg
+        Whether an SVG is written too.
+
+    Returns
+    -------
+    Path
+        The given path.
+    """
     fields = PressureFields.of(result.load)
     figure = blank_figure(*case_inches(fields))
     draw_case(figure, result.load, result.placement, fields)
@@ -49,71 +70,98 @@ def case_figure(result: CaseResult, path: str | Path, *, svg: bool = True) -> Pa
 
 
 def case_inches(fields: PressureFields) -> tuple[float, float]:
-    """Width and height of the picture of a case."""
-    return _WIDTH, _HEAD + _TITLE + _map_height(fields) + _BELOW + _CUTS
+    """Width and height of the picture of a case, in inches."""
+    return _WIDTH, _HEAD_HEIGHT + _TITLE_HEIGHT + _map_height(fields) + _LABEL_HEIGHT + _CUTS_HEIGHT
 
 
 def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: PressureFields) -> None:
     """Draw a judged load into a figure: the head with the verdict, maps, cuts and words.
 
-    Maps show the rail's surface around the first touch point: finite elements, Hertz (same scale) and their difference,
-    with the outlines of both patches. Cuts go through the peak of the finite elements; below the lateral cut is the
-    rail, true to scale. All parts have fixed places within `case_inches`: a layout engine would double the time.
+    Maps show the rail's surface around the first touch point: finite elements, Hertz (with equal scales) and their
+    difference, with the outlines of both patches. Cuts pass through the peak of the finite elements. Below the lateral
+    cut is the rail, true to scale. All parts have fixed places within `case_inches`, because a layout engine would
+    double the time.
+
+    Parameters
+    ----------
+    figure
+        Figure of the size `case_inches`.
+    load
+        Judged load.
+    placement
+        Placement of the load.
+    fields
+        Pressure fields of the load.
     """
     figure.set_layout_engine(None)
-    (width, height), tall, of_map = case_inches(fields), _is_tall(fields), _map_height(fields)
+    (width, height), is_tall, map_height = case_inches(fields), _is_tall(fields), _map_height(fields)
 
-    def axes(left: float, bottom: float, wide: float, high: float, **more: Any) -> Axes:
-        return figure.add_axes((left / width, bottom / height, wide / width, high / height), **more)
+    def axes(left: float, bottom: float, axes_width: float, axes_height: float, **options: Any) -> Axes:
+        return figure.add_axes((left / width, bottom / height, axes_width / width, axes_height / height), **options)
 
-    def write(left: float, top: float, text: str, **style: Any) -> None:
-        figure.text(left / width, top / height, text, va="top", **style)
+    def write(left: float, top: float, text: str, **text_style: Any) -> None:
+        figure.text(left / width, top / height, text, va="top", **text_style)
 
     answer = load.verdict.answer
     box = {"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
     write(0.18, height - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
-    after = 0.45 + 0.155 * len(f"Hertz {answer}")
-    write(after, height - 0.12, case_words(load.case, placement), fontsize=13)
-    write(after, height - 0.42, verdict_reason(load), fontsize=11)
-    wide = of_map / _ratio(fields) if tall else _MAP_WIDTH
-    step = wide + _BESIDE if tall else width / 3.0
+    text_left = 0.45 + 0.155 * len(f"Hertz {answer}")
+    write(text_left, height - 0.12, case_words(load.case, placement), fontsize=13)
+    write(text_left, height - 0.42, verdict_reason(load), fontsize=11)
+    map_width = map_height / _height_to_width(fields) if is_tall else _MAP_WIDTH
+    map_spacing = map_width + _SIDES_WIDTH if is_tall else width / 3.0
     for number, kind in enumerate(("finite elements", "Hertz", "Hertz minus finite elements")):
-        ax = axes(number * step + _LEFT, _CUTS + _BELOW, wide, of_map)
+        ax = axes(number * map_spacing + _LEFT_WIDTH, _CUTS_HEIGHT + _LABEL_HEIGHT, map_width, map_height)
         draw_pressure(ax, load, kind, fields)
-        for place in _junctions(placement, "rail"):
-            # seen on the dark ground of a pressure and on the light ground of a difference
+        for place in _junction_places_mm(placement, "rail"):
+            # visible on the dark background of a pressure and on the light background of a difference
             ax.axvline(place, color="0.6", ls=":", lw=1.2, label="_rail junction")
         ax.set_xlim(fields.limits_mm(across=True))
-    words_left = 3.0 * step + 0.15 if tall else width - _WORDS
-    of_cut = 0.5 * (width if tall else words_left)
-    lateral = axes(_LEFT, 1.75, of_cut - _LEFT - 0.1, 2.0)
-    draw_lateral_cut(lateral, placement, fields)
-    _draw_rail(axes(_LEFT, 0.75, of_cut - _LEFT - 0.1, 0.8, sharex=lateral), placement, fields)
-    draw_rolling_cut(axes(of_cut + _LEFT, 0.75, of_cut - _LEFT - 0.2, 3.0), fields)
-    words_top = _CUTS + _BELOW + of_map if tall else _CUTS - 0.4
+    words_left = 3.0 * map_spacing + 0.15 if is_tall else width - _WORDS_WIDTH
+    cut_width = 0.5 * (width if is_tall else words_left)
+    lateral_axes = axes(_LEFT_WIDTH, 1.75, cut_width - _LEFT_WIDTH - 0.1, 2.0)
+    draw_lateral_cut(lateral_axes, placement, fields)
+    _draw_rail(
+        axes(_LEFT_WIDTH, 0.75, cut_width - _LEFT_WIDTH - 0.1, 0.8, sharex=lateral_axes),
+        placement,
+        fields,
+    )
+    draw_rolling_cut(axes(cut_width + _LEFT_WIDTH, 0.75, cut_width - _LEFT_WIDTH - 0.2, 3.0), fields)
+    words_top = _CUTS_HEIGHT + _LABEL_HEIGHT + map_height if is_tall else _CUTS_HEIGHT - 0.4
     text = _case_text(load, placement, fields)
     write(words_left, words_top, text, family="monospace", fontsize=8.2, linespacing=1.5)
 
 
-def _ratio(fields: PressureFields) -> float:
-    """Height over width of a map's range."""
+def _height_to_width(fields: PressureFields) -> float:
+    """Ratio of height to width of the range of a map."""
     (x_low, x_high), (s_low, s_high) = fields.limits_mm(across=False), fields.limits_mm(across=True)
     return (x_high - x_low) / (s_high - s_low)
 
 
 def _is_tall(fields: PressureFields) -> bool:
-    # tall: three maps leave room for the words beside them
-    return 3.0 * (_MOST_HEIGHT / _ratio(fields) + _BESIDE) + _WORDS <= _WIDTH
+    # tall maps leave room for the words at their side
+    return 3.0 * (_MAX_MAP_HEIGHT / _height_to_width(fields) + _SIDES_WIDTH) + _WORDS_WIDTH <= _WIDTH
 
 
 def _map_height(fields: PressureFields) -> float:
-    return float(np.clip(_MAP_WIDTH * _ratio(fields), _LEAST_HEIGHT, _MOST_HEIGHT))
+    return float(np.clip(_MAP_WIDTH * _height_to_width(fields), _MIN_MAP_HEIGHT, _MAX_MAP_HEIGHT))
 
 
 def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, label: bool = False) -> None:
-    """Draw both pressures across, through the peak of the finite elements, with the junctions of both profiles.
+    """Draw both pressures across, through the peak of the finite elements.
 
-    With `label` the axis across is labelled; without it the label is below the rail's picture.
+    The junctions of both profiles are marked.
+
+    Parameters
+    ----------
+    ax
+        Axes to draw into.
+    placement
+        Placement of the load.
+    fields
+        Pressure fields of the load.
+    label
+        Whether the axis across has a label; without it the label is below the picture of the rail.
     """
     i, grid = fields.peak[0], fields.grid
     s = np.linspace(grid.s_mm[0], grid.s_mm[-1], 400)
@@ -121,55 +169,67 @@ def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, 
     _draw_cut(ax, (grid.s_mm, fields.fe[i]), (s, fields.ellipse.pressure_MPa(grid.x_mm[i], s)), elastic)
     low, high = fields.limits_mm(across=True)
     for junctions, colour, style, name in (
-        (_junctions(placement, "rail"), Colour.RAIL_JUNCTION, "-", "rail junction"),
-        (_junctions(placement, "wheel"), Colour.WHEEL_JUNCTION, ":", "wheel junction"),
+        (_junction_places_mm(placement, "rail"), Colour.RAIL_JUNCTION, "-", "rail junction"),
+        (_junction_places_mm(placement, "wheel"), Colour.WHEEL_JUNCTION, ":", "wheel junction"),
     ):
-        shown = [place for place in junctions if low < place < high]
-        for number, place in enumerate(shown):
-            ax.axvline(place, color=colour, ls=style, lw=1.3, label=name if number == 0 else None, zorder=0)
+        shown_places_mm = [place_mm for place_mm in junctions if low < place_mm < high]
+        for number, place_mm in enumerate(shown_places_mm):
+            ax.axvline(place_mm, color=colour, ls=style, lw=1.3, label=name if number == 0 else None, zorder=0)
     ax.set_title(f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", y=1.0)
     ax.set_xlim(low, high)
     if label:
-        ax.set(xlabel=ACROSS)
+        ax.set(xlabel=ACROSS_LABEL)
     else:
         ax.tick_params(labelbottom=False)
     ax.legend(loc="best", fontsize=9)
 
 
 def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
-    """Draw both pressures along the running direction, through the peak of the finite elements."""
+    """Draw both pressures along the running direction, through the peak of the finite elements.
+
+    Parameters
+    ----------
+    ax
+        Axes to draw into.
+    fields
+        Pressure fields of the load.
+    """
     j, grid = fields.peak[1], fields.grid
     x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 400)
     elastic = None if fields.elastic is None else fields.elastic[:, j]
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])), elastic)
     ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
-    ax.set(xlabel=ROLLING, xlim=fields.limits_mm(across=False))
+    ax.set(xlabel=ROLLING_LABEL, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
 
 def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats], elastic: Floats | None) -> None:
+    """Draw the pressures (MPa) of finite elements and Hertz over a coordinate (mm)."""
     yields = "" if elastic is None else ", bodies that yield"
     ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=1.3, label=f"finite elements{yields}")
     if elastic is not None:
         ax.plot(fe[0], elastic, color=Colour.FE, ls=":", lw=1.3, label="finite elements, elastic bodies")
     ax.plot(*hertz, color=Colour.HERTZ, ls="--", lw=1.6, label="Hertz")
-    highest = max(float(one.max()) for one in (fe[1], hertz[1], *([] if elastic is None else [elastic])))
+    highest = max(float(pressure.max()) for pressure in (fe[1], hertz[1], *([] if elastic is None else [elastic])))
     ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(highest, 1.0)))
     ax.grid(alpha=0.3)
 
 
 def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
-    """The rail's line below the cut, over an equal range of s, true to scale, in the frame of the first touch point."""
+    """Draw the rail below the cut, true to scale.
+
+    The range of s is equal to the range of the cut. The picture is in the frame of the first touch point.
+    """
     low, high = fields.limits_mm(across=True)
     s = np.linspace(low, high, 300)
     points, _ = placement.surface(0.0, s)
     first = placement.first
     height = (points - np.array([first.x_mm, first.y_mm, first.z_mm])) @ first.normal
-    there = np.isfinite(height)
+    is_on_rail = np.isfinite(height)
     bottom = float(np.nanmin(height)) - 0.06 * (high - low)
-    ax.fill_between(s[there], height[there], bottom, color="0.85", lw=0.0)
+    ax.fill_between(s[is_on_rail], height[is_on_rail], bottom, color="0.85", lw=0.0)
     ax.plot(s, height, color="0.2", lw=1.4)
-    ends = [low, *(place for place in _junctions(placement, "rail") if low < place < high), high]
+    ends = [low, *(place for place in _junction_places_mm(placement, "rail") if low < place < high), high]
     for place in ends[1:-1]:
         ax.axvline(place, color=Colour.RAIL_JUNCTION, lw=1.3, zorder=0)
     profile = placement.rail.profile
@@ -179,38 +239,47 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
         if np.isfinite(curvature) and right - left > 0.12 * (high - low):
             radius = radius_text(radius_mm(curvature), "R {:.4g}")
             ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
-    ax.set(xlabel=ACROSS, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
+    ax.set(xlabel=ACROSS_LABEL, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
     ax.set_xlim(low, high)
 
 
-def _junctions(placement: Placement, kind: Kind) -> list[float]:
-    """Positions (mm) of one profile's junctions; the wheel's line lies on the rail's near the touch point."""
+def _junction_places_mm(placement: Placement, kind: Kind) -> list[float]:
+    """Positions s (mm) of the junctions of a profile.
+
+    The wheel's profile lies on the rail's profile near the touch point.
+    """
     return sorted(place.s_mm for place in placement.junctions if place.profile.kind == kind)
 
 
 def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -> str:
-    comparison, first, side = load.comparison, placement.first, [*load.sides.values()][-1]
-    side = side if load.plastic is None else load.plastic.deciding
+    """Text with all measures, deviations, uncertainties, limits and lobes of a load."""
+    comparison, first, judgement = load.comparison, placement.first, [*load.sides.values()][-1]
+    judgement = judgement if load.plastic is None else load.plastic.deciding
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
-    fe, hertz, limits = shown_measures(load).as_dict(), side.measures.as_dict(), load.case.criteria.limits
-    for name, answer in side.verdict.each.items():
+    fe, hertz, limits = reference_measures(load).as_dict(), judgement.measures.as_dict(), load.case.criteria.limits
+    for name, answer in judgement.verdict.each.items():
         words = WORDS[name]
         head = f"{words.short} {words.unit}" if name in fe else words.short
-        values = (f"{of[name]:.4g}" if name in of else "" for of in (fe, hertz))
-        off, unsure = words.off(side.deviation[name]), words.off(side.uncertainty[name], size=True).split()[0]
-        limit = words.limit(limits[name]) if name in limits else ""
+        values = (f"{measures[name]:.4g}" if name in measures else "" for measures in (fe, hertz))
+        deviation, uncertainty = (
+            words.deviation_text(judgement.deviation[name]),
+            words.deviation_text(judgement.uncertainty[name], size=True).split()[0],
+        )
+        limit = words.limit_text(limits[name]) if name in limits else ""
         sizes = " ".join(f"{value:>6}" for value in values)
-        lines.append(f"{head:<10} {sizes} {off:>9} {unsure:>6} {limit:>7} {answer}")
+        lines.append(f"{head:<10} {sizes} {deviation:>9} {uncertainty:>6} {limit:>7} {answer}")
     if first.at_junction:
         # the ellipse in the picture, and the numbers, belong to one side
         lines.append("all with the curvature of the field side")
     low, high = fields.limits_mm(across=True)
-    dotted = ", dotted: rail junction" if any(low < place < high for place in _junctions(placement, "rail")) else ""
+    dotted = (
+        ", dotted: rail junction" if any(low < place < high for place in _junction_places_mm(placement, "rail")) else ""
+    )
     lines += ["", f"solid: finite elements, dashed: Hertz{dotted}"]
     lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
-    for number, lobe in enumerate(drawn_lobes(load), start=1):
-        carries = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
-        lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {carries}")
+    for number, lobe in enumerate(numbered_lobes(load), start=1):
+        lobe_words = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
+        lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {lobe_words}")
     lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.pieces}")
     lines.append(f"status: {load.status}")
     return "\n".join(lines)

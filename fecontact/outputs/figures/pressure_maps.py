@@ -16,7 +16,7 @@ from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.outputs.style import (
-    SIDES,
+    SIDE_LABELS,
 )
 
 if TYPE_CHECKING:
@@ -24,20 +24,33 @@ if TYPE_CHECKING:
 
 
 # Labels of axes over the rail's surface.
-ACROSS, ROLLING = f"s across in mm\n{SIDES}", "x (rolling) in mm"
-# Colour maps of pressures (lighter where higher) and of signed differences.
-_PRESSURE, _DIFFERENCE = "viridis", "RdBu_r"
-# A map has room for only three numbers across if it is this many times as tall as wide.
-_NARROW = 2.2
-# Colours of a pressure map and of a difference map without pressure.
-_NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
+ACROSS_LABEL, ROLLING_LABEL = f"s across in mm\n{SIDE_LABELS}", "x (rolling) in mm"
+# Colour maps of pressures (lighter for higher pressures) and of signed differences.
+_PRESSURE_COLOURS, _DIFFERENCE_COLOURS = "viridis", "RdBu_r"
+# A map with a larger ratio of height to width has room for only three numbers across.
+_NARROW_MAP_RATIO = 2.2
+# Background colours of a pressure map and of a difference map: the colours of zero.
+_ZERO_PRESSURE_COLOUR, _ZERO_DIFFERENCE_COLOUR = "#440154", "#f7f6f6"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressureFields:
-    """Both pressures (nx, ns) in MPa on the nodes of the whole contact, far enough to hold Hertz's ellipse.
+    """Pressures in MPa on the nodes of a contact.
 
-    `fe` are bodies that yield if there is a yield stress; `elastic` then are elastic ones, else None.
+    The grid (nx, ns) holds the whole contact and Hertz's ellipse.
+
+    Attributes
+    ----------
+    grid
+        Grid of the nodes.
+    fe
+        Pressure (nx, ns) of the finite elements; of bodies that yield if there is a yield stress.
+    hertz
+        Mean Hertz pressure (nx, ns) over the cells of the nodes.
+    ellipse
+        Hertz's ellipse.
+    elastic
+        Pressure (nx, ns) of elastic bodies if there is a yield stress, or else None.
     """
 
     grid: ContactGrid
@@ -48,7 +61,18 @@ class PressureFields:
 
     @classmethod
     def of(cls, load: JudgedLoad) -> PressureFields:
-        """The fields of a judged load."""
+        """Pressure fields of a judged load.
+
+        Parameters
+        ----------
+        load
+            Judged load.
+
+        Returns
+        -------
+        PressureFields
+            The fields on a common grid.
+        """
         hertz, yielded = load.hertz, load.level.yielded
         extents = hertz.extent_x_mm, hertz.extent_y_mm
         elastic = load.fe.even().pressure.covering(*extents)
@@ -68,51 +92,74 @@ class PressureFields:
         return int(i), int(j)
 
     def limits_mm(self, *, across: bool) -> tuple[float, float]:
-        """Range along s (`across`) or x that shows both patches with some room, less than the whole grid."""
-        line = self.grid.s_mm if across else self.grid.x_mm
-        pressed = line[np.flatnonzero(np.any(self.fe > 0.0, axis=0 if across else 1))]
+        """Range that shows both patches with some margin; it is smaller than the whole grid.
+
+        Parameters
+        ----------
+        across
+            Whether the range is along s; along x if not.
+
+        Returns
+        -------
+        tuple of float
+            Lower and upper end in mm.
+        """
+        coordinates_mm = self.grid.s_mm if across else self.grid.x_mm
+        pressed_mm = coordinates_mm[np.flatnonzero(np.any(self.fe > 0.0, axis=0 if across else 1))]
         reach = 0.5 * (self.ellipse.extent_y_mm if across else self.ellipse.extent_x_mm)
-        low, high = min(float(pressed[0]), -reach), max(float(pressed[-1]), reach)
-        room = 0.12 * (high - low)
-        return low - room, high + room
+        low, high = min(float(pressed_mm[0]), -reach), max(float(pressed_mm[-1]), reach)
+        margin = 0.12 * (high - low)
+        return low - margin, high + margin
 
 
 def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields, *, scale: bool = True) -> None:
-    """Draw a map of `finite elements`, `Hertz`, or `Hertz minus finite elements` over the rail's surface into axes.
+    """Draw a pressure map over the rail's surface into axes.
 
-    The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
-    of the finite elements are numbered above their centres of pressure, the one with the largest force first. With
-    `scale` the colours have theirs beside the map.
+    The map has the outlines of both patches and a cross at the first touch point. The lobes of the finite elements are
+    numbered above their centres of pressure, the lobe with the largest force first.
+
+    Parameters
+    ----------
+    ax
+        Axes to draw into.
+    load
+        Judged load.
+    kind
+        `finite elements`, `Hertz`, or `Hertz minus finite elements`.
+    fields
+        Pressure fields of the load.
+    scale
+        Whether a colour scale is drawn beside the map.
     """
     is_difference = kind == "Hertz minus finite elements"
     values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.hertz - fields.fe)
-    top = (float(np.abs(values).max()) or 1.0) if is_difference else float(max(fields.fe.max(), fields.hertz.max()))
-    ground = _NO_DIFFERENCE if is_difference else _NO_PRESSURE
+    largest = (float(np.abs(values).max()) or 1.0) if is_difference else float(max(fields.fe.max(), fields.hertz.max()))
+    background = _ZERO_DIFFERENCE_COLOUR if is_difference else _ZERO_PRESSURE_COLOUR
     image = ax.imshow(
         values,
         origin="lower",
         interpolation="bilinear",
-        cmap=_DIFFERENCE if is_difference else _PRESSURE,
-        vmin=-top if is_difference else 0.0,
-        vmax=top,
+        cmap=_DIFFERENCE_COLOURS if is_difference else _PRESSURE_COLOURS,
+        vmin=-largest if is_difference else 0.0,
+        vmax=largest,
         extent=(*_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)),
     )
     if is_difference:
-        # in grey both ends of the colour map are dark: lines are dashed if the finite elements' pressure is larger
-        levels = top * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
+        # in grey both ends of the colour map are dark, so lines are dashed if the finite elements' pressure is larger
+        levels = largest * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
         ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
     _draw_outlines(ax, fields)
     _draw_lobes(ax, load)
     for colour, width in (("black", 3.0), ("white", 1.4)):
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
-    # with a given place matplotlib does not look for one in each drawing
+    # with a given place matplotlib does not search for a place in each drawing
     ax.set_title(
         f"{kind}, bodies that yield" if kind == "finite elements" and fields.elastic is not None else kind, y=1.0
     )
-    ax.set(xlabel=ACROSS, ylabel=ROLLING, aspect="equal", facecolor=ground)
+    ax.set(xlabel=ACROSS_LABEL, ylabel=ROLLING_LABEL, aspect="equal", facecolor=background)
     (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
     ax.set(xlim=(s_low, s_high), ylim=(x_low, x_high))
-    if x_high - x_low > _NARROW * (s_high - s_low):
+    if x_high - x_low > _NARROW_MAP_RATIO * (s_high - s_low):
         # more numbers would overlap
         ax.locator_params(axis="x", nbins=3)
     if scale:
@@ -121,43 +168,58 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields,
 
 
 def _cell_edges(nodes_mm: Floats) -> tuple[float, float]:
-    """Outer ends of the cells of the first and the last of equally spaced nodes."""
+    """Outer ends of the first and last cells of equally spaced nodes, in mm."""
     half = 0.5 * float(nodes_mm[1] - nodes_mm[0])
     return float(nodes_mm[0]) - half, float(nodes_mm[-1]) + half
 
 
 def _draw_outlines(ax: Axes, fields: PressureFields) -> None:
-    """Edges of both patches, white on black so that they are seen on every colour; the ellipse is dashed."""
+    """Draw the edges of both patches, white on black for contrast with every colour.
+
+    The ellipse is dashed.
+    """
     (hx, hs), grid = fields.grid.steps_mm, fields.grid
     x = np.concatenate([[grid.x_mm[0] - hx], grid.x_mm, [grid.x_mm[-1] + hx]])
     s = np.concatenate([[grid.s_mm[0] - hs], grid.s_mm, [grid.s_mm[-1] + hs]])
     square = signed_square(fields.fe)
     ellipse = ellipse_outline(fields.ellipse)
-    # drawn twice: with path effects SVG files would differ from one drawing to the next
-    for colour, width, name in (("black", 2.8, "_"), ("white", 1.4, "")):
-        ax.plot(*ellipse, color=colour, lw=width, ls="-" if name else (0, (4, 2)), label=f"{name}Hertz")
+    # drawn twice, since with path effects SVG files would differ from one drawing to the next
+    for colour, width, label_prefix in (("black", 2.8, "_"), ("white", 1.4, "")):
+        ax.plot(*ellipse, color=colour, lw=width, ls="-" if label_prefix else (0, (4, 2)), label=f"{label_prefix}Hertz")
         edge = ax.contour(s, x, square, levels=[0.0], colors=colour, linewidths=width)
-        edge.set(label=f"{name}finite elements")
+        edge.set(label=f"{label_prefix}finite elements")
 
 
 def ellipse_outline(hertz: HertzContact) -> tuple[Floats, Floats]:
-    """Edge of Hertz's ellipse: s and x (n,) in mm, closed."""
+    """Edge of Hertz's ellipse as a closed line.
+
+    Parameters
+    ----------
+    hertz
+        Hertz's ellipse.
+
+    Returns
+    -------
+    tuple of Floats
+        Coordinates s (n,) and x (n,) in mm, relative to the centre.
+    """
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     first, second = hertz.a_mm * np.cos(turn), hertz.b_mm * np.sin(turn)
     c, s = np.cos(hertz.orientation_rad), np.sin(hertz.orientation_rad)
     return first * s + second * c, first * c - second * s
 
 
-def drawn_lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
-    """Lobes of a contact, none of a single one."""
+def numbered_lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
+    """Lobes of a contact; empty if there is a single lobe."""
     return load.lobes if len(load.lobes) > 1 else ()
 
 
 def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
-    for number, lobe in enumerate(drawn_lobes(load), start=1):
+    """Draw the numbers of the lobes above their centres of pressure."""
+    for number, lobe in enumerate(numbered_lobes(load), start=1):
         x, s = lobe.centre_mm
-        around = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
-        # above the centre: the touch point may be there
+        box = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
+        # above the centre, since the touch point may be at the centre
         ax.annotate(
             str(number),
             (s, x),
@@ -167,5 +229,5 @@ def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
             va="center",
             fontsize=8,
             weight="bold",
-            bbox=around,
+            bbox=box,
         )

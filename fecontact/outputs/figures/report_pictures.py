@@ -29,27 +29,37 @@ from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressur
 
 
 def ladder_figure(rows: Sequence[Row]) -> Figure | None:
-    """Draw over the shift which step of the ladder moves the peak pressure away from Hertz; None without such rows.
+    """Draw the changes of the peak pressure by each ladder step over the shift.
 
-    A panel for each step that all rows have, in percent of the peak with its uncertainty: from Hertz's gap to the true
-    gap on a half-space, from the half-space to the finite bodies, and to bodies that yield.
+    There is a panel for each ladder step that all rows have, in percent of the peak with its uncertainty: from Hertz's
+    gap to the true gap on a half-space, from the half-space to the finite bodies, and to bodies that yield.
+
+    Parameters
+    ----------
+    rows
+        Rows of a study.
+
+    Returns
+    -------
+    Figure or None
+        None if no row is usable or no ladder step is in all rows.
     """
-    told = [row for row in rows if usable(row)]
+    usable_rows = [row for row in rows if usable(row)]
     steps = {
         step.name: step.cause
         for step in STEPS
-        if step.shown and all(row.get(f"steps_{step.name}_p_max_percent") is not None for row in told)
+        if step.shown and all(row.get(f"steps_{step.name}_p_max_percent") is not None for row in usable_rows)
     }
-    if not told or not steps:
+    if not usable_rows or not steps:
         return None
     figure = blank_figure(9.0, 2.6 * len(steps))
     panels = figure.subplots(len(steps), 1, sharex=True)
-    found = series(told)
-    for number, one in enumerate(found):
+    all_series = series(usable_rows)
+    for number, series_ in enumerate(all_series):
         colour = SERIES[number % len(SERIES)]
         for ax, name in zip(panels, steps, strict=True):
-            label = one.label if ax is panels[0] and len(found) <= len(SERIES) else ""
-            _draw_step(ax, one.rows, name, colour, label or None)
+            label = series_.label if ax is panels[0] and len(all_series) <= len(SERIES) else ""
+            _draw_step(ax, series_.rows, name, colour, label or None)
     for ax, cause in zip(panels, steps.values(), strict=True):
         ax.set_ylabel(f"{cause}:\npeak changes by %")
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
@@ -61,44 +71,72 @@ def ladder_figure(rows: Sequence[Row]) -> Figure | None:
 
 
 def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
+    """Draw the changes (%) by a ladder step over the shift, with uncertainties if all rows have them."""
     shifts = [float(row["lateral_shift_mm"]) for row in rows]
     values = [float(row[f"steps_{name}_p_max_percent"]) for row in rows]
-    unsure = [row.get(f"steps_uncertainty_{name}_p_max_percent") for row in rows]
+    uncertainties = [row.get(f"steps_uncertainty_{name}_p_max_percent") for row in rows]
     ax.plot(shifts, values, "o", color=colour, ms=5, label=label)
     ax.vlines(shifts, 0.0, values, color=colour, lw=1.4)
-    if all(value is not None for value in unsure):
-        ax.errorbar(shifts, values, yerr=np.array(unsure, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0)
+    if all(value is not None for value in uncertainties):
+        ax.errorbar(
+            shifts, values, yerr=np.array(uncertainties, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0
+        )
 
 
-# Of an axis of a small picture.
-_FEW_TICKS = 4
+# Largest number of ticks on an axis of a small picture.
+_MAX_TICKS = 4
 
 
 def small_figure(load: JudgedLoad, placement: Placement) -> Figure:
-    """Draw a small picture of the pressure and the lateral cut of a load; without a layout engine, as `draw_case`.
+    """Draw a small picture of the pressure and the lateral cut of a load.
 
-    Ticks and scales take most of the time of a picture, and a report has a hundred: the cut has the scale of the map.
+    As in `draw_case`, there is no layout engine. Ticks and scales take most of the time of a picture, and a report has
+    a hundred pictures. So the cut has the scale of the map.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+    placement
+        Placement of the load.
+
+    Returns
+    -------
+    Figure
+        The figure.
     """
     figure = blank_figure(4.0, 5.0)
     figure.set_layout_engine(None)
-    over, below = figure.add_axes((0.17, 0.5, 0.79, 0.45)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
-    _draw_small(over, below, load, placement)
+    pressure_axes, cut_axes = figure.add_axes((0.17, 0.5, 0.79, 0.45)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
+    _draw_small(pressure_axes, cut_axes, load, placement)
     return figure
 
 
-def _draw_small(over: Axes, below: Axes, load: JudgedLoad, placement: Placement) -> None:
+def _draw_small(pressure_axes: Axes, cut_axes: Axes, load: JudgedLoad, placement: Placement) -> None:
+    """Draw the pressure map and the lateral cut of a load into two small axes."""
     fields = PressureFields.of(load)
-    for ax in (over, below):
-        # a narrow map gets fewer still
-        ax.locator_params(nbins=_FEW_TICKS)
-    draw_pressure(over, load, "finite elements", fields, scale=False)
-    draw_lateral_cut(below, placement, fields, label=True)
-    over.set(xlabel="", ylabel="x in mm")
-    below.set(title="", xlabel="s across in mm")
+    for ax in (pressure_axes, cut_axes):
+        # a narrow map gets fewer ticks
+        ax.locator_params(nbins=_MAX_TICKS)
+    draw_pressure(pressure_axes, load, "finite elements", fields, scale=False)
+    draw_lateral_cut(cut_axes, placement, fields, label=True)
+    pressure_axes.set(xlabel="", ylabel="x in mm")
+    cut_axes.set(title="", xlabel="s across in mm")
 
 
 def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
-    """Draw small pictures of pressure and lateral cut for several loads, each with its shift, load and verdict."""
+    """Draw small pictures of pressure and lateral cut for several loads.
+
+    Parameters
+    ----------
+    loads
+        Judged loads with their placements, at least one.
+
+    Returns
+    -------
+    Figure
+        Figure in which each picture has its shift, load and verdict as title.
+    """
     columns = min(4, len(loads))
     lines = -(-len(loads) // columns)
     figure = blank_figure(3.9 * columns, 5.2 * lines)
@@ -107,12 +145,12 @@ def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
         ax.set_axis_off()
     for number, (load, placement) in enumerate(loads):
         line, column = divmod(number, columns)
-        over, below = axes[2 * line, column], axes[2 * line + 1, column]
-        for ax in (over, below):
+        pressure_axes, cut_axes = axes[2 * line, column], axes[2 * line + 1, column]
+        for ax in (pressure_axes, cut_axes):
             ax.set_axis_on()
-        _draw_small(over, below, load, placement)
-        shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
-        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.verdict.answer}")
+        _draw_small(pressure_axes, cut_axes, load, placement)
+        shift, load_kN = load.case.lateral_shift_mm, load.load_N / 1e3
+        pressure_axes.set(title=f"{shift:+z.2f} mm, {load_kN:.4g} kN: {load.verdict.answer}")
         if number:
-            below.get_legend().remove()
+            cut_axes.get_legend().remove()
     return figure

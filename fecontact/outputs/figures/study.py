@@ -1,4 +1,4 @@
-"""The picture of a study over the lateral shift: peak pressures, deviations of Hertz, and touch points."""
+"""Picture of a study over the lateral shift: peak pressures, deviations of Hertz, touch points."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ from fecontact.profiles.curve import Profile, radius_mm, radius_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_TOUCH, _PLACE = "touch_rail_y_mm", "place in the picture"
+_TOUCH_COLUMN, _PLACE_COLUMN = "touch_rail_y_mm", "place in the picture"
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
-# Style of a row whose numbers must not be used.
-_BAD: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
+# Style of an unusable row.
+_UNUSABLE_STYLE: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
 
 
 def study_figure(
@@ -44,18 +44,29 @@ def study_figure(
 ) -> Path:
     """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and touch points on the rail.
 
-    Where all cases have one shift, they stand side by side in their order, with what varies below each.
+    If all cases have one shift, they are placed side by side in their order, with the varied inputs below each case.
 
-    With one series and one set of criteria, deviations are drawn with uncertainties for each measure that decides, in
-    parts of the limit; else for peak and area, in percent. Each series has a colour and a mark; if there are more
-    series than colours, they are not named. Neighbours are not joined by a line if the contact jumps between them. A
-    row whose status is not `converged` is a cross without a line, at its value, or at the bottom of the first panel if
-    it has no value. The junctions of `rail` are drawn beside the touch points.
+    With one series and one set of criteria, deviations are drawn with uncertainties for each deciding measure, as a
+    fraction of the limit. If not, they are drawn for peak and area, in percent. Each series has a colour and a mark. If
+    there are more series than colours, they are not named. Neighbours are not joined by a line if the contact jumps
+    between them. A row with a status other than `converged` is a cross without a line, at its value, or at the bottom
+    of the first panel if it has no value. The junctions of `rail` are drawn beside the touch points.
 
     Parameters
     ----------
+    rows
+        Rows of a study.
+    path
+        File of the picture.
+    rail
+        Only rail of the study; None if there are several rails.
     criteria
-        Criteria by which all rows were judged; None if there is more than one set.
+        Criteria by which all rows were judged; None if there are several sets.
+
+    Returns
+    -------
+    Path
+        The given path.
 
     Raises
     ------
@@ -65,80 +76,94 @@ def study_figure(
     if not rows:
         raise InputError("study figure: there are no rows to draw")
     rows = [asked_row(row) for row in rows]
-    found = series(rows)
-    names: list[str] = []
+    all_series = series(rows)
+    case_names: list[str] = []
     if len(rows) > 1 and len({float(row["lateral_shift_mm"]) for row in rows}) == 1:
-        names = [", ".join(one.label for one in found if row in one.rows) for row in rows]
-        rows = [{**row, _PLACE: number} for number, row in enumerate(rows)]
-        found = (Series(rows=tuple(rows), own={}),)
-    single = len(found) == 1
+        case_names = [", ".join(series_.label for series_ in all_series if row in series_.rows) for row in rows]
+        rows = [{**row, _PLACE_COLUMN: number} for number, row in enumerate(rows)]
+        all_series = (Series(rows=tuple(rows), labels={}),)
+    is_single = len(all_series) == 1
     figure = blank_figure(11.0, 11.0)
-    peak, off, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
-    # more series than colours cannot be told apart
-    shown = len(found) <= len(SERIES)
-    for number, one in enumerate(found):
-        style, group = series_style(number), one.rows
-        label = f", {one.label}" if one.label and shown else ""
+    peak_axes, deviation_axes, touch_axes = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
+    # more series than colours cannot be distinguished
+    is_labelled = len(all_series) <= len(SERIES)
+    for number, series_ in enumerate(all_series):
+        style, group = series_style(number), series_.rows
+        label = f", {series_.label}" if series_.label and is_labelled else ""
         # an underscore keeps a line out of the legend
-        kept = "" if shown or number == 0 else "_"
-        fe, hertz = f"{kept}FE{label}", f"{kept}Hertz{label}"
-        of_fe: dict[str, Any] = style | ({"color": Colour.FE} if single else {})
-        of_hertz: dict[str, Any] = style | ({"color": Colour.HERTZ} if single else {}) | {"ls": "--", "mfc": "white"}
-        value, of_ellipse, places = (_numbers(group, name) for name in ("fe_p_max_MPa", "hertz_p_max_MPa", _TOUCH))
-        unsure = 1e-2 * _numbers(group, "hertz_uncertainty_p_max_percent") * value
-        _draw_series(peak, group, value, unsure, label=fe, **of_fe)
-        _draw_series(peak, group, of_ellipse, label=hertz, **of_hertz)
-        _draw_series(touch, group, places, **style | ({"color": "0.2"} if single else {}))
-        _draw_without_value(peak, group)
-        if not single or criteria is None:
-            _draw_deviations(off, group, style, (f"{kept}peak{label}", f"{kept}area{label}"))
-    if single and criteria is not None:
-        _draw_used_limits(off, found[0].rows, criteria)
+        prefix = "" if is_labelled or number == 0 else "_"
+        fe, hertz = f"{prefix}FE{label}", f"{prefix}Hertz{label}"
+        fe_style: dict[str, Any] = style | ({"color": Colour.FE} if is_single else {})
+        hertz_style: dict[str, Any] = (
+            style | ({"color": Colour.HERTZ} if is_single else {}) | {"ls": "--", "mfc": "white"}
+        )
+        fe_value, hertz_value, touch_places = (
+            _read_numbers(group, name) for name in ("fe_p_max_MPa", "hertz_p_max_MPa", _TOUCH_COLUMN)
+        )
+        uncertainty = 1e-2 * _read_numbers(group, "hertz_uncertainty_p_max_percent") * fe_value
+        _draw_series(peak_axes, group, fe_value, uncertainty, label=fe, **fe_style)
+        _draw_series(peak_axes, group, hertz_value, label=hertz, **hertz_style)
+        _draw_series(touch_axes, group, touch_places, **style | ({"color": "0.2"} if is_single else {}))
+        _draw_without_value(peak_axes, group)
+        if not is_single or criteria is None:
+            _draw_deviations(deviation_axes, group, style, (f"{prefix}peak{label}", f"{prefix}area{label}"))
+    if is_single and criteria is not None:
+        _draw_used_limits(deviation_axes, all_series[0].rows, criteria)
     else:
-        _finish_deviations(off, criteria)
-    if any(_jumps(one.rows).size for one in found):
-        words: dict[str, Any] = {"transform": touch.transAxes, "fontsize": 8.5, "color": "0.35"}
-        touch.text(0.008, 0.03, "lines are cut where the touch point jumps", **words)
-    _draw_answers(peak, rows)
-    _finish_study(peak, off, touch, rows, rail)
-    if names:
-        touch.set(xlabel=f"lateral shift {float(rows[0]['lateral_shift_mm']):+z.2f} mm")
-        touch.set_xticks(range(len(names)), [name.replace(", ", "\n") for name in names])
+        _finish_deviations(deviation_axes, criteria)
+    if any(_find_jumps(series_.rows).size for series_ in all_series):
+        text_style: dict[str, Any] = {"transform": touch_axes.transAxes, "fontsize": 8.5, "color": "0.35"}
+        touch_axes.text(0.008, 0.03, "lines are cut where the touch point jumps", **text_style)
+    _draw_answers(peak_axes, rows)
+    _finish_study(peak_axes, deviation_axes, touch_axes, rows, rail)
+    if case_names:
+        touch_axes.set(xlabel=f"lateral shift {float(rows[0]['lateral_shift_mm']):+z.2f} mm")
+        touch_axes.set_xticks(range(len(case_names)), [name.replace(", ", "\n") for name in case_names])
     return save_figure(figure, path)
 
 
-def _place(row: Row) -> float:
-    """Where a case stands on the axis: at its shift, or at its number where all cases have one shift."""
-    return float(row.get(_PLACE, row["lateral_shift_mm"]))
+def _axis_place(row: Row) -> float:
+    """Place of a case on the axis over the shift.
+
+    It is the shift, or the number of the case if all cases have one shift.
+    """
+    return float(row.get(_PLACE_COLUMN, row["lateral_shift_mm"]))
 
 
-def _numbers(rows: Sequence[Row], column: str) -> Floats:
-    """A column of rows, with NaN for a missing number."""
+def _read_numbers(rows: Sequence[Row], column: str) -> Floats:
+    """Column of rows as an array, with NaN for a missing number."""
     return np.array([np.nan if row.get(column) is None else float(row[column]) for row in rows])
 
 
 def _draw_deviations(ax: Axes, group: Sequence[Row], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
-    for measure, label, own in zip(("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True):
-        value, unsure = (_numbers(group, f"hertz_{of}_{measure}_percent") for of in ("deviation", "uncertainty"))
-        _draw_series(ax, group, value, unsure, label=label, **style, **own)
+    for measure, label, line_style in zip(
+        ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
+    ):
+        value, uncertainty = (
+            _read_numbers(group, f"hertz_{quantity}_{measure}_percent") for quantity in ("deviation", "uncertainty")
+        )
+        _draw_series(ax, group, value, uncertainty, label=label, **style, **line_style)
 
 
 def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
+    """Draw the bands of the limits and the label of the deviations."""
     limits = {} if criteria is None else criteria.limits
-    drawn = [(limits[name], WORDS[name].short) for name in ("p_max_MPa", "area_mm2") if name in limits]
-    for (limit, _), grey in zip(sorted(drawn, reverse=True), ("0.93", "0.86"), strict=False):
+    drawn_limits = [(limits[name], WORDS[name].short) for name in ("p_max_MPa", "area_mm2") if name in limits]
+    for (limit, _), grey in zip(sorted(drawn_limits, reverse=True), ("0.93", "0.86"), strict=False):
         ax.axhspan(-1e2 * limit, 1e2 * limit, color=grey, zorder=0)
     ax.axhline(0.0, color="0.4", lw=0.8)
-    bands = ", ".join(f"{short} ±{1e2 * limit:g} %" for limit, short in drawn)
+    bands = ", ".join(f"{short} ±{1e2 * limit:g} %" for limit, short in drawn_limits)
     ax.set(ylabel="Hertz against FE in %" + (f"\n(bands: {bands})" if bands else ""))
 
 
 def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> None:
-    """Deviation of Hertz in every measure that decides, in parts of the limit, with its uncertainty."""
+    """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty."""
     for number, (measure, limit) in enumerate(criteria.limits.items()):
-        column, unsure, factor = deviation_column(measure)
-        used, error = (np.abs(_numbers(group, name)) / (factor * limit) for name in (column, unsure))
-        _draw_series(ax, group, used, error, label=WORDS[measure].short, **series_style(number))
+        column, uncertainty_column, factor = deviation_column(measure)
+        utilisation, uncertainty = (
+            np.abs(_read_numbers(group, name)) / (factor * limit) for name in (column, uncertainty_column)
+        )
+        _draw_series(ax, group, utilisation, uncertainty, label=WORDS[measure].short, **series_style(number))
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
     ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
     style: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35"}
@@ -152,17 +177,17 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
     ax.set(ylabel="Hertz against FE:\nshare of the limit\n(logarithmic above 1)")
-    # outside: so many lines leave no room for a legend
+    # outside, since the lines leave no room for a legend
     legend_beside(ax)
 
 
 def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
-    """The verdicts above the first panel, each with a colour and a mark."""
+    """Draw the verdicts above the first panel, each with a colour and a mark."""
     from matplotlib.lines import Line2D
 
     handles = []
     for answer, colour in ANSWERS.items():
-        shifts = [_place(row) for row in rows if usable(row) and row.get("verdict_answer") == answer]
+        shifts = [_axis_place(row) for row in rows if usable(row) and row.get("verdict_answer") == answer]
         if shifts:
             style: dict[str, Any] = {"marker": ANSWER_MARKS[answer], "ms": 9, "mfc": colour, "mec": "0.2", "mew": 0.8}
             place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False, "ls": "none"}
@@ -175,61 +200,71 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
         ax.add_artist(legend).set_clip_on(False)
 
 
-def _draw_series(ax: Axes, group: Sequence[Row], value: Floats, unsure: Floats | None = None, **style: Any) -> None:
-    shift, good = np.array([_place(row) for row in group]), np.array([usable(row) for row in group])
-    shown, breaks = np.where(good, value, np.nan), _jumps(group)
-    # NaN breaks the line, so that nobody reads a value between a good and a bad row, or within a jump
-    ax.plot(np.insert(shift, breaks, np.nan), np.insert(shown, breaks, np.nan), lw=1.6, ms=5.5, **style)
-    if unsure is not None:
-        ax.errorbar(shift, shown, yerr=unsure, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
-    ax.plot(shift[~good], value[~good], color=style["color"], **_BAD)
+def _draw_series(
+    ax: Axes, group: Sequence[Row], value: Floats, uncertainty: Floats | None = None, **style: Any
+) -> None:
+    """Draw a curve with error bars over the usable rows, and crosses at unusable rows."""
+    shift, is_usable = np.array([_axis_place(row) for row in group]), np.array([usable(row) for row in group])
+    usable_value, breaks = np.where(is_usable, value, np.nan), _find_jumps(group)
+    # NaN breaks the line, so that nobody reads a value between a usable and an unusable row, or within a jump
+    ax.plot(np.insert(shift, breaks, np.nan), np.insert(usable_value, breaks, np.nan), lw=1.6, ms=5.5, **style)
+    if uncertainty is not None:
+        ax.errorbar(shift, usable_value, yerr=uncertainty, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
+    ax.plot(shift[~is_usable], value[~is_usable], color=style["color"], **_UNUSABLE_STYLE)
 
 
-def _jumps(group: Sequence[Row]) -> NDArray[np.int64]:
-    """Numbers of the rows before which the touch point moves further than the Hertz ellipse of either row is wide."""
-    touch, width = _numbers(group, _TOUCH), _numbers(group, "hertz_b_mm")
-    # an unknown number (NaN) is no jump
+def _find_jumps(group: Sequence[Row]) -> NDArray[np.int64]:
+    """Numbers of the rows before which the touch point jumps.
+
+    A jump is a movement by more than the width of the narrower Hertz ellipse of both rows.
+    """
+    touch, width = _read_numbers(group, _TOUCH_COLUMN), _read_numbers(group, "hertz_b_mm")
+    # a missing number (NaN) is not a jump
     return 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
 
 
 def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
-    lost = [_place(row) for row in group if row.get("fe_p_max_MPa") is None]
-    ax.plot(lost, [0.04] * len(lost), transform=ax.get_xaxis_transform(), color="0.2", **_BAD)
+    places = [_axis_place(row) for row in group if row.get("fe_p_max_MPa") is None]
+    ax.plot(places, [0.04] * len(places), transform=ax.get_xaxis_transform(), color="0.2", **_UNUSABLE_STYLE)
 
 
-def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail: Profile | None) -> None:
+def _finish_study(
+    peak_axes: Axes, deviation_axes: Axes, touch_axes: Axes, rows: Sequence[Row], rail: Profile | None
+) -> None:
+    """Add labels, title, junctions and legends to the panels of a study."""
     pairs = sorted({pair_of_row(row) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
-    peak.set(ylabel="peak pressure in MPa")
+    peak_axes.set(ylabel="peak pressure in MPa")
     with_load = title + (f", {loads[0]:g} kN" if len(loads) == 1 else "")
     yaws = {float(row.get("yaw_mrad") or 0.0) for row in rows} - {0.0}
-    turned = f"yaw {yaws.pop():+g} mrad" if len(yaws) == 1 else ""
-    yields = YIELDING if any("elastic_verdict_answer" in row for row in rows) else ""
-    peak.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), turned, yields))), pad=14)
-    peak.margins(y=0.12)
+    yaw_text = f"yaw {yaws.pop():+g} mrad" if len(yaws) == 1 else ""
+    reference = YIELDING if any("elastic_verdict_answer" in row for row in rows) else ""
+    peak_axes.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), yaw_text, reference))), pad=14)
+    peak_axes.margins(y=0.12)
     if rail is not None:
-        _draw_junction_levels(touch, rail)
-    touch.set(xlabel=SHIFT, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
+        _draw_junction_levels(touch_axes, rail)
+    touch_axes.set(xlabel=SHIFT, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
     if any(not usable(row) for row in rows):
-        peak.plot([], [], color="0.2", label="not usable", **_BAD)
-    for ax in (peak, off):
-        if ax.get_legend_handles_labels()[0] and (ax is peak or ax.get_legend() is None):
+        peak_axes.plot([], [], color="0.2", label="not usable", **_UNUSABLE_STYLE)
+    for ax in (peak_axes, deviation_axes):
+        if ax.get_legend_handles_labels()[0] and (ax is peak_axes or ax.get_legend() is None):
             legend_beside(ax)
-    finish(peak, off, touch)
+    finish(peak_axes, deviation_axes, touch_axes)
 
 
 def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
+    """Draw the curvature junctions of the rail near the touch points, with their radii."""
     low, high = ax.get_ylim()
-    room = 0.15 * (high - low) + 2.0
-    shown = [junction for junction in rail.junctions if low - room < junction.y_mm < high + room]
-    for junction in shown:
+    margin = 0.15 * (high - low) + 2.0
+    shown_junctions = [junction for junction in rail.junctions if low - margin < junction.y_mm < high + margin]
+    for junction in shown_junctions:
         ax.axhline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
         sides = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
-        radii = " | ".join(radius_text(radius_mm(one), "R{:.4g}") for one in sides)
+        radii = " | ".join(radius_text(radius_mm(curvature), "R{:.4g}") for curvature in sides)
         place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "xytext": (0, 2), "textcoords": "offset points"}
         style: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 8.5, "color": Colour.RAIL_JUNCTION}
         ax.annotate(radii, (0.995, junction.y_mm), **place, **style)
-    # room for the words above the highest line
-    top = max([high, *(junction.y_mm + 0.5 * room for junction in shown)])
-    ax.set_ylim(low - room, top + 0.5 * room)
+    # margin for the words above the highest line
+    top = max([high, *(junction.y_mm + 0.5 * margin for junction in shown_junctions)])
+    ax.set_ylim(low - margin, top + 0.5 * margin)

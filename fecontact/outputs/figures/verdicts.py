@@ -1,4 +1,4 @@
-"""The picture of two sets of verdicts over shift and load: which cells have another one."""
+"""Picture of two sets of verdicts over shift and load, with marked differences."""
 
 from __future__ import annotations
 
@@ -11,25 +11,44 @@ from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, finish,
 if TYPE_CHECKING:
     from fecontact.regression.compare import TableComparison
 
-_MARK: dict[str, Any] = {"marker": "s", "ms": 15, "ls": "none"}
-_CHANGED: dict[str, Any] = {"mec": "k", "mew": 2.4, "zorder": 4}
-_SAME: dict[str, Any] = {"mec": "0.7", "mew": 0.6, "zorder": 3}
+_MARK_STYLE: dict[str, Any] = {"marker": "s", "ms": 15, "ls": "none"}
+_CHANGED_STYLE: dict[str, Any] = {"mec": "k", "mew": 2.4, "zorder": 4}
+_UNCHANGED_STYLE: dict[str, Any] = {"mec": "0.7", "mew": 0.6, "zorder": 3}
 
 
 def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
-    """Draw a square for each case in common: its left half has the baseline's verdict, its right half the new one."""
+    """Draw a square with both verdicts for each common case.
+
+    The left half has the baseline's verdict, the right half the new verdict.
+
+    Parameters
+    ----------
+    comparison
+        Comparison of two tables.
+    path
+        File of the picture.
+
+    Returns
+    -------
+    Path
+        The given path.
+    """
     verdicts = comparison.verdicts
     figure = blank_figure(9.0, 5.5)
     ax = figure.subplots()
-    for one in verdicts.itertuples():
-        style = _MARK | (_CHANGED if one.baseline != one.new else _SAME)
-        colours: dict[str, Any] = {"mfc": ANSWERS[one.baseline], "markerfacecoloralt": ANSWERS[one.new]}
-        ax.plot([one.lateral_shift_mm], [one.load_kN], fillstyle="left", **style, **colours)
-    found = {*verdicts.baseline, *verdicts.new}
-    for answer in (answer for answer in ANSWERS if answer in found):
-        ax.plot([], [], mfc=ANSWERS[answer], label=ANSWER_WORDS[answer], **_MARK | _SAME | {"ms": 10})
+    for cell in verdicts.itertuples():
+        style = _MARK_STYLE | (_CHANGED_STYLE if cell.baseline != cell.new else _UNCHANGED_STYLE)
+        colours: dict[str, Any] = {"mfc": ANSWERS[cell.baseline], "markerfacecoloralt": ANSWERS[cell.new]}
+        ax.plot([cell.lateral_shift_mm], [cell.load_kN], fillstyle="left", **style, **colours)
+    drawn_answers = {*verdicts.baseline, *verdicts.new}
+    for answer in (answer for answer in ANSWERS if answer in drawn_answers):
+        ax.plot([], [], mfc=ANSWERS[answer], label=ANSWER_WORDS[answer], **_MARK_STYLE | _UNCHANGED_STYLE | {"ms": 10})
     ax.plot(
-        [], [], mfc="w", label="another verdict: left half\nbaseline, right half new", **_MARK | _CHANGED | {"ms": 10}
+        [],
+        [],
+        mfc="w",
+        label="another verdict: left half\nbaseline, right half new",
+        **_MARK_STYLE | _CHANGED_STYLE | {"ms": 10},
     )
     ax.margins(x=0.1, y=0.15)
     ax.set(xlabel=SHIFT, ylabel="load in kN", title=f"{comparison.baseline.path} and {comparison.new.path}")

@@ -1,4 +1,4 @@
-"""The contact for ParaView: pressures on the rail's surface, and Hertz's ellipses as lines."""
+"""Contact for ParaView: pressures on the rail's surface, and Hertz's ellipses as lines."""
 
 from __future__ import annotations
 
@@ -18,105 +18,138 @@ from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import CaseResult
 
 LIFT_MM = 1e-3
-"""Height of the contact above the rail, along the normals: in one surface both would flicker."""
+"""Height of the contact above the rail, along the normals. In one surface both would flicker."""
 RELIEF_MM_PER_MPA = 1e-3
-"""Height of the pressure relief: equal for all cases, to compare them, and flat, so that it hides no line."""
+"""Height of the pressure relief: equal for all cases for comparison, and flat, so that it hides no line."""
 LINE_LIFT_MM = 0.05
-"""Height of the ellipses above the relief: ParaView draws it of flat triangles."""
+"""Height of the ellipses above the relief, which ParaView draws with flat triangles."""
 
 
 def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = None) -> Any:
-    """A contact on the rail's surface as a pyvista mesh of quadrilaterals with normals out of the rail.
+    """Contact on the rail's surface as a pyvista mesh of quadrilaterals.
 
-    It lies `LIFT_MM` above the rail and holds the contact and Hertz's ellipse, as far as the rail's surface reaches.
-    Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `gap_mm` (deformed; NaN beyond the nodes of the solution,
-    where only Hertz has a pressure), `in_contact` (0 or 1), and with `yielded` the `plastic_pressure_MPa` of bodies
-    that yield. `hertz_minus_fe_MPa`, as the verdict's deviations, and `pressure_relief_mm`, a vector along the normal
-    to warp by, are of the pressure of bodies that yield, else of elastic ones. Pressures are means over the cells of
-    the nodes: they integrate to the force along the contact normal.
+    The normals point out of the rail. The mesh lies `LIFT_MM` above the rail and holds the contact and Hertz's ellipse,
+    as far as the rail's surface reaches. Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `gap_mm` (deformed; NaN
+    beyond the nodes of the solution, where only Hertz has a pressure), `in_contact` (0 or 1), and with `yielded` the
+    `plastic_pressure_MPa` of bodies that yield. `hertz_minus_fe_MPa`, as the verdict's deviations, and
+    `pressure_relief_mm`, a vector along the normal to warp by, belong to the pressure of bodies that yield if there is
+    `yielded`, and to the pressure of elastic bodies if not. Pressures are means over the cells of the nodes: they
+    integrate to the force along the contact normal.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+    contact
+        Rung with the contact of elastic bodies.
+    yielded
+        Rung with the contact of bodies that yield; None without a yield stress.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The mesh, in mm and in the track frame.
     """
     import pyvista
 
-    fields, grid = _fields(result, contact, yielded)
+    fields, grid = _contact_fields(result, contact, yielded)
     points, normals = result.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
-    # a rail's surface ends with its profile, also if Hertz's ellipse reaches further
-    there = np.isfinite(points[0, :, 1])
-    points, normals = points[:, there], normals[:, there]
+    # the surface of a rail ends with its profile, even if Hertz's ellipse reaches further
+    is_on_rail = np.isfinite(points[0, :, 1])
+    points, normals = points[:, is_on_rail], normals[:, is_on_rail]
     index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
     surface = pyvista.PolyData.from_regular_faces((points + LIFT_MM * normals).reshape(-1, 3), quads)
     for name, values in fields.items():
-        surface.point_data[name] = values[:, there].ravel()
-    heights = RELIEF_MM_PER_MPA * _shown_pressure(fields)[:, there]
+        surface.point_data[name] = values[:, is_on_rail].ravel()
+    heights = RELIEF_MM_PER_MPA * _judged_pressure(fields)[:, is_on_rail]
     surface.point_data["pressure_relief_mm"] = (heights[..., None] * normals).reshape(-1, 3)
     return surface
 
 
-_ROUNDING = 1e-6
+_INSIDE_TOLERANCE = 1e-6
 
 
-def _fields(result: CaseResult, contact: Rung, yielded: Rung | None) -> tuple[dict[str, NDArray[Any]], ContactGrid]:
-    """Fields (nx, ns) on the whole contact, far enough for Hertz's ellipse and for both contacts."""
+def _contact_fields(
+    result: CaseResult, contact: Rung, yielded: Rung | None
+) -> tuple[dict[str, NDArray[Any]], ContactGrid]:
+    """Fields (nx, ns) on a grid that contains Hertz's ellipse and both contacts.
+
+    The grid is returned too.
+    """
     extents = result.hertz.extent_x_mm, result.hertz.extent_y_mm
     grid = contact.pressure.covering(*extents).grid
     if yielded is not None:
-        # bodies that yield may touch where elastic ones do not
-        reach = (2.0 * float(np.abs(line).max()) for line in (grid.x_mm, grid.s_mm))
-        grid = yielded.pressure.covering(*reach).grid
+        # bodies that yield may touch where elastic bodies do not
+        lengths_mm = (2.0 * float(np.abs(coordinates_mm).max()) for coordinates_mm in (grid.x_mm, grid.s_mm))
+        grid = yielded.pressure.covering(*lengths_mm).grid
 
-    def on_grid(rung: Rung, values: Floats) -> Floats:
+    def interpolate(rung: Rung, values: Floats) -> Floats:
         return Field(grid=rung.grid, values=values).covering(*extents).at(grid).values
 
-    pressure, hertz = on_grid(contact, contact.pressure_MPa), mean_pressure(grid, result.hertz)
-    inside = on_grid(contact, np.ones(contact.grid.shape)) > 1.0 - _ROUNDING
+    pressure, hertz = interpolate(contact, contact.pressure_MPa), mean_pressure(grid, result.hertz)
+    is_inside = interpolate(contact, np.ones(contact.grid.shape)) > 1.0 - _INSIDE_TOLERANCE
     fields: dict[str, NDArray[Any]] = {
         "contact_pressure_MPa": pressure,
         "hertz_pressure_MPa": hertz,
-        "gap_mm": np.where(inside, on_grid(contact, contact.gap_mm), np.nan),
-        # not Boolean: ParaView's readers take Boolean arrays for field data
+        "gap_mm": np.where(is_inside, interpolate(contact, contact.gap_mm), np.nan),
+        # not Boolean, since ParaView's readers take Boolean arrays for field data
         "in_contact": (pressure > 0.0).astype(np.uint8),
     }
     if yielded is not None:
-        fields["plastic_pressure_MPa"] = on_grid(yielded, yielded.pressure_MPa)
-    return fields | {"hertz_minus_fe_MPa": hertz - _shown_pressure(fields)}, grid
+        fields["plastic_pressure_MPa"] = interpolate(yielded, yielded.pressure_MPa)
+    return fields | {"hertz_minus_fe_MPa": hertz - _judged_pressure(fields)}, grid
 
 
-def _shown_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
+def _judged_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
     return np.asarray(fields.get("plastic_pressure_MPa", fields["contact_pressure_MPa"]))
 
 
 def ellipse_lines(result: CaseResult) -> Any:
-    """Edges of Hertz's ellipses as lines of pyvista, `LINE_LIFT_MM` above the relief of the judged pressure.
+    """Edges of Hertz's ellipses as lines of pyvista.
 
-    Cell array `lobe`: 0 is the ellipse at the first touch point under the whole load; 1, 2, ... are ellipses of lobes
-    and separate patches under their own forces.
+    They are `LINE_LIFT_MM` above the relief of the judged pressure. The cell array `lobe` is 0 for the ellipse at the
+    first touch point under the complete load. It is 1, 2, ... for the ellipses of lobes and separate patches under
+    their own forces.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+
+    Returns
+    -------
+    pyvista.PolyData
+        The lines, in mm and in the track frame.
     """
     import pyvista
 
     level, lobes = result.load.level, result.load.lobes
-    fields, grid = _fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
+    fields, grid = _contact_fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
     relief = RegularGridInterpolator(
-        (grid.x_mm, grid.s_mm), RELIEF_MM_PER_MPA * _shown_pressure(fields), bounds_error=False, fill_value=0.0
+        (grid.x_mm, grid.s_mm), RELIEF_MM_PER_MPA * _judged_pressure(fields), bounds_error=False, fill_value=0.0
     )
-    lines = [_line(result.placement, relief, result.hertz, 0.0, 0.0)]
+    lines = [_ellipse_line(result.placement, relief, result.hertz, 0.0, 0.0)]
     for lobe in lobes if len(lobes) > 1 else ():
         if lobe.hertz is not None and lobe.touch is not None:
             x_mm = lobe.touch.x_mm - result.placement.first.x_mm
-            lines.append(_line(result.placement, relief, lobe.hertz, x_mm, result.placement.arc_mm(lobe.touch)))
-    for number, line in enumerate(lines):
-        line.cell_data["lobe"] = np.full(line.n_cells, number, dtype=np.uint8)
+            lines.append(_ellipse_line(result.placement, relief, lobe.hertz, x_mm, result.placement.arc_mm(lobe.touch)))
+    for lobe_number, line in enumerate(lines):
+        line.cell_data["lobe"] = np.full(line.n_cells, lobe_number, dtype=np.uint8)
     return pyvista.merge(lines, merge_points=False)
 
 
-def _line(placement: Placement, relief: RegularGridInterpolator, hertz: HertzContact, x_mm: float, s_mm: float) -> Any:
-    """The edge of an ellipse about a point, as far as the rail's surface reaches."""
+def _ellipse_line(
+    placement: Placement, relief: RegularGridInterpolator, hertz: HertzContact, x_mm: float, s_mm: float
+) -> Any:
+    """Edge of an ellipse about a point, as far as the rail's surface reaches."""
     import pyvista
 
     s, x = (places + middle for places, middle in zip(ellipse_outline(hertz), (s_mm, x_mm), strict=True))
     points, normals = placement.surface(x, s)
-    there = np.isfinite(points[:, 1])
-    index = np.cumsum(there) - 1
-    pairs = [(index[k], index[k + 1]) for k in range(len(s) - 1) if there[k] and there[k + 1]]
+    is_on_rail = np.isfinite(points[:, 1])
+    index = np.cumsum(is_on_rail) - 1
+    pairs = [(index[k], index[k + 1]) for k in range(len(s) - 1) if is_on_rail[k] and is_on_rail[k + 1]]
     heights = LIFT_MM + LINE_LIFT_MM + relief(np.stack([x, s], axis=-1))
     cells = np.array([(2, *pair) for pair in pairs], dtype=np.int64).ravel()
-    return pyvista.PolyData((points + heights[:, None] * normals)[there], lines=cells)
+    return pyvista.PolyData((points + heights[:, None] * normals)[is_on_rail], lines=cells)

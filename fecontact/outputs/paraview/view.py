@@ -1,4 +1,4 @@
-"""`view.py`, which opens the ParaView files of a study or a case with cameras, colours and cuts."""
+"""Script `view.py`: ParaView files of a study or case with cameras, colours and cuts."""
 
 from __future__ import annotations
 
@@ -16,17 +16,27 @@ from fecontact.outputs.pair_names import Row
 from fecontact.outputs.paraview.vtk import COLLECTION
 from fecontact.outputs.records.results import read_row
 
-VIEW = "view.py"
-_BODY = "script.py.txt"
-# Colour scales end at a multiple of this, so that their labels are round.
-_ROUND_MPA = 100.0
+SCRIPT_FILE = "view.py"
+_SCRIPT_BODY = "script.py.txt"
+# Colour scales end at a multiple of this, so that their labels are round numbers.
+_COLOUR_SCALE_STEP_MPA = 100.0
 
 
 def write_view(out: Path) -> Path:
-    """Write `view.py` into the folder of a study, or of a single case, with ParaView files.
+    """Write `view.py` into the folder of a study or case with ParaView files.
 
     Paths in the script are relative to the script, so that the folder can be moved. The point to look at, and the
     colour scale for all cases, are numbers at the beginning of the script.
+
+    Parameters
+    ----------
+    out
+        Folder of the study or of the single case.
+
+    Returns
+    -------
+    Path
+        The written file.
 
     Raises
     ------
@@ -42,12 +52,12 @@ def write_view(out: Path) -> Path:
     elif (out / COLLECTION).is_file():
         collections, rows, folders = [COLLECTION], [read_row(out / "row.json")], [out]
     else:
-        raise InputError(_without_collection(out))
-    return write_text(out / VIEW, view_script(collections, rows, folders))
+        raise InputError(_missing_collection_text(out))
+    return write_text(out / SCRIPT_FILE, view_script(collections, rows, folders))
 
 
-def _without_collection(out: Path) -> str:
-    """Message why there is nothing to see, and which folder to give."""
+def _missing_collection_text(out: Path) -> str:
+    """Message on missing ParaView files, with the folder to give instead."""
     if single := sorted(path.parent for path in out.glob(f"cases/*/{COLLECTION}")):
         # a .pvd holds several shifts of one pair
         return f"{out}: its cases are no series of shifts; give the folder of one of them, such as {single[0]}"
@@ -58,15 +68,30 @@ def _without_collection(out: Path) -> str:
 
 
 def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequence[Path]) -> str:
-    """The script for collections of the cases in the rows and folders."""
-    touches = np.array([_touch_mm(folder) for folder in folders])
-    low, high = touches.min(axis=0), touches.max(axis=0)
-    extent = _largest(rows, *(f"{of}_extent_{axis}_mm" for axis in "xy" for of in ("fe", "hertz")))
-    yields = all(row.get("plastic_p_max_MPa") is not None for row in rows)
+    """Text of `view.py` for collections of cases.
+
+    Parameters
+    ----------
+    collections
+        Names of the collections; the script shows the first.
+    rows
+        Rows of the cases.
+    folders
+        Folders of the cases.
+
+    Returns
+    -------
+    str
+        Python script for ParaView.
+    """
+    touch_points_mm = np.array([_read_touch_point_mm(folder) for folder in folders])
+    low, high = touch_points_mm.min(axis=0), touch_points_mm.max(axis=0)
+    extent = _largest_value(rows, *(f"{contact}_extent_{axis}_mm" for axis in "xy" for contact in ("fe", "hertz")))
+    all_yield = all(row.get("plastic_p_max_MPa") is not None for row in rows)
     pressure, stress = (
-        _ROUND_MPA * math.ceil(_largest(rows, *columns) / _ROUND_MPA)
+        _COLOUR_SCALE_STEP_MPA * math.ceil(_largest_value(rows, *columns) / _COLOUR_SCALE_STEP_MPA)
         for columns in (
-            (f"{'plastic' if yields else 'fe'}_p_max_MPa", "hertz_p_max_MPa"),
+            (f"{'plastic' if all_yield else 'fe'}_p_max_MPa", "hertz_p_max_MPa"),
             ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
         )
     )
@@ -83,18 +108,18 @@ CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high
 # what the cameras show: the largest patch, and how far the touch point moves
 SIZE_MM = {json.dumps(round(extent + float(np.max(high - low)), 1))}
 # what the relief shows, of bodies that yield where all cases have them
-PRESSURE = {json.dumps(f"{'plastic' if yields else 'contact'}_pressure_MPa")}
+PRESSURE = {json.dumps(f"{'plastic' if all_yield else 'contact'}_pressure_MPa")}
 # ends of the colour scales, the same for all cases
 PRESSURE_MPA = {json.dumps(pressure)}
 VON_MISES_MPA = {json.dumps(stress)}
-''' + (files("fecontact.outputs.paraview") / _BODY).read_text("utf-8")
+''' + (files("fecontact.outputs.paraview") / _SCRIPT_BODY).read_text("utf-8")
 
 
-def _touch_mm(folder: Path) -> tuple[float, float, float]:
+def _read_touch_point_mm(folder: Path) -> tuple[float, float, float]:
     first = read_json(folder / "result.json")["touch_points"][0]
     return first["x_mm"], first["y_mm"], first["z_mm"]
 
 
-def _largest(rows: Sequence[Row], *columns: str) -> float:
+def _largest_value(rows: Sequence[Row], *columns: str) -> float:
     values = [float(row[column]) for row in rows for column in columns if row.get(column) is not None]
     return max(values, default=1.0)

@@ -1,8 +1,8 @@
-"""ParaView files: both bodies, the contact, a collection for each case and study, and `view.py` that opens them.
+"""ParaView files: both bodies, the contact, and a collection for each case and study.
 
-A case is opened in ParaView by its `case.vtm` (blocks `rail`, `wheel`, `pressure`, `elements`, `hertz_ellipse`), a
-study by its `.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of
-symmetry.
+A case is opened in ParaView by its `case.vtm` (blocks `rail`, `wheel`, `pressure`, `elements`, `hertz_ellipse`). A
+study is opened by its `.pvd`, with the lateral shift as time. Half models are written as complete models, mirrored at
+their plane of symmetry.
 """
 
 from __future__ import annotations
@@ -31,29 +31,41 @@ from fecontact.solving.solve import CaseResult
 COLLECTION = "case.vtm"
 _BODIES = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"))
 _CONTACT = (("pressure", "pressure.vtp"), ("elements", "elements.vtp"), ("hertz_ellipse", "hertz_ellipse.vtp"))
-_BLOCKS = (*_BODIES, *_CONTACT)
+_ALL_FILES = (*_BODIES, *_CONTACT)
 _STRESSES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
-# Signs of XX YY ZZ XY YZ XZ, and of x y z, when mirrored at x = 0.
+# Signs of the stresses XX YY ZZ XY YZ XZ, and of vectors x y z, after mirroring at x = 0.
 _MIRRORED_STRESS = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])
 _MIRRORED_VECTOR = np.array([-1.0, 1.0, 1.0])
 
 
 def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
-    """Write a file for each block, and `case.vtm`, which names the files; returns `case.vtm`.
+    """Write a file for each block, and `case.vtm`, which names the files.
 
     Arrays on the bodies: `displacement_mm`, `stress_MPa` (XX YY ZZ XY YZ XZ) and `von_mises_MPa` at the nodes. The
     wheel's displacement contains the rigid approach (elastic displacement minus approach times direction), so that the
-    warped bodies meet: the rail's base stays, the wheel's driven surface comes down.
+    warped bodies touch: the base of the rail stays, the driven surface of the wheel comes down.
 
     A body that has yielded also has `equivalent_plastic_strain`, `von_mises_plastic_MPa` and `imprint_mm` (displacement
-    that remains without load); the other arrays are for elastic bodies.
+    that remains without load). The other arrays are for elastic bodies.
 
     Arrays on `pressure` (the judged contact on its finer nodes) and `elements` (the contact on the elements' own nodes,
-    which displacements and stresses belong to): see `contact_surface`. Lines: see `ellipse_lines`.
+    to which displacements and stresses belong): see `contact_surface`. Lines: see `ellipse_lines`.
 
     Field data, on `pressure` alone: `TimeValue` and `lateral_shift_mm`, `load_kN`, `normal_force_N`, `hertz_p0_MPa`,
     `hertz_a_mm`, `hertz_b_mm`, the program's `version`, and an `annotation`: the case and its verdict in lines. Every
     other number of the case is in its `row.json`.
+
+    Parameters
+    ----------
+    result
+        Result of a case, with its meshes.
+    folder
+        Folder for the files.
+
+    Returns
+    -------
+    Path
+        The file `case.vtm`.
 
     Raises
     ------
@@ -63,24 +75,39 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     folder, bodies = Path(folder), result.bodies
     if bodies is None:
         raise InputError(f"{folder}: a result that was read back has no meshes; they are beside it, or solve it again")
-    for (name, file), body, rigid in zip(
+    for (name, file), body, rigid_motion_mm in zip(
         _BODIES, (bodies.coupled.rail, bodies.coupled.wheel), (np.zeros(3), -_approach_mm(result)), strict=True
     ):
-        written = _body(body.mesh, bodies.displacement_mm[name], rigid, bodies.stress_MPa[name])
+        grid = _body_grid(body.mesh, bodies.displacement_mm[name], rigid_motion_mm, bodies.stress_MPa[name])
         for array, values in bodies.yielded.get(name, {}).items():
-            written.point_data[array] = _of_whole(body.mesh, values).astype(np.float32)
-        write_text(folder / file, _xml_text(written, Path(file).suffix))
+            grid.point_data[array] = _mirror_values(body.mesh, values).astype(np.float32)
+        write_text(folder / file, _xml_text(grid, Path(file).suffix))
     return write_contact_vtk(result, folder)
 
 
 def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
-    """Write the files that change when a case is judged, beside the bodies' files; returns `case.vtm`."""
+    """Write the files that change if a case is judged again.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+    folder
+        Folder of the bodies' files.
+
+    Returns
+    -------
+    Path
+        The file `case.vtm`.
+    """
     folder = Path(folder)
     level = result.load.level
-    fine, own = (None, None) if level.yielded is None else (level.yielded.fe, level.yielded.nodal.even())
+    fe_yielded, elements_yielded = (
+        (None, None) if level.yielded is None else (level.yielded.fe, level.yielded.nodal.even())
+    )
     meshes = {
-        "pressure": contact_surface(result, level.fe, fine),
-        "elements": contact_surface(result, level.on_elements, own),
+        "pressure": contact_surface(result, level.fe, fe_yielded),
+        "elements": contact_surface(result, level.on_elements, elements_yielded),
         "hertz_ellipse": ellipse_lines(result),
     }
     _add_field_data(meshes["pressure"], result)
@@ -89,22 +116,22 @@ def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
     return write_text(folder / COLLECTION, _collection_text())
 
 
-def _ascii(text: str) -> str:
-    # VTK's fonts have ASCII only, and names of profiles may have any character
+def _to_ascii(text: str) -> str:
+    # VTK's fonts have ASCII only, but names of profiles may have any character
     return text.replace("±", "+-").encode("ascii", "replace").decode("ascii")
 
 
 def _xml_text(mesh: Any, suffix: str) -> str:
-    """A mesh as the text of a VTK XML file.
+    """Text of a VTK XML file for a mesh.
 
-    VTK's writing to a file ends the whole process without a message if the disk is full.
+    If VTK writes to a file and the disk is full, it ends the process without a message.
     """
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
     writer = {".vtu": vtkXMLUnstructuredGridWriter, ".vtp": vtkXMLPolyDataWriter}[suffix]()
     writer.SetInputData(mesh)
     writer.SetDataModeToBinary()
-    # files that are 2 % smaller would take twice as long
+    # another level gives files that are 2 % smaller and takes twice as long
     writer.SetCompressionLevel(1)
     writer.WriteToOutputStringOn()
     writer.Write()
@@ -116,14 +143,21 @@ def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> 
 
     Parameters
     ----------
+    path
+        File of the collection.
     entries
         Time (the lateral shift in mm) and folder of each case, in the order of the list.
+
+    Returns
+    -------
+    Path
+        The written file.
 
     Raises
     ------
     InputError
-        If two times are equal (ParaView would merge them) or a case has not been written (ParaView would show
-        nothing, without a message).
+        If two times are equal (ParaView would merge them) or a case has not been written (ParaView would show nothing,
+        without a message).
     """
     path = Path(path)
     cases = [(float(time), Path(folder) / COLLECTION) for time, folder in entries]
@@ -134,7 +168,7 @@ def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> 
             " equal times; write one collection for each load"
         )
     for _, collection in cases:
-        for file in (collection, *(collection.with_name(name) for _, name in _BLOCKS)):
+        for file in (collection, *(collection.with_name(name) for _, name in _ALL_FILES)):
             if not file.is_file():
                 raise InputError(f"{path}: {file} does not exist; write the case before the collection")
     paths = [(time, Path(os.path.relpath(file, path.parent)).as_posix()) for time, file in cases]
@@ -144,7 +178,7 @@ def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> 
 
 def _collection_text() -> str:
     blocks = [
-        f'    <DataSet index="{index}" name="{name}" file="{file}"/>' for index, (name, file) in enumerate(_BLOCKS)
+        f'    <DataSet index="{index}" name="{name}" file="{file}"/>' for index, (name, file) in enumerate(_ALL_FILES)
     ]
     return _xml("vtkMultiBlockDataSet", "1.0", ["  <vtkMultiBlockDataSet>", *blocks, "  </vtkMultiBlockDataSet>"])
 
@@ -155,15 +189,19 @@ def _xml(kind: str, version: str, lines: list[str]) -> str:
 
 
 def _approach_mm(result: CaseResult) -> Floats:
-    """Rigid approach (3,) of the wheel to the rail, as a vector that points away from the rail."""
+    """Rigid approach (3,) of the wheel to the rail in mm.
+
+    The vector points away from the rail.
+    """
     placement = result.placement
     direction = placement.load_direction(normal=result.case.load_kind == "normal")
-    # the approach on the elements' nodes, to which the displacements belong; it is the part along the contact normal
+    # approach on the elements' nodes, to which the displacements belong; it is the component along the contact normal
     approach = result.load.level.nodal.approach_mm
     return np.asarray(approach / float(direction @ placement.first.normal) * direction)
 
 
 def _add_field_data(mesh: Any, result: CaseResult) -> None:
+    """Add shift, load, force, ellipse, version and annotation to a mesh."""
     numbers = {
         "TimeValue": result.case.lateral_shift_mm,
         "lateral_shift_mm": result.case.lateral_shift_mm,
@@ -176,26 +214,26 @@ def _add_field_data(mesh: Any, result: CaseResult) -> None:
     for name, value in numbers.items():
         mesh.field_data[name] = np.array([value])
     for name, text in (("version", __version__), ("annotation", case_annotation(result))):
-        mesh.field_data[name] = [_ascii(text)]
+        mesh.field_data[name] = [_to_ascii(text)]
 
 
-def _body(mesh: BodyMesh, displacement: Floats, rigid: Floats, stress: Floats) -> Any:
-    """A body as a pyvista grid, mirrored if it is half."""
+def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, stress: Floats) -> Any:
+    """Body as a pyvista grid, mirrored if it is half."""
     import pyvista
 
-    whole = _Mirror.of_mesh(mesh) if mesh.half else None
+    mirror = _Mirror.build(mesh) if mesh.half else None
     points, hexes = mesh.points, mesh.hexes
-    if whole is not None:
-        points, displacement = (whole.extended(values, _MIRRORED_VECTOR) for values in (points, displacement))
-        # both halves meet on the plane: shear that changes its sign is zero in their mean
+    if mirror is not None:
+        points, displacement = (mirror.extend(values, _MIRRORED_VECTOR) for values in (points, displacement))
+        # both halves meet on the plane, where shear stresses that change sign have a mean of zero
         stress = stress.copy()
-        stress[whole.plane] *= 0.5 * (1.0 + _MIRRORED_STRESS)
-        stress = whole.extended(stress, _MIRRORED_STRESS)
-        # the mirror turns cells inside out; exchanging the two layers turns them back
-        hexes = np.concatenate([hexes, whole.image[hexes[:, [4, 5, 6, 7, 0, 1, 2, 3]]]])
+        stress[mirror.plane] *= 0.5 * (1.0 + _MIRRORED_STRESS)
+        stress = mirror.extend(stress, _MIRRORED_STRESS)
+        # the mirror turns cells inside out, and the exchange of both layers turns them back
+        hexes = np.concatenate([hexes, mirror.image[hexes[:, [4, 5, 6, 7, 0, 1, 2, 3]]]])
     grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: hexes}, points)
-    grid.point_data["displacement_mm"] = displacement + rigid
-    # stresses are known to a few per cent: single precision halves the file
+    grid.point_data["displacement_mm"] = displacement + rigid_motion_mm
+    # stresses have errors of a few per cent, so single precision suffices and halves the file
     grid.point_data["stress_MPa"] = stress.astype(np.float32)
     grid.point_data["von_mises_MPa"] = von_mises(stress).astype(np.float32)
     for array, names in (("displacement_mm", "XYZ"), ("stress_MPa", _STRESSES)):
@@ -204,20 +242,30 @@ def _body(mesh: BodyMesh, displacement: Floats, rigid: Floats, stress: Floats) -
     return grid
 
 
-def _of_whole(mesh: BodyMesh, values: Floats) -> Floats:
-    """Scalars (n,) or vectors (n, 3) at the nodes of a body, followed by the values of its mirror image."""
+def _mirror_values(mesh: BodyMesh, values: Floats) -> Floats:
+    """Values at the nodes of a body, followed by the values of its mirror image.
+
+    The values are scalars (n,) or vectors (n, 3).
+    """
     if not mesh.half:
         return values
     columns = values.reshape(len(values), -1)
     signs = _MIRRORED_VECTOR if columns.shape[1] == 3 else np.ones(1)
-    return _Mirror.of_mesh(mesh).extended(columns, signs).reshape(-1, *values.shape[1:])
+    return _Mirror.build(mesh).extend(columns, signs).reshape(-1, *values.shape[1:])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Mirror:
-    """Mirror images of nodes: nodes on the `plane` of symmetry stay, and the `copied` nodes get images.
+    """Mirror images of nodes.
 
-    `image` (n,) is the number of each node's image.
+    Attributes
+    ----------
+    plane
+        Numbers of the nodes on the plane of symmetry, which have no images.
+    copied
+        Numbers of the other nodes, which have images.
+    image
+        Number (n,) of the image of each node; for nodes on the plane the number of the node.
     """
 
     plane: Integers
@@ -225,7 +273,19 @@ class _Mirror:
     image: Integers
 
     @classmethod
-    def of_mesh(cls, mesh: BodyMesh) -> _Mirror:
+    def build(cls, mesh: BodyMesh) -> _Mirror:
+        """Mirror images for a half model with the plane of symmetry x = 0.
+
+        Parameters
+        ----------
+        mesh
+            Mesh of the half model.
+
+        Returns
+        -------
+        _Mirror
+            Numbers of the nodes and of their images.
+        """
         points = mesh.points
         on_plane = np.unique(mesh.surfaces["symmetry"])
         assert float(np.abs(points[on_plane, 0]).max()) < 1e-6, f"{mesh.name}: its plane of symmetry is not x = 0"
@@ -234,6 +294,6 @@ class _Mirror:
         image[copied] = len(points) + np.arange(copied.size)
         return cls(plane=on_plane, copied=copied, image=image)
 
-    def extended(self, values: Floats, signs: Floats) -> Floats:
-        """Values (n, c) at the nodes, followed by those at the images."""
+    def extend(self, values: Floats, signs: Floats) -> Floats:
+        """Append the values at the images to the values (n, c) at the nodes."""
         return np.concatenate([values, values[self.copied] * signs])

@@ -1,1 +1,1 @@
-"""Results as plain values: what JSON and CSV files hold, and what is read back from them."""
+"""Results as plain values for JSON and CSV files, and their restoration."""

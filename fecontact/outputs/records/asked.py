@@ -1,58 +1,83 @@
-"""Records and rows with the verdict that was asked for first."""
+"""Records and rows with the requested verdict first."""
 
 from __future__ import annotations
 
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.records.results import measures_in
+from fecontact.outputs.records.results import select_measures
 from fecontact.outputs.tables import Item
 
 
 def asked_record(record: Item) -> Item:
-    """A record whose `fe` and Hertz are those against bodies that yield, as its verdict is.
+    """Record in which `fe` and Hertz belong to bodies that yield, as the verdict does.
 
-    Returns the record itself without a yield stress.
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    Item
+        The converted record. Without a yield stress it is the given record.
     """
     if (plastic := record.get("plastic")) is None:
         return record
-    judged, theories = plastic[HERTZ], record["theories"]
+    plastic_judgement, theories = plastic[HERTZ], record["theories"]
     side = record["verdict"]["side"]
-    against = {name: judged[name] for name in ("deviation", "uncertainty", "verdict", "limit_used")}
+    plastic_entries = {name: plastic_judgement[name] for name in ("deviation", "uncertainty", "verdict", "limit_used")}
     name = HERTZ_GAUGE if side == "gauge" else HERTZ
     return {
         **record,
-        "fe": {**record["fe"], **measures_in(plastic)},
-        "theories": {**theories, name: {**theories[name], **against}},
+        "fe": {**record["fe"], **select_measures(plastic)},
+        "theories": {**theories, name: {**theories[name], **plastic_entries}},
     }
 
 
 def elastic_record(record: Item) -> Item:
-    """A record with the verdict against elastic bodies; the record itself without a yield stress."""
+    """Record with the verdict against elastic bodies.
+
+    Without a yield stress it is the given record.
+    """
     return {**record, "verdict": record["elastic_verdict"]} if record.get("plastic") is not None else record
 
 
 def asked_row(row: Item) -> Item:
-    """A row as it is shown: verdict and numbers of Hertz belong to one side and to equal bodies.
+    """Row as tables show it: verdict and numbers of Hertz belong together.
 
     At a curvature junction the columns of Hertz have the curvature of the side that decided. With a yield stress
     deviations and measures are against bodies that yield, as the verdict is. All other theories are judged against
-    elastic bodies alone, so the row names none of them. Without both it is the row itself.
+    elastic bodies only, so the row names no other theory.
+
+    Parameters
+    ----------
+    row
+        Row of a load.
+
+    Returns
+    -------
+    Item
+        The converted row. It is the given row without a junction and without a yield stress.
     """
     if row.get("verdict_side") == "gauge":
-        gauge = f"{HERTZ_GAUGE}_"
-        of_gauge = {name.removeprefix(gauge): value for name, value in row.items() if name.startswith(gauge)}
-        row = {**row, **{f"{HERTZ}_{name}": value for name, value in of_gauge.items()}}
+        gauge_prefix = f"{HERTZ_GAUGE}_"
+        gauge_columns = {
+            name.removeprefix(gauge_prefix): value for name, value in row.items() if name.startswith(gauge_prefix)
+        }
+        row = {**row, **{f"{HERTZ}_{name}": value for name, value in gauge_columns.items()}}
     if not row.get("elastic_verdict_answer"):
         return row
-    own = ("deviation_", "uncertainty_")
-    found: Record = {
-        name: None for name in row if name.startswith(("cheapest_theory", *(f"{HERTZ}_{of}" for of in own)))
+    prefixes = ("deviation_", "uncertainty_")
+    replaced: Record = {
+        name: None
+        for name in row
+        if name.startswith(("cheapest_theory", *(f"{HERTZ}_{prefix}" for prefix in prefixes)))
     }
     for name, value in row.items():
-        of_hertz, measure = name.removeprefix("plastic_hertz_"), name.removeprefix("plastic_")
-        if name.startswith("plastic_hertz_") and of_hertz.startswith(own):
-            found[f"{HERTZ}_{of_hertz}"] = value
+        hertz_column, measure = name.removeprefix("plastic_hertz_"), name.removeprefix("plastic_")
+        if name.startswith("plastic_hertz_") and hertz_column.startswith(prefixes):
+            replaced[f"{HERTZ}_{hertz_column}"] = value
         elif name != measure and measure in MEASURES:
-            found[f"fe_{measure}"] = value
-    return {**row, **found}
+            replaced[f"fe_{measure}"] = value
+    return {**row, **replaced}

@@ -1,4 +1,4 @@
-"""The judged theories of a load, and the cheapest that holds."""
+"""Judged theories of a load, and the cheapest theory that holds."""
 
 from __future__ import annotations
 
@@ -13,39 +13,69 @@ from fecontact.outputs.verdict_words import theory_words
 
 
 def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
-    """The judged theories besides Hertz's ellipse at the first touch point."""
-    return {name: one for name, one in load.judgements.items() if name not in EITHER_SIDE}
+    """Judgements of all theories except Hertz's ellipse at the first touch point."""
+    return {name: judgement for name, judgement in load.judgements.items() if name not in EITHER_SIDE}
 
 
 def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
-    """Every judged theory against elastic bodies; Hertz with numbers and verdict of the side that decides."""
+    """Judgements of all theories against elastic bodies.
+
+    The numbers and the verdict of Hertz are those of the deciding side.
+    """
     return {HERTZ: load.deciding} | other_theories(load)
 
 
 def cheapest_of(load: JudgedLoad) -> Standing:
-    """The cheapest theory of the pressure that holds."""
+    """Cheapest theory of the pressure that holds for a load."""
     return cheapest(standings(theories_of(load)), in_range=load.case.criteria.theories_in_range)
 
 
-def cheapest_columns(column: str, found: Standing) -> Record:
-    """Columns of the cheapest theory that holds: its name, whether it is in its own range, and why not."""
-    made = found.made if found.answer == "HOLDS" else None
-    status, notes = ("", ()) if made is None else (made.status, made.notes)
-    return {column: found.label, f"{column}_status": status, f"{column}_reason": "; ".join(notes)}
+def cheapest_columns(column: str, standing: Standing) -> Record:
+    """Columns of the cheapest theory that holds.
+
+    Parameters
+    ----------
+    column
+        Name of the column of the theory's name.
+    standing
+        Cheapest theory with its answer.
+
+    Returns
+    -------
+    Record
+        Name of the theory, its status (in its range or not) and the reasons of the status. Status and reasons are empty
+        if no theory holds.
+    """
+    theory_contact = standing.made if standing.answer == "HOLDS" else None
+    status, notes = ("", ()) if theory_contact is None else (theory_contact.status, theory_contact.notes)
+    return {column: standing.label, f"{column}_status": status, f"{column}_reason": "; ".join(notes)}
 
 
 def theory_text(row: Mapping[str, Any]) -> str:
-    """What a row says of the theory to take where Hertz does not hold in its range; empty elsewhere."""
+    """Text on the cheapest theory of a row if Hertz does not hold.
+
+    It is empty if Hertz holds in its range, or if no theory holds.
+
+    Parameters
+    ----------
+    row
+        Row of a load.
+
+    Returns
+    -------
+    str
+        Theory, its deviations of peak pressure and area in percent, and its limit utilisation.
+    """
     name = row.get("cheapest_theory")
     if name not in THEORIES or (name == HERTZ and row.get("cheapest_theory_status") != "out of range"):
         return ""
-    off = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
+    deviations_percent = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
     return (
-        f"the cheapest theory that holds: {cheapest_words(row)} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %,"
-        f" share of the limit {float(row[f'{name}_limit_used']):.2f})"
+        f"the cheapest theory that holds: {cheapest_words(row)} (p_max {next(deviations_percent):+z.1f} %,"
+        f" area {next(deviations_percent):+z.1f} %, share of the limit {float(row[f'{name}_limit_used']):.2f})"
     )
 
 
 def cheapest_words(row: Mapping[str, Any]) -> str:
-    """The cheapest theory that holds in words."""
-    return theory_words(*(row.get(f"cheapest_theory{of}") for of in ("", "_status", "_reason")))
+    """Words for the cheapest theory that holds in a row."""
+    return theory_words(*(row.get(f"cheapest_theory{suffix}") for suffix in ("", "_status", "_reason")))

@@ -1,9 +1,9 @@
-"""Results as plain dictionaries with units in their keys: what the JSON and CSV files hold.
+"""Records and rows of results: plain dictionaries with units in their keys, for JSON and CSV files.
 
-A contact stands once in a record: finite elements as `fe`, each other rung and theory by its name, with its
-own measures; beside them how far it is off, how sure that is, and what the criteria say of it. All of them carry the
-`normal_force_N` of the record, but for lobes and the patches of a theory, which have a force each along their own
-normal. A number that is added here is in the record, in the row, and so in all tables and comparisons.
+Each contact occurs once in a record: the finite elements as `fe`, each other rung and theory by its name, with its
+measures. A theory also has its deviation, its uncertainty and its verdict by the criteria. All contacts carry the
+`normal_force_N` of the record, except lobes and the patches of a theory, which each have a force along their own
+normal. A number that is added here is in the record and in the row, and so in all tables and comparisons.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from fecontact.judging.measures import MEASURES, Measures, hertz_measures
 from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Verdict
 from fecontact.outputs.flat_records import Record, flat, picked, told
 from fecontact.outputs.geometry import touch_records
-from fecontact.outputs.own_profiles import own_profiles_record
+from fecontact.outputs.own_profiles import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of
 from fecontact.outputs.tables import Item
 from fecontact.placement.irregularity import irregularity_text
@@ -43,18 +43,18 @@ from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_el
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
 
-# --- What a result says, told once: the record of a case, which is its `result.json`, and the row of it in tables.
+# --- The record of a case, which is its `result.json`, and its row in tables. Each number is defined once.
 
 Row: TypeAlias = Record
 
 RESULT_SCHEMA = "fecontact/result/6"
 ROW_SCHEMA = "fecontact/row/3"
 FOUND_INPUTS = ("roll_mrad",)
-"""What a record of a case has beside its inputs: the roll as it stands, found or given."""
+"""Entries of the record of a case that are not inputs: the actual roll, which is found or given."""
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-# Columns that a row leaves out: what stands there for each measure or mesh, what says how something was found, and of
-# most rungs and steps all but the measures that a table shows.
-_LEFT_OUT = (
+# Columns that a row leaves out: entries for each measure or mesh, notes on the method, and for most rungs and ladder
+# steps all measures that no table shows.
+_OMITTED_COLUMNS = (
     *("*_each_*", "*_unknown", "*_limits_*", "*_notes", "*_overlapping", "*_solutions", "*_centre_mm", "*_patches"),
     *("*_A_per_mm", "*_B_per_mm", "*_orientation_rad", "uncertainty_of_profile*", "hertz*_verdict_cause", "lobes"),
     *("elements_hertz_deviation_*", "elements_hertz_uncertainty_*", "elements_hertz_verdict_[!am]*"),
@@ -65,28 +65,51 @@ _LEFT_OUT = (
     *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "*verdict_lines_*"),
     *("elastic_verdict", "elastic_verdict_warnings"),
 )
-_OF_CHEAP_THEORIES = (
+_CHEAP_THEORY_COLUMNS = (
     *("status", "verdict_answer", "verdict_measure", "limit_used"),
     *("p_max_MPa", "deviation_p_max_percent", "deviation_area_percent"),
 )
 
 
 def case_inputs(case: Case, placement: Placement | None = None) -> Record:
-    """The inputs as results show them: of a profile that is a file its name and a hash of its content, no folder.
+    """Inputs of a case for results.
 
-    Where a placement is given also what was found for it (`FOUND_INPUTS`).
+    A profile from a file has its name and a hash of its content, without a folder.
+
+    Parameters
+    ----------
+    case
+        Inputs of the case.
+    placement
+        Placement of the case. If it is given, the record also has the entries of `FOUND_INPUTS`.
+
+    Returns
+    -------
+    Record
+        Inputs by name.
     """
-    shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
-    return shown if placement is None else shown | {"roll_mrad": 1e3 * roll_of_case(case, placement)}
+    inputs = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
+    return inputs if placement is None else inputs | {"roll_mrad": 1e3 * roll_of_case(case, placement)}
 
 
 def result_record(result: CaseResult) -> Record:
-    """Everything that a case gives, without its fields; lengths of infinite radii are None."""
+    """Record of a solved case, without its fields.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+
+    Returns
+    -------
+    Record
+        Content of `result.json`. Infinite radii are None.
+    """
     load = load_record(result.load)
     return {
         "schema": RESULT_SCHEMA,
         "case": case_inputs(result.case, result.placement),
-        **own_profiles_record(result.case, result.placement),
+        **pair_geometry_record(result.case, result.placement),
         **touch_records(result.placement),
         **load,
         "von_mises": told(result.von_mises),
@@ -97,22 +120,33 @@ def result_record(result: CaseResult) -> Record:
 
 
 def load_record(load: JudgedLoad) -> Record:
-    """What a judged load says, of a case and of a cell of a map alike."""
+    """Record of a judged load, for a case and for a cell of a map.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+
+    Returns
+    -------
+    Record
+        Verdicts, contacts of all rungs, theories, ladder steps, lobes and solver.
+    """
     comparison, patch = load.comparison, load.comparison.patch
     contacts: Record = {name: told(measures) for name, measures in load.ladder.rungs.items()}
     contacts["fe"] |= picked(patch, "centre_x_mm centre_y_mm pieces lobes")
     if (band := load.judgements[HERTZ].band(comparison.fe.p_max_MPa)) is not None:
-        # over the lines that measured points allow, with what meshes leave open
+        # over the profile variants that fit the measured points, with the uncertainty of the meshes
         contacts["fe"] |= dict(zip(("p_max_low_MPa", "p_max_high_MPa"), band, strict=True))
     contacts["elements"] |= {
-        # relative, of its own measures
+        # relative to its own measures
         "uncertainty": load.elements_uncertainty,
         "misfit": load.level.misfit,
-        # relative; None where there are too few elements to see it
+        # relative; None if there are too few elements to measure it
         "compliance_error": None if math.isnan(load.level.compliance_error) else load.level.compliance_error,
         HERTZ: picked(load.by_elements, "deviation uncertainty verdict"),
     }
-    theories = {name: judgement_record(one) for name, one in load.judgements.items()}
+    theories = {name: judgement_record(judgement) for name, judgement in load.judgements.items()}
     theories |= {name: {"problem": problem} for name, problem in load.without.items()}
     plastic = contacts.pop(PLASTIC.end, None)
     return {
@@ -120,19 +154,21 @@ def load_record(load: JudgedLoad) -> Record:
         **_verdict_records(load),
         **cheapest_columns("cheapest_theory", cheapest_of(load)),
         "normal_force_N": load.normal_force_N,
-        # separate patches of the half-space are read one by one as a theory, and together as a rung
-        **{name: one for name, one in contacts.items() if not _has(theories.get(name, {}), one)},
+        # the theory reads separate patches of the half-space one at a time, the rung reads them together
+        **{
+            name: measures for name, measures in contacts.items() if not _has_measures(theories.get(name, {}), measures)
+        },
         "theories": {name: theories[name] for name in THEORIES if name in theories},
         "steps": load.ladder.steps,
         "steps_uncertainty": {BODIES.name: load.bodies_step_uncertainty}
         | ({} if load.plastic is None else {PLASTIC.name: load.plastic.step_uncertainty}),
-        # the part of the uncertainty that is the measured profile's, and no mesh takes away; None of exact lines
-        "uncertainty_of_profile": None if load.solved.lines is None else _of_profile(load.deciding),
+        # contribution of the measured profiles to the uncertainty, which no mesh removes; None for exact profiles
+        "uncertainty_of_profile": None if load.solved.lines is None else _profile_uncertainty(load.deciding),
         **picked(comparison, "pressure_l2 overlap"),
         "geometry": told(load.geometry),
         "slide_mm": load.level.slide_mm,
-        # a single lobe is the whole contact
-        "lobes": [lobe_record(one) for one in load.lobes] if len(load.lobes) > 1 else [],
+        # a single lobe is the complete contact
+        "lobes": [lobe_record(lobe) for lobe in load.lobes] if len(load.lobes) > 1 else [],
         **({} if load.plastic is None or plastic is None else {"plastic": plastic | _plastic_record(load.plastic)}),
         **{
             name: telling.record(load.features[name])
@@ -144,120 +180,171 @@ def load_record(load: JudgedLoad) -> Record:
 
 
 def _verdict_records(load: JudgedLoad) -> Record:
-    """The verdict that was asked for, and beside it the verdict against elastic bodies; None without a yield stress."""
-    more = {"limits": dict(load.case.criteria.limits), "warnings": list(load.warnings)}
-    of_elastic = load.elastic_verdict or load.verdict
-    # with whose curvature, where the touch point lies at a junction
-    used = {"limit_used": load.limit_used, "side": load.deciding_side}
-    elastic = {**told(of_elastic), **_share(of_elastic), **used, **more}
+    """Requested verdict and verdict against elastic bodies.
+
+    The second is None without a yield stress.
+    """
+    common_entries = {"limits": dict(load.case.criteria.limits), "warnings": list(load.warnings)}
+    elastic_verdict = load.elastic_verdict or load.verdict
+    # if the touch point is at a junction, the side has the deciding curvature
+    deciding_entries = {"limit_used": load.limit_used, "side": load.deciding_side}
+    elastic = {**told(elastic_verdict), **_count_variants(elastic_verdict), **deciding_entries, **common_entries}
     if load.plastic is None:
         return {"verdict": elastic, "elastic_verdict": None}
-    used = {"limit_used": load.plastic.deciding.limit_used, "side": load.plastic.deciding_side}
+    deciding_entries = {"limit_used": load.plastic.deciding.limit_used, "side": load.plastic.deciding_side}
     return {
-        "verdict": {**told(load.verdict), **_share(load.verdict), **used, **more},
+        "verdict": {**told(load.verdict), **_count_variants(load.verdict), **deciding_entries, **common_entries},
         "elastic_verdict": elastic,
     }
 
 
-def _share(verdict: Verdict) -> Record:
-    """On how many lines that measured points allow Hertz holds and fails; empty for exact lines."""
+def _count_variants(verdict: Verdict) -> Record:
+    """Numbers of profile variants on which Hertz holds and fails.
+
+    The record is empty for exact profiles.
+    """
     answers = [*verdict.lines.values()]
-    counted = {"holds_on": answers.count("HOLDS"), "fails_on": answers.count("FAILS"), "of_lines": len(answers)}
-    return counted if answers else {}
+    counts = {"holds_on": answers.count("HOLDS"), "fails_on": answers.count("FAILS"), "of_lines": len(answers)}
+    return counts if answers else {}
 
 
-def _of_profile(judged: Judgement) -> Record:
-    return {name: value - judged.numerical[name] for name, value in judged.uncertainty.items()}
+def _profile_uncertainty(judgement: Judgement) -> Record:
+    return {name: value - judgement.numerical[name] for name, value in judgement.uncertainty.items()}
 
 
-def measures_in(theory: Item) -> Record:
-    """Measures of a theory in its record."""
+def select_measures(theory: Item) -> Record:
+    """Measures in the record of a theory."""
     return {name: theory[name] for name in MEASURES if name in theory}
 
 
-def _has(theory: Item, contact: Record) -> bool:
-    """Whether a theory tells the measures of a contact, up to rounding."""
-    told_there = measures_in(theory)
-    return contact.keys() == told_there.keys() and all(
-        math.isclose(value, told_there[name], rel_tol=1e-9) for name, value in contact.items()
+def _has_measures(theory: Item, contact: Record) -> bool:
+    """Whether the record of a theory has the measures of a contact, up to rounding."""
+    theory_measures = select_measures(theory)
+    return contact.keys() == theory_measures.keys() and all(
+        math.isclose(value, theory_measures[name], rel_tol=1e-9) for name, value in contact.items()
     )
 
 
-def judgement_record(judged: Judgement) -> Record:
-    """A theory of the pressure, how far it is off, and its verdict."""
-    contact = judged.approximation
+def judgement_record(judgement: Judgement) -> Record:
+    """Record of a judged theory: contact, deviations, uncertainties and verdict.
+
+    Parameters
+    ----------
+    judgement
+        Judgement of a theory with a contact.
+
+    Returns
+    -------
+    Record
+        Record of the contact, with the relative deviations and uncertainties, the verdict and the limit utilisation.
+    """
+    contact = judgement.approximation
     assert contact is not None
-    return contact_record(contact, judged.measures) | picked(judged, "deviation uncertainty verdict limit_used")
+    return contact_record(contact, judgement.measures) | picked(judgement, "deviation uncertainty verdict limit_used")
 
 
 def contact_record(contact: Approximation, measures: Measures) -> Record:
-    """What a theory of the pressure says of a contact; of several patches each by itself."""
+    """Record of the contact of a theory.
+
+    Parameters
+    ----------
+    contact
+        Contact by a theory of the pressure.
+    measures
+        Measures of the complete contact.
+
+    Returns
+    -------
+    Record
+        Measures, status and notes. If there are several patches, each has an entry in `patches`.
+    """
     single = contact.single
     return {
         **told(measures),
         **picked(contact, "centre_mm overlapping status notes solutions"),
-        **(_axes(single.hertz) if single and single.hertz else {}),
-        "patches": [] if single else [_patch_record(one) for one in contact.patches],
+        **(_ellipse_shape(single.hertz) if single and single.hertz else {}),
+        "patches": [] if single else [_patch_record(theory_patch) for theory_patch in contact.patches],
     }
 
 
 def _patch_record(patch: TheoryPatch) -> Record:
-    """A patch of several, under its own force along its own normal."""
-    where = picked(patch, "centre_mm")
+    """Record of a patch of several.
+
+    Its force is along the normal of the patch.
+    """
+    place_entries = picked(patch, "centre_mm")
     if (touch := patch.touch) is not None:
-        where |= {"touch_point": patch.touch_point, **picked(touch, "rail_y_mm contact_angle_rad")}
-    own = ellipse_record(patch.hertz) if patch.hertz else picked(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
-    return where | own
+        place_entries |= {"touch_point": patch.touch_point, **picked(touch, "rail_y_mm contact_angle_rad")}
+    sizes = ellipse_record(patch.hertz) if patch.hertz else picked(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
+    return place_entries | sizes
 
 
 def ellipse_record(hertz: HertzContact) -> Record:
-    """An ellipse with its force."""
-    return {"normal_force_N": hertz.normal_force_N, **told(hertz_measures(hertz)), **_axes(hertz)}
+    """Record of an ellipse with its force."""
+    return {"normal_force_N": hertz.normal_force_N, **told(hertz_measures(hertz)), **_ellipse_shape(hertz)}
 
 
-def _axes(hertz: HertzContact) -> Record:
+def _ellipse_shape(hertz: HertzContact) -> Record:
     return picked(hertz, "orientation_rad A_per_mm B_per_mm stiffness_GN_per_m15")
 
 
-def lobe_record(one: LobeJudgement) -> Record:
-    """A separate patch, or a lobe of one, with Hertz's ellipse under its own force at the nearest touch point."""
+def lobe_record(lobe: LobeJudgement) -> Record:
+    """Record of a separate patch, or of a lobe within a patch.
+
+    Parameters
+    ----------
+    lobe
+        Judgement of the lobe.
+
+    Returns
+    -------
+    Record
+        Force, place and measures of the lobe, and Hertz's ellipse under the force of the lobe at the nearest touch
+        point.
+    """
     return {
-        **picked(one, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe fe_uncertainty"),
-        "half_space": told(one.rungs.get("half_space")),
-        "hertz": None if one.hertz is None else told(hertz_measures(one.hertz)) | _axes(one.hertz),
-        **picked(one, "deviation uncertainty verdict p_max_lines_MPa"),
+        **picked(lobe, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe fe_uncertainty"),
+        "half_space": told(lobe.rungs.get("half_space")),
+        "hertz": None if lobe.hertz is None else told(hertz_measures(lobe.hertz)) | _ellipse_shape(lobe.hertz),
+        **picked(lobe, "deviation uncertainty verdict p_max_lines_MPa"),
     }
 
 
-def _plastic_record(found: PlasticVerdict) -> Record:
-    """What yielding does to a contact; lengths in mm, loads in N."""
+def _plastic_record(plastic_verdict: PlasticVerdict) -> Record:
+    """Effects of yielding on a contact; lengths in mm, loads in N."""
     return {
-        "status": found.status,
+        "status": plastic_verdict.status,
         "range": NOT_IN_IT,
-        **picked(found.yielded, "first_yield_N first_body imprint_mm"),
-        **picked(found, "first_yield_uncertainty plastic_load_N plastic_measure"),
+        **picked(plastic_verdict.yielded, "first_yield_N first_body imprint_mm"),
+        **picked(plastic_verdict, "first_yield_uncertainty plastic_load_N plastic_measure"),
         **{
-            f"step_with_yield_stress_15_percent_{which}": {name: band[at] for name, band in found.band.items()}
-            for at, which in enumerate(("lower", "higher"))
+            f"step_with_yield_stress_15_percent_{band_side}": {
+                name: band[band_index] for name, band in plastic_verdict.band.items()
+            }
+            for band_index, band_side in enumerate(("lower", "higher"))
         },
-        "bodies": told(found.yielded.bodies),
-        "path": told(found.yielded.path),
-        HERTZ: picked(found.deciding, "deviation uncertainty verdict limit_used")
-        | picked(found, "cancelling")
-        # with whose curvature, where the touch point lies at a junction
-        | ({"side": found.deciding_side} if len(found.judgements) > 1 else {}),
+        "bodies": told(plastic_verdict.yielded.bodies),
+        "path": told(plastic_verdict.yielded.path),
+        HERTZ: picked(plastic_verdict.deciding, "deviation uncertainty verdict limit_used")
+        | picked(plastic_verdict, "cancelling")
+        # if the touch point is at a junction, the side has the deciding curvature
+        | ({"side": plastic_verdict.deciding_side} if len(plastic_verdict.judgements) > 1 else {}),
     }
 
 
-def _elements(load: JudgedLoad, semi_axes_mm: tuple[float, float]) -> list[float]:
-    """Elements on semi-axes along x and across, of each mesh, the finest first, in the direction that has fewer."""
+def _elements_per_semi_axis(load: JudgedLoad, semi_axes_mm: tuple[float, float]) -> list[float]:
+    """Elements per semi-axis for each mesh, the finest mesh first.
+
+    The semi-axes are along x and across. The direction with fewer elements counts.
+    """
     return [
-        min(length / step for length, step in zip(semi_axes_mm, one.nodal.grid.steps_mm, strict=True))
-        for one in load.solved.levels
+        min(length / step for length, step in zip(semi_axes_mm, level.nodal.grid.steps_mm, strict=True))
+        for level in load.solved.levels
     ]
 
 
 def _solver_record(load: JudgedLoad) -> Record:
+    """Record of the solver: iterations, residuals, balances, meshes and element sizes."""
     level, nodal, half_space = load.level, load.level.nodal, load.solved.half_space
     return {
         **picked(nodal, "iterations compliance_calls contact_residual penetration_residual"),
@@ -266,75 +353,116 @@ def _solver_record(load: JudgedLoad) -> Record:
         "element_size_mm": dict(zip("xy", nodal.grid.steps_mm, strict=True)),
         "node_spacing_mm": dict(zip("xy", load.fe.grid.steps_mm, strict=True)),
         "meshes": len(load.solved.levels),
-        # of the lobe that elements are made for, and of the narrowest one that is not small
-        "elements_a_semi_axis": _elements(load, semi_axes_of_elements_mm(half_space)),
-        "elements_a_semi_axis_of_narrowest_lobe": _elements(load, narrowest_semi_axes_mm(half_space)),
-        # to expect of the next finer mesh
+        # for the lobe that the element size is made for, and for the narrowest lobe that is not small
+        "elements_a_semi_axis": _elements_per_semi_axis(load, semi_axes_of_elements_mm(half_space)),
+        "elements_a_semi_axis_of_narrowest_lobe": _elements_per_semi_axis(load, narrowest_semi_axes_mm(half_space)),
+        # expected for the next finer mesh
         "zone_enlarged": level.enlarged,
     }
 
 
 @cache
 def versions() -> dict[str, str | None]:
-    """Versions of this package, of Python and of the packages that decide about numbers; None where one is absent."""
-    found: dict[str, str | None] = {
+    """Versions of this package, of Python and of the packages that affect the numbers.
+
+    Returns
+    -------
+    dict
+        Version by package; None for a package that is not installed.
+    """
+    versions_by_package: dict[str, str | None] = {
         "fecontact": __version__,
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
     for package in _PACKAGES:
         try:
-            found[package] = metadata.version(package)
+            versions_by_package[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
-            found[package] = None
-    return found
+            versions_by_package[package] = None
+    return versions_by_package
 
 
-def hertz_record(found: HertzAlone) -> Record:
-    """Hertz's theory alone at a case's position, each ellipse with the whole load."""
+def hertz_record(hertz_alone: HertzAlone) -> Record:
+    """Record of Hertz's theory alone at the position of a case.
+
+    Parameters
+    ----------
+    hertz_alone
+        Ellipses at all touch points.
+
+    Returns
+    -------
+    Record
+        Content of the JSON output. Each entry of `ellipses` carries the complete load; `springs` has the ellipses that
+        share the load.
+    """
     return {
         "schema": "fecontact/hertz/2",
-        "case": case_inputs(found.case, found.placement),
-        **own_profiles_record(found.case, found.placement),
-        "normal_force_N": found.hertz.normal_force_N,
-        **touch_records(found.placement),
+        "case": case_inputs(hertz_alone.case, hertz_alone.placement),
+        **pair_geometry_record(hertz_alone.case, hertz_alone.placement),
+        "normal_force_N": hertz_alone.hertz.normal_force_N,
+        **touch_records(hertz_alone.placement),
         "ellipses": [
-            picked(p, "touch_point side") | ({"problem": p.problem} if p.whole is None else ellipse_record(p.whole))
-            for p in found.points.points
+            picked(point, "touch_point side")
+            | ({"problem": point.problem} if point.whole is None else ellipse_record(point.whole))
+            for point in hertz_alone.points.points
         ],
         "springs": {
-            "approach_mm": found.points.shared_approach_mm,
-            "overlapping": found.points.overlapping,
+            "approach_mm": hertz_alone.points.shared_approach_mm,
+            "overlapping": hertz_alone.points.overlapping,
             "patches": [
-                {"touch_point": p.touch_point, **ellipse_record(p.shared)}
-                for p in found.points.points
-                if p.shared is not None
+                {"touch_point": point.touch_point, **ellipse_record(point.shared)}
+                for point in hertz_alone.points.points
+                if point.shared is not None
             ],
         },
-        "uncertainty_of_profile": found.uncertainty_of_profile,
-        "notes": list(found.points.notes),
-        "warnings": list(found.placement.notes),
+        "uncertainty_of_profile": hertz_alone.uncertainty_of_profile,
+        "notes": list(hertz_alone.points.notes),
+        "warnings": list(hertz_alone.placement.notes),
         "versions": versions(),
     }
 
 
 @runtime_checkable
-class Rowed(Protocol):
-    """Results that tell themselves in rows, such as a map."""
+class HasRows(Protocol):
+    """Results with a method that gives their rows, such as a map."""
 
     def rows(self) -> list[Row]:
         """Flat dictionaries with units in their keys."""
 
 
-def rows(results: CaseResult | Rowed | Iterable[CaseResult]) -> list[Row]:
-    """Results as flat dictionaries with units in their keys, one a case or a cell, as `pandas.DataFrame` takes them."""
-    return results.rows() if isinstance(results, Rowed) else [case_row(result) for result in results]
+def rows(results: CaseResult | HasRows | Iterable[CaseResult]) -> list[Row]:
+    """Flat dictionaries of results, for `pandas.DataFrame`.
+
+    Parameters
+    ----------
+    results
+        One case, several cases, or results with a method `rows`.
+
+    Returns
+    -------
+    list of Row
+        One row per case or cell, with units in the keys.
+    """
+    return results.rows() if isinstance(results, HasRows) else [case_row(result) for result in results]
 
 
 def case_row(result: CaseResult) -> Row:
-    """A result as a flat row: its load, and what is known of its bodies and of the work."""
+    """Row of a result: its load, the stresses of its bodies, and the effort.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+
+    Returns
+    -------
+    Row
+        Flat row.
+    """
     return load_row(result.load, result.placement) | {
-        **_of_row(flat({"von_mises": told(result.von_mises)})),
+        **_select_row_columns(flat({"von_mises": told(result.von_mises)})),
         "seconds": sum(result.effort.seconds.values()),
         "peak_memory_MB": result.effort.peak_memory_MB,
         "warnings": "; ".join(result.notes),
@@ -342,7 +470,20 @@ def case_row(result: CaseResult) -> Row:
 
 
 def load_row(load: JudgedLoad, placement: Placement) -> Row:
-    """A judged load as a flat row: its inputs and place, and the columns of its record; theories by their own names."""
+    """Row of a judged load: inputs, place and the columns of its record.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+    placement
+        Placement of the load.
+
+    Returns
+    -------
+    Row
+        Flat row. The columns of each theory begin with the name of the theory.
+    """
     first, record = placement.first, load_record(load)
     columns = flat({**record, "theories": {}, **record["theories"]})
     return {
@@ -353,28 +494,39 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         **picked(first, "rail_y_mm wheel_y_mm", "touch_"),
         "at_junction": first.at_junction,
         "touch_points": len(placement.touch_points),
-        **_of_row(columns),
+        **_select_row_columns(columns),
     }
 
 
-def _of_row(columns: Record) -> Row:
-    return {name: value for name, value in columns.items() if _in_row(name)}
+def _select_row_columns(columns: Record) -> Row:
+    return {name: value for name, value in columns.items() if _is_row_column(name)}
 
 
 @cache
-def _in_row(column: str) -> bool:
-    of_hertz = column.startswith((f"{HERTZ}_", "half_space_quadratic_"))
+def _is_row_column(column: str) -> bool:
+    """Whether a column of a flat record is shown in rows."""
+    is_of_hertz = column.startswith((f"{HERTZ}_", "half_space_quadratic_"))
     theory = next((name for name in THEORIES if column.startswith(f"{name}_")), None)
-    if theory is not None and not of_hertz:
-        return column.removeprefix(f"{theory}_") in _OF_CHEAP_THEORIES
-    of_features = (pattern for telling in offered("TELLINGS").values() for pattern in telling.left_out)
-    return not any(fnmatchcase(column, pattern) for pattern in (*_LEFT_OUT, *of_features))
+    if theory is not None and not is_of_hertz:
+        return column.removeprefix(f"{theory}_") in _CHEAP_THEORY_COLUMNS
+    feature_patterns = (pattern for telling in offered("TELLINGS").values() for pattern in telling.left_out)
+    return not any(fnmatchcase(column, pattern) for pattern in (*_OMITTED_COLUMNS, *feature_patterns))
 
 
 def input_columns(case: Case, placement: Placement | None = None) -> Row:
-    """The inputs that a row shows; a roll that is found from both wheels is known with the placement alone.
+    """Inputs of a case for a row.
 
-    The side stands in rows of wheelsets, and of right wheels.
+    Parameters
+    ----------
+    case
+        Inputs of the case.
+    placement
+        Placement of the case. A roll that is found from both wheels is None without it.
+
+    Returns
+    -------
+    Row
+        Inputs by column. Only rows of wheelsets and of right wheels have the side.
     """
     roll = case.roll_rad if placement is None else roll_of_case(case, placement)
     row: Row = {
@@ -386,51 +538,84 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
         "roll_mrad": None if case.roll != "given" and placement is None else 1e3 * roll,
         "yaw_mrad": 1e3 * case.yaw_rad,
     }
-    of_wheelset: Row = {"side": case.side, "roll": case.roll}
+    wheelset_columns: Row = {"side": case.side, "roll": case.roll}
     for name, load_N in (("roll_load_kN", case.roll_load_N), ("opposite_load_kN", case.opposite.wheel_load_N)):
         if load_N is not None:
-            of_wheelset[name] = load_N / 1e3
+            wheelset_columns[name] = load_N / 1e3
     if case.roll != "given" or case.side != "left":
-        row |= of_wheelset
+        row |= wheelset_columns
     return row | _irregular_columns(case, placement) if case.irregularities else row
 
 
 def _irregular_columns(case: Case, placement: Placement | None) -> Row:
-    """What rail and wheel have along the track, where on it, and how much lower the rigid wheel stands there."""
+    """Irregularities of rail and wheel, the distance along the track, and the lowering.
+
+    The lowering is the distance (mm) by which the rigid wheel stands lower there.
+    """
     along = None if placement is None else placement.along
-    lines = {"rail_irregularity": case.rail_irregularity, "wheel_irregularity": case.wheel_irregularity}
+    irregularities = {"rail_irregularity": case.rail_irregularity, "wheel_irregularity": case.wheel_irregularity}
     return {
         "distance_mm": case.distance_mm,
-        **{name: None if line is None else irregularity_text(line) for name, line in lines.items()},
+        **{
+            name: None if irregularity is None else irregularity_text(irregularity)
+            for name, irregularity in irregularities.items()
+        },
         "lowered_mm": None if along is None else along.lowered_mm,
     }
 
 
 def write_row(path: Path, row: Row) -> Path:
-    """Write a row with what made it; numbers that JSON does not have are kept as texts."""
-    kept = {key: repr(value) if _is_not_finite(value) else value for key, value in row.items()}
-    return write_json(path, {"schema": ROW_SCHEMA, "row": kept, "versions": versions()})
+    """Write a row with the versions of the packages that made it.
+
+    Numbers that JSON does not have are written as texts.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    row
+        Flat row.
+
+    Returns
+    -------
+    Path
+        The written file.
+    """
+    json_row = {key: repr(value) if _is_not_finite(value) else value for key, value in row.items()}
+    return write_json(path, {"schema": ROW_SCHEMA, "row": json_row, "versions": versions()})
 
 
 def read_row(path: Path) -> Row:
-    """Read a row as it was before it was written.
+    """Read a row exactly as it was before it was written.
+
+    Parameters
+    ----------
+    path
+        File that was written by `write_row`.
+
+    Returns
+    -------
+    Row
+        The row.
 
     Raises
     ------
     InputError
-        If the file is no row of this layout.
+        If the file is not a row of this layout.
     """
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != ROW_SCHEMA:
         raise InputError(f"{path}: no row of the layout {ROW_SCHEMA}; solve the case again")
     row = document.get("row")
-    plain = (str, int, float, bool, type(None))
-    if not isinstance(row, Mapping) or not all(isinstance(value, plain) for value in row.values()):
+    plain_types = (str, int, float, bool, type(None))
+    if not isinstance(row, Mapping) or not all(isinstance(value, plain_types) for value in row.values()):
         raise InputError(f"{path}: it is no row; solve the case again")
-    return {key: _NOT_FINITE.get(value, value) if isinstance(value, str) else value for key, value in row.items()}
+    return {
+        key: _NON_FINITE_NUMBERS.get(value, value) if isinstance(value, str) else value for key, value in row.items()
+    }
 
 
-_NOT_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
+_NON_FINITE_NUMBERS = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 
 
 def _is_not_finite(value: object) -> bool:

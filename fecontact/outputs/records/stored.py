@@ -1,7 +1,7 @@
-"""Solved loads and placements as plain values and arrays, and back: what a stored result is judged again from.
+"""Conversion of solved loads and placements to plain values and arrays, and back.
 
-Numbers go through JSON and NumPy's own format without loss, so that what is read back is what was solved, to the last
-bit.
+A stored result is judged again from these values. Numbers pass through JSON and NumPy's own format without loss, so
+that a solved load that is read back is equal to the original to the last bit.
 """
 
 from __future__ import annotations
@@ -30,48 +30,80 @@ from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 Arrays = dict[str, NDArray[np.float64]]
 
-# Solved fields unpack to two to three times what they have on disk; small ones of round numbers to more.
-_MOST_UNPACKED = 20
-_ALWAYS_BYTES = 100_000_000
-_FEWEST_NODES = 2
+# Solved fields unpack to two to three times their size on disk; small fields of round numbers unpack to more.
+_MAX_UNPACKING_RATIO = 20
+_ALWAYS_ALLOWED_BYTES = 100_000_000
+_MIN_NODES = 2
 _kinds = cache(get_type_hints)
 _RUNG_FIELDS = ("pressure_MPa", "gap_mm")
 _RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_RUNG_FIELDS))
-# Fields with another name among the arrays.
-_NAMES = {"levels": "level"}
+# Fields that have a different name among the arrays.
+_ARRAY_NAMES = {"levels": "level"}
 # Fields of a solved load that earlier versions did not store.
-_ADDED_LATER = ("gap_curvature_error",)
+_FIELDS_ADDED_LATER = ("gap_curvature_error",)
 
 
-def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Record:
-    """A solved load without its case; puts its fields into `arrays` under names that begin with `prefix`."""
-    own = {one.name: getattr(solved, one.name) for one in fields(solved) if one.name != "case"}
-    record = _fields(own, arrays, prefix.rstrip("_"))
+def solved_record(solved_load: SolvedLoad, arrays: Arrays, prefix: str = "") -> Record:
+    """Convert a solved load, without its case, to a record and arrays.
+
+    Parameters
+    ----------
+    solved_load
+        Solved load.
+    arrays
+        The fields of the load are added to these arrays.
+    prefix
+        Beginning of the names of the added arrays.
+
+    Returns
+    -------
+    Record
+        Plain values of the load, with the load in N.
+    """
+    values = {field.name: getattr(solved_load, field.name) for field in fields(solved_load) if field.name != "case"}
+    record = _plain_fields(values, arrays, prefix.rstrip("_"))
     for level in record["levels"]:
         if level["yielded"] is None:
             del level["yielded"]
-    return {"load_N": solved.case.load_N, **record}
+    return {"load_N": solved_load.case.load_N, **record}
 
 
 def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]], case: Case) -> SolvedLoad:
-    """A solved load from its record and arrays; `case` has its load.
+    """Restore a solved load from its record and arrays.
+
+    Parameters
+    ----------
+    record
+        Record that `solved_record` made.
+    arrays
+        Arrays by name.
+    case
+        Case with the load of the record.
+
+    Returns
+    -------
+    SolvedLoad
+        The solved load.
 
     Raises
     ------
     KeyError, TypeError
         If the record has another layout.
     """
-    own = {
-        one.name: record[one.name]
-        for one in fields(SolvedLoad)
-        if one.name != "case" and (one.name in record or one.name not in _ADDED_LATER)
+    values = {
+        field.name: record[field.name]
+        for field in fields(SolvedLoad)
+        if field.name != "case" and (field.name in record or field.name not in _FIELDS_ADDED_LATER)
     }
-    found: SolvedLoad = _value(SolvedLoad, {**own, "case": case}, arrays)
-    return found
+    solved_load: SolvedLoad = _value(SolvedLoad, {**values, "case": case}, arrays)
+    return solved_load
 
 
 def _plain(value: Any, arrays: Arrays, name: str) -> Any:
-    """A value as JSON has it, dataclasses by their fields; what is on a grid goes into `arrays` under a name."""
+    """Convert a value to JSON types, dataclasses by their fields.
+
+    Fields on a grid are added to `arrays` under names that begin with `name`.
+    """
     if isinstance(value, Rung):
         arrays[f"{name}_x_mm"], arrays[f"{name}_s_mm"] = value.grid.x_mm, value.grid.s_mm
         if value.grid.widths_mm is not None:
@@ -79,23 +111,23 @@ def _plain(value: Any, arrays: Arrays, name: str) -> Any:
         arrays |= {f"{name}_{field}": getattr(value, field) for field in _RUNG_FIELDS}
         return {"arrays": name, "half": value.grid.half, **{key: getattr(value, key) for key in _RUNG_NUMBERS}}
     if is_dataclass(value):
-        own = {one.name: getattr(value, one.name) for one in fields(value) if one.name != "profile"}
-        return _fields(own, arrays, name)
+        attributes = {field.name: getattr(value, field.name) for field in fields(value) if field.name != "profile"}
+        return _plain_fields(attributes, arrays, name)
     if isinstance(value, Mapping):
-        return {key: _plain(one, arrays, name) for key, one in value.items()}
+        return {key: _plain(member, arrays, name) for key, member in value.items()}
     if isinstance(value, tuple):
-        return [_plain(one, arrays, f"{name}{place}") for place, one in enumerate(value)]
+        return [_plain(member, arrays, f"{name}{place}") for place, member in enumerate(value)]
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _fields(own: Mapping[str, Any], arrays: Arrays, name: str) -> Record:
-    """Fields of a value, each with a name of its own among the arrays."""
-    parts = {key: (name, _NAMES.get(key, key)) for key in own}
-    return {key: _plain(one, arrays, "_".join(filter(None, parts[key]))) for key, one in own.items()}
+def _plain_fields(values: Mapping[str, Any], arrays: Arrays, name: str) -> Record:
+    """Convert the fields of a value; each field has a unique name among the arrays."""
+    name_parts = {key: (name, _ARRAY_NAMES.get(key, key)) for key in values}
+    return {key: _plain(value, arrays, "_".join(filter(None, name_parts[key]))) for key, value in values.items()}
 
 
 def _without_alias(kind: Any) -> Any:
-    """Annotation that a type alias names; other annotations are returned unchanged.
+    """Annotation behind a type alias; other annotations are returned unchanged.
 
     NumPy 2.5 declares `NDArray` by a `type` statement on Python 3.12 and newer. There `get_origin` of `NDArray[float]`
     is the alias and not `numpy.ndarray`.
@@ -107,89 +139,135 @@ def _without_alias(kind: Any) -> Any:
 
 
 def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> Any:
-    """A value of a kind from what `_plain` made of it."""
+    """Restore a value of a kind from the result of `_plain`."""
     if isinstance(kind, type) and isinstance(plain, kind):
         return plain
     if kind is Rung:
-        return _rung(plain, arrays)
+        return _read_rung(plain, arrays)
     if isinstance(kind, type) and is_dataclass(kind):
         kinds = _kinds(kind)
-        return kind(**{key: _value(kinds[key], one, arrays) for key, one in plain.items()})
+        return kind(**{key: _value(kinds[key], member, arrays) for key, member in plain.items()})
     kind = _without_alias(kind)
-    origin, of = get_origin(kind), get_args(kind)
+    origin, arguments = get_origin(kind), get_args(kind)
     if origin is UnionType:
-        return None if plain is None else _value(of[0], plain, arrays)
+        return None if plain is None else _value(arguments[0], plain, arrays)
     if origin is tuple:
-        return tuple(_value(of[0], one, arrays) for one in plain)
+        return tuple(_value(arguments[0], member, arrays) for member in plain)
     if origin is Mapping:
-        return {key: _value(of[1], one, arrays) for key, one in plain.items()}
+        return {key: _value(arguments[1], member, arrays) for key, member in plain.items()}
     if origin is np.ndarray:
         return np.array(plain)
-    # A list or an object that no branch above has read would stay as it is, and fail far from here.
+    # A list or an object that no branch above converts would stay unchanged, and fail far from here.
     if isinstance(plain, list | dict):
         raise TypeError(f"a stored {type(plain).__name__} cannot be read back as {kind}")
     # JSON has null for a number that is not finite
     return math.nan if kind is float and plain is None else plain
 
 
-def _rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> Rung:
+def _read_rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> Rung:
+    """Restore a rung from its record and arrays.
+
+    Raises
+    ------
+    ValueError
+        If the fields are not on the grid.
+    """
     name = record["arrays"]
     grid = ContactGrid(
         x_mm=arrays[f"{name}_x_mm"],
         s_mm=arrays[f"{name}_s_mm"],
         half=record["half"],
-        # only of several bands
+        # only for several bands
         widths_mm=arrays.get(f"{name}_widths_mm"),
     )
     values: Record = {key: record[key] for key in _RUNG_NUMBERS}
     values |= {field: arrays[f"{name}_{field}"] for field in _RUNG_FIELDS}
-    if any(values[field].shape != grid.shape for field in _RUNG_FIELDS) or min(grid.shape) < _FEWEST_NODES:
+    if any(values[field].shape != grid.shape for field in _RUNG_FIELDS) or min(grid.shape) < _MIN_NODES:
         raise ValueError(f"{name}: its fields are not on its grid of {grid.shape} nodes")
     return Rung(grid=grid, **values)
 
 
 def write_arrays(path: Path, arrays: Arrays) -> Path:
-    """Write arrays as one compressed NumPy archive, the same bytes every time."""
+    """Write arrays as a compressed NumPy archive; equal arrays give equal bytes."""
     return write_atomically(path, lambda temporary: np.savez_compressed(temporary, allow_pickle=False, **arrays))
 
 
 def read_arrays(path: Path) -> Arrays:
     """Read all arrays of an archive.
 
+    The sizes that the archive claims are checked before anything is unpacked.
+
+    Parameters
+    ----------
+    path
+        File that was written by `write_arrays`.
+
+    Returns
+    -------
+    Arrays
+        Arrays by name.
+
     Raises
     ------
     ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error
-        If it is none that was written here; what it claims is looked at before anything is unpacked.
+        If the file is not such an archive.
     """
     with open_regular(path) as file, ZipFile(file) as archive:
         members = archive.infolist()
-        claimed = sum(member.file_size for member in members)
-        allowed = max(_ALWAYS_BYTES, _MOST_UNPACKED * path.stat().st_size)
-        if claimed > allowed:
-            raise ValueError(f"{path.name} unpacks to {claimed / 1e6:.0f} MB, allowed are {allowed / 1e6:.0f}")
-        return {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
+        claimed_bytes = sum(member.file_size for member in members)
+        allowed_bytes = max(_ALWAYS_ALLOWED_BYTES, _MAX_UNPACKING_RATIO * path.stat().st_size)
+        if claimed_bytes > allowed_bytes:
+            raise ValueError(
+                f"{path.name} unpacks to {claimed_bytes / 1e6:.0f} MB, allowed are {allowed_bytes / 1e6:.0f}"
+            )
+        return {member.filename.removesuffix(".npy"): _read_array(archive, member) for member in members}
 
 
-def _array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
-    """One array, of whose numbers the archive has as many as its header claims."""
+def _read_array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
+    """Read an array, and check that the number of values agrees with the header."""
     with archive.open(member) as file:
         np.lib.format.read_magic(file)
-        shape, by_column, kind = np.lib.format.read_array_header_1_0(file)
+        shape, is_by_column, kind = np.lib.format.read_array_header_1_0(file)
         content = file.read()
     if kind != np.dtype("<f8") or len(content) != 8 * math.prod(shape):
         raise ValueError(f"{member.filename} has not the numbers that it claims ({shape} of {kind})")
-    return np.frombuffer(content, "<f8").reshape(shape, order="F" if by_column else "C").astype(float)
+    return np.frombuffer(content, "<f8").reshape(shape, order="F" if is_by_column else "C").astype(float)
 
 
 def placement_record(placement: Placement) -> Record:
-    """Where both bodies stand and touch, without their profiles and irregularities."""
+    """Record of a placement, without profiles and irregularities.
+
+    Parameters
+    ----------
+    placement
+        Placement of wheel and rail.
+
+    Returns
+    -------
+    Record
+        Poses of both bodies, touch points, and limits of flange climbing.
+    """
     names = ("rail", "wheel", "touch_points", "climbs", "other_climbs")
-    found = {name: _plain(getattr(placement, name), {}, name) for name in names}
-    return found if placement.along is None else found | {"along": picked(placement.along, "middle_x_mm lowered_mm")}
+    record = {name: _plain(getattr(placement, name), {}, name) for name in names}
+    return record if placement.along is None else record | {"along": picked(placement.along, "middle_x_mm lowered_mm")}
 
 
 def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profile) -> Placement:
-    """A placement from its record and the profiles, without any search for touch points.
+    """Restore a placement from its record and the profiles.
+
+    Touch points are read from the record; nothing is searched.
+
+    Parameters
+    ----------
+    record
+        Record without the entry `along`.
+    rail, wheel
+        Profiles of both bodies.
+
+    Returns
+    -------
+    Placement
+        The placement.
 
     Raises
     ------
@@ -197,16 +275,31 @@ def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profi
         If the record has another layout.
     """
     poses = {"rail": {**record["rail"], "profile": rail}, "wheel": {**record["wheel"], "profile": wheel}}
-    found: Placement = _value(Placement, {**record, **poses}, {})
-    return found
+    placement: Placement = _value(Placement, {**record, **poses}, {})
+    return placement
 
 
 def stored_placement(case: Case, record: Mapping[str, Any]) -> Placement:
-    """The placement of a stored case, with the profiles and irregularities that the case names."""
+    """Restore the placement of a stored case.
+
+    Parameters
+    ----------
+    case
+        Case that names the profiles and irregularities.
+    record
+        Record of the placement.
+
+    Returns
+    -------
+    Placement
+        The placement, with the irregularities along the track.
+    """
     rail, wheel = resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file)
-    bodies = {name: value for name, value in record.items() if name != "along"}
-    placement = placement_from_record(bodies, rail, wheel.profile)
+    entries = {name: value for name, value in record.items() if name != "along"}
+    placement = placement_from_record(entries, rail, wheel.profile)
     if "along" not in record:
         return placement
-    lines = tuple(line.on_wheel(placement.wheel.rolling_radius_mm) for line in case.irregularities)
-    return replace(placement, along=AlongTrack(lines=lines, distance_mm=case.distance_mm, **record["along"]))
+    irregularities = tuple(
+        irregularity.on_wheel(placement.wheel.rolling_radius_mm) for irregularity in case.irregularities
+    )
+    return replace(placement, along=AlongTrack(lines=irregularities, distance_mm=case.distance_mm, **record["along"]))
