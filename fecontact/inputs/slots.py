@@ -145,9 +145,8 @@ def slots(instance: DataclassInstance) -> tuple[Slot, ...]:
 def inputs(kind: type[T]) -> type[T]:
     """Make a frozen dataclass with checked values.
 
-    The values are checked before the `__post_init__` of the class. The dataclass refuses unrecognised names (with the
-    nearest name as a suggestion), missing names and positional values. Empty labels, units and keys of its descriptions
-    are derived from the names of the fields.
+    The values are checked before the `__post_init__` of the class. Empty labels, units and keys of its descriptions are
+    derived from the names of the fields.
 
     Parameters
     ----------
@@ -158,6 +157,12 @@ def inputs(kind: type[T]) -> type[T]:
     -------
     type
         The class as a frozen dataclass with keyword arguments only.
+
+    Raises
+    ------
+    InputError
+        Raised by the dataclass for unrecognised names (with the nearest name as a suggestion), for missing names, for
+        positional values and for invalid values.
     """
     post_init: Callable[[T], None] | None = kind.__dict__.get("__post_init__")
 
