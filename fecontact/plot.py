@@ -77,9 +77,9 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
     InputError
         If the measure or the theory does not exist.
     """
-    from fecontact.maps.files import figure_of
+    from fecontact.maps.files import draw_map_by_measure
 
-    return figure_of(applicability_map, measure, theory, _make_figure)
+    return draw_map_by_measure(applicability_map, measure, theory, _make_figure)
 
 
 def _make_figure(width: float, height: float) -> Figure:
