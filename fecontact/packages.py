@@ -12,7 +12,7 @@ FINITE_ELEMENTS = ("gmsh", "pyamg")
 
 
 def has_wheels() -> bool:
-    """Whether the packages have wheels for this machine, by the rule of the markers in pyproject.toml."""
+    """Whether the packages have wheels for this machine, as the markers in pyproject.toml state."""
     return sys.platform != "linux" or platform.machine() == "x86_64"
 
 

@@ -33,7 +33,7 @@ def say(text: str, *, quiet: bool = False) -> None:
 
 
 def announce(*lines: str, quiet: bool = False) -> None:
-    """Print lines to standard error before the work that they announce, and write them to the log.
+    """Print announcements to standard error, and write them to the log.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def announce(*lines: str, quiet: bool = False) -> None:
 
 
 def log_only(text: str, *, warning: bool = False) -> None:
-    """Write a text to the log that a user sees elsewhere, for example in a table."""
+    """Write a text to the log that is visible elsewhere, as in a table."""
     LOG.log(logging.WARNING if warning else logging.INFO, text)
 
 
@@ -92,7 +92,9 @@ def _print_radii(cases: Sequence[Case]) -> None:
 
 
 def tell_geometry(cases: Sequence[Case]) -> None:
-    """Print geometry and radius of each pair of a user's profiles, at the first placeable case.
+    """Print geometry and radius of each pair of profiles from a user's files.
+
+    They are for the first case of each pair in which the wheel can be placed.
 
     Parameters
     ----------

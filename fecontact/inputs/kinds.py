@@ -420,7 +420,7 @@ def _is_truth_value(value: Any) -> bool:
 
 
 def as_truth(value: Any) -> Any:
-    """Truth value of a text such as yes or no, or of 1 or 0 in a table.
+    """Truth value of a text such as yes, or of 1 or 0.
 
     Parameters
     ----------

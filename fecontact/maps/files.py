@@ -243,7 +243,7 @@ def _build_legend(view: MapView, sizes: ColumnSizes) -> list[Any]:
 
 
 def _compute_height(loads: Floats) -> float:
-    """Height of the figure in inches, with a line of text for each of the closest loads, within bounds."""
+    """Height of the figure in inches, within bounds; the closest loads have a line of text each."""
     if loads.size < 2:
         return 4.0
     bottom, top = _compute_load_range(loads)
@@ -251,7 +251,7 @@ def _compute_height(loads: Floats) -> float:
 
 
 def _compute_load_range(loads: Floats) -> tuple[float, float]:
-    """Range of the load axis in kN, with room for texts at the smallest and the largest load."""
+    """Range of the load axis in kN, with room for texts at both ends."""
     room = 0.05 * float(np.ptp(loads)) or 0.5
     return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
 
@@ -313,7 +313,9 @@ def _choose_colour(cell: CellView, colours: Mapping[str, str]) -> str:
 
 
 def _draw_text(ax: Axes, cell: CellView, colour: str, shift_mm: float, sizes: ColumnSizes) -> None:
-    """Draw the text of a cell on its colour, so that no border of colours crosses the text."""
+    """Draw the text of a cell on its colour.
+
+    The colour hides the borders of bands behind the text."""
     from matplotlib.transforms import ScaledTranslation
 
     text = cell.text if sizes.has_numbers else cell.letter

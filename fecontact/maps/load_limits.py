@@ -98,7 +98,7 @@ def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> t
     tuple of KnownLoad
         Verdicts of the usable loads.
     """
-    loads = [KnownLoad.of(judged) for judged in tried if judged.usable]
+    loads = [KnownLoad.of(load) for load in tried if load.usable]
     loads += [KnownLoad.of(cell.usable) for cell in cells if cell.usable]
     return tuple(sorted(loads, key=lambda load: load.load_N))
 
@@ -147,7 +147,9 @@ def next_load(
 
 
 def _find_guard_load(failing_N: Sequence[float]) -> float | None:
-    """Load in the widest gap between failing loads, from a limit to the map's next load; None for narrow gaps.
+    """Load (N) in the widest gap between failing loads; None for narrow gaps.
+
+    The failing loads reach from a limit to the map's next load.
 
     A load from the search near the limit does not guard the loads beyond it.
     """

@@ -94,7 +94,9 @@ def write_map_report(
         *_build_pictures(applicability_map, largest_loads),
         Heading("Cells"),
         _build_cells_table(applicability_map),
-        *_build_details(applicability_map, cells, pictures or {}, most=pictures_that_fit(map_pictures, len(cells))),
+        *_build_details(
+            applicability_map, cells, pictures or {}, picture_count=pictures_that_fit(map_pictures, len(cells))
+        ),
         *closing(
             THEORIES,
             *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
@@ -111,11 +113,16 @@ def _build_cell_parts(cell: MapCell) -> list[Part]:
         return [f"{place}: {cell.status}"]
     # The hint for an open verdict depends on the case.
     parts = case_parts({**cell_record(cell), "case": case_inputs(cell.judged.case)})
-    return [f"{place}: Hertz {cell.verdict}", *(part for part in parts if part and not isinstance(part, Details))]
+    return [
+        f"{place}: Hertz {cell.verdict}",
+        *(document_part for document_part in parts if document_part and not isinstance(document_part, Details)),
+    ]
 
 
 def _draw_map_picture(view: MapView, cells: Mapping[str, Sequence[Part]]) -> Picture:
-    """Picture of a map with a spot for each cell, which shows its measures and links to its details."""
+    """Picture of a map with a spot for each cell.
+
+    The spot shows the measures of the cell and links to its details."""
     figure = draw_map(view)
     # Drawing the figure also lays it out.
     content = svg_of(figure)
@@ -129,7 +136,7 @@ def _draw_map_picture(view: MapView, cells: Mapping[str, Sequence[Part]]) -> Pic
 def _describe_measures(parts: Sequence[Part]) -> Iterator[str]:
     """Lines of a cell under the mouse pointer: its answer, and a line for each measure."""
     yield str(parts[0])
-    for table in (part for part in parts[:4] if isinstance(part, Table)):
+    for table in (document_part for document_part in parts[:4] if isinstance(document_part, Table)):
         for name, *_, deviation, uncertainty, limit, answer in (row.cells for row in table.rows):
             yield f"{name}: {deviation} ± {uncertainty} (limit {limit}) {answer}"
 
@@ -161,7 +168,7 @@ def cell_picture(load: JudgedLoad, placement: Placement) -> bytes:
 
 
 def _build_details(
-    applicability_map: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], pictures: Pictures, *, most: int
+    applicability_map: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], pictures: Pictures, *, picture_count: int
 ) -> Iterator[Details]:
     """Details of each cell, with pictures for the cells of largest limit utilisation.
 
@@ -173,7 +180,7 @@ def _build_details(
         Parts of each cell by its name.
     pictures
         Pictures of cells that were drawn before.
-    most
+    picture_count
         Largest number of pictures.
 
     Yields
@@ -187,7 +194,7 @@ def _build_details(
         for name, cell, placement in zip(cells, applicability_map.cells, placements, strict=True)
         if cell.judged is not None and placement is not None
     }
-    names_with_picture = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:most]
+    names_with_picture = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:picture_count]
     for (name, (title, *parts)), cell in zip(cells.items(), applicability_map.cells, strict=True):
         if name in names_with_picture:
             content = pictures.get((cell.lateral_shift_mm, cell.load_N)) or cell_picture(*loads[name])
@@ -325,7 +332,7 @@ _SHARE_COLUMNS = (
 
 
 def shares_table(shares: Sequence[Item]) -> Table:
-    """Table with the number of cells in which each theory holds, and in which it is the cheapest.
+    """Table of the cells in which each theory holds or is the cheapest.
 
     Parameters
     ----------

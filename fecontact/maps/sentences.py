@@ -205,7 +205,7 @@ def _load_list(all_N: Sequence[float], some_N: Sequence[float]) -> str:
 
 
 def join_words(texts: Sequence[str]) -> str:
-    """Enumeration of at least one text."""
+    """Enumeration of texts, at least a single text."""
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 

@@ -166,7 +166,7 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
 
 
 def law_row(cell: MapCell, laws: MappedLaws) -> Record:
-    """Row of a cell with the cheapest law that holds, and the deviations of each law.
+    """Row of a cell with the cheapest law that holds, and all deviations.
 
     Parameters
     ----------
@@ -264,7 +264,9 @@ def describe_ellipse_theories(applicability_map: ApplicabilityMap) -> str:
 
 
 def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
-    """Numbers of cells in which each theory of the pressure holds, and in which it is the cheapest.
+    """Numbers of cells in which each theory holds or is the cheapest.
+
+    The theories are those of the pressure.
 
     The last records are the cells in which the cheapest theory is open, in which no theory holds, and without a usable
     result.
@@ -373,7 +375,9 @@ def _build_centre_columns(prefix: str, placement: Placement, centre_mm: tuple[fl
 
 
 def _build_patch_columns(patch: TheoryPatch, placement: Placement, total_N: float) -> Record:
-    """Columns of a patch at its touch point, or at its centre of pressure for a theory without touch points."""
+    """Columns of a patch at its touch point.
+
+    For a theory without touch points the position is the centre of pressure."""
     names = "rail_y_mm wheel_y_mm contact_angle_rad"
     at_centre = zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True)
     position = dict(at_centre) if patch.touch is None else picked(patch.touch, names)

@@ -10,7 +10,7 @@ from fecontact.outputs.case_words import other_wheel_label, roll_words
 
 
 def map_table(view: MapView, *, width: int | None = None) -> str:
-    """Table of a map as a text, with a line for each position and notes below.
+    """Text table of a map, with a line for each position and notes.
 
     Each line has a text for each load and the load limit. If a line is longer than `width`, the limits are below the
     table and the cells are closer. A table that is still too wide is divided into tables of fewer loads.

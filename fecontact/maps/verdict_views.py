@@ -292,7 +292,7 @@ def list_solved_loads_kN(position: MapPosition) -> tuple[float, ...]:
 
 
 def _find_theory_limit(position: MapPosition, theory: str) -> LoadLimit:
-    """Load limit of another theory than Hertz, from the loads that were solved for the map."""
+    """Load limit of another theory than Hertz, from the map's solved loads."""
     judgements = [(cell, judged_by(cell.judged, theory)) for cell in position.cells if cell.usable]
     answers_by_load = [
         (cell.load_N, judgement.verdict.answer) for cell, judgement in judgements if judgement is not None
@@ -340,7 +340,9 @@ def _build_feature_cell(cell: MapCell, verdicts: MappedVerdicts) -> CellView:
 def _build_cell_view(
     cell: MapCell, answer: str, number: str, letter: str, printed: str, *, diamond: bool = False
 ) -> CellView:
-    """View of a cell with a number and a letter, in the table after the sign of its answer.
+    """View of a cell with a number and a letter.
+
+    In the table they follow the sign of the answer.
 
     Parameters
     ----------
