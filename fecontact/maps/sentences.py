@@ -36,21 +36,21 @@ def write_verdict_sentences(applicability_map: ApplicabilityMap, view: MapView, 
     for index, (position, column) in enumerate(zip(applicability_map.positions, view.columns, strict=True)):
         groups.setdefault(_describe_column(column, view, _describe_cause(position) if why else ""), []).append(index)
     sentences: list[str] = []
-    for (rank, phrase), chosen in sorted(groups.items(), key=lambda group: group[0][0]):
+    for (rank, phrase), indices in sorted(groups.items(), key=lambda group: group[0][0]):
         place = (
-            f"at {join_words([f'{shifts[index]:g}' for index in chosen])} mm"
+            f"at {join_words([f'{shifts[index]:g}' for index in indices])} mm"
             if rank == _HOLDS_UP_TO
-            else _join_shifts(shifts, chosen)
+            else _join_shifts(shifts, indices)
         )
         ends = (
-            join_words([f"{view.columns[index].bands[0][1]:.3g}" for index in chosen]) if rank == _HOLDS_UP_TO else ""
+            join_words([f"{view.columns[index].bands[0][1]:.3g}" for index in indices]) if rank == _HOLDS_UP_TO else ""
         )
         clause = phrase.replace("{ends}", ends).replace("{it}", "it" if sentences else name)
         sentences.append(f"{capitalise(f'{place} {clause}')}.")
     return sentences + _count_unusable(view)
 
 
-_HOLDS_AT_ALL_LOADS, _HOLDS_UP_TO, _FAILS_AT_ALL_LOADS, _OTHERWISE, _WITHOUT_RESULT = range(5)
+_HOLDS_AT_ALL_LOADS, _HOLDS_UP_TO, _FAILS_AT_ALL_LOADS, _CHANGES, _WITHOUT_RESULT = range(5)
 
 
 def _describe_column(column: ColumnView, view: MapView, because: str) -> tuple[int, str]:
@@ -78,12 +78,12 @@ def _describe_column(column: ColumnView, view: MapView, because: str) -> tuple[i
     starts_at_smallest_load = column.bands[0][0] <= min(view.loads_N) / 1e3
     covers_all_loads = starts_at_smallest_load and column.bands[-1][1] >= max(view.loads_N) / 1e3
     if covers_all_loads and set(answers) == {"HOLDS"}:
-        return _HOLDS_AT_ALL_LOADS, f"{{it}} holds at all loads ({_load_range(view.loads_N)})"
+        return _HOLDS_AT_ALL_LOADS, f"{{it}} holds at all loads ({_format_load_range(view.loads_N)})"
     if covers_all_loads and set(answers) == {"FAILS"}:
         return _FAILS_AT_ALL_LOADS, f"{{it}} fails at all loads{because}"
     if starts_at_smallest_load and answers[0] == "HOLDS" and "HOLDS" not in answers[1:] and len(answers) > 1:
         return _HOLDS_UP_TO, f"{{it}} holds up to {{ends}} kN{because}"
-    return _OTHERWISE, f"{{it}} {_add_verbs(column.limit)}"
+    return _CHANGES, f"{{it}} {_add_verbs(column.limit)}"
 
 
 def write_theory_sentences(view: MapView) -> list[str]:
@@ -141,7 +141,7 @@ def _describe_places(view: MapView, name: str, *, out_of_range: bool = False) ->
     texts = []
     for loads in sorted({loads for loads in at_loads.values() if loads}, key=lambda loads: (-len(loads), loads)):
         places = _join_shifts(shifts, [number for number, name_loads in at_loads.items() if name_loads == loads])
-        load_text = "at all loads" if loads == view.loads_N else _load_list(view.loads_N, loads)
+        load_text = "at all loads" if loads == view.loads_N else _format_load_list(view.loads_N, loads)
         texts.append(f"{places} {load_text}")
     return "; ".join(texts)
 
@@ -174,14 +174,14 @@ def _count_unusable(view: MapView) -> list[str]:
     return [f"Of {len(answers)} cells {' and '.join(phrases)}."] if phrases else []
 
 
-def _join_shifts(shifts_mm: Sequence[float], chosen: Sequence[int]) -> str:
+def _join_shifts(shifts_mm: Sequence[float], indices: Sequence[int]) -> str:
     """Shifts in words; three or more close neighbours become a range."""
     ranges: list[str] = []
     single_shifts: list[str] = []
     # A gap in the picture is also a gap in the sentence.
     steps = (1 if after - before <= CLOSE_SHIFTS_MM else 2 for before, after in pairwise(shifts_mm))
     positions = list(accumulate(steps, initial=0))
-    for _, group in groupby(enumerate(chosen), key=lambda pair: positions[pair[1]] - pair[0]):
+    for _, group in groupby(enumerate(indices), key=lambda pair: positions[pair[1]] - pair[0]):
         numbers = [shifts_mm[index] for _, index in group]
         if len(numbers) > 2:
             ranges.append(f"from {numbers[0]:g} to {numbers[-1]:g}")
@@ -192,15 +192,15 @@ def _join_shifts(shifts_mm: Sequence[float], chosen: Sequence[int]) -> str:
     return f"{join_words(ranges)} mm"
 
 
-def _load_range(loads_N: Sequence[float]) -> str:
+def _format_load_range(loads_N: Sequence[float]) -> str:
     low, high = (f"{load_N / 1e3:g}" for load_N in (min(loads_N), max(loads_N)))
     return f"{low} kN" if low == high else f"{low} to {high} kN"
 
 
-def _load_list(all_N: Sequence[float], some_N: Sequence[float]) -> str:
+def _format_load_list(all_N: Sequence[float], some_N: Sequence[float]) -> str:
     first = all_N.index(some_N[0])
     if len(some_N) > 2 and tuple(all_N[first : first + len(some_N)]) == tuple(some_N):
-        return f"from {_load_range(some_N)}"
+        return f"from {_format_load_range(some_N)}"
     return f"at {join_words([f'{load_N / 1e3:g}' for load_N in some_N])} kN"
 
 

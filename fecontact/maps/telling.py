@@ -285,7 +285,7 @@ def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
     judgements_by_cell, cheapest_theories = [theories_of(load) for load in loads], [cheapest_of(load) for load in loads]
     answers = [theory.label for theory in cheapest_theories] + ["failed"] * (len(applicability_map.cells) - len(loads))
 
-    def counted(prefix: str, count: int) -> Record:
+    def build_count_columns(prefix: str, count: int) -> Record:
         return {f"{prefix}_cells": count, f"{prefix}_percent": 100.0 * count / len(answers) if answers else 0.0}
 
     records: list[Record] = []
@@ -299,10 +299,10 @@ def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
             {
                 "theory": name,
                 **picked(THEORIES[name], "words cost"),
-                **counted("cheapest", len(utilisations)),
+                **build_count_columns("cheapest", len(utilisations)),
                 "out_of_range_cells": sum(theory.label == name and theory.out_of_range for theory in cheapest_theories),
                 "largest_limit_used": max(utilisations, default=None),
-                **counted(
+                **build_count_columns(
                     "holds",
                     sum(
                         name in judgements and judgements[name].verdict.answer == "HOLDS"
@@ -312,7 +312,9 @@ def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
             }
         )
     answers_without_theory = ("UNRESOLVED", "none", "failed")
-    return records + [{"theory": name, **counted("cheapest", answers.count(name))} for name in answers_without_theory]
+    return records + [
+        {"theory": name, **build_count_columns("cheapest", answers.count(name))} for name in answers_without_theory
+    ]
 
 
 # --- Cells as rows of a contact table.
