@@ -46,7 +46,7 @@ class KnownLoad:
         Load in N, and verdict.
     excess
         Limit utilisation minus 1, of the measure with the largest limit utilisation.
-    lowest_excess, highest_excess
+    least, most
         Smallest and largest value of the excess within its uncertainty. Hertz fails if the smallest value is above 0,
         and holds if the largest value is not above 0.
     """
@@ -54,8 +54,8 @@ class KnownLoad:
     load_N: float
     answer: Answer
     excess: float
-    lowest_excess: float = math.nan
-    highest_excess: float = math.nan
+    least: float = math.nan
+    most: float = math.nan
 
     @classmethod
     def of(cls, judged_load: JudgedLoad) -> KnownLoad:
@@ -78,8 +78,8 @@ class KnownLoad:
             load_N=judged_load.load_N,
             answer=judged_load.verdict.answer,
             excess=float(excess),
-            lowest_excess=float(lowest),
-            highest_excess=float(highest),
+            least=float(lowest),
+            most=float(highest),
         )
 
 
@@ -177,7 +177,7 @@ def _choose_load_between(lower: KnownLoad, upper: KnownLoad, tolerance: float) -
     """
     low, high = math.log(lower.load_N), math.log(upper.load_N)
     answers = {lower.answer, upper.answer}
-    change = "excess" if "UNRESOLVED" not in answers else "lowest_excess" if "FAILS" in answers else "highest_excess"
+    change = "excess" if "UNRESOLVED" not in answers else "least" if "FAILS" in answers else "most"
     ends: list[float] = [getattr(load, change) for load in (lower, upper)]
     if not math.prod(ends) < 0.0:
         return math.exp(0.5 * (low + high))
