@@ -26,25 +26,29 @@ from importlib import metadata
 
 from fecontact import __version__, packages
 
-#: Debian and Ubuntu packages; the names are the same in both.
+# : Debian and Ubuntu packages; both distributions use these names.
 PACKAGES = ("libglu1-mesa", "libgl1", "libegl1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1")
 PROBE_SECONDS = 120.0
-# What a case needs at `quick` with a patch of several lobes.
-_ENOUGH_GB = 4.0
+# Memory of a case at `quick` whose patch has several lobes.
+_LOBED_CASE_GB = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """A Python program that succeeds only if something works on this machine.
+    """Python program that succeeds only if a component works on this machine.
 
     Attributes
     ----------
+    name
+        Name of the component.
+    code
+        Python code of the program.
     consequence
-        What does not work if the probe fails.
+        Consequence of a failed probe.
     remedy
-        What to do in this case; empty if Debian packages may be missing.
+        Remedy for a failed probe; empty if Debian packages may be missing.
     needed
-        Whether no case can be solved without it.
+        Whether no case can be solved without the component.
     """
 
     name: str
@@ -54,7 +58,7 @@ class Probe:
     needed: bool = True
 
 
-# Libraries that gmsh's wheel is linked to and a minimal Debian lacks.
+# Libraries that gmsh's wheel is linked to and that a minimal Debian lacks.
 BEFORE = Probe(
     name="system libraries of gmsh",
     code="""
@@ -84,7 +88,20 @@ assert abs(pypardiso.spsolve(scipy.sparse.eye(3, format="csr") * 2.0, numpy.ones
 
 
 def examine(probes: Sequence[Probe] = PROBES) -> tuple[list[str], bool]:
-    """Lines on what works, what does not and the remedies; and whether anything needed fails."""
+    """Run probes and describe their results.
+
+    Parameters
+    ----------
+    probes
+        Probes to run.
+
+    Returns
+    -------
+    list of str
+        Lines on working components, failing components and remedies.
+    bool
+        Whether an essential component fails.
+    """
     failures = {probe: reason for probe in probes if (reason := failure(probe))}
     lines = [
         f"{probe.name}: does not work: {failures[probe]}; {probe.consequence}"
@@ -93,11 +110,12 @@ def examine(probes: Sequence[Probe] = PROBES) -> tuple[list[str], bool]:
         for probe in probes
     ]
     missing = missing_packages() if failures else ()
-    remedies = dict.fromkeys(_remedy(probe, reason, missing) for probe, reason in failures.items())
+    remedies = dict.fromkeys(_find_remedy(probe, reason, missing) for probe, reason in failures.items())
     return [*lines, *(f"remedy: {remedy}" for remedy in remedies)], any(probe.needed for probe in failures)
 
 
-def _remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
+def _find_remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
+    """Remedy for a failed probe, from its reason and the missing Debian packages."""
     if probe.remedy:
         return probe.remedy
     if reason.startswith("ModuleNotFoundError"):
@@ -108,67 +126,92 @@ def _remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
 
 
 def doctor() -> int:
-    """Print what works on this machine; returns 1 if no case can be solved here, else 0."""
+    """Print the state of this machine.
+
+    Returns
+    -------
+    int
+        Exit code: 1 if no case can be solved here, else 0.
+    """
     print(f"fecontact {__version__}, Python {platform.python_version()} ({sys.executable})")
     print(f"{platform.platform()}, {platform.machine()}")
-    installed, incomplete = _packages()
-    for line in (*installed, *_machine()):
+    installed, incomplete = _describe_packages()
+    for line in (*installed, *_describe_machine()):
         print(line)
     if not packages.has_wheels() and packages.find_missing():
         print(packages.remedy())
         return 1
-    lines, cannot = examine()
+    lines, is_unusable = examine()
     print("\n".join(lines))
-    lacks = incomplete or cannot
-    print("A case cannot be solved here yet; see above." if lacks else "All that is needed is here: fecontact demo")
-    return int(lacks)
+    is_incomplete = incomplete or is_unusable
+    print(
+        "A case cannot be solved here yet; see above."
+        if is_incomplete
+        else "All that is needed is here: fecontact demo"
+    )
+    return int(is_incomplete)
 
 
 def before(*, install: bool) -> int:
-    """Look for the libraries of gmsh, and install them as root if asked to; returns 1 if some are missing, else 0."""
+    """Check the libraries of gmsh, and install missing libraries as root on request.
+
+    Parameters
+    ----------
+    install
+        Whether missing libraries are installed.
+
+    Returns
+    -------
+    int
+        Exit code: 1 if libraries are missing, else 0.
+    """
     if not sys.platform.startswith("linux") or not packages.has_wheels():
         return 0
-    lines, lacks = examine((BEFORE,))
-    if lacks and install and _can_install() and (missing := missing_packages()):
+    lines, is_incomplete = examine((BEFORE,))
+    if is_incomplete and install and _can_install() and (missing := missing_packages()):
         print(f"Installing system libraries with apt-get: {' '.join(missing)}")
-        if refused := _apt_install(missing):
-            print(f"apt-get failed: {refused}")
-        lines, lacks = examine((BEFORE,))
-    if lacks:
+        if reason := _apt_install(missing):
+            print(f"apt-get failed: {reason}")
+        lines, is_incomplete = examine((BEFORE,))
+    if is_incomplete:
         print("\n".join(lines))
-    return int(lacks)
+    return int(is_incomplete)
 
 
-def _packages() -> tuple[list[str], bool]:
-    """Lines on the packages that are needed on every machine, and whether some of them are missing."""
+def _describe_packages() -> tuple[list[str], bool]:
+    """Lines on the required Python packages, and whether packages are missing."""
     try:
         required = metadata.requires("fecontact") or []
     except metadata.PackageNotFoundError:
-        # fecontact itself is not installed yet
+        # fecontact itself is not installed yet.
         return [], False
-    found, missing = [], []
-    for requirement, package in _needed(required):
+    installed, missing = [], []
+    for requirement, package in _find_requirements(required):
         try:
-            found.append(f"{package} {metadata.version(package)}")
+            installed.append(f"{package} {metadata.version(package)}")
         except metadata.PackageNotFoundError:
             missing.append(requirement)
-    lines = [f"packages: {', '.join(found)}"]
+    lines = [f"packages: {', '.join(installed)}"]
     if missing:
         lines.append(f"missing packages: {', '.join(missing)}; {sys.executable} -m pip install {shlex.join(missing)}")
     return lines, bool(missing)
 
 
-def _needed(required: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Requirements of this machine without their markers, and their packages; none of an extra, and no MKL."""
+def _find_requirements(required: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Requirements of this machine without their markers, and the names of their packages.
+
+    Requirements of extras and MKL are left out.
+    """
     for line in required:
         requirement, _, marker = (text.strip() for text in line.partition(";"))
         package = re.split(r"[^\w.-]", requirement)[0]
-        of_finite_elements = package in packages.FINITE_ELEMENTS and packages.has_wheels()
-        if of_finite_elements or not re.search("extra|platform_machine", marker):
+        is_needed_for_elements = package in packages.FINITE_ELEMENTS and packages.has_wheels()
+        if is_needed_for_elements or not re.search("extra|platform_machine", marker):
             yield requirement, package
 
 
-def _machine() -> list[str]:
+def _describe_machine() -> list[str]:
+    """Line on the cores and the memory of this machine; empty without psutil."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     try:
         import psutil
@@ -176,22 +219,30 @@ def _machine() -> list[str]:
         return []
     memory = psutil.virtual_memory()
     line = f"{cores} core{'s' * (cores != 1)}, {memory.total / 1e9:.1f} GB of memory, {memory.available / 1e9:.1f} free"
-    if memory.available < _ENOUGH_GB * 1e9:
+    if memory.available < _LOBED_CASE_GB * 1e9:
         line += "; a patch of several lobes needs 4 GB: end other programs, or use --solver amg"
     return [line]
 
 
 def failure(probe: Probe) -> str:
-    """Why a probe fails, in one line; empty if it succeeds."""
-    return _run([sys.executable, "-c", probe.code], PROBE_SECONDS)
+    """Reason why a probe fails, in a single line; empty if the probe succeeds."""
+    return _run_program([sys.executable, "-c", probe.code], PROBE_SECONDS)
 
 
-def _run(command: Sequence[str], seconds: float | None) -> str:
-    """Why a program fails; empty if it succeeds."""
-    # In an empty directory: a core file lands nowhere that matters, and nothing there shadows an import.
+def _run_program(command: Sequence[str], seconds: float | None) -> str:
+    """Reason why a program fails; empty if the program succeeds.
+
+    Parameters
+    ----------
+    command
+        Program with its arguments.
+    seconds
+        Time limit in s; None without a limit.
+    """
+    # The program runs in an empty directory: a core file does no harm there, and no file there shadows an import.
     with tempfile.TemporaryDirectory(prefix="fecontact-") as directory:
         try:
-            done = subprocess.run(
+            process = subprocess.run(
                 command,
                 cwd=directory,
                 stdin=subprocess.DEVNULL,
@@ -203,11 +254,11 @@ def _run(command: Sequence[str], seconds: float | None) -> str:
             )
         except subprocess.TimeoutExpired:
             return f"no answer within {seconds:g} s"
-    if done.returncode < 0:
-        # VTK's last output before a crash recommends a library that is not the cause: it is not passed on
-        return f"the process was ended by {_signal_name(-done.returncode)}"
-    lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).splitlines() if line.strip()]
-    return (lines[-1] if lines else f"exit code {done.returncode}") if done.returncode else ""
+    if process.returncode < 0:
+        # VTK's last output before a crash recommends a library that is not the cause, so the output is not reported.
+        return f"the process was ended by {_signal_name(-process.returncode)}"
+    lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;]*m", "", process.stderr).splitlines() if line.strip()]
+    return (lines[-1] if lines else f"exit code {process.returncode}") if process.returncode else ""
 
 
 def _signal_name(number: int) -> str:
@@ -215,17 +266,34 @@ def _signal_name(number: int) -> str:
 
 
 def missing_packages() -> tuple[str, ...]:
-    """Needed Debian packages that dpkg does not list as installed; all packages if there is no dpkg."""
+    """Debian packages that dpkg does not list as installed; all packages without dpkg.
+
+    Returns
+    -------
+    tuple of str
+        Names of the missing packages out of `PACKAGES`.
+    """
     if not shutil.which("dpkg-query"):
         return PACKAGES
     query = ("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\n", *PACKAGES)
     listed = subprocess.run(query, capture_output=True, text=True, check=False).stdout
-    present = {line.split()[0] for line in listed.splitlines() if line.endswith(" installed")}
-    return tuple(name for name in PACKAGES if name not in present)
+    installed = {line.split()[0] for line in listed.splitlines() if line.endswith(" installed")}
+    return tuple(name for name in PACKAGES if name not in installed)
 
 
 def install_command(packages: Sequence[str]) -> str:
-    """The shell command that installs Debian packages; for root if there is no sudo."""
+    """Shell command that installs Debian packages; without sudo, a command for root.
+
+    Parameters
+    ----------
+    packages
+        Names of the packages.
+
+    Returns
+    -------
+    str
+        Command.
+    """
     sudo = "sudo " if shutil.which("sudo") else ""
     names = shlex.join(packages)
     command = f"{sudo}apt-get update && {sudo}apt-get install -y --no-install-recommends {names}"
@@ -237,15 +305,27 @@ def _can_install() -> bool:
 
 
 def _apt_install(packages: Sequence[str]) -> str:
-    # A fresh machine often runs its own upgrade in the first minutes: wait for the lock instead of failing.
+    """Install Debian packages as root; the reason of a failure, or an empty text."""
+    # A fresh machine often runs its upgrade in the first minutes: apt-get waits for the lock instead of failing.
     apt = ("env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-q", "-o", "DPkg::Lock::Timeout=300")
-    # A failed update may still leave usable lists: only the install decides.
-    _run([*apt, "update"], None)
-    return _run([*apt, "install", "-y", "--no-install-recommends", *packages], None)
+    # A failed update may still leave usable lists, so only the result of the installation counts.
+    _run_program([*apt, "update"], None)
+    return _run_program([*apt, "install", "-y", "--no-install-recommends", *packages], None)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Examine the machine from the command line and return the exit code."""
+    """Examine the machine from the command line.
+
+    Parameters
+    ----------
+    arguments
+        Arguments of the command line; None for those of the process.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
     parser = argparse.ArgumentParser(prog="python -m fecontact.doctor", description=__doc__)
     parser.add_argument("--before", action="store_true", help="before the Python packages are installed; Linux only")
     parser.add_argument("--install", action="store_true", help="then, as root, install the libraries that are missing")

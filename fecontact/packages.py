@@ -1,4 +1,4 @@
-"""The packages of the finite elements, which have no wheels for Linux on ARM."""
+"""Python packages of the finite elements, which have no wheels for Linux on ARM."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FINITE_ELEMENTS = ("gmsh", "pyamg")
 
 
 def has_wheels() -> bool:
-    """Whether the packages have wheels for this machine; the markers in pyproject.toml say the same."""
+    """Whether the packages have wheels for this machine, as the markers in pyproject.toml state."""
     return sys.platform != "linux" or platform.machine() == "x86_64"
 
 
@@ -22,7 +22,13 @@ def find_missing() -> tuple[str, ...]:
 
 
 def remedy() -> str:
-    """What to do on this machine if a package of the finite elements is missing."""
+    """Advice for this machine if a package of the finite elements is missing.
+
+    Returns
+    -------
+    str
+        Command to install the packages, or the commands that work without them on machines without wheels.
+    """
     if has_wheels():
         return f"make setup, or pip install {' '.join(FINITE_ELEMENTS)}"
     return (
@@ -32,12 +38,12 @@ def remedy() -> str:
 
 
 def require_finite_elements() -> None:
-    """Check that finite elements can be used, before any work.
+    """Check before any work that the packages of the finite elements are installed.
 
     Raises
     ------
     InputError
-        If a package is missing; the message says which, and what to do.
+        If a package is missing. The message has the names of the missing packages and the remedy.
     """
     if missing := find_missing():
         verb = "is" if len(missing) == 1 else "are"

@@ -1,4 +1,4 @@
-"""Results drawn by matplotlib, into given axes or a new figure."""
+"""Pictures of results by matplotlib, in given axes or in a new figure."""
 
 from __future__ import annotations
 
@@ -19,25 +19,29 @@ Field = Literal["finite elements", "Hertz", "Hertz minus finite elements"]
 
 
 def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite elements") -> Figure | SubFigure:
-    """Draw a result: the whole picture, as in `case.png`, or one of its maps into given axes.
+    """Draw the whole picture of a result, or a single field into given axes.
+
+    The whole picture is equal to `case.png`.
 
     Parameters
     ----------
+    result
+        Result of a case.
     axes
-        Axes for the map of one field; if not given, a new figure gets all maps, cuts and measures.
+        Axes for the map of a single field. Without axes, a new figure gets all maps, cuts and measures.
     field
-        Pressure of `finite elements` (bodies that yield if there is a yield stress), of `Hertz`, or `Hertz minus finite
-        elements`, as the verdict's deviations; for given axes.
+        Field for given axes: pressure of `finite elements` (of yielding bodies if there is a yield stress), of `Hertz`,
+        or `Hertz minus finite elements`, from which the deviations of the verdict follow.
 
     Returns
     -------
     Figure
-        The figure that was drawn into, to be shown or saved.
+        Figure with the picture, to be shown or saved.
 
     Raises
     ------
     InputError
-        If there is no such field.
+        If the field does not exist.
     """
     if field not in get_args(Field):
         raise InputError(f"field {field!r}; allowed: {', '.join(get_args(Field))}")
@@ -45,40 +49,49 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     if axes is not None:
         draw_pressure(axes, result.load, field, fields)
         return axes.figure
-    figure = _shown(*case_inches(fields))
+    figure = _make_figure(*case_inches(fields))
     draw_case(figure, result.load, result.placement, fields)
     return figure
 
 
-def map(made: Any, *, measure: str = "pressure", theory: str = "hertz") -> Figure:
+def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "hertz") -> Figure:
     """Draw a map over lateral shift and load, as in `map.png`.
 
     Parameters
     ----------
-    made
-        An `ApplicabilityMap`, which `fecontact.load` gives of the folder of a map.
+    applicability_map
+        An `ApplicabilityMap`, as `fecontact.load` returns it for the folder of a map.
     measure
-        Where the `pressure` holds, the cheapest `theory` that holds, or what features judge, such as the `force`.
+        `pressure` for the verdict on a theory of the pressure, `theory` for the cheapest theory that holds, or a
+        measure of a feature, such as `force`.
     theory
         Theory of the pressure, for the measure `pressure`.
+
+    Returns
+    -------
+    Figure
+        Figure with the picture, to be shown or saved.
 
     Raises
     ------
     InputError
-        For a measure or a theory that there is not.
+        If the measure or the theory does not exist.
     """
-    from fecontact.maps.files import figure_of
+    from fecontact.maps.files import draw_map_by_measure
 
-    return figure_of(made, measure, theory, _shown)
+    return draw_map_by_measure(applicability_map, measure, theory, _make_figure)
 
 
-def _shown(width: float, height: float) -> Figure:
-    """An empty figure that a script shows by pyplot.show(), and a notebook once, as the value of its cell."""
+def _make_figure(width: float, height: float) -> Figure:
+    """Empty figure for scripts and notebooks, with a size in inches.
+
+    A script shows the figure by pyplot.show(). A notebook shows it a single time, as the value of its cell.
+    """
     from matplotlib import get_backend, pyplot
 
     figure = pyplot.figure(figsize=(width, height), layout="constrained")
     if "inline" in get_backend():
-        # a notebook draws all open figures of pyplot below a cell, beside the value of the cell
+        # A notebook draws all open figures of pyplot below a cell, in addition to the value of the cell.
         pyplot.close(figure)
     return figure
 

@@ -1,4 +1,4 @@
-"""What each process of the program sets for itself: the one that a user starts, and its workers."""
+"""Settings that each process of the program makes, main process and workers alike."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import gc
 
 
 def collect_rarely() -> None:
-    """Let Python look through all objects for cycles half as often.
+    """Let Python search all objects for reference cycles half as often.
 
-    Modules stay, and so does most of what a solution makes: to look through it takes 3 to 4 % of the time.
+    Modules and most objects of a solution stay alive. Searching them takes 3 to 4 % of the time.
     """
     gc.set_threshold(gc.get_threshold()[0], 20, 20)

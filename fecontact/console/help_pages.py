@@ -1,4 +1,4 @@
-"""Pages of help: first the options that most runs need, with `--help-all` all of them, with `--help TOPIC` some."""
+"""Pages of help: common options (`--help`), all options (`--help-all`), a topic (`--help TOPIC`)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import App
 
-from fecontact.console.options import MOST, PANELS, TOPICS, brief
+from fecontact.console.options import COMMON_INPUTS_TITLE, PANELS, TOPICS, find_brief_help
 from fecontact.errors import InputError
 from fecontact.inputs.texts import nearest
 
@@ -21,16 +21,16 @@ _ALL = "all"
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """What of a command's help is shown, as its formatter.
+    """Page of a command's help, used as the formatter of cyclopts.
 
     Attributes
     ----------
     tokens
-        Words by which cyclopts shows the help of the command.
+        Words with which cyclopts shows the help of the command.
     topic
-        A topic, "all", or nothing for the first page.
+        A topic, "all", or empty for the first page.
     topics
-        Those of the command, with how many options each has.
+        Number of options of each topic of the command.
     """
 
     tokens: tuple[str, ...]
@@ -38,16 +38,29 @@ class Page:
     topics: dict[str, int]
 
     def __call__(self, console: Any, options: Any, panel: HelpPanel) -> None:
-        """Print a panel if it is of this page."""
+        """Print a panel if it belongs to this page.
+
+        Parameters
+        ----------
+        console
+            Console of rich.
+        options
+            Options of the console.
+        panel
+            Panel of help with its options.
+        """
         from attrs import evolve
         from cyclopts.help.formatters import DefaultFormatter
 
         title = str(panel.title)
         topic = title.lower() if title.lower() in TOPICS else ""
-        if title == MOST:
+        if title == COMMON_INPUTS_TITLE:
             if self.topic:
                 return
-            short = [evolve(entry, description=brief(entry.names[0]) or entry.description) for entry in panel.entries]
+            short = [
+                evolve(entry, description=find_brief_help(entry.names[0]) or entry.description)
+                for entry in panel.entries
+            ]
             panel = panel.copy(entries=short)
         elif self.topic not in (topic, _ALL):
             return
@@ -55,7 +68,7 @@ class Page:
 
     @property
     def pointer(self) -> str:
-        """What leads from the first page to all the others."""
+        """Line of the first page with the commands for all other pages; empty on other pages."""
         if self.topic or not self.topics:
             return ""
         command = " ".join(("fecontact", *self.tokens[:-1]))
@@ -63,35 +76,47 @@ class Page:
 
 
 def page_of(app: App, words: Sequence[str]) -> Page | None:
-    """The page of help that the words of a command ask for, if they ask for one.
+    """Page of help that the words of a command request.
+
+    Parameters
+    ----------
+    app
+        Application with its commands.
+    words
+        Words of the command line.
+
+    Returns
+    -------
+    Page or None
+        None if the words request no help.
 
     Raises
     ------
     InputError
-        For a topic that there is not.
+        If the topic does not exist.
     """
-    flag = next((at for at, word in enumerate(words) if word in _FLAGS), None)
+    flag = next((position for position, word in enumerate(words) if word in _FLAGS), None)
     if flag is None:
         return None
-    place = next((at for at, word in enumerate(words) if not word.startswith("-") and word in app), None)
+    place = next((position for position, word in enumerate(words) if not word.startswith("-") and word in app), None)
     command = None if place is None else words[place]
     topics = {} if command is None else _topics(app[command])
-    topic = next((word for at, word in enumerate(words) if at > flag and at != place), "")
+    topic = next((word for position, word in enumerate(words) if position > flag and position != place), "")
     if words[flag] == "--help-all" or not topics:
         topic = _ALL
     elif topic not in ("", *topics):
-        meant = nearest(topic, {name: name for name in topics})
-        raise InputError(f"help: there is no topic {topic!r}; topics of {command}: {', '.join(topics)}{meant}")
-    others = words if not topics else words[: (place or 0) + 1]
-    return Page(tokens=(*(word for word in others if word not in _FLAGS), "--help"), topic=topic, topics=topics)
+        suggestion = nearest(topic, {name: name for name in topics})
+        raise InputError(f"help: there is no topic {topic!r}; topics of {command}: {', '.join(topics)}{suggestion}")
+    shown_words = words if not topics else words[: (place or 0) + 1]
+    return Page(tokens=(*(word for word in shown_words if word not in _FLAGS), "--help"), topic=topic, topics=topics)
 
 
 def _topics(command: App) -> dict[str, int]:
-    """Topics of a command that has a first page of its own, with how many options each has."""
+    """Number of options of each topic of a command; empty if the command has no first page."""
     if command.default_command is None:
         return {}
     panels: list[Any] = [argument.parameter.group or () for argument in command.assemble_argument_collection()]
-    if not any(PANELS[MOST] in own for own in panels):
+    if not any(PANELS[COMMON_INPUTS_TITLE] in argument_panels for argument_panels in panels):
         return {}
-    counts = {topic: sum(PANELS[topic] in own for own in panels) for topic in TOPICS}
+    counts = {topic: sum(PANELS[topic] in argument_panels for argument_panels in panels) for topic in TOPICS}
     return {topic: count for topic, count in counts.items() if count}

@@ -1,4 +1,4 @@
-"""The log file of a command: the command, what it says, and how it ends."""
+"""Log file of a command: the command, its messages and its end."""
 
 from __future__ import annotations
 
@@ -14,14 +14,25 @@ from fecontact import __version__
 
 LOG = logging.getLogger("fecontact")
 LOG.setLevel(logging.INFO)
-# it goes to the log file of a command alone
+# Messages go only to the log file of a command.
 LOG.addHandler(logging.NullHandler())
 LOG.propagate = False
 
 
 @contextmanager
 def logged(path: Path) -> Iterator[None]:
-    """Add the command, what it says and how it ends to a log file; one that cannot be written any more is no error.
+    """Append a command, its messages and its end to a log file.
+
+    If the file can no longer be written, this is not an error.
+
+    Parameters
+    ----------
+    path
+        Log file; its folder is created.
+
+    Yields
+    ------
+    None
 
     Raises
     ------
@@ -49,5 +60,7 @@ def logged(path: Path) -> Iterator[None]:
 
 
 class _LogFile(logging.FileHandler):
+    """Handler of a log file that ignores write errors."""
+
     def handleError(self, record: logging.LogRecord) -> None:
-        """A full disk loses the log, not the results."""
+        """Ignore write errors: a full disk loses the log, but not the results."""

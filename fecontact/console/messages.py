@@ -1,4 +1,4 @@
-"""Messages of commands: results, announcements, notes and reasons, each kept in the log as well."""
+"""Messages of commands: results, announcements, notes and reasons, each also written to the log."""
 
 from __future__ import annotations
 
@@ -18,14 +18,30 @@ if TYPE_CHECKING:
 
 
 def say(text: str, *, quiet: bool = False) -> None:
-    """Print a result, or keep it for the log."""
+    """Print a result and write it to the log; if quiet, only write it to the log.
+
+    Parameters
+    ----------
+    text
+        Result.
+    quiet
+        Whether nothing is printed.
+    """
     LOG.info(text)
     if not quiet:
         print(text)
 
 
 def announce(*lines: str, quiet: bool = False) -> None:
-    """Print what is to come before it begins, or keep it for the log."""
+    """Print announcements to standard error, and write them to the log.
+
+    Parameters
+    ----------
+    lines
+        Lines of text.
+    quiet
+        Whether nothing is printed.
+    """
     for line in lines:
         LOG.info(line)
         if not quiet:
@@ -33,63 +49,89 @@ def announce(*lines: str, quiet: bool = False) -> None:
 
 
 def log_only(text: str, *, warning: bool = False) -> None:
-    """Keep for the log what is seen elsewhere, as in a table."""
+    """Write a text to the log that is visible elsewhere, as in a table."""
     LOG.log(logging.WARNING if warning else logging.INFO, text)
 
 
 def print_reasons(title: str, reasons: Mapping[str, str]) -> None:
-    """Print why some jobs have no usable result, grouped by reason; print nothing if all are usable."""
+    """Print the reasons why jobs have no usable result, grouped by reason.
+
+    Parameters
+    ----------
+    title
+        First line; not printed without reasons.
+    reasons
+        Reason of each unusable job, by the name of the job.
+    """
     if reasons:
-        _problem(f"{title}:")
+        _print_problem(f"{title}:")
     for reason in dict.fromkeys(reasons.values()):
-        names = [name for name, why in reasons.items() if why == reason]
-        _problem(f"  {', '.join(names)}: {reason}")
+        names = [name for name, job_reason in reasons.items() if job_reason == reason]
+        _print_problem(f"  {', '.join(names)}: {reason}")
 
 
-def _problem(text: str) -> None:
+def _print_problem(text: str) -> None:
     LOG.warning(text)
     print(text, file=sys.stderr)
 
 
 def tell_notes(notes: Iterable[str]) -> None:
-    """Print what is to be known of inputs before anything is computed with them."""
+    """Print notes on inputs before the computation starts."""
     for note in notes:
-        _problem(f"note: {note}")
+        _print_problem(f"note: {note}")
 
 
-def _tell_radii(cases: Sequence[Case]) -> None:
+def _print_radii(cases: Sequence[Case]) -> None:
     """Print each rolling radius that the header of a wheel's file gives or contradicts."""
     from fecontact.profiles.resolve import radius_note, radius_of_file_mm
 
     for wheel, radius_mm in dict.fromkeys((case.wheel, case.rolling_radius_mm) for case in cases):
         if radius_of_file_mm(wheel) is not None:
-            of_header = f"the rolling radius is {radius_mm:g} mm by the header of {Path(wheel).name}"
-            tell_notes([radius_note(wheel, radius_mm) or of_header])
+            header_note = f"the rolling radius is {radius_mm:g} mm by the header of {Path(wheel).name}"
+            tell_notes([radius_note(wheel, radius_mm) or header_note])
 
 
 def tell_geometry(cases: Sequence[Case]) -> None:
-    """Print geometry and radius of each pair of own profiles at its first case that has a place on the rail."""
+    """Print geometry and radius of each pair of profiles from a user's files.
+
+    They are for the first case of each pair in which the wheel can be placed.
+
+    Parameters
+    ----------
+    cases
+        Cases of the command.
+    """
     from fecontact.outputs.own_profiles import geometry_of_cases
 
     announce(*geometry_of_cases(cases))
-    _tell_radii(cases)
+    _print_radii(cases)
 
 
 @contextmanager
 def telling_replaced(out: Path | None) -> Iterator[None]:
-    """Say afterwards which files of a folder, or which forms of one file, had another content before."""
+    """Print afterwards the files that had different content before.
+
+    Parameters
+    ----------
+    out
+        Folder, or a file of which all forms (endings) are compared; None for no output.
+
+    Yields
+    ------
+    None
+    """
     if out is None:
         yield
         return
-    there = out.iterdir() if out.is_dir() else out.parent.glob(f"{escape(out.stem)}.*")
-    before = {path: _content(path) for path in sorted(there)}
+    paths = out.iterdir() if out.is_dir() else out.parent.glob(f"{escape(out.stem)}.*")
+    contents = {path: _content_checksum(path) for path in sorted(paths)}
     yield
-    if replaced := [str(path) for path, content in before.items() if _content(path) != content]:
+    if replaced := [str(path) for path, content in contents.items() if _content_checksum(path) != content]:
         announce(f"replaced, with another content before: {', '.join(replaced)}")
 
 
-def _content(path: Path) -> str:
-    """What tells a file's content from another one; nothing of what cannot be read, which is not replaced either."""
+def _content_checksum(path: Path) -> str:
+    """Checksum of a file's content; empty for an unreadable file, which is not replaced either."""
     from fecontact.files import sha256
 
     try:
@@ -99,5 +141,5 @@ def _content(path: Path) -> str:
 
 
 def width() -> int | None:
-    """Columns of the terminal, None where the output goes elsewhere."""
+    """Width of the terminal in columns; None if the output is not a terminal."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None

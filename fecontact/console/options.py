@@ -1,4 +1,4 @@
-"""The options of the command line that describe a case, shifts and loads, and the pages of help on them."""
+"""Options of the command line for a case, shifts and loads, with their help."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from fecontact.inputs.slots import Slot
 from fecontact.inputs.texts import nearest, parse_numbers
 
 Command = TypeVar("Command", bound=Callable[..., int])
-MOST = "Inputs that most runs need"
-"""Title of the panel that the first page of help begins with."""
+COMMON_INPUTS_TITLE = "Inputs that most runs need"
+"""Title of the panel on the first page of help."""
 TOPICS = (*get_args(Group), "run")
-"""Topics of help: the groups of a case's inputs, and how many cases are worked through."""
+"""Topics of help: the groups of a case's inputs, and `run` for the options of many cases."""
 PANELS = {
-    MOST: Panel(MOST, sort_key=0),
+    COMMON_INPUTS_TITLE: Panel(COMMON_INPUTS_TITLE, sort_key=0),
     **{topic: Panel(topic.capitalize(), sort_key=position) for position, topic in enumerate(TOPICS, start=1)},
 }
 """Panels of help, by topic."""
 CONTACT: tuple[Group, ...] = ("pair", "wheelset", "standing", "profiles", "material")
-"""Groups of what lists of shifts and loads are worked through for, of smooth and elastic bodies."""
+"""Groups of inputs for lists of shifts and loads of smooth and elastic bodies."""
 POSITION: tuple[Group, ...] = (*CONTACT, "position", "load")
-"""Groups of one position of smooth and elastic bodies."""
-# what the first page says of them, in a line each
+"""Groups of inputs for a single position of smooth and elastic bodies."""
+# Help of each common option on the first page, in a single line.
 _BRIEF = {
     ("", "rail"): "Rail: library name, file, or circle:R in mm",
     ("", "wheel"): "Wheel: library name, file, or cylinder:R in mm",
@@ -46,10 +46,15 @@ _BRIEF = {
 
 
 class CaseOptions(Protocol):
-    """Options as they were given."""
+    """Values of the options on the command line."""
 
     def case(self) -> Case:
-        """The case that they describe.
+        """Case that the options describe.
+
+        Returns
+        -------
+        Case
+            Case with the default values of all options that are not given.
 
         Raises
         ------
@@ -60,7 +65,7 @@ class CaseOptions(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class CaseOption:
-    """One option: its names, the inputs that it gives, and its help."""
+    """Option of the command line: its names, its inputs and its help."""
 
     names: tuple[str, ...]
     slots: tuple[Slot, ...]
@@ -68,23 +73,35 @@ class CaseOption:
 
     @property
     def attribute(self) -> str:
-        """Name of its value among the values of all options."""
+        """Attribute of the option among the values of all options."""
         return self.names[0].removeprefix("--").replace("-", "_")
 
     @cached_property
     def annotation(self) -> Any:
-        """What cyclopts makes the option from."""
+        """Type annotation from which cyclopts makes the option."""
         slot = self.slots[0]
-        first = (PANELS[MOST],) if slot.place in _BRIEF else ()
-        shown = Parameter(name=self.names, help=self.help, group=(*first, PANELS[slot.group]), show_default=False)
+        common_panel = (PANELS[COMMON_INPUTS_TITLE],) if slot.place in _BRIEF else ()
+        parameter = Parameter(
+            name=self.names, help=self.help, group=(*common_panel, PANELS[slot.group]), show_default=False
+        )
         if slot.input.alone:
-            # without a value behind it
-            return Annotated[bool | None, shown]
-        read = Parameter(n_tokens=1, converter=lambda _, tokens: self.read(tokens[0].value))
-        return Annotated[Any, shown, read]
+            # The option has no value after it.
+            return Annotated[bool | None, parameter]
+        value_parameter = Parameter(n_tokens=1, converter=lambda _, tokens: self.read(tokens[0].value))
+        return Annotated[Any, parameter, value_parameter]
 
     def read(self, text: str) -> dict[Slot, Any]:
-        """Values in the units inside, by input.
+        """Read the values of the option's inputs.
+
+        Parameters
+        ----------
+        text
+            Text after the option on the command line.
+
+        Returns
+        -------
+        dict
+            Values in the units inside the program, by input.
 
         Raises
         ------
@@ -93,106 +110,155 @@ class CaseOption:
         """
         if not self.slots[0].option:
             return dict.fromkeys(self.slots, self.slots[0].input.read_word(text))
-        own, found = {slot.stems[0]: slot for slot in self.slots}, {}
-        # texts of profiles may have commas
-        for item in re.split(r",(?=[a-z-]+=)", text):
-            name, sign, value = item.partition("=")
-            if name.strip() not in own or not sign:
-                meant = nearest(name.strip(), {one: one for one in own})
+        slots_by_stem, values = {slot.stems[0]: slot for slot in self.slots}, {}
+        # Commas split only before a name with an equals sign, because texts of profiles may have commas.
+        for assignment in re.split(r",(?=[a-z-]+=)", text):
+            name, sign, value = assignment.partition("=")
+            if name.strip() not in slots_by_stem or not sign:
+                suggestion = nearest(name.strip(), {stem: stem for stem in slots_by_stem})
                 raise InputError(
-                    f"{self.names[0]}: {item!r} is none of {', '.join(f'{one}=...' for one in own)}{meant}"
+                    f"{self.names[0]}: {assignment!r} is none of {', '.join(f'{stem}=...' for stem in slots_by_stem)}"
+                    f"{suggestion}"
                 )
-            slot = own[name.strip()]
-            found[slot] = slot.input.read_word(value)
-        return found
+            slot = slots_by_stem[name.strip()]
+            values[slot] = slot.input.read_word(value)
+        return values
 
 
-def brief(option: str) -> str:
-    """What the first page of help says of an option; empty where it says nothing."""
-    found = (
+def find_brief_help(option: str) -> str:
+    """Help of an option on the first page.
+
+    Parameters
+    ----------
+    option
+        Name of the option on the command line.
+
+    Returns
+    -------
+    str
+        Help in a single line; empty if the first page does not have the option.
+    """
+    helps = (
         f"{_BRIEF[slot.place]} [{slot.shown_default}]"
         for slot in INPUTS
         if slot.place in _BRIEF and option in slot.names
     )
-    return next(found, "")
+    return next(helps, "")
 
 
-def _refuse_unread(case: Case, values: Iterable[Slot]) -> None:
-    """Refuse options on how the file of a profile is read where the profile is none."""
-    read = [slot for slot in values if slot.body and slot.group == "profiles"]
-    if not read:
+def _refuse_unused_reading(case: Case, values: Iterable[Slot]) -> None:
+    """Refuse options on reading a profile file if the profile is not a file.
+
+    Parameters
+    ----------
+    case
+        Case with the profiles.
+    values
+        Inputs that the user gave.
+
+    Raises
+    ------
+    InputError
+        For the first option without a file.
+    """
+    reading_slots = [slot for slot in values if slot.body and slot.group == "profiles"]
+    if not reading_slots:
         return
-    # not for a page of help
+    # Imported here because a page of help does not need the profiles.
     from fecontact.profiles.library import is_known
     from fecontact.profiles.reading import is_short_form
 
-    for slot in read:
-        own = [spec for body, spec in case.profiles.items() if body.endswith(slot.body)]
-        if all(is_known(spec) or is_short_form(spec) for spec in own):
+    for slot in reading_slots:
+        specs = [spec for body, spec in case.profiles.items() if body.endswith(slot.body)]
+        if all(is_known(spec) or is_short_form(spec) for spec in specs):
             raise InputError(
-                f"{slot.names[0]}: it says how a file is read, but the {slot.body} is {' and '.join(own)}, which is"
+                f"{slot.names[0]}: it says how a file is read, but the {slot.body} is {' and '.join(specs)}, which is"
                 f" none; leave it out, or give the file by --{slot.body}"
             )
 
 
-def case_options(*groups: Group) -> tuple[CaseOption, ...]:
-    """Options of all inputs of some groups; options for both bodies come first, and options for one override them."""
+def select_options(*groups: Group) -> tuple[CaseOption, ...]:
+    """Options of all inputs of the given groups.
+
+    Options for both bodies come first, and options for a single body override them.
+    """
     return tuple(option for option in _all_options() if option.slots[0].group in groups)
 
 
-# cached: a dozen of commands take the same ones
+# Cached because a dozen commands use equal options.
 @cache
 def _all_options() -> tuple[CaseOption, ...]:
-    common: dict[tuple[str, ...], list[Slot]] = {}
-    own: dict[tuple[str, ...], list[Slot]] = {}
+    """Options of all inputs: first the options for both bodies, then the options of each input."""
+    options_of_both: dict[tuple[str, ...], list[Slot]] = {}
+    options_of_each: dict[tuple[str, ...], list[Slot]] = {}
     for slot in INPUTS:
-        own.setdefault(slot.names, []).append(slot)
+        options_of_each.setdefault(slot.names, []).append(slot)
         if slot.common_names:
-            common.setdefault(slot.common_names, []).append(slot)
+            options_of_both.setdefault(slot.common_names, []).append(slot)
     return tuple(
-        CaseOption(names=names, slots=tuple(slots), help=_help(slots, both=options is common))
-        for options in (common, own)
+        CaseOption(names=names, slots=tuple(slots), help=_format_help(slots, is_for_both=options is options_of_both))
+        for options in (options_of_both, options_of_each)
         for names, slots in options.items()
     )
 
 
-def _help(slots: Sequence[Slot], *, both: bool) -> str:
+def _format_help(slots: Sequence[Slot], *, is_for_both: bool) -> str:
+    """Help text of an option with its allowed values and its default.
+
+    Parameters
+    ----------
+    slots
+        Inputs of the option.
+    is_for_both
+        Whether the option sets the inputs of both bodies.
+    """
     slot = slots[0]
-    described, default = slot.input, f"default {slot.shown_default}"
+    description, default = slot.input, f"default {slot.shown_default}"
     if slot.option:
-        names = ",".join(f"{one.stems[0]}=..." for one in slots)
+        names = ",".join(f"{member.stems[0]}=..." for member in slots)
         return f"Other side of the wheelset, if it is another one: {names}, of which some; {default}."
-    if both:
-        return f"{described.help} (both bodies): {described.domain}; {default}."
-    of_both = ", or the value of both bodies" if slot.both else ""
-    return f"{described.help}{f' ({slot.body})' if slot.body else ''}: {described.domain}; {default}{of_both}."
+    if is_for_both:
+        return f"{description.help} (both bodies): {description.domain}; {default}."
+    alternative = ", or the value of both bodies" if slot.both else ""
+    return f"{description.help}{f' ({slot.body})' if slot.body else ''}: {description.domain}; {default}{alternative}."
 
 
 def takes(*groups: Group) -> Callable[[Command], Command]:
-    """Give a command the options of some groups of a case's inputs: what stands for its parameter `options`."""
-    made = _options_of(case_options(*groups))
+    """Decorator that gives a command the options of some groups as its parameter `options`.
 
-    def taking(command: Command) -> Command:
+    Parameters
+    ----------
+    groups
+        Groups of a case's inputs.
+
+    Returns
+    -------
+    Callable
+        Decorator of a command.
+    """
+    options_class = _make_options_class(select_options(*groups))
+
+    def decorate(command: Command) -> Command:
         function: Any = command
-        # cyclopts makes the options from the fields of this class
-        function.__annotations__["options"] = made
-        function.__kwdefaults__ = {**(function.__kwdefaults__ or {}), "options": made()}
+        # cyclopts makes the options from the fields of this class.
+        function.__annotations__["options"] = options_class
+        function.__kwdefaults__ = {**(function.__kwdefaults__ or {}), "options": options_class()}
         return command
 
-    return taking
+    return decorate
 
 
-def _options_of(options: Sequence[CaseOption]) -> Any:
-    """Class of the values of some options, without any if none is given."""
+def _make_options_class(options: Sequence[CaseOption]) -> Any:
+    """Class with the values of options; each value is None by default."""
 
-    def case(given: Any) -> Case:
+    def case(option_values: Any) -> Case:
         values: dict[Slot, Any] = {}
         for option in options:
-            if (value := getattr(given, option.attribute)) is not None:
+            if (value := getattr(option_values, option.attribute)) is not None:
                 values |= value if isinstance(value, Mapping) else dict.fromkeys(option.slots, value)
         case = case_with(values)
         if any(option.slots[0].field == "rail" for option in options):
-            _refuse_unread(case, values)
+            _refuse_unused_reading(case, values)
         return case
 
     values = make_dataclass(
@@ -202,13 +268,14 @@ def _options_of(options: Sequence[CaseOption]) -> Any:
         kw_only=True,
         repr=False,
         eq=False,
-        # cyclopts does not look into classes of the module "types"; without a text the class would write one of itself
+        # cyclopts ignores the fields of classes in the module "types", so the class gets the name of this module.
+        # Without `__doc__` the dataclass would generate a docstring.
         namespace={"case": case, "__module__": __name__, "__doc__": "Options as they were given."},
     )
     return Parameter(name="*")(values)
 
 
-# --- Shifts and loads of a map, or of a contact table, as they are written on the command line.
+# --- Shifts and loads of a map or of a contact table, as written on the command line.
 
 
 @Parameter(name="*")
@@ -229,10 +296,10 @@ class GridOptions:
 
     @property
     def shifts_mm(self) -> tuple[float, ...]:
-        """Lateral shifts."""
+        """Lateral shifts in mm."""
         return parse_numbers(self.shifts, "shifts")
 
     @property
     def loads_N(self) -> list[float]:
-        """Wheel loads."""
+        """Wheel loads in N."""
         return [1e3 * load for load in parse_numbers(self.loads_kn, "loads")]

@@ -1,6 +1,6 @@
-"""Progress of long work: on a terminal one line that is kept up to date, elsewhere a line now and then.
+"""Progress of long work: an updated line on a terminal, a new line every few seconds elsewhere.
 
-Everything goes to standard error; standard output has results alone. Long commands keep both in a log file as well.
+All progress goes to standard error; standard output has results alone. Long commands also write progress to a log file.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from fecontact.console.log import LOG
 from fecontact.console.messages import announce
 from fecontact.jobs.remaining import Progress, duration
 
-# Seconds between two lines of progress where nobody watches: less than the 10 s of a position by finite elements, each
-# of which has its line so, and many times what a pair of a fleet takes.
+# Seconds between two lines of progress without a terminal. This is less than the 10 s of a position by finite elements,
+# so that each position has a line, and many times the time of a pair of a fleet.
 _BETWEEN_LINES_S = 5.0
-_PART = r"\([1-9]\d* of \d+ [^)]*\)"
-# What the steps of a solution are called in the record of its times, in words.
-_WORDS = {
+_PART_PATTERN = r"\([1-9]\d* of \d+ [^)]*\)"
+# Words for the steps of a solution, by their names in the record of times.
+_STEP_WORDS = {
     "place": "putting the wheel on the rail",
     "expect the patch": "looking for the patch on a half-space",
     "mesh": "meshing both bodies",
@@ -38,85 +38,121 @@ _WORDS = {
 
 @contextmanager
 def solving() -> Iterator[Callable[[str], None]]:
-    """Progress of a single case: hears the name of each step, on which meshes it is, and tells it in words."""
-    with _line() as say:
+    """Progress of a single case.
+
+    Yields
+    ------
+    Callable
+        Function that receives the name of each step, with its meshes, and prints it in words.
+    """
+    with _open_progress_line() as say:
 
         def step(name: str) -> None:
-            stage, _, what = name.rpartition(": ")
-            words = _WORDS.get(what, what)
-            say(f"{stage}: {words}" if stage else words, stage)
+            stage, _, name_of_step = name.rpartition(": ")
+            step_words = _STEP_WORDS.get(name_of_step, name_of_step)
+            say(f"{stage}: {step_words}" if stage else step_words, stage)
 
         yield step
 
 
 @contextmanager
-def many(what: str, *, quiet: bool = False, before: Callable[[int], str] | None = None) -> Iterator[Progress]:
-    """Progress of many jobs: hears how many are done, how many there are, and what is under way.
+def many(kind: str, *, quiet: bool = False, before: Callable[[int], str] | None = None) -> Iterator[Progress]:
+    """Progress of many jobs.
 
     Parameters
     ----------
-    what
-        What they are called, such as `cases`.
+    kind
+        Plural name of the jobs, such as `cases`.
     quiet
-        Keep it for the log.
+        Whether progress goes to the log only.
     before
-        What is announced of so many jobs when the first one begins: by then all inputs have been checked.
+        Text for a number of jobs, printed when the first job begins. By then all inputs have been checked.
+
+    Yields
+    ------
+    Progress
+        Function that receives the number of finished jobs, the number of all jobs, and a text on the present job.
     """
-    with several(what, quiet=quiet) as heard:
-        show, unsaid = heard[what], [before]
+    with several(kind, quiet=quiet) as progress_by_kind:
+        show_progress, announcements = progress_by_kind[kind], [before]
 
         def announced(number: int, count: int, text: str) -> None:
-            if words := unsaid.pop() if unsaid else None:
-                announce(words(count), quiet=quiet)
-            show(number, count, text)
+            if make_text := announcements.pop() if announcements else None:
+                announce(make_text(count), quiet=quiet)
+            show_progress(number, count, text)
 
         yield announced
 
 
 @contextmanager
 def several(*kinds: str, quiet: bool = False) -> Iterator[Mapping[str, Progress]]:
-    """Progress of jobs of several kinds, done one kind after the other: as `many`, by what they are called."""
-    with _line(quiet=quiet) as say:
-        yield {what: partial(_count, say, what) for what in kinds}
+    """Progress of jobs of several kinds, kind by kind.
+
+    Parameters
+    ----------
+    kinds
+        Plural names of the jobs.
+    quiet
+        Whether progress goes to the log only.
+
+    Yields
+    ------
+    Mapping
+        Function for each kind, as `many` yields it.
+    """
+    with _open_progress_line(quiet=quiet) as say:
+        yield {kind: partial(_print_count, say, kind) for kind in kinds}
 
 
-def _count(say: Callable[[str, str], None], what: str, number: int, count: int, text: str) -> None:
-    # a line for each job that is done, and for each of its parts
-    say(f"{number} of {count} {what} done: {text}", f"{what} {number} {re.findall(_PART, text)}")
+def _print_count(say: Callable[[str, str], None], kind: str, number: int, count: int, text: str) -> None:
+    """Print the number of finished jobs, with a key for the log."""
+    # A new key, and so a line, for each finished job and for each of its parts.
+    say(f"{number} of {count} {kind} done: {text}", f"{kind} {number} {re.findall(_PART_PATTERN, text)}")
 
 
 @contextmanager
-def _line(*, quiet: bool = False) -> Iterator[Callable[[str, str], None]]:
-    """Where progress goes: takes a text and a key; the log gets it when the key changes.
+def _open_progress_line(*, quiet: bool = False) -> Iterator[Callable[[str, str], None]]:
+    """Destination of progress: a function of a text and a key.
 
-    Where nobody watches it is printed then, the first and the last one always, others not too often.
+    The log gets the text when the key changes. Without a terminal the text is then also printed: always the first and
+    the last text, other texts at most every 5 s.
+
+    Parameters
+    ----------
+    quiet
+        Whether nothing is printed.
+
+    Yields
+    ------
+    Callable
+        Function of a text and a key.
     """
     from rich.console import Console
 
     console = Console(stderr=True)
     start = time.monotonic()
-    watched = console.is_terminal and not quiet
-    said: str | None = None
-    printed, held = -math.inf, ""
+    is_watched = console.is_terminal and not quiet
+    last_key: str | None = None
+    printed_at, pending_line = -math.inf, ""
 
     def plain(text: str, key: str) -> None:
-        nonlocal said, printed, held
-        now = time.monotonic()
-        if key and key != said:
+        nonlocal last_key, printed_at, pending_line
+        time_now = time.monotonic()
+        if key and key != last_key:
             LOG.info(text)
-            held = f"{duration(now - start):>7} {text}"
-            if now - printed >= _BETWEEN_LINES_S:
+            pending_line = f"{duration(time_now - start):>7} {text}"
+            if time_now - printed_at >= _BETWEEN_LINES_S:
                 release()
-                printed = now
-        said = key
+                printed_at = time_now
+        last_key = key
 
     def release() -> None:
-        nonlocal held
-        if held and not watched and not quiet:
-            print(held, file=sys.stderr, flush=True)
-        held = ""
+        nonlocal pending_line
+        if pending_line and not is_watched and not quiet:
+            print(pending_line, file=sys.stderr, flush=True)
+        pending_line = ""
 
-    if not watched:
+    if not is_watched:
         try:
             yield plain
         finally:
@@ -126,11 +162,11 @@ def _line(*, quiet: bool = False) -> Iterator[Callable[[str, str], None]]:
     from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with progress.Progress(*columns, console=console, transient=True) as shown:
-        task = shown.add_task("", total=None)
+    with progress.Progress(*columns, console=console, transient=True) as display:
+        task = display.add_task("", total=None)
 
         def update(text: str, key: str) -> None:
             plain(text, key)
-            shown.update(task, description=text)
+            display.update(task, description=text)
 
         yield update

@@ -1,4 +1,4 @@
-"""Messages of commands that work through many jobs: what was reused, what is lost, which files there are."""
+"""Messages of commands with many jobs: reused results, unusable results, and files."""
 
 from __future__ import annotations
 
@@ -12,26 +12,65 @@ from fecontact.errors import usable, with_remedy
 from fecontact.outputs.terminal import count
 
 
-def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: str, how: RunOptions) -> None:
-    """Say what was finished before, and why some of it was done again."""
+def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], kind: str, how: RunOptions) -> None:
+    """Print the number of reused results, and why others were solved again.
+
+    Parameters
+    ----------
+    reused
+        Names of the reused jobs.
+    recomputed
+        Reason for each job that was solved again, by the name of the job.
+    kind
+        Name of a job in the singular, such as `case`.
+    how
+        Options of the run.
+    """
     print_reasons("done again", recomputed)
     if reused:
-        told = f"{count(len(reused), f'finished {what}')} {'was' if len(reused) == 1 else 'were'}"
-        say(f"{told} reused; --force solves again", quiet=how.quiet)
+        reused_jobs = f"{count(len(reused), f'finished {kind}')} {'was' if len(reused) == 1 else 'were'}"
+        say(f"{reused_jobs} reused; --force solves again", quiet=how.quiet)
 
 
-def tell_lost(rows: Sequence[Mapping[str, Any]], what: str, how_lost: str) -> int:
-    """Say which rows of cases have no result that can be used, and why; how many these are."""
+def tell_lost(rows: Sequence[Mapping[str, Any]], kind: str, how_lost: str) -> int:
+    """Print the rows of cases without a usable result, with their reasons.
+
+    Parameters
+    ----------
+    rows
+        Rows of all cases.
+    kind
+        Name of a row in the singular, such as `case`.
+    how_lost
+        Verb of the title, such as "could not be solved".
+
+    Returns
+    -------
+    int
+        Number of rows without a usable result.
+    """
     lost = {str(row["id"]): with_remedy(row) for row in rows if not usable(row)}
-    print_reasons(f"{len(lost)} of {count(len(rows), what)} {how_lost}", lost)
+    print_reasons(f"{len(lost)} of {count(len(rows), kind)} {how_lost}", lost)
     return len(lost)
 
 
-def tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> None:
-    """Say which files there are, and what to do where it is a part alone."""
+def tell_files(out: Path, files: Sequence[str], addition: str, how: RunOptions) -> None:
+    """Print the files of the results, or how to join the parts of a run.
+
+    Parameters
+    ----------
+    out
+        Folder of the results.
+    files
+        Names of files and folders. Missing files are left out.
+    addition
+        Text at the end of the line.
+    how
+        Options of the run.
+    """
     if how.part is None:
-        there = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
-        say(f"Results in {out}: {there}{more}", quiet=how.quiet)
+        present = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
+        say(f"Results in {out}: {present}{addition}", quiet=how.quiet)
     else:
         words = f"Part {how.part} is in {out}; when all parts are, the same command without --part puts them together"
         say(words, quiet=how.quiet)

@@ -1,4 +1,4 @@
-"""Options of commands that work through many cases or positions."""
+"""Options of commands with many cases or positions."""
 
 from __future__ import annotations
 
@@ -42,12 +42,17 @@ class RunOptions:
     quiet: Annotated[bool, Parameter(alias="-q")] = False
 
     def settings(self) -> RunSettings:
-        """What of it the run itself needs.
+        """Settings of the run itself.
+
+        Returns
+        -------
+        RunSettings
+            Workers, threads, part and scheduler.
 
         Raises
         ------
         InputError
-            If a number or the part cannot be.
+            If a number or the part is invalid.
         """
         from fecontact.jobs.engine import RunSettings, parse_part
 

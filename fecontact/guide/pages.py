@@ -1,4 +1,4 @@
-"""Which pages the guide has, and what they say: every `TOPIC.md` of this folder is one."""
+"""Pages of the guide: every file `TOPIC.md` in this folder."""
 
 from __future__ import annotations
 
@@ -12,28 +12,58 @@ _FOLDER = Path(__file__).parent
 
 
 def titles() -> dict[str, str]:
-    """Title of each page by its topic."""
+    """Titles of the pages, by topic."""
     return {path.stem: _title(path.read_text("utf-8")) for path in sorted(_FOLDER.glob("*.md"))}
 
 
 def page(topic: str) -> str:
-    """The page of a topic, in Markdown.
+    """Markdown text of a page.
+
+    Parameters
+    ----------
+    topic
+        Topic, with or without the ending `.md`, in upper or lower case.
+
+    Returns
+    -------
+    str
+        Text of the page.
 
     Raises
     ------
     InputError
-        If there is no such topic.
+        If the topic does not exist. The message has the nearest topic.
     """
-    known = titles()
+    page_titles = titles()
     name = topic.lower().removesuffix(".md")
-    if name not in known:
-        meant = nearest(name, {spelling: each for each, title in known.items() for spelling in (each, title)})
-        raise InputError(f"guide: there is no topic {topic!r}; topics are {', '.join(known)}{meant}")
+    if name not in page_titles:
+        suggestion = nearest(
+            name,
+            {
+                spelling: name_of_page
+                for name_of_page, title in page_titles.items()
+                for spelling in (name_of_page, title)
+            },
+        )
+        raise InputError(f"guide: there is no topic {topic!r}; topics are {', '.join(page_titles)}{suggestion}")
     return (_FOLDER / f"{name}.md").read_text("utf-8")
 
 
 def without_links(text: str) -> str:
-    """A page for a terminal: a link to another page names its command, others and pictures have their words alone."""
+    """Text of a page for a terminal, without links.
+
+    A link to another page becomes the command that shows the page. Other links and pictures keep their words.
+
+    Parameters
+    ----------
+    text
+        Markdown text of a page.
+
+    Returns
+    -------
+    str
+        Text without links.
+    """
     text = re.sub(r"!\[([^\]]*)\]\([^)]*\)", r"(Picture in the documentation: \1)", text)
     text = re.sub(r"\[([^\]]*)\]\((\w+)\.md(?:#[^)]*)?\)", r"\1 (`fecontact guide \2`)", text)
     return re.sub(r"\[([^\]]*)\]\([^)]*\.(?:md|py)(?:#[^)]*)?\)", r"\1", text)

@@ -1,4 +1,4 @@
-"""Kinds of inputs with their units and ranges, and fields of dataclasses that have them."""
+"""Kinds of inputs with their units and ranges, and the dataclass fields that declare them."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
 from fecontact.inputs.texts import nearest
 
-#
-# An input reads a value as a user writes it, checks a value as the program holds it, and says what it allows. The first
-# message is for a value that cannot be understood, the second for one that is understood and lies outside the range.
+# An input reads a value as a user writes it, checks a value as the program holds it, and describes the allowed values.
+# The first message is for a value that cannot be understood. The second message is for a value that is understood but
+# lies outside the range.
 
-_TRUTH = {"yes": True, "true": True, "no": False, "false": False}
+_TRUTH_VALUES = {"yes": True, "true": True, "no": False, "false": False}
 
 
-# What users give a number in, times what it is inside the program.
+# Factors from the unit inside the program to the unit that users write.
 _FACTORS = {"mrad": 1e3, "kN": 1e-3, "%": 100.0}
-# how names of fields end, the longer ends first
+# Unit by the ending of a field's name. Longer endings come first.
 _UNITS = {
     **{"Ns_per_m": "N s/m", "Nm_per_rad": "N m/rad", "N_per_m": "N/m", "per_mm": "1/mm", "kg_m2": "kg m2"},
     **{"m_s2": "m/s2", "km_h": "km/h", "kN": "kN", "kg": "kg", "MPa": "MPa", "mm": "mm", "rad": "rad"},
@@ -28,35 +28,38 @@ _UNITS = {
 }
 
 
-def _same(value: Any) -> Any:
+def _identity(value: Any) -> Any:
     return value
 
 
 @dataclass(frozen=True, kw_only=True)
 class Input:
-    """What a field is; what is not given of label, unit and key says the name of the field.
+    """Description of an input field: its names, its meaning and its allowed values.
+
+    An empty label, unit or key is derived from the name of the field.
 
     Attributes
     ----------
     label, help, remedy
-        Name in messages; what it is; what to do about a value outside the range.
+        Name in messages; meaning; advice for a value outside the range.
     group
-        Where it belongs: commands take groups.
+        Group of inputs. Commands take whole groups.
     key, options
-        Key in files, if it is not the field's name; names on the command line (without hyphens), if they are not made
-        from the key.
+        Key in files, if it differs from the field's name; names on the command line (without hyphens), if they are not
+        derived from the key.
     domain, words
-        What is allowed; as messages say it, if in other words.
+        Allowed values; their wording in messages, if it differs.
     known
-        Names of which one may have been meant.
+        Names from which a misspelt value gets a suggestion.
     parse, holds, show
-        The value from what a user wrote; whether a value is one; how a user would write it.
+        Function from the user's text to the value; predicate for a valid value; function from the value to the user's
+        text.
     each
-        Whether the value is several of them, in texts with commas between.
+        Whether the value is a list, written with commas.
     one_list
-        Whether a list is one value, and not a list of values.
+        Predicate for a list that is a single value and not a list of values.
     alone
-        Whether its option says yes by itself on the command line, without a word behind it.
+        Whether the option is a flag, without a word after it on the command line.
     """
 
     label: str = ""
@@ -68,7 +71,7 @@ class Input:
     domain: str = ""
     words: str = ""
     known: Sequence[str] = ()
-    parse: Callable[[Any], Any] = _same
+    parse: Callable[[Any], Any] = _identity
     holds: Callable[[Any], bool] = bool
     show: Callable[[Any], str] = str
     each: bool = False
@@ -77,70 +80,97 @@ class Input:
 
     @property
     def allowed(self) -> str:
-        """What a user may write."""
+        """Text on the values that a user may write."""
         return self.words or self.domain
 
     def shown(self, value: Any) -> str:
-        """A value as a user would write it."""
+        """Text of a value as a user would write it."""
         return ",".join(map(self.show, value)) if self.each else self.show(value)
 
     def refusal(self, value: Any) -> InputError:
-        """Of a value that is none; of known names it has the nearest one."""
-        meant = nearest(value, {name: name for name in self.known}) if isinstance(value, str) else ""
-        return InputError(f"{self.label} is {value!r}; allowed: {self.allowed}{meant}")
+        """Error for an invalid value, with a suggestion if the value is a misspelt name.
+
+        Parameters
+        ----------
+        value
+            Value as the user wrote it, or as the program holds it.
+
+        Returns
+        -------
+        InputError
+            Error with the label, the value, the allowed values and the suggestion.
+        """
+        suggestion = nearest(value, {name: name for name in self.known}) if isinstance(value, str) else ""
+        return InputError(f"{self.label} is {value!r}; allowed: {self.allowed}{suggestion}")
 
     def read(self, value: Any) -> Any:
-        """The value as the program holds it, from what a user wrote.
+        """Convert a user's value to the value inside the program, and check it.
+
+        Parameters
+        ----------
+        value
+            Value as the user wrote it: a text from the command line, or a value of a file.
+
+        Returns
+        -------
+        Any
+            Value inside the program; a tuple if `each` is set and the value is a text with commas.
 
         Raises
         ------
         InputError
-            If it is none.
+            If the value is invalid.
         """
-        several = self.each and isinstance(value, str)
-        found = tuple(part.strip() for part in value.split(",")) if several else self.parse(value)
-        self.check(found)
-        return found
+        is_comma_list = self.each and isinstance(value, str)
+        parsed = tuple(word.strip() for word in value.split(",")) if is_comma_list else self.parse(value)
+        self.check(parsed)
+        return parsed
 
     def read_word(self, word: str) -> Any:
-        """The value of a word of the command line."""
+        """Value of a word on the command line."""
         return self.read(word)
 
     def check(self, value: Any) -> None:
-        """Refuse what is none.
+        """Refuse an invalid value.
+
+        Parameters
+        ----------
+        value
+            Value inside the program; a list or a tuple if `each` is set.
 
         Raises
         ------
         InputError
-            With the value, what is allowed, and the name that may have been meant.
+            With the value, the allowed values, and a suggestion for a misspelt name.
         """
         if self.each and not (isinstance(value, list | tuple) and value):
             raise self.refusal(value)
-        for one in value if self.each else (value,):
-            if not self.holds(one):
-                raise self.refusal(one)
+        for single_value in value if self.each else (value,):
+            if not self.holds(single_value):
+                raise self.refusal(single_value)
 
-    def of_field(self, name: str) -> Input:
-        """With the label that the name of its field says, where none is given."""
+    def complete_for_field(self, name: str) -> Input:
+        """Copy with an empty label derived from the name of the field."""
         return replace(self, label=self.label or name.replace("_", " "))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Input):
-    """A number with its unit and range.
+    """Description of a number with its unit and range.
 
     Attributes
     ----------
     unit, shown_unit
-        Unit inside the program; unit in which users give it, if it is another.
+        Unit inside the program; unit that users write, if it differs.
     low, high, inclusive
-        Bounds in the unit inside; without `high`, `low` is 0 and everything above it is allowed.
+        Bounds in the unit inside the program, and whether the bounds are allowed values. If `high` is infinite, `low`
+        is 0 and every number above 0 is allowed.
     symbol
-        Sign for the number in an exclusive range.
+        Symbol of the number in the text of an exclusive range.
     usual
-        Between which bounds it is not worth a note, in the unit inside.
+        Range in the unit inside the program without a note.
     forms
-        Of a number that is written as a text, what is allowed: `parse` and `show` are of that text.
+        Allowed forms of a number that is written as a text. `parse` and `show` then convert this text.
     """
 
     unit: str = ""
@@ -152,9 +182,20 @@ class Number(Input):
     usual: tuple[float, float] = (-math.inf, math.inf)
     forms: str = ""
 
-    def of_field(self, name: str) -> Number:
-        """With label, unit and key that the name of its field says, where none are given."""
-        suffix = next((one for one in _UNITS if name.endswith(f"_{one}")), "")
+    def complete_for_field(self, name: str) -> Number:
+        """Copy with an empty label, unit and key derived from the name of the field.
+
+        Parameters
+        ----------
+        name
+            Name of the field; its ending gives the unit, as in `load_N`.
+
+        Returns
+        -------
+        Number
+            Description with label, unit, key and domain.
+        """
+        suffix = next((ending for ending in _UNITS if name.endswith(f"_{ending}")), "")
         stem = name.removesuffix(f"_{suffix}")
         return replace(
             self,
@@ -167,68 +208,96 @@ class Number(Input):
 
     @property
     def factor(self) -> float:
-        """By how much the value that users give is larger."""
+        """Factor from the value inside the program to the value that users write."""
         return _FACTORS.get(self.shown_unit, 1.0)
 
     @property
     def allowed(self) -> str:
-        """What a user may write."""
+        """Text on the values that a user may write."""
         return self.domain if self.forms else f"a number ({self.domain})"
 
     def shown(self, value: float) -> str:
-        """A value as a user would write it."""
+        """Text of a value as a user would write it."""
         return self.show(value) if self.forms else f"{value * self.factor:.12g}"
 
     def note(self, value: float) -> str:
-        """What is said of a value that is allowed and not usual, empty for all others."""
+        """Note on a valid but unusual value.
+
+        Parameters
+        ----------
+        value
+            Value in the unit inside the program.
+
+        Returns
+        -------
+        str
+            Note with the value, the usual range and the remedy; empty for a usual value.
+        """
         low, high = self.usual
         if low <= value <= high:
             return ""
-        given, bounds = self.shown(value), f"{low * self.factor:g} to {high * self.factor:g}"
-        return f"{self.label} is {given} {self._outside_unit}; usual are {bounds}: {self.remedy}"
+        value_text, bounds = self.shown(value), f"{low * self.factor:g} to {high * self.factor:g}"
+        return f"{self.label} is {value_text} {self._outside_unit}; usual are {bounds}: {self.remedy}"
 
     def read(self, value: Any) -> float:
-        """The number in the unit inside, from what a user wrote in the unit outside.
+        """Convert a number from the user's unit to the unit inside the program.
+
+        The range is not checked here.
+
+        Parameters
+        ----------
+        value
+            Number in the user's unit, or a text if the number has `forms`.
+
+        Returns
+        -------
+        float
+            Number in the unit inside the program.
 
         Raises
         ------
         InputError
-            If it is none.
+            If the value is not a number.
         """
         if self.forms and isinstance(value, str):
             return float(self.parse(value))
         number = None if self.forms else as_number(value)
         if number is None:
             raise self.refusal(value)
-        # with whole numbers, so that 9 mrad is 0.009 rad to the last bit
+        # The division uses whole numbers, so that 9 mrad is 0.009 rad to the last bit.
         return number * round(1.0 / self.factor) if self.factor < 1.0 else number / self.factor
 
     def read_word(self, word: str) -> float:
-        """The number of a word of the command line."""
+        """Number of a word on the command line, in the unit inside the program."""
         return self.read(word if self.forms else number_or_text(word))
 
     def check(self, value: Any) -> None:
-        """Refuse what is outside the range.
+        """Refuse a number outside the range.
+
+        Parameters
+        ----------
+        value
+            Number in the unit inside the program.
 
         Raises
         ------
         InputError
-            With value, unit, allowed range and remedy.
+            With the value, the unit, the allowed range and the remedy.
         """
         number = as_number(value)
         if number is not None and self._within(number):
             return
-        given = f"{float(value)!r}" if isinstance(value, float) else f"{value!r}"
-        outside = self._outside_unit if self._outside_unit != self.unit else ""
-        text = f"{self.label} is {' '.join(filter(None, (given, self.unit)))}"
-        if number is not None and outside:
-            text += f" ({number * self.factor:g} {outside})"
+        value_text = f"{float(value)!r}" if isinstance(value, float) else f"{value!r}"
+        outer_unit = self._outside_unit if self._outside_unit != self.unit else ""
+        message = f"{self.label} is {' '.join(filter(None, (value_text, self.unit)))}"
+        if number is not None and outer_unit:
+            message += f" ({number * self.factor:g} {outer_unit})"
         if number is not None and math.isinf(self.high) and self.low < number < math.inf:
-            raise InputError("; ".join(filter(None, (text, EXTREME, self.remedy))))
-        allowed = self._range(1.0) + (f" {self.unit}" if math.isfinite(self.high) and self.unit else "")
-        if outside and math.isfinite(self.high):
-            allowed += f" ({self._range(self.factor)} {outside})"
-        raise InputError("; ".join(filter(None, (text, f"allowed: {allowed}", self.remedy))))
+            raise InputError("; ".join(filter(None, (message, EXTREME, self.remedy))))
+        allowed_range = self._range(1.0) + (f" {self.unit}" if math.isfinite(self.high) and self.unit else "")
+        if outer_unit and math.isfinite(self.high):
+            allowed_range += f" ({self._range(self.factor)} {outer_unit})"
+        raise InputError("; ".join(filter(None, (message, f"allowed: {allowed_range}", self.remedy))))
 
     @property
     def _outside_unit(self) -> str:
@@ -239,7 +308,8 @@ class Number(Input):
             return False
         if self.inclusive and math.isfinite(self.high):
             return self.low <= number <= self.high
-        # without a largest one: what is not so large that nothing can be computed with it
+        # Without an upper bound, numbers are refused if they are so large or so small that nothing can be computed with
+        # them.
         return self.low < number < self.high and (math.isfinite(self.high) or SMALLEST <= number <= LARGEST)
 
     def _range(self, factor: float) -> str:
@@ -252,7 +322,18 @@ class Number(Input):
 
 
 def as_number(value: Any) -> float | None:
-    """A number as a float; None for everything else, and for whole numbers that are too large for one."""
+    """Convert a number to a float.
+
+    Parameters
+    ----------
+    value
+        Any value.
+
+    Returns
+    -------
+    float or None
+        The float; None for a value that is not a number, and for an integer that is too large for a float.
+    """
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
@@ -262,60 +343,99 @@ def as_number(value: Any) -> float | None:
 
 
 def number_or_text(text: str) -> float | str:
-    """The number of a text, and any other text as it is."""
+    """Number of a text; any other text is returned unchanged.
+
+    Parameters
+    ----------
+    text
+        Text of a word on the command line.
+
+    Returns
+    -------
+    float or str
+        The number, or the text if it is not a number.
+    """
     try:
         return float(text)
     except ValueError:
         return text
 
 
-def given(default: Any, described: Input, **more: Any) -> Any:
-    """A field with its default and what it is; `more` is metadata of its own."""
-    return field(default=default, metadata={"input": described, **more})
+def given(default: Any, described: Input, **metadata: Any) -> Any:
+    """Dataclass field with an input description; `metadata` is further metadata of the field."""
+    return field(default=default, metadata={"input": described, **metadata})
 
 
-def number(default: Any, help: str, **more: Any) -> Any:
-    """A number; `more` is what `Number` has."""
-    return given(default, Number(help=help, **more))
+def number(default: Any, help: str, **attributes: Any) -> Any:
+    """Dataclass field of a number; `attributes` are further attributes of `Number`."""
+    return given(default, Number(help=help, **attributes))
 
 
-def custom(default: Any, help: str, **more: Any) -> Any:
-    """A value that is read and known by functions; `more` is what `Input` has."""
-    return given(default, Input(help=help, **more))
+def custom(default: Any, help: str, **attributes: Any) -> Any:
+    """Dataclass field with functions for reading and checking; `attributes` are attributes of `Input`."""
+    return given(default, Input(help=help, **attributes))
 
 
-def text(default: str | None, help: str, domain: str, **more: Any) -> Any:
-    """A text that is not empty."""
-    return custom(default, help, domain=domain, words=f"a text ({domain})", holds=_is_text, **more)
+def text(default: str | None, help: str, domain: str, **attributes: Any) -> Any:
+    """Dataclass field of a non-empty text."""
+    return custom(default, help, domain=domain, words=f"a text ({domain})", holds=_is_text, **attributes)
 
 
-def choice(default: Any, help: str, names: Sequence[str], **more: Any) -> Any:
-    """One of several names."""
-    return custom(default, help, known=names, holds=names.__contains__, **{"domain": ", ".join(names), **more})
+def choice(default: Any, help: str, names: Sequence[str], **attributes: Any) -> Any:
+    """Dataclass field of a name from a list."""
+    return custom(default, help, known=names, holds=names.__contains__, **{"domain": ", ".join(names), **attributes})
 
 
-def flag(help: str, *, default: bool | None = False, **more: Any) -> Any:
-    """Yes or no, no by default; its option says yes by itself."""
-    shown = {True: "yes", False: "no"}
+def flag(help: str, *, default: bool | None = False, **attributes: Any) -> Any:
+    """Dataclass field of a truth value, false by default.
+
+    Its option on the command line has no value after it.
+
+    Parameters
+    ----------
+    help
+        Meaning of the flag.
+    default
+        Default value; None if the flag is undecided by default.
+    attributes
+        Further attributes of `Input`.
+
+    Returns
+    -------
+    Any
+        Field of a dataclass.
+    """
+    texts = {True: "yes", False: "no"}
     words = "yes or no, true or false"
-    as_flag = {"alone": True, "parse": _truth, "holds": _is_truth, "show": shown.__getitem__}
-    return custom(default, help, domain="yes or no", words=words, **{**as_flag, **more})
+    flag_attributes = {"alone": True, "parse": _parse_truth_value, "holds": _is_truth_value, "show": texts.__getitem__}
+    return custom(default, help, domain="yes or no", words=words, **{**flag_attributes, **attributes})
 
 
 def _is_text(value: Any) -> bool:
     return isinstance(value, str) and bool(value.strip())
 
 
-def _is_truth(value: Any) -> bool:
+def _is_truth_value(value: Any) -> bool:
     return isinstance(value, bool)
 
 
 def as_truth(value: Any) -> Any:
-    """True or false of a text such as yes or no, or of 1 or 0 in a table; any other value as it is."""
+    """Truth value of a text such as yes, or of 1 or 0.
+
+    Parameters
+    ----------
+    value
+        Text, truth value or number.
+
+    Returns
+    -------
+    Any
+        True or False; any other value unchanged.
+    """
     if isinstance(value, int | float) and value in (0, 1):
         return bool(value)
-    return _truth(value)
+    return _parse_truth_value(value)
 
 
-def _truth(value: Any) -> Any:
-    return _TRUTH.get(value.strip().lower(), value) if isinstance(value, str) else value
+def _parse_truth_value(value: Any) -> Any:
+    return _TRUTH_VALUES.get(value.strip().lower(), value) if isinstance(value, str) else value

@@ -1,4 +1,4 @@
-"""Inputs at their places: fields of dataclasses, each found by its name, read from a table and checked."""
+"""Inputs at their places in dataclasses: found by name, read from tables and checked."""
 
 from __future__ import annotations
 
@@ -15,26 +15,27 @@ if TYPE_CHECKING:
 from fecontact.inputs.kinds import Input
 from fecontact.inputs.texts import nearest, renamed
 
-# --- Inputs at their places: `metadata={"input": ...}` of a field, and `metadata={"part": ...}` of one that has fields.
+# --- Inputs at their places: a field with `metadata={"input": ...}`, and a field with inputs inside, with
+# `metadata={"part": ...}`.
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A field with fields of its own, in files a table.
+    """Dataclass field with input fields inside; a table in files.
 
     Attributes
     ----------
     group
-        Group of its inputs that have none of their own.
+        Group of the inputs inside that have no group.
     body
-        The body that it belongs to, if another part has the same inputs for the other body; on the command line it
-        stands before their names.
+        Body to which the field belongs, if another field has equal inputs for the other body. On the command line the
+        body is the prefix of the inputs' names.
     both
-        Whether the names without the body give them for both at once.
+        Whether the names without the prefix set the inputs of both bodies.
     option
-        Name of the one option that gives all of them; empty where each has its own.
+        Name of a single option that sets all inputs inside; empty if each input has its option.
     """
 
     group: str
@@ -43,22 +44,22 @@ class Part:
     option: str = ""
 
 
-def part(kind: Callable[[], T], group: str, **more: Any) -> T:
-    """A field with fields of its own; `more` is what `Part` has."""
-    made: T = field(default_factory=kind, metadata={"part": Part(group=group, **more)})
-    return made
+def part(kind: Callable[[], T], group: str, **attributes: Any) -> T:
+    """Dataclass field with input fields inside; `attributes` are attributes of `Part`."""
+    nested_field: T = field(default_factory=kind, metadata={"part": Part(group=group, **attributes)})
+    return nested_field
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slot(Part):
-    """An input at its place.
+    """Input with its place in a dataclass.
 
     Attributes
     ----------
     field, table
-        Name of its field, and of the part that the field belongs to (empty at the top level).
+        Name of the field, and name of the field that contains it (empty at the top level).
     input, default
-        What it is, and its value if none is given.
+        Description and default value.
     """
 
     field: str
@@ -68,143 +69,204 @@ class Slot(Part):
 
     @property
     def place(self) -> tuple[str, str]:
-        """Its part and its field."""
+        """Names of the table and of the field."""
         return self.table, self.field
 
-    def of(self, whole: Any) -> Any:
-        """Its value in an instance of the whole."""
-        return getattr(getattr(whole, self.table) if self.table else whole, self.field)
+    def of(self, instance: Any) -> Any:
+        """Value of the input in an instance of the dataclass."""
+        return getattr(getattr(instance, self.table) if self.table else instance, self.field)
 
     @property
     def key(self) -> str:
-        """Its key in files."""
+        """Key in files."""
         return self.input.key or self.field
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Its names on the command line."""
+        """Names on the command line."""
         if self.option:
             return (f"--{self.option}",)
         return tuple(f"--{self.body}-{name}" if self.body else f"--{name}" for name in self.stems)
 
     @property
     def common_names(self) -> tuple[str, ...]:
-        """The names that give it for both bodies; none if nothing does."""
+        """Names on the command line that set the inputs of both bodies; empty without such names."""
         return tuple(f"--{name}" for name in self.stems) if self.both else ()
 
     @property
     def stems(self) -> tuple[str, ...]:
-        """Its names without the body's."""
+        """Names on the command line without hyphens and without the body."""
         return self.input.options or (self.key.lower().replace("_", "-"),)
 
     @property
     def shown_default(self) -> str:
-        """Its default as a user would write it."""
+        """Text of the default as a user would write it."""
         return "none" if self.default is None else self.input.shown(self.default)
 
 
 def described(kind: Any) -> dict[str, Input]:
-    """What the fields of a dataclass are that are inputs, by name."""
-    return {entry.name: entry.metadata["input"] for entry in fields(kind) if "input" in entry.metadata}
+    """Descriptions of a dataclass's input fields, by field name."""
+    return {member.name: member.metadata["input"] for member in fields(kind) if "input" in member.metadata}
 
 
-def slots(whole: DataclassInstance) -> tuple[Slot, ...]:
-    """All inputs of a dataclass and of its parts, with the values of this instance as defaults."""
-    found: list[Slot] = []
-    for entry in fields(whole):
-        own: Part | None = entry.metadata.get("part")
-        value = getattr(whole, entry.name)
-        for name, one in ({entry.name: entry.metadata["input"]} if own is None else described(value)).items():
-            place = {**vars(own or Part(group="")), "table": entry.name if own else "", "field": name}
-            default = getattr(value, name) if own else value
-            found.append(Slot(**{**place, "group": one.group or place["group"]}, input=one, default=default))
-    return tuple(found)
+def slots(instance: DataclassInstance) -> tuple[Slot, ...]:
+    """Inputs of a dataclass and of the dataclasses inside it, with their places.
+
+    Parameters
+    ----------
+    instance
+        Instance with the default values.
+
+    Returns
+    -------
+    tuple of Slot
+        Inputs in the order of the fields.
+    """
+    places: list[Slot] = []
+    for member in fields(instance):
+        nested: Part | None = member.metadata.get("part")
+        value = getattr(instance, member.name)
+        for name, description in (
+            {member.name: member.metadata["input"]} if nested is None else described(value)
+        ).items():
+            attributes = {**vars(nested or Part(group="")), "table": member.name if nested else "", "field": name}
+            default = getattr(value, name) if nested else value
+            places.append(
+                Slot(
+                    **{**attributes, "group": description.group or attributes["group"]},
+                    input=description,
+                    default=default,
+                )
+            )
+    return tuple(places)
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 def inputs(kind: type[T]) -> type[T]:
-    """Make a frozen dataclass whose values are checked, before its own `__post_init__`.
+    """Make a frozen dataclass with checked values.
 
-    It refuses names that it does not have, with the nearest one, missing ones and unnamed values. Its descriptions get
-    what the names of its fields say.
-    """
-    own: Callable[[T], None] | None = kind.__dict__.get("__post_init__")
+    The values are checked before the `__post_init__` of the class. Empty labels, units and keys of its descriptions are
+    derived from the names of the fields.
 
-    def check(self: T) -> None:
-        _check(self)
-        if own is not None:
-            own(self)
+    Parameters
+    ----------
+    kind
+        Class with annotated fields.
 
-    # mypy: a method is no plain function
-    setattr(kind, "__post_init__", check)  # noqa: B010
-    made: Any = dataclass(frozen=True, kw_only=True)(kind)
-    make: Callable[..., None] = made.__init__
-    for entry in fields(made):
-        if one := entry.metadata.get("input"):
-            entry.metadata = MappingProxyType({**entry.metadata, "input": one.of_field(entry.name)})
-
-    @wraps(make)
-    def checked(self: T, *unnamed: Any, **values: Any) -> None:
-        if unnamed:
-            named = ", ".join(f"{entry.name}=..." for entry in fields(made)[:2])
-            raise InputError(f"{kind.__name__} takes inputs by their names: {kind.__name__}({named})")
-        for name in values.keys() - {entry.name for entry in fields(made)}:
-            raise InputError(renamed(name) or f"{name}: {kind.__name__} has no such input{_meant(made, name)}")
-        for entry in fields(made):
-            if entry.default is MISSING and entry.default_factory is MISSING and entry.name not in values:
-                raise InputError(f"{entry.name} is missing; give it: {kind.__name__}({entry.name}=...)")
-        make(self, **values)
-
-    made.__init__ = checked
-    return kind
-
-
-def read_table(kind: type[T], name: str, table: Any) -> T:
-    """The value that a table of a file describes, whose keys are the names of inputs.
+    Returns
+    -------
+    type
+        The class as a frozen dataclass with keyword arguments only.
 
     Raises
     ------
     InputError
-        For no table, unknown and missing keys, and values that are none, with the table's name.
+        Raised by the dataclass for unrecognised names (with the nearest name as a suggestion), for missing names, for
+        positional values and for invalid values.
     """
-    known = described(kind)
+    post_init: Callable[[T], None] | None = kind.__dict__.get("__post_init__")
+
+    def check(self: T) -> None:
+        _check_fields(self)
+        if post_init is not None:
+            post_init(self)
+
+    # mypy refuses a plain function as a method
+    setattr(kind, "__post_init__", check)  # noqa: B010
+    checked_class: Any = dataclass(frozen=True, kw_only=True)(kind)
+    initialise: Callable[..., None] = checked_class.__init__
+    for member in fields(checked_class):
+        if description := member.metadata.get("input"):
+            member.metadata = MappingProxyType(
+                {**member.metadata, "input": description.complete_for_field(member.name)}
+            )
+
+    @wraps(initialise)
+    def checked(self: T, *positional_values: Any, **values: Any) -> None:
+        if positional_values:
+            example = ", ".join(f"{member.name}=..." for member in fields(checked_class)[:2])
+            raise InputError(f"{kind.__name__} takes inputs by their names: {kind.__name__}({example})")
+        for name in values.keys() - {member.name for member in fields(checked_class)}:
+            raise InputError(
+                renamed(name) or f"{name}: {kind.__name__} has no such input{_suggest_input(checked_class, name)}"
+            )
+        for entry in fields(checked_class):
+            if entry.default is MISSING and entry.default_factory is MISSING and entry.name not in values:
+                raise InputError(f"{entry.name} is missing; give it: {kind.__name__}({entry.name}=...)")
+        initialise(self, **values)
+
+    checked_class.__init__ = checked
+    return kind
+
+
+def read_table(kind: type[T], name: str, table: Any) -> T:
+    """Read an instance of a dataclass from a table of a file.
+
+    Parameters
+    ----------
+    kind
+        Dataclass with inputs.
+    name
+        Name of the table in messages.
+    table
+        Table with the names of inputs as keys.
+
+    Returns
+    -------
+    T
+        Instance of the dataclass.
+
+    Raises
+    ------
+    InputError
+        If the table is missing, for unrecognised or missing keys, and for invalid values. The message has the table's
+        name.
+    """
+    descriptions = described(kind)
     if not isinstance(table, Mapping):
-        raise InputError(f"[{name}] is missing; give it, with {', '.join(known)}")
+        raise InputError(f"[{name}] is missing; give it, with {', '.join(descriptions)}")
     try:
-        return kind(**{key: known[key].read(value) if key in known else value for key, value in table.items()})
+        return kind(
+            **{key: descriptions[key].read(value) if key in descriptions else value for key, value in table.items()}
+        )
     except InputError as error:
         raise InputError(f"[{name}]: {error}") from error
 
 
-def _meant(kind: Any, name: str) -> str:
-    """Where an input stands that is none of a dataclass's own, or which of its own may be meant."""
-    own = described(kind)
-    known = {entry.name: entry.name for entry in fields(kind)}
-    for field_name, one in own.items():
-        known |= dict.fromkeys((one.key or field_name, *one.options), field_name)
-    for entry in fields(kind):
-        if "part" in entry.metadata and name in described(inner := type(_default(entry))):
-            return f"; it is one of {inner.__name__}: {entry.name}={inner.__name__}({name}=...)"
-    return nearest(name, known)
+def _suggest_input(kind: Any, name: str) -> str:
+    """Suggestion for the name of an input that a dataclass does not have.
+
+    The suggestion names the inner dataclass that has this input, or the nearest name in the dataclass itself.
+    """
+    descriptions = described(kind)
+    proposals = {member.name: member.name for member in fields(kind)}
+    for field_name, description in descriptions.items():
+        proposals |= dict.fromkeys((description.key or field_name, *description.options), field_name)
+    for member in fields(kind):
+        if "part" in member.metadata and name in described(inner := type(_default_value(member))):
+            return f"; it is one of {inner.__name__}: {member.name}={inner.__name__}({name}=...)"
+    return nearest(name, proposals)
 
 
-def _default(entry: Field[Any]) -> Any:
-    return entry.default if entry.default_factory is MISSING else entry.default_factory()
+def _default_value(member: Field[Any]) -> Any:
+    return member.default if member.default_factory is MISSING else member.default_factory()
 
 
-def _check(instance: Any) -> None:
-    """Check each field that has a description, and that each part is one; None is allowed where it is the default.
+def _check_fields(instance: Any) -> None:
+    """Check all fields of an instance that have a description or inputs inside.
+
+    A field with inputs inside must be an instance of its dataclass. None is allowed if None is the default.
 
     Raises
     ------
     InputError
         For the first value outside its range.
     """
-    for entry in fields(instance):
-        value = getattr(instance, entry.name)
-        if "part" in entry.metadata and not isinstance(value, part := type(_default(entry))):
+    for member in fields(instance):
+        value = getattr(instance, member.name)
+        if "part" in member.metadata and not isinstance(value, inner := type(_default_value(member))):
             raise InputError(
-                f"{entry.name} is {value!r}; allowed: a {part.__name__}, such as {entry.name}={part.__name__}(...)"
+                f"{member.name} is {value!r}; allowed: a {inner.__name__}, such as {member.name}={inner.__name__}(...)"
             )
-        if "input" in entry.metadata and not (value is None and entry.default is None):
-            entry.metadata["input"].check(value)
+        if "input" in member.metadata and not (value is None and member.default is None):
+            member.metadata["input"].check(value)

@@ -1,4 +1,4 @@
-"""Texts of inputs: numbers, inclinations, lists, names that changed, and suggestions."""
+"""Texts of inputs: numbers, inclinations, lists, former names and suggestions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,29 @@ INCLINATION_FORMS = "1:N such as 1:40, none, or an angle with its unit such as 2
 
 
 def parse_inclination(text: str) -> float:
-    """Rail inclination in rad from `1:40`, `none`, or an angle with its unit such as `25mrad` or `1.43deg`."""
+    """Rail inclination in rad of a text.
+
+    Parameters
+    ----------
+    text
+        `1:40`, `none`, or an angle with its unit such as `25mrad` or `1.43deg`.
+
+    Returns
+    -------
+    float
+        Inclination in rad; atan(1/N) for `1:N`.
+
+    Raises
+    ------
+    InputError
+        If the text has a different form.
+
+    Examples
+    --------
+    >>> from fecontact.inputs.texts import parse_inclination
+    >>> parse_inclination("25mrad")
+    0.025
+    """
     text = text.strip().lower()
     if text in ("none", "0"):
         return 0.0
@@ -30,7 +52,18 @@ def parse_inclination(text: str) -> float:
 
 
 def inclination_text(inclination_rad: float) -> str:
-    """The shortest text from which `parse_inclination` makes this angle."""
+    """Shortest text of an inclination that `parse_inclination` reads back exactly.
+
+    Parameters
+    ----------
+    inclination_rad
+        Inclination in rad.
+
+    Returns
+    -------
+    str
+        `none`, `1:N`, or the angle in rad with its unit.
+    """
     if inclination_rad == 0.0:
         return "none"
     ratio = f"1:{1.0 / math.tan(inclination_rad):.12g}"
@@ -38,71 +71,120 @@ def inclination_text(inclination_rad: float) -> str:
 
 
 def parse_numbers(text: str, name: str) -> tuple[float, ...]:
-    """Numbers from a comma list whose items are numbers or ranges a:b:step (both ends included), such as -6:6:0.5,8."""
-    found: list[float] = []
-    for item in text.split(","):
-        if re.fullmatch(rf"{_NUMBER}(:{_NUMBER}:{_NUMBER})?", item.strip()) is None:
-            raise InputError(f"{name} {text!r}: {item!r} is neither a number nor a range FROM:TO:STEP such as -6:6:0.5")
-        parts = [float(part) for part in item.split(":")]
-        found += parts if len(parts) == 1 else _range(parts[0], parts[1], parts[2], f"{name} {text!r}")
-    return tuple(dict.fromkeys(found))
+    """Numbers of a comma list with ranges, such as -6:6:0.5,8.
+
+    Parameters
+    ----------
+    text
+        Numbers and ranges FROM:TO:STEP with both ends included, separated by commas.
+    name
+        Name of the list in messages.
+
+    Returns
+    -------
+    tuple of float
+        Numbers in the order of the text, each number once. Numbers of a range are rounded to 9 decimals.
+
+    Raises
+    ------
+    InputError
+        If a term has a different form, or if a range is descending or has more than 1000 values.
+
+    Examples
+    --------
+    >>> from fecontact.inputs.texts import parse_numbers
+    >>> parse_numbers("0:1:0.5,8", "shifts")
+    (0.0, 0.5, 1.0, 8.0)
+    """
+    numbers: list[float] = []
+    for term in text.split(","):
+        if re.fullmatch(rf"{_NUMBER}(:{_NUMBER}:{_NUMBER})?", term.strip()) is None:
+            raise InputError(f"{name} {text!r}: {term!r} is neither a number nor a range FROM:TO:STEP such as -6:6:0.5")
+        bounds = [float(bound) for bound in term.split(":")]
+        numbers += bounds if len(bounds) == 1 else _expand_range(bounds[0], bounds[1], bounds[2], f"{name} {text!r}")
+    return tuple(dict.fromkeys(numbers))
 
 
 def listed(values: Sequence[float], name: str) -> tuple[float, ...]:
-    """Numbers of a list; a single number, which a caller in Python may give in its place, is refused."""
+    """Numbers of a list as floats; a single number instead of a list is refused.
+
+    Parameters
+    ----------
+    values
+        List of numbers. A caller in Python may give a single number by mistake.
+    name
+        Name of the list in messages.
+
+    Returns
+    -------
+    tuple of float
+        The numbers.
+
+    Raises
+    ------
+    InputError
+        If `values` is a single number.
+    """
     if isinstance(values, Real):
         raise InputError(f"{name} is {values}; give a list, for example [{values}]")
     return tuple(map(float, values))
 
 
-def _range(first: float, last: float, step: float, what: str) -> list[float]:
+def _expand_range(first: float, last: float, step: float, label: str) -> list[float]:
     if not step > 0.0 or last < first:
-        raise InputError(f"{what}: a range goes up, with a step above zero, such as -6:6:0.5")
-    # a millionth of a step for ends that are no sums of the step in binary
+        raise InputError(f"{label}: a range goes up, with a step above zero, such as -6:6:0.5")
+    # The millionth of a step covers range ends that are not exact multiples of the step in binary.
     steps = (last - first) / step + 1e-6
     if not steps < _MOST_NUMBERS:
-        raise InputError(f"{what}: {steps + 1.0:.6g} values; allowed are {_MOST_NUMBERS}; take a larger step")
-    return [round(first + step * k, 9) for k in range(math.floor(steps) + 1)]
+        raise InputError(f"{label}: {steps + 1.0:.6g} values; allowed are {_MOST_NUMBERS}; take a larger step")
+    return [round(first + step * index, 9) for index in range(math.floor(steps) + 1)]
 
 
-def nearest(name: str, known: Mapping[str, str]) -> str:
-    """What a misspelt name may have meant, as the end of a message: of the known spellings the nearest, or nothing.
+def nearest(name: str, proposals: Mapping[str, str]) -> str:
+    """Suggestion for a misspelt name, as the end of a message.
 
     Parameters
     ----------
-    known
-        For each spelling the name to propose.
+    name
+        Name that was not recognised.
+    proposals
+        Name to propose for each spelling.
+
+    Returns
+    -------
+    str
+        Text such as "; did you mean load?"; empty without a similar spelling.
     """
-    lower = {spelling.lower(): proposal for spelling, proposal in known.items()}
-    found = get_close_matches(name.lower(), lower, n=1, cutoff=0.6)
-    return f"; did you mean {lower[found[0]]}?" if found else ""
+    lower = {spelling.lower(): proposal for spelling, proposal in proposals.items()}
+    matches = get_close_matches(name.lower(), lower, n=1, cutoff=0.6)
+    return f"; did you mean {lower[matches[0]]}?" if matches else ""
 
 
 def renamed(name: str) -> str:
-    """What stands for an input that was another one once, in words; nothing for any other name."""
+    """Hint for the former name of an input; empty for any other name."""
     return f"{name}: there is no such input any more; {RENAMED[name]}" if name in RENAMED else ""
 
 
-_OF_PROFILES = {
+_PROFILE_INPUTS = {
     "smoothing_mm": "the wave length of which smoothing leaves half is filter_mm, 0 for points as exact",
     "flip_z": "a minus sign turns a column: columns = '1,-2'",
     "decimal": "decimal commas are recognised; where they are not, write points",
     "offsets": "offsets of a MiniProf header are added, its alignment is not, and the notes say so",
 }
-_FINER = "finer elements are asked for by refine = 'verdict' (the default), 'never' or 'evidence'"
+_REFINEMENT = "finer elements are asked for by refine = 'verdict' (the default), 'never' or 'evidence'"
 _OPPOSITE = "--opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=... has it, in files the table [opposite]"
 _HALF_LENGTH = "rail and rim have one half_length_mm"
-_NO_NAME = "a material has no name any more; leave it out"
+_NO_MATERIAL_NAME = "a material has no name any more; leave it out"
 RENAMED = {
     **dict.fromkeys(("html", "png"), "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
     "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
     "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
-    **dict.fromkeys(("refine_degrees_of_freedom", "evidence"), _FINER),
+    **dict.fromkeys(("refine_degrees_of_freedom", "evidence"), _REFINEMENT),
     **dict.fromkeys(("rail_half_length_mm", "rim_half_length_mm"), _HALF_LENGTH),
     **{
         f"opposite_{name}": _OPPOSITE for name in ("rail", "wheel", "rolling_radius_mm", "load_kN", "load_kn", "load_N")
     },
-    **dict.fromkeys(("name", "material_name", "rail_material_name", "wheel_material_name"), _NO_NAME),
-    **{f"{body}{name}": text for name, text in _OF_PROFILES.items() for body in ("", "rail_", "wheel_")},
+    **dict.fromkeys(("name", "material_name", "rail_material_name", "wheel_material_name"), _NO_MATERIAL_NAME),
+    **{f"{body}{name}": text for name, text in _PROFILE_INPUTS.items() for body in ("", "rail_", "wheel_")},
 }
-"""Names of inputs from before the first release, with what to write instead; CHANGELOG.md lists them."""
+"""Names of inputs from before the first release, with the present input to use; CHANGELOG.md lists these names."""

@@ -1,1 +1,4 @@
-"""Feature: where Hertz holds over lateral shift and load: positions under many loads, their limits, pictures."""
+"""Maps of a theory's verdicts over lateral shift and load.
+
+The package has the positions of a map under many loads, their load limits, and their pictures, tables and reports.
+"""

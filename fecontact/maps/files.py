@@ -1,4 +1,4 @@
-"""The files of a map: tables, JSON and pictures; and a map on the terminal."""
+"""Files of a map: tables, JSON and pictures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fecontact.feature_registry import offered
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.telling import judged_row, law_row, map_record, stiffness_rows
-from fecontact.maps.theory_views import laws_judged
+from fecontact.maps.theory_views import find_judged_laws
 from fecontact.maps.view import CellView, ColumnView, MapView, column_width
 from fecontact.maps.views import map_view, refuse_measure, views_of
 from fecontact.outputs.alone import ordered
@@ -31,49 +31,57 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# --- The picture of a map: coloured columns over the load, one a lateral shift, with words at the loads.
+# --- The picture of a map: coloured columns over the load, a column for each lateral shift, with texts at the loads.
 
-# Points below which no numbers are written, letters alone.
+# Font size in points below which the cells have letters alone, without numbers.
 _SMALLEST_FONT = 5.0
-# Inches: of the legend, of a column of positions at its widest, between two lines of words at least, of the axes.
-_LEGEND, _COLUMN, _LINE, _TALLEST = 3.6, 0.75, 0.19, 11.0
-# So many characters, of which a % counts twice, need this many columns' inches a point of the font; more are smaller.
-_INCHES_A_POINT, _CHARACTERS = 0.055, 6
-# What was not solved.
+# Inches: width of the legend, largest width of a column, least distance of two lines of text, largest height of the
+# axes.
+_LEGEND_WIDTH, _LARGEST_COLUMN_WIDTH, _LINE_HEIGHT, _LARGEST_HEIGHT = 3.6, 0.75, 0.19, 11.0
+# A text of the given number of characters (a % counts twice) needs this width in inches per point of the font. Longer
+# texts are smaller.
+_INCHES_PER_POINT, _FULL_SIZE_CHARACTERS = 0.055, 6
+# Hatching of ranges that were not solved.
 _HATCHED: dict[str, Any] = {BETWEEN: {"hatch": "////", "ec": "0.7"}}
 _DASHES = ("--", ":")
-# In the colour of what holds.
+# The diamond has the colour of a theory that holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
 
 
 Blank: TypeAlias = "Callable[[float, float], Figure]"
-"""Makes an empty figure of a width and a height in inches."""
+"""Function that makes an empty figure of a width and a height in inches."""
 
 
 @dataclass(frozen=True)
-class Sizes:
-    """Inches of the axes' width, and points of the words, for so many columns side by side."""
+class ColumnSizes:
+    """Width of the axes in inches, and font sizes in points.
+
+    Attributes
+    ----------
+    columns
+        Number of columns side by side.
+    """
 
     columns: int
 
     @property
     def width(self) -> float:
-        """Of the axes."""
-        return float(np.clip(_COLUMN * self.columns, 4.5, 13.0))
+        """Width of the axes in inches."""
+        return float(np.clip(_LARGEST_COLUMN_WIDTH * self.columns, 4.5, 13.0))
 
     @property
     def font(self) -> float:
-        """Of the words in the columns."""
+        """Font size of the texts in the columns, in points."""
         return self.font_of("")
 
     def font_of(self, text: str) -> float:
-        """Of words in a column, which they do not leave."""
-        characters = max(_CHARACTERS, len(text) + text.count("%"))
-        return min(9.5, self.width / self.columns / _INCHES_A_POINT * _CHARACTERS / characters)
+        """Font size with which a text fits into a column, in points."""
+        characters = max(_FULL_SIZE_CHARACTERS, len(text) + text.count("%"))
+        return min(9.5, self.width / self.columns / _INCHES_PER_POINT * _FULL_SIZE_CHARACTERS / characters)
 
     @property
     def has_numbers(self) -> bool:
-        """Whether there is room for numbers beside the letters."""
+        """Whether the columns have room for numbers beside the letters."""
         return self.font >= _SMALLEST_FONT
 
 
@@ -82,61 +90,101 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     return save_figure(draw_map(view), path)
 
 
-def figure_of(made: ApplicabilityMap, measure: str, theory: str, blank: Blank) -> Figure:
+def draw_map_by_measure(applicability_map: ApplicabilityMap, measure: str, theory: str, blank: Blank) -> Figure:
     """Draw a map by a measure and a theory.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    measure
+        `pressure`, `theory`, or the name of a feature's verdict.
+    theory
+        Name of a theory of the pressure.
+    blank
+        Function that makes the empty figure.
+
+    Returns
+    -------
+    Figure
+        Figure with the picture.
 
     Raises
     ------
     InputError
-        For a measure or a theory that there is not.
+        If the measure or the theory does not exist.
     """
-    refuse_measure(made.case, measure, theory)
-    return draw_map(map_view(made, measure, theory), blank)
+    refuse_measure(applicability_map.case, measure, theory)
+    return draw_map(map_view(applicability_map, measure, theory), blank)
 
 
 def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
-    """Draw a map over lateral shift and load into a figure of `blank`.
+    """Draw a map over lateral shift and load.
 
-    The load axis is linear. The colour of a column changes at the loads at which the answer does, as far as they are
-    known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
-    its column. For a symmetric wheelset the axis above shows the other wheel.
+    The load axis is linear. The colour of a column changes at the loads at which the answer changes, as far as these
+    loads are determined. Each load of the map has the text of its cell. Every other solved load is a tick at both sides
+    of its column. For a symmetric wheelset the upper axis shows the other wheel.
+
+    Parameters
+    ----------
+    view
+        View of the map.
+    blank
+        Function that makes the empty figure.
+
+    Returns
+    -------
+    Figure
+        Figure with the picture.
     """
     case, loads = view.case, np.array(view.loads_N) / 1e3
     shifts = np.array([column.shift_mm for column in view.columns])
     width = column_width([column.shift_mm for column in view.columns])
-    sizes = Sizes(1 + round(float(np.ptp(shifts)) / width))
-    figure = blank(sizes.width + _LEGEND, _height(loads))
+    sizes = ColumnSizes(1 + round(float(np.ptp(shifts)) / width))
+    figure = blank(sizes.width + _LEGEND_WIDTH, _compute_height(loads))
     ax = figure.add_subplot()
-    ends, reach = _load_range(loads), 0.5 * width
-    for middle, column in zip(shifts, view.columns, strict=True):
-        sides = (middle - reach, middle + reach)
+    ends, reach = _compute_load_range(loads), 0.5 * width
+    for shift, column in zip(shifts, view.columns, strict=True):
+        sides = (shift - reach, shift + reach)
         _draw_column(ax, column, view.colours, sides, ends)
-        for load, words in column.lines:
+        for load, meaning in column.lines:
             if ends[0] < load < ends[1]:
-                ax.plot(sides, [load, load], color="k", lw=1.6, ls=_DASHES[view.lines.index(words)])
-        # a tick beside a number looks like a minus
+                ax.plot(sides, [load, load], color="k", lw=1.6, ls=_DASHES[view.lines.index(meaning)])
+        # A tick beside a number looks like a minus sign, so the map's loads have no ticks if the cells have numbers.
         _draw_ticks(ax, column.further_kN if sizes.has_numbers else column.solved_kN, sides)
         for cell in column.cells:
-            _write(ax, cell, _colour(cell, view.colours), middle, sizes)
+            _draw_text(ax, cell, _choose_colour(cell, view.colours), shift, sizes)
     ax.set_xlim(shifts[0] - reach, shifts[-1] + reach)
     ax.set(ylim=ends, yticks=loads)
     ax.legend(
-        handles=_handles(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
+        handles=_build_legend(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
     )
-    # from the left: a narrow map is shorter than its title, and the legend beside it leaves room
+    # The title starts at the left: a narrow map is shorter than its title, and the legend leaves room.
     title = f"{pair_words(case)}, {roll_words(case)}:\n{view.title},\nwithin {view.criterion}"
     ax.set_title(title, x=0.0, ha="left")
     ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
     if label := other_wheel_label(case):
-        above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
-        above.set_xlabel(label)
+        upper_axis = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
+        upper_axis.set_xlabel(label)
     return figure
 
 
 def cell_boxes(view: MapView, figure: Figure) -> list[tuple[float, float, float, float]]:
-    """Left, top, width and height of each cell of a drawn map, in percent of the picture, by shift and then by load.
+    """Boxes of the cells of a drawn map, in percent of the picture.
 
-    A cell reaches half the way to the loads beside it.
+    A cell reaches half way to the neighbouring loads.
+
+    Parameters
+    ----------
+    view
+        View of the map.
+    figure
+        Figure of `draw_map`, laid out.
+
+    Returns
+    -------
+    list of (float, float, float, float)
+        Left, top, width and height of each cell, by shift and then by load.
     """
     (ax,) = figure.axes[:1]
     frame, (left, right), ends = ax.get_position(), ax.get_xlim(), ax.get_ylim()
@@ -153,8 +201,21 @@ def cell_boxes(view: MapView, figure: Figure) -> list[tuple[float, float, float,
     return boxes
 
 
-def _handles(view: MapView, sizes: Sizes) -> list[Any]:
-    """What colours, the diamond, ticks, numbers and letters stand for."""
+def _build_legend(view: MapView, sizes: ColumnSizes) -> list[Any]:
+    """Legend of colours, lines, the diamond, ticks, numbers and letters.
+
+    Parameters
+    ----------
+    view
+        View of the map.
+    sizes
+        Sizes of the picture.
+
+    Returns
+    -------
+    list
+        Handles of matplotlib with their labels.
+    """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -173,24 +234,24 @@ def _handles(view: MapView, sizes: Sizes) -> list[Any]:
         handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))
     marks = [("$-$", "solved at this load")]
     if sizes.has_numbers:
-        further = any(column.further_kN for column in view.columns)
-        marks = [("$-$", "further loads that were solved")] * further + [("$0.5$", view.number)]
+        has_further_loads = any(column.further_kN for column in view.columns)
+        marks = [("$-$", "further loads that were solved")] * has_further_loads + [("$0.5$", view.number)]
     return handles + [
         Line2D([], [], ls="none", marker=mark, color="k", ms=16 if any(map(str.isdigit, mark)) else 8, label=label)
         for mark, label in (*marks, *view.marks)
     ]
 
 
-def _height(loads: Floats) -> float:
-    """Inches at which the closest loads leave a line of words each, within reason."""
+def _compute_height(loads: Floats) -> float:
+    """Height of the figure in inches, within bounds; the closest loads have a line of text each."""
     if loads.size < 2:
         return 4.0
-    bottom, top = _load_range(loads)
-    return float(np.clip(_LINE * (top - bottom) / np.diff(loads).min(), 4.6, _TALLEST)) + 1.6
+    bottom, top = _compute_load_range(loads)
+    return float(np.clip(_LINE_HEIGHT * (top - bottom) / np.diff(loads).min(), 4.6, _LARGEST_HEIGHT)) + 1.6
 
 
-def _load_range(loads: Floats) -> tuple[float, float]:
-    """Range of the load axis: some room beyond the smallest and the largest load for what is written at them."""
+def _compute_load_range(loads: Floats) -> tuple[float, float]:
+    """Range of the load axis in kN, with room for texts at both ends."""
     room = 0.05 * float(np.ptp(loads)) or 0.5
     return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
 
@@ -202,22 +263,38 @@ def _draw_column(
     sides: tuple[float, float],
     ends: tuple[float, float],
 ) -> None:
+    """Draw the bands of a column, with its border if loads were solved.
+
+    Parameters
+    ----------
+    ax
+        Axes.
+    column
+        View of the column.
+    colours
+        Colour of each answer.
+    sides
+        Left and right end of the column, in mm.
+    ends
+        Range of the load axis, in kN.
+    """
     left, right = sides
-    place: dict[str, Any] = {"x": left, "width": right - left, "align": "edge", "lw": 0.0}
+    rectangle: dict[str, Any] = {"x": left, "width": right - left, "align": "edge", "lw": 0.0}
     if not column.bands:
-        ax.bar(bottom=ends[0], height=ends[1] - ends[0], color=colours["failed"], **place)
+        ax.bar(bottom=ends[0], height=ends[1] - ends[0], color=colours["failed"], **rectangle)
     for number, (low, high, answer) in enumerate(column.bands):
-        # the first and the last go on to the frame: nothing is known beyond them, but it is room for words
+        # The first and the last band extend to the frame. Nothing is determined there, but the texts need the room.
         bottom = ends[0] if number == 0 else low
         top = ends[1] if number == len(column.bands) - 1 else high
-        ax.bar(bottom=bottom, height=top - bottom, color=colours[answer], **place, **_HATCHED.get(answer, {}))
+        ax.bar(bottom=bottom, height=top - bottom, color=colours[answer], **rectangle, **_HATCHED.get(answer, {}))
         if number:
             ax.plot(sides, [low, low], color="k", lw=0.9, solid_capstyle="butt")
     if column.solved_kN:
-        ax.bar(bottom=ends[0], height=ends[1] - ends[0], fill=False, ec="white", **place | {"lw": 1.2})
+        ax.bar(bottom=ends[0], height=ends[1] - ends[0], fill=False, ec="white", **rectangle | {"lw": 1.2})
 
 
 def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float]) -> None:
+    """Draw a tick at both sides of a column for each load."""
     left, right = sides
     tick = 0.09 * (right - left)
     for load in loads_kN:
@@ -225,8 +302,8 @@ def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float])
             ax.plot([start, end], [load, load], color="k", lw=1.0, solid_capstyle="butt")
 
 
-def _colour(cell: CellView, colours: Mapping[str, str]) -> str:
-    """Colour of a cell: of its answer, or of the share of lines on which an open verdict holds."""
+def _choose_colour(cell: CellView, colours: Mapping[str, str]) -> str:
+    """Colour of a cell: of its answer, or of the fraction of profile variants on which an open verdict holds."""
     if cell.share is None:
         return colours[cell.answer]
     from matplotlib.colors import LinearSegmentedColormap, to_hex
@@ -235,13 +312,15 @@ def _colour(cell: CellView, colours: Mapping[str, str]) -> str:
     return to_hex(LinearSegmentedColormap.from_list("share", ends)(cell.share))
 
 
-def _write(ax: Axes, cell: CellView, colour: str, middle: float, sizes: Sizes) -> None:
-    """A cell's words on its colour, so that a border of colours is not drawn through them."""
+def _draw_text(ax: Axes, cell: CellView, colour: str, shift_mm: float, sizes: ColumnSizes) -> None:
+    """Draw the text of a cell on its colour.
+
+    The colour hides the borders of bands behind the text."""
     from matplotlib.transforms import ScaledTranslation
 
     text = cell.text if sizes.has_numbers else cell.letter
     ax.text(
-        *(middle, cell.load_kN, text),
+        *(shift_mm, cell.load_kN, text),
         ha="center",
         va="center",
         fontsize=max(sizes.font_of(text), 6.0),
@@ -249,15 +328,15 @@ def _write(ax: Axes, cell: CellView, colour: str, middle: float, sizes: Sizes) -
         bbox={"fc": colour, "ec": "none", "pad": 0.6},
     )
     if cell.diamond:
-        below = ScaledTranslation(0.0, -(0.5 * sizes.font + 3.5) / 72.0, ax.figure.dpi_scale_trans)
-        ax.plot(middle, cell.load_kN, transform=ax.transData + below, ms=min(sizes.font, 6.0), **_DIAMOND)
+        offset = ScaledTranslation(0.0, -(0.5 * sizes.font + 3.5) / 72.0, ax.figure.dpi_scale_trans)
+        ax.plot(shift_mm, cell.load_kN, transform=ax.transData + offset, ms=min(sizes.font, 6.0), **_DIAMOND)
 
 
 # --- The files of a map: tables, JSON and pictures.
 
 
 def write_map(
-    made: ApplicabilityMap,
+    applicability_map: ApplicabilityMap,
     out: Path,
     name: str = "map",
     *,
@@ -265,31 +344,48 @@ def write_map(
     provenance: Record | None = None,
     drawn: bool = True,
 ) -> None:
-    """Write a map's tables and pictures into a folder.
+    """Write the tables and pictures of a map into a folder.
 
-    NAME.csv, NAME.json, NAME.png (Hertz) and NAME_theory.png (the cheapest theory of the pressure that holds); of
-    another `theory` NAME_THEORY.png; a picture of each verdict of a feature (`MAPS`) that the case asks for; a table
-    and a picture of its laws (`LAWS`), where they were judged. For the whole map contacts.csv, lines of a contact table
-    with the theory to use, and stiffness.csv, if it has any.
+    The files are NAME.csv, NAME.json, NAME.png (Hertz) and NAME_theory.png (the cheapest theory of the pressure that
+    holds); for another `theory` NAME_THEORY.png; a picture of each verdict of a feature (`MAPS`) that the case
+    requests; a table and a picture of the feature's laws (`LAWS`), if they were judged. A whole map also has
+    contacts.csv, rows of a contact table with the theory to use, and stiffness.csv, if the map has stiffnesses.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    out
+        Folder.
+    name
+        Stem of the file names; "map" for a whole map.
+    theory
+        Further theory of the pressure with a picture.
+    provenance
+        Origin of the results, for the JSON file.
+    drawn
+        Whether pictures are drawn.
     """
-    write_csv(made.rows(), out / f"{name}.csv")
+    write_csv(applicability_map.rows(), out / f"{name}.csv")
     if name == "map":
-        lines = [judged_row(cell, position.placement) for position in made.positions for cell in position.cells]
-        write_csv(ordered(lines), out / "contacts.csv")
-        stiffness = [row for position in made.positions for row in stiffness_rows(position)]
+        contact_rows = [
+            judged_row(cell, position.placement) for position in applicability_map.positions for cell in position.cells
+        ]
+        write_csv(ordered(contact_rows), out / "contacts.csv")
+        stiffness = [row for position in applicability_map.positions for row in stiffness_rows(position)]
         if stiffness:
             write_csv(stiffness, out / "stiffness.csv")
         else:
-            # one of other loads would not belong to this map
+            # A file of other loads would not belong to this map.
             (out / "stiffness.csv").unlink(missing_ok=True)
-    write_sealed(out / f"{name}.json", map_record(made, provenance), [out / f"{name}.csv"])
-    if not (drawn and made.positions):
+    write_sealed(out / f"{name}.json", map_record(applicability_map, provenance), [out / f"{name}.csv"])
+    if not (drawn and applicability_map.positions):
         return
-    # pictures of another friction, or of theories before, would not belong to this map
-    for old in (*offered("MAPS"), *offered("LAWS"), *THEORIES):
+    # Earlier pictures of another friction, or of other theories, would not belong to this map.
+    for former_name in (*offered("MAPS"), *offered("LAWS"), *THEORIES):
         for ending in ("png", "svg", "csv"):
-            (out / f"{name}_{old}.{ending}").unlink(missing_ok=True)
-    for of, view in views_of(made, theory).items():
-        map_figure(view, out / f"{name}{of and f'_{of}'}.png")
-    for of, laws in laws_judged(made).items():
-        write_csv([law_row(cell, laws) for cell in made.cells], out / f"{name}_{of}.csv")
+            (out / f"{name}_{former_name}.{ending}").unlink(missing_ok=True)
+    for suffix, view in views_of(applicability_map, theory).items():
+        map_figure(view, out / f"{name}{suffix and f'_{suffix}'}.png")
+    for suffix, laws in find_judged_laws(applicability_map).items():
+        write_csv([law_row(cell, laws) for cell in applicability_map.cells], out / f"{name}_{suffix}.csv")

@@ -1,4 +1,4 @@
-"""Positions of an applicability map under many loads: their cells, load limits and stiffness."""
+"""Applicability map as values: positions under many loads, with cells, load limits and stiffness."""
 
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ from fecontact.outputs.records.results import Row, load_row
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import Stiffness
 
-# --- An applicability map as values: the verdict at each position and load, and each position's load limit.
+# --- An applicability map as values: the verdict at each position and load, and the load limit of each position.
 
 FIRST_YIELD, PLASTIC_LIMIT = "first_yield_N", "plastic_load_N"
-"""Loads of a position that a map draws where a yield stress is given."""
+"""Loads of a position that a map shows if a yield stress is given."""
 CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoadInterval:
-    """Loads with one verdict; UNRESOLVED also between two loads whose verdicts differ."""
+    """Interval of loads with a single verdict.
+
+    The verdict is also UNRESOLVED between two loads with different verdicts.
+    """
 
     low_N: float
     high_N: float
@@ -34,20 +37,20 @@ class LoadInterval:
 
 @dataclass(frozen=True, kw_only=True)
 class LoadLimit:
-    """At which loads Hertz holds.
+    """Loads at which Hertz holds.
 
     Attributes
     ----------
     intervals
-        By increasing load, from the smallest load that was looked at to the largest.
+        Intervals by increasing load, from the smallest to the largest load that was examined.
     reason
-        Why there are none.
+        Reason for missing intervals.
     note
-        Loads that could not be used.
+        Loads without a usable result.
     tried
-        Loads solved in addition to the map's loads, with their verdicts.
+        Loads (N) solved in addition to the map's loads, with their verdicts.
     narrowed
-        Whether every change of the verdict is known as well as it can be.
+        Whether every change of the verdict is enclosed within the tolerances of the search.
     """
 
     intervals: tuple[LoadInterval, ...] = ()
@@ -58,7 +61,10 @@ class LoadLimit:
 
     @property
     def F_max_N(self) -> float | None:
-        """The load up to which Hertz holds from the smallest on; None where it does not there, or holds at all."""
+        """Load (N) up to which Hertz holds from the smallest load on.
+
+        None if Hertz does not hold at the smallest load, or if its verdict does not change.
+        """
         if len(self.intervals) < 2 or self.intervals[0].answer != "HOLDS":
             return None
         return self.intervals[0].high_N
@@ -66,9 +72,18 @@ class LoadLimit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapCell:
-    """One position and load; `status` says why it was not solved, or why what was solved must not be used.
+    """Position under a load.
 
-    `short_of_memory` is set where the machine had too little memory for the load.
+    Attributes
+    ----------
+    lateral_shift_mm, load_N
+        Lateral shift in mm, and load in N.
+    status
+        Reason why the cell was not solved, or why its result must not be used.
+    judged
+        Judged load; None if the cell was not solved.
+    short_of_memory
+        Whether the machine had too little memory for the load.
     """
 
     lateral_shift_mm: float
@@ -79,41 +94,43 @@ class MapCell:
 
     @property
     def load_kN(self) -> float:
-        """The load in kN."""
+        """Load in kN."""
         return self.load_N / 1e3
 
     @property
     def usable(self) -> JudgedLoad | None:
-        """What was solved, where it may be used."""
+        """Judged load if its result is usable, else None."""
         return self.judged if self.status == CONVERGED else None
 
     @property
     def verdict(self) -> CellVerdict:
-        """The verdict, `failed` where there is none."""
+        """Verdict on Hertz; `failed` without a result."""
         return "failed" if self.judged is None else self.judged.verdict.answer
 
     @property
     def cause(self) -> str | None:
-        """Why Hertz does not hold."""
+        """Cause for which Hertz does not hold."""
         return None if self.judged is None else self.judged.verdict.cause
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapPosition:
-    """All loads of one lateral shift, by increasing load, and its load limit.
+    """Lateral shift with its loads, by increasing load, and its load limit.
 
     Attributes
     ----------
+    lateral_shift_mm, cells
+        Lateral shift in mm, and the cells of the map's loads.
     limit, limits_of
-        At which loads Hertz holds, and by the verdicts of features (`MAPS`) that there are.
+        Loads at which Hertz holds by the map's measures, and by each verdict of features (`MAPS`).
     placement
-        None where the wheel could not be placed.
+        None if the wheel could not be placed.
     stiffness
-        Of the contact over its loads; None for fewer than three.
+        Contact stiffness over the loads; None for fewer than three loads.
     tried
-        Loads that the search for its limits solved.
+        Loads that the search for load limits solved.
     stopped
-        The load that the search could not solve, at which it ended.
+        Cell of the load that the search could not solve and at which it ended.
     """
 
     lateral_shift_mm: float
@@ -127,38 +144,51 @@ class MapPosition:
 
     @property
     def yield_loads_N(self) -> dict[str, float]:
-        """Loads of first yield, and at which yielding alone takes up a limit, as far as they are known.
+        """Loads (N) of first yield, and loads at which yielding alone reaches a limit.
 
-        From the smallest load that tells each: its meshes are made for a patch next to that one.
+        Each value is from the smallest load that gives it: the meshes of that load are made for a patch nearest to the
+        patch at this value. Unavailable values are missing.
         """
-        found: dict[str, float] = {}
-        told = (cell.usable.plastic for cell in self.cells if cell.usable is not None)
-        for plastic in (one for one in told if one is not None and one.has_yielded):
-            found.setdefault(FIRST_YIELD, plastic.yielded.first_yield_N)
+        loads_N: dict[str, float] = {}
+        plastic_results = (cell.usable.plastic for cell in self.cells if cell.usable is not None)
+        for plastic in (result for result in plastic_results if result is not None and result.has_yielded):
+            loads_N.setdefault(FIRST_YIELD, plastic.yielded.first_yield_N)
             if plastic.plastic_load_N is not None:
-                found.setdefault(PLASTIC_LIMIT, plastic.plastic_load_N)
-        return found
+                loads_N.setdefault(PLASTIC_LIMIT, plastic.plastic_load_N)
+        return loads_N
 
     @property
     def solved(self) -> tuple[JudgedLoad, ...]:
-        """All its loads that gave numbers, also those that the search for its limits solved."""
+        """Judged loads of the position, including the loads of the search for limits."""
         return (*self.tried, *(cell.judged for cell in self.cells if cell.judged is not None))
 
     @property
     def converged(self) -> bool:
-        """Whether finite elements gave a usable result at every load."""
+        """Whether finite elements gave a usable result at every load of the map."""
         return all(cell.usable for cell in self.cells)
 
     @property
     def short_of_memory(self) -> bool:
-        """Whether the machine had too little memory for any of its loads."""
+        """Whether the machine had too little memory for any of the loads."""
         cells = self.cells if self.stopped is None else (*self.cells, self.stopped)
-        return any(cell.short_of_memory for cell in cells) or any(one.solved.short_of_memory for one in self.solved)
+        return any(cell.short_of_memory for cell in cells) or any(
+            judged_load.solved.short_of_memory for judged_load in self.solved
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ApplicabilityMap:
-    """Positions by lateral shift; while a map is made, those that are done."""
+    """Positions of a map by lateral shift; in an unfinished map, the finished positions.
+
+    Attributes
+    ----------
+    case
+        Base case of the map.
+    loads_N
+        Loads in N, increasing.
+    positions
+        Positions by increasing lateral shift.
+    """
 
     case: Case
     loads_N: tuple[float, ...]
@@ -166,16 +196,16 @@ class ApplicabilityMap:
 
     def __repr__(self) -> str:
         case, cells = self.case, [cell.verdict for cell in self.cells]
-        told = ", ".join(f"{cells.count(answer)} {answer}" for answer in dict.fromkeys(cells))
+        counts = ", ".join(f"{cells.count(answer)} {answer}" for answer in dict.fromkeys(cells))
         return (
             f"<ApplicabilityMap {case.rail} and {case.wheel}, {len(self.positions)} shifts, {len(self.loads_N)} loads:"
-            f" Hertz in {len(cells)} cells {told or 'nowhere solved'}>"
+            f" Hertz in {len(cells)} cells {counts or 'nowhere solved'}>"
         )
 
     def _repr_html_(self) -> str:
         rows = {
-            f"{one.lateral_shift_mm:+g} mm": {f"{cell.load_kN:g} kN": cell.verdict for cell in one.cells}
-            for one in self.positions
+            f"{position.lateral_shift_mm:+g} mm": {f"{cell.load_kN:g} kN": cell.verdict for cell in position.cells}
+            for position in self.positions
         }
         import pandas
 
@@ -185,7 +215,7 @@ class ApplicabilityMap:
         return len(self.cells)
 
     def __iter__(self) -> Iterator[MapCell]:
-        """The cells by position, then load."""
+        """Cells by position, then by load."""
         return iter(self.cells)
 
     def __getitem__(self, number: int) -> MapCell:
@@ -193,30 +223,43 @@ class ApplicabilityMap:
 
     @property
     def lateral_shifts_mm(self) -> tuple[float, ...]:
-        """Lateral shifts of the positions."""
+        """Lateral shifts of the positions in mm."""
         return tuple(position.lateral_shift_mm for position in self.positions)
 
     @property
     def cells(self) -> tuple[MapCell, ...]:
-        """Cells by position, then load."""
+        """Cells by position, then by load."""
         return tuple(cell for position in self.positions for cell in position.cells)
 
     @property
     def limits(self) -> tuple[LoadLimit, ...]:
-        """One limit a position."""
+        """Load limit of each position."""
         return tuple(position.limit for position in self.positions)
 
     def rows(self) -> list[Row]:
-        """A flat row a cell, with the columns of a case as far as it has them."""
+        """Flat row of each cell, with the columns of a case that the cell has."""
         return [cell_row(cell, position.placement) for position in self.positions for cell in position.cells]
 
     @property
     def all_solved(self) -> bool:
-        """Whether every cell gave a result that may be used."""
+        """Whether every cell has a usable result."""
         return all(cell.usable for cell in self.cells)
 
 
 def cell_row(cell: MapCell, placement: Placement | None) -> Row:
-    """A cell of a map as a flat row, with the columns of a case as far as it has them."""
-    head = picked(cell, "lateral_shift_mm load_kN status") | {"verdict_answer": cell.verdict}
-    return head if cell.judged is None or placement is None else head | load_row(cell.judged, placement)
+    """Flat row of a cell, with the columns of a case that the cell has.
+
+    Parameters
+    ----------
+    cell
+        Cell of a map.
+    placement
+        Placement of the cell's position; None if the wheel could not be placed.
+
+    Returns
+    -------
+    Row
+        Shift, load, status and verdict; for a solved cell also the columns of a case.
+    """
+    row = picked(cell, "lateral_shift_mm load_kN status") | {"verdict_answer": cell.verdict}
+    return row if cell.judged is None or placement is None else row | load_row(cell.judged, placement)

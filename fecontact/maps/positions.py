@@ -1,4 +1,7 @@
-"""One position of a map: solved under all loads with its factors reused, its limits and its contact stiffness."""
+"""Positions of a map: solved under all loads, with load limits and contact stiffness.
+
+The factors of the stiffness matrices are reused for all loads of a position.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from fecontact.feature_registry import offered
 from fecontact.judging.judge import with_readings
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.readings import MappedVerdicts
-from fecontact.maps.load_limits import intervals_of, known_loads, load_limit, next_load
+from fecontact.maps.load_limits import find_intervals, known_loads, load_limit, next_load
 from fecontact.maps.model import LoadLimit, MapCell, MapPosition
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import LoadSweep, Stiffness, fit_stiffness
@@ -23,44 +26,74 @@ from fecontact.solving.solve import LoadSweep, Stiffness, fit_stiffness
 def limits_of(
     cells: Sequence[MapCell], tried: Sequence[JudgedLoad], placement: Placement, limit: LoadLimit
 ) -> dict[str, LoadLimit]:
-    """At which loads of a position Hertz holds by each verdict of features that its loads have.
+    """Loads at which Hertz holds by each verdict of features.
 
-    Loads that the search for the limits of pressure tried tell more only between loads of the map that differ.
+    Loads of the search for pressure limits add information only between loads of the map with different verdicts.
+
+    Parameters
+    ----------
+    cells
+        Cells of the map's loads, by increasing load.
+    tried
+        Loads of the search for pressure limits.
+    placement
+        Placement of the position.
+    limit
+        Load limit by the pressure.
+
+    Returns
+    -------
+    dict of LoadLimit
+        Load limit by the name of the feature's verdict, for the verdicts that a load has.
     """
-    judged = [cell.judged for cell in cells if cell.judged is not None]
+    judged_loads = [cell.judged for cell in cells if cell.judged is not None]
     return {
-        name: _limit_by(of, cells, tried, placement, limit)
-        for name, of in offered("MAPS").items()
-        if any(map(of.read, judged))
+        name: _find_feature_limit(verdicts, cells, tried, placement, limit)
+        for name, verdicts in offered("MAPS").items()
+        if any(map(verdicts.read, judged_loads))
     }
 
 
-def _limit_by(
-    of: MappedVerdicts,
+def _find_feature_limit(
+    verdicts: MappedVerdicts,
     cells: Sequence[MapCell],
-    tried: Sequence[JudgedLoad],
+    further_loads: Sequence[JudgedLoad],
     placement: Placement,
     limit: LoadLimit,
 ) -> LoadLimit:
-    read = [(cell.load_N, of.read(cell.usable)) for cell in cells if cell.usable]
-    found = {load_N: one.verdict.answer for load_N, one in read if one is not None}
-    changes = [(low, high) for low, high in pairwise(found) if found[low] != found[high]]
-    between = {
-        one.load_N: of.judge(one, placement).verdict.answer
-        for one in tried
-        if one.usable and any(low < one.load_N < high for low, high in changes)
+    """Loads at which Hertz holds by a verdict of a feature."""
+    judgements = [(cell.load_N, verdicts.read(cell.usable)) for cell in cells if cell.usable]
+    answers = {load_N: judgement.verdict.answer for load_N, judgement in judgements if judgement is not None}
+    changes = [(low, high) for low, high in pairwise(answers) if answers[low] != answers[high]]
+    answers_between = {
+        load.load_N: verdicts.judge(load, placement).verdict.answer
+        for load in further_loads
+        if load.usable and any(low < load.load_N < high for low, high in changes)
     }
-    known = sorted((found | between).items())
+    answers_by_load = sorted((answers | answers_between).items())
     return LoadLimit(
-        intervals=intervals_of(known),
-        reason=None if known else limit.reason,
+        intervals=find_intervals(answers_by_load),
+        reason=None if answers_by_load else limit.reason,
         note=limit.note,
-        tried=tuple(between.items()),
+        tried=tuple(answers_between.items()),
     )
 
 
 def with_dear_readings(position: MapPosition) -> MapPosition:
-    """A position with what features read in seconds a load, at each load that may be used."""
+    """Copy of a position with the slow readings of features at each usable load.
+
+    These readings take seconds per load.
+
+    Parameters
+    ----------
+    position
+        Position of a map.
+
+    Returns
+    -------
+    MapPosition
+        Position with readings; unchanged without a placement.
+    """
     if (placement := position.placement) is None:
         return position
     cells = (
@@ -70,118 +103,173 @@ def with_dear_readings(position: MapPosition) -> MapPosition:
     return replace(position, cells=tuple(cells))
 
 
-# Two loads would be met exactly, which says nothing about the fit's error.
+# Least number of loads for a fit. A fit through two loads is exact, which says nothing about its error.
 _FEWEST_LOADS = 3
 
 
 def stiffness_of(cells: Sequence[MapCell]) -> Stiffness | None:
-    """The fit over the loads of a position; None for fewer than three."""
+    """Contact stiffness of a position from its usable loads; None for fewer than three loads."""
     loads = [cell.usable for cell in cells if cell.usable]
     return None if len(loads) < _FEWEST_LOADS else fit_stiffness(loads)
 
 
 Tell: TypeAlias = Callable[[float, str], None]
-"""Hears which part of a job is done, and what is under way."""
+"""Function that receives the finished fraction of a job and a text on its progress."""
 
 
-def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda part, words: None) -> MapPosition:
-    """Solve all loads (N, increasing) at the position of a case, and find its load limit.
+def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda fraction, words: None) -> MapPosition:
+    """Solve all loads at a position, and find its load limit.
 
-    A position or a load that cannot be solved is not an error but cells whose status says why. `tell` hears before each
-    load which part is done, if no limit takes more loads than so far, and how many loads.
+    A position or a load that cannot be solved is not an error: the status of its cells has the reason.
+
+    Parameters
+    ----------
+    case
+        Case at the position.
+    loads_N
+        Loads in N, increasing.
+    tell
+        Function that receives, before each load, the finished fraction (assuming that no limit takes further loads) and
+        the number of loads as a text.
+
+    Returns
+    -------
+    MapPosition
+        Position with its cells, load limits and stiffness.
     """
     shift = case.lateral_shift_mm
     try:
         sweep = LoadSweep(case, loads_N)
     except FecontactError as error:
         return failed_position(shift, loads_N, error)
-    found: dict[float, MapCell] = {}
+    cells: dict[float, MapCell] = {}
     tried: list[JudgedLoad] = []
     stopped: MapCell | None = None
-    # the largest load first: its meshes serve the smaller ones
+    # The largest load is solved first because its meshes serve the smaller loads.
     waiting = list(loads_N)
     with closing(sweep):
         while waiting:
             load_N = waiting.pop()
-            tell(*_part(found, loads_N, tried))
-            found[load_N] = _cell(sweep, shift, load_N)
-            # the limits among these loads while their meshes are there
+            tell(*_describe_progress(cells, loads_N, tried))
+            cells[load_N] = _solve_cell(sweep, shift, load_N)
+            # The limits between these loads are searched while their meshes are in memory.
             if not (waiting and sweep.is_ready_for(waiting[-1])):
-                stopped = stopped or _search(sweep, shift, found, tried, lambda: tell(*_part(found, loads_N, tried)))
-    return mapped_position(shift, map(found.__getitem__, loads_N), tried, sweep.placement, stopped=stopped)
+                stopped = stopped or _solve_for_limits(
+                    sweep, shift, cells, tried, lambda: tell(*_describe_progress(cells, loads_N, tried))
+                )
+    return mapped_position(shift, map(cells.__getitem__, loads_N), tried, sweep.placement, stopped=stopped)
 
 
 def mapped_position(
     shift_mm: float,
-    cells: Iterable[MapCell],
+    solved_cells: Iterable[MapCell],
     tried: Sequence[JudgedLoad],
     placement: Placement,
     *,
     stopped: MapCell | None,
 ) -> MapPosition:
-    """A position from its loads and those that the search for its limits tried; `stopped` as in `load_limit`."""
-    own = tuple(cells)
-    limit = load_limit(own, tried, stopped=stopped)
+    """Position from its cells and the loads of the search for limits.
+
+    Parameters
+    ----------
+    shift_mm
+        Lateral shift in mm.
+    solved_cells
+        Cells of the map's loads, by increasing load.
+    tried
+        Loads of the search for load limits.
+    placement
+        Placement of the position.
+    stopped
+        Further load that could not be solved.
+
+    Returns
+    -------
+    MapPosition
+        Position with load limits and stiffness.
+    """
+    map_cells = tuple(solved_cells)
+    limit = load_limit(map_cells, tried, stopped=stopped)
     return MapPosition(
         lateral_shift_mm=shift_mm,
-        cells=own,
+        cells=map_cells,
         limit=limit,
-        limits_of=limits_of(own, tried, placement, limit),
+        limits_of=limits_of(map_cells, tried, placement, limit),
         placement=placement,
-        stiffness=stiffness_of(own),
+        stiffness=stiffness_of(map_cells),
         tried=tuple(tried),
         stopped=stopped,
     )
 
 
-def _part(cells: Sized, loads_N: Sized, tried: Sized) -> tuple[float, str]:
-    """Which part of a position is done, and the loads of it in words."""
+def _describe_progress(cells: Sized, loads_N: Sized, tried: Sized) -> tuple[float, str]:
+    """Finished fraction of a position, and its number of loads as a text."""
     words = f"{len(cells)} of {len(loads_N)} loads" + (f", {len(tried)} more for limits" if tried else "")
     return (len(cells) + len(tried)) / (len(loads_N) + len(tried) + 1), words
 
 
-def _search(
+def _solve_for_limits(
     sweep: LoadSweep,
     shift: float,
     cells: Mapping[float, MapCell],
     tried: list[JudgedLoad],
     begin: Callable[[], None] = lambda: None,
 ) -> MapCell | None:
-    """Solve further loads until every change of the verdict is known well; the load that stopped it, if one did."""
+    """Solve further loads until every change of the verdict is enclosed within the tolerance.
 
-    def wanted_N() -> float | None:
-        lost = [one.load_N for one in tried if not one.usable]
-        return next_load(known_loads(tuple(cells.values()), tried), tuple(cells), lost)
+    Parameters
+    ----------
+    sweep
+        Solver of the position.
+    shift
+        Lateral shift in mm.
+    cells
+        Cells by load in N.
+    tried
+        Loads of the search, to which new loads are appended.
+    begin
+        Function called before each load.
 
-    while (wanted := wanted_N()) is not None:
+    Returns
+    -------
+    MapCell or None
+        Cell of the load that could not be solved, if any.
+    """
+
+    def choose_load_N() -> float | None:
+        unusable_N = [load.load_N for load in tried if not load.usable]
+        return next_load(known_loads(tuple(cells.values()), tried), tuple(cells), unusable_N)
+
+    while (load_N := choose_load_N()) is not None:
         begin()
         try:
-            # beside a limit every verdict is open: finer meshes would only bring the ends of the range together
-            tried.append(sweep.solve(wanted, refine=False))
+            # Near a limit every verdict is open: finer meshes would only narrow the open range.
+            tried.append(sweep.solve(load_N, refine=False))
         except FecontactError as error:
-            return _failed_cell(shift, wanted, error)
+            return _build_failed_cell(shift, load_N, error)
     return None
 
 
-def _cell(sweep: LoadSweep, shift: float, load_N: float) -> MapCell:
+def _solve_cell(sweep: LoadSweep, shift: float, load_N: float) -> MapCell:
+    """Cell of a load, solved or failed."""
     try:
-        judged = sweep.solve(load_N)
+        judged_load = sweep.solve(load_N)
     except FecontactError as error:
-        return _failed_cell(shift, load_N, error)
-    return solved_cell(shift, judged)
+        return _build_failed_cell(shift, load_N, error)
+    return solved_cell(shift, judged_load)
 
 
-def solved_cell(shift_mm: float, judged: JudgedLoad) -> MapCell:
-    """Cell of a load that was solved."""
-    return MapCell(lateral_shift_mm=shift_mm, load_N=judged.load_N, status=judged.status, judged=judged)
+def solved_cell(shift_mm: float, judged_load: JudgedLoad) -> MapCell:
+    """Cell of a solved load."""
+    return MapCell(lateral_shift_mm=shift_mm, load_N=judged_load.load_N, status=judged_load.status, judged=judged_load)
 
 
-def _failed_cell(shift: float, load_N: float, error: Exception | str) -> MapCell:
-    short = isinstance(error, NotEnoughMemory)
-    return MapCell(lateral_shift_mm=shift, load_N=load_N, status=failed(error), short_of_memory=short)
+def _build_failed_cell(shift: float, load_N: float, error: Exception | str) -> MapCell:
+    is_short = isinstance(error, NotEnoughMemory)
+    return MapCell(lateral_shift_mm=shift, load_N=load_N, status=failed(error), short_of_memory=is_short)
 
 
 def failed_position(shift_mm: float, loads_N: Sequence[float], error: Exception | str) -> MapPosition:
-    """A position of which nothing is known but why."""
-    cells = tuple(_failed_cell(shift_mm, load_N, error) for load_N in loads_N)
+    """Position that could not be solved, with the reason in every cell."""
+    cells = tuple(_build_failed_cell(shift_mm, load_N, error) for load_N in loads_N)
     return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=failed(error)))

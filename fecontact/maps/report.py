@@ -1,4 +1,4 @@
-"""A map on the terminal and its `report.html`: where Hertz holds, up to which load, and why."""
+"""Reports of a map, on the terminal and as `report.html`: where Hertz holds, up to which load, and why."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
 from fecontact.maps.model import ApplicabilityMap, MapCell, cell_row
 from fecontact.maps.telling import cell_record, share_records
-from fecontact.maps.theory_views import laws_judged
+from fecontact.maps.theory_views import find_judged_laws
 from fecontact.maps.verdict_views import CAUSE_LETTERS, offered_view, verdict_view
 from fecontact.maps.view import MapView
 from fecontact.maps.views import map_answer, map_text, views_of
@@ -35,206 +35,293 @@ from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
 
 WIDE = 120
-"""Columns of text where no terminal says how wide it is."""
-# More patches in one picture are too small to see.
+"""Width of texts in characters if the output is not a terminal."""
+# Largest number of patches in a picture; more patches are too small to see.
 _MOST_PATCHES = 24
-# Cells get pictures while the page has room: with those of maps, and what is told of each cell, for 5 MB.
-_MOST_BYTES, _BYTES_A_CELL, _BYTES_A_PICTURE = 4.9e6, 6e3, 32e3
+# Cells get pictures up to a size of the page of 5 MB, with the pictures of the maps and the text of each cell.
+_LARGEST_PAGE_BYTES, _BYTES_PER_CELL, _BYTES_A_PICTURE = 4.9e6, 6e3, 32e3
 _CELL_WIDTH = 480
-_SMALL = "Solid the patch, dashed Hertz, colours from zero to the larger of both peaks; below, cut across."
+_SMALL_PICTURE_WORDS = (
+    "Solid the patch, dashed Hertz, colours from zero to the larger of both peaks; below, cut across."
+)
 
 Pictures: TypeAlias = Mapping[tuple[float, float], bytes]
 """Pictures of cells that were drawn before, as WEBP, by shift (mm) and load (N)."""
 
 
 def write_map_report(
-    made: ApplicabilityMap, out: Path, *, theory: str = HERTZ, pictures: Pictures | None = None
+    applicability_map: ApplicabilityMap, out: Path, *, theory: str = HERTZ, pictures: Pictures | None = None
 ) -> Path:
-    """Write `report.html` beside `map.csv`, with the pictures of the map and another theory's picture if asked for."""
-    case = made.case
+    """Write `report.html` of a map beside `map.csv`.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    out
+        Folder of the map.
+    theory
+        Further theory of the pressure with a picture.
+    pictures
+        Pictures of cells that were drawn before.
+
+    Returns
+    -------
+    Path
+        File of the report.
+    """
+    case = applicability_map.case
     pair = pair_words(case, " and ")
-    verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
-    shown, views = _largest_loads(made), views_of(made, theory)
-    cells = {f"cell-{number}": _cell(cell) for number, cell in enumerate(made.cells, start=1)}
-    drawn = [_drawn(view, cells) for view in views.values()]
-    cheapest = list(views).index("theory")
+    verdicts = [cell.verdict if cell.usable else "failed" for cell in applicability_map.cells]
+    largest_loads, views = _choose_largest_loads(applicability_map), views_of(applicability_map, theory)
+    cells = {f"cell-{number}": _build_cell_parts(cell) for number, cell in enumerate(applicability_map.cells, start=1)}
+    map_pictures = [_draw_map_picture(view, cells) for view in views.values()]
+    theory_index = list(views).index("theory")
     parts: list[Part] = [
         Heading(f"Applicability map: {pair}", 1),
-        Lead(" ".join(map_answer(made, "pressure")), lead_style(verdicts)),
+        Lead(" ".join(map_answer(applicability_map, "pressure")), lead_style(verdicts)),
         f"{answer_words(verdicts, 'cells')}.",
         question(pair, case.criteria),
-        _rolled(case),
-        *drawn[:cheapest],
+        _describe_wheel(case),
+        *map_pictures[:theory_index],
         Heading("If not Hertz, what?"),
-        " ".join(map_answer(made, "theory")),
-        *drawn[cheapest:],
-        shares_table(share_records(made)),
+        " ".join(map_answer(applicability_map, "theory")),
+        *map_pictures[theory_index:],
+        shares_table(share_records(applicability_map)),
         Heading("Load limits"),
-        _limits(made),
+        _build_limits_table(applicability_map),
         Heading("The pair"),
-        *_pictures(made, shown),
+        *_build_pictures(applicability_map, largest_loads),
         Heading("Cells"),
-        _cells(made),
-        *_each(made, cells, pictures or {}, most=pictures_that_fit(drawn, len(cells))),
+        _build_cells_table(applicability_map),
+        *_build_details(
+            applicability_map, cells, pictures or {}, picture_count=pictures_that_fit(map_pictures, len(cells))
+        ),
         *closing(
             THEORIES,
             *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
-            laws=bool(laws_judged(made)),
+            laws=bool(find_judged_laws(applicability_map)),
         ),
     ]
     return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", parts))
 
 
-def _cell(cell: MapCell) -> list[Part]:
-    """A cell by itself: where it is, its answer, and its measures, without what a case shows on demand."""
-    where = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN"
+def _build_cell_parts(cell: MapCell) -> list[Part]:
+    """Parts of a cell: its place, its answer and its measures, without the details of a case."""
+    place = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN"
     if not cell.usable or cell.judged is None:
-        return [f"{where}: {cell.status}"]
-    # what may decide an open verdict hangs on the case
+        return [f"{place}: {cell.status}"]
+    # The hint for an open verdict depends on the case.
     parts = case_parts({**cell_record(cell), "case": case_inputs(cell.judged.case)})
-    return [f"{where}: Hertz {cell.verdict}", *(part for part in parts if part and not isinstance(part, Details))]
+    return [
+        f"{place}: Hertz {cell.verdict}",
+        *(document_part for document_part in parts if document_part and not isinstance(document_part, Details)),
+    ]
 
 
-def _drawn(view: MapView, cells: Mapping[str, Sequence[Part]]) -> Picture:
-    """The picture of a map, whose cells say their measures and lead to what is told of them."""
+def _draw_map_picture(view: MapView, cells: Mapping[str, Sequence[Part]]) -> Picture:
+    """Picture of a map with a spot for each cell.
+
+    The spot shows the measures of the cell and links to its details."""
     figure = draw_map(view)
-    # it is laid out where it is drawn
+    # Drawing the figure also lays it out.
     content = svg_of(figure)
     spots = [
-        Spot(name=name, words="\n".join(_pointed(parts)), box=box)
+        Spot(name=name, words="\n".join(_describe_measures(parts)), box=box)
         for (name, parts), box in zip(cells.items(), cell_boxes(view, figure), strict=True)
     ]
     return Picture(content=content, words=f"{view.title[0].upper()}{view.title[1:]}.", spots=spots)
 
 
-def _pointed(parts: Sequence[Part]) -> Iterator[str]:
-    """What is said of a cell under the pointer: its answer, and a line for each measure."""
+def _describe_measures(parts: Sequence[Part]) -> Iterator[str]:
+    """Lines of a cell under the mouse pointer: its answer, and a line for each measure."""
     yield str(parts[0])
-    for table in (part for part in parts[:4] if isinstance(part, Table)):
-        for name, *_, off, unsure, limit, answer in (row.cells for row in table.rows):
-            yield f"{name}: {off} ± {unsure} (limit {limit}) {answer}"
+    for table in (document_part for document_part in parts[:4] if isinstance(document_part, Table)):
+        for name, *_, deviation, uncertainty, limit, answer in (row.cells for row in table.rows):
+            yield f"{name}: {deviation} ± {uncertainty} (limit {limit}) {answer}"
 
 
-def pictures_that_fit(drawn: Sequence[Picture], cells: int) -> int:
-    """Of how many cells a page has room for pictures beside those of its maps, whose bytes become four for three."""
-    of_maps = sum(4 / 3 * len(one.content) for one in drawn if isinstance(one.content, bytes))
-    return max(0, int((_MOST_BYTES - of_maps - _BYTES_A_CELL * cells) / _BYTES_A_PICTURE))
+def pictures_that_fit(map_pictures: Sequence[Picture], cells: int) -> int:
+    """Number of cells for which a page has room for pictures.
+
+    Four bytes of the page hold three bytes of a picture.
+
+    Parameters
+    ----------
+    map_pictures
+        Pictures of the maps.
+    cells
+        Number of cells.
+
+    Returns
+    -------
+    int
+        Number of pictures of cells.
+    """
+    bytes_of_maps = sum(4 / 3 * len(picture.content) for picture in map_pictures if isinstance(picture.content, bytes))
+    return max(0, int((_LARGEST_PAGE_BYTES - bytes_of_maps - _BYTES_PER_CELL * cells) / _BYTES_A_PICTURE))
 
 
 def cell_picture(load: JudgedLoad, placement: Placement) -> bytes:
-    """The picture of a cell, as WEBP."""
+    """Picture of a cell, as WEBP."""
     return webp_of(image_of(small_figure(load, placement)), _CELL_WIDTH)
 
 
-def _each(
-    made: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], pictures: Pictures, *, most: int
+def _build_details(
+    applicability_map: ApplicabilityMap, cells: Mapping[str, Sequence[Part]], pictures: Pictures, *, picture_count: int
 ) -> Iterator[Details]:
-    """What is told of each cell, with a picture of as many of those that use most of a limit."""
-    placements = (position.placement for position in made.positions for _ in position.cells)
+    """Details of each cell, with pictures for the cells of largest limit utilisation.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    cells
+        Parts of each cell by its name.
+    pictures
+        Pictures of cells that were drawn before.
+    picture_count
+        Largest number of pictures.
+
+    Yields
+    ------
+    Details
+        Details of a cell.
+    """
+    placements = (position.placement for position in applicability_map.positions for _ in position.cells)
     loads = {
         name: (cell.judged, placement)
-        for name, cell, placement in zip(cells, made.cells, placements, strict=True)
+        for name, cell, placement in zip(cells, applicability_map.cells, placements, strict=True)
         if cell.judged is not None and placement is not None
     }
-    drawn = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:most]
-    for (name, (title, *parts)), cell in zip(cells.items(), made.cells, strict=True):
-        if name in drawn:
+    names_with_picture = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:picture_count]
+    for (name, (title, *parts)), cell in zip(cells.items(), applicability_map.cells, strict=True):
+        if name in names_with_picture:
             content = pictures.get((cell.lateral_shift_mm, cell.load_N)) or cell_picture(*loads[name])
-            parts.insert(0, Picture(content=content, words=_SMALL, width=_CELL_WIDTH))
+            parts.insert(0, Picture(content=content, words=_SMALL_PICTURE_WORDS, width=_CELL_WIDTH))
         yield Details(str(title), parts, name)
 
 
-def map_lines(made: ApplicabilityMap, measure: str, theory: str, *, width: int | None) -> Iterator[Table | str]:
-    """A map on the terminal by a measure, or by a theory; by the cheapest theory with the share of each.
+def map_lines(
+    applicability_map: ApplicabilityMap, measure: str, theory: str, *, width: int | None
+) -> Iterator[Table | str]:
+    """Lines of a map on the terminal, by a measure.
 
-    The answer in sentences comes first.
+    The answer in sentences is first, then the map. For the measure `theory` a table with the share of each theory
+    follows.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    measure
+        `pressure`, `theory`, or the name of a feature's verdict.
+    theory
+        Name of a theory of the pressure.
+    width
+        Width in characters; None if the output is not a terminal.
+
+    Yields
+    ------
+    Table or str
+        Part of the output.
     """
-    yield from (fill(one, width or WIDE) for one in map_answer(made, measure, theory))
+    yield from (fill(sentence, width or WIDE) for sentence in map_answer(applicability_map, measure, theory))
     yield " "
-    yield map_text(made, measure, theory=theory, width=width)
+    yield map_text(applicability_map, measure, theory=theory, width=width)
     if measure == "theory":
-        yield shares_table(share_records(made))
+        yield shares_table(share_records(applicability_map))
 
 
-def _rolled(case: Case) -> str:
-    both = " Read the right wheel at the opposite shift."
-    return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
+def _describe_wheel(case: Case) -> str:
+    hint = " Read the right wheel at the opposite shift."
+    return f"The {case.side} wheel, {roll_words(case)}.{hint if other_wheel_label(case) else ''}"
 
 
-def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
-    """The largest load of each position that was solved, of many positions some evenly among them."""
-    found = [
+def _choose_largest_loads(applicability_map: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
+    """Largest solved load of each position, evenly spaced if there are many positions."""
+    loads = [
         (cells[-1], position.placement)
-        for position in made.positions
+        for position in applicability_map.positions
         if position.placement is not None
         and (cells := [cell.judged for cell in position.cells if cell.judged is not None])
     ]
-    step = -(-len(found) // _MOST_PATCHES) or 1
-    return found[::step]
+    step = -(-len(loads) // _MOST_PATCHES) or 1
+    return loads[::step]
 
 
-def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]]) -> list[Part]:
+def _build_pictures(
+    applicability_map: ApplicabilityMap, largest_loads: Sequence[tuple[JudgedLoad, Placement]]
+) -> list[Part]:
+    """Pictures of the pair, of the ladder and of the pressures."""
     parts: list[Part] = []
-    if shown:
-        load, middle = shown[len(shown) // 2]
-        at = load.case.lateral_shift_mm
-        words = f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below."
-        parts.append(Picture(content=svg_of(pair_figure(middle)), words=words))
-    largest = [
-        cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}
-        for position in made.positions
+    if largest_loads:
+        load, placement = largest_loads[len(largest_loads) // 2]
+        shift = load.case.lateral_shift_mm
+        words = (
+            f"Section through the first touch point at {shift:+z.2f} mm, the middle one of the positions shown below."
+        )
+        parts.append(Picture(content=svg_of(pair_figure(placement)), words=words))
+    ladder_rows = [
+        cell_row(position.cells[-1], position.placement)
+        | {"rail": applicability_map.case.rail, "wheel": applicability_map.case.wheel}
+        for position in applicability_map.positions
         if position.cells
     ]
-    if (ladder := ladder_figure(largest)) is not None:
+    if (ladder := ladder_figure(ladder_rows)) is not None:
         words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
         parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=svg_of(ladder), words=words)]
-    if shown:
-        words = f"Pressure at the largest load of each position. {_SMALL}"
-        parts += [Heading("Pressure"), Picture(content=image_of(patches_figure(shown)), words=words, width=2400)]
+    if largest_loads:
+        words = f"Pressure at the largest load of each position. {_SMALL_PICTURE_WORDS}"
+        parts += [
+            Heading("Pressure"),
+            Picture(content=image_of(patches_figure(largest_loads)), words=words, width=2400),
+        ]
     return parts
 
 
-def _limits(made: ApplicabilityMap) -> Table:
-    """At which loads Hertz holds at each position, by the map's measures, and by the measures of features."""
-    others = [name for name, of in offered("MAPS").items() if of.criterion(made.case)]
-    views = [verdict_view(made), *(offered_view(made, name) for name in others)]
-    heads = ("as judged here", *(offered("MAPS")[name].short for name in others))
+def _build_limits_table(applicability_map: ApplicabilityMap) -> Table:
+    """Table of load limits, by the map's measures and by the verdicts of features."""
+    feature_verdicts = [name for name, verdict in offered("MAPS").items() if verdict.criterion(applicability_map.case)]
+    views = [verdict_view(applicability_map), *(offered_view(applicability_map, name) for name in feature_verdicts)]
+    headings = ("as judged here", *(offered("MAPS")[name].short for name in feature_verdicts))
     rows = [
         TableRow(cells=[f"{columns[0].shift_mm:+z.2f}", *(column.limit for column in columns)])
         for columns in zip(*(view.columns for view in views), strict=True)
     ]
-    return Table(title="", columns=columns_of("shift mm", *heads, texts=heads), rows=rows)
+    return Table(title="", columns=columns_of("shift mm", *headings, texts=headings), rows=rows)
 
 
-def _cells(made: ApplicabilityMap) -> Table:
-    """The verdict of each cell, and the cheapest theory that holds there."""
+def _build_cells_table(applicability_map: ApplicabilityMap) -> Table:
+    """Table of cells with the verdict and the cheapest theory that holds."""
     words = ("decided by", "cheapest theory that holds")
     headings = ("shift mm", "load kN", "Hertz", "share of the limit", words[0], "unknowns", words[1])
     rows = []
-    for cell in made.cells:
-        judged = cell.judged
+    for cell in applicability_map.cells:
+        load = cell.judged
         answer = cell.verdict if cell.usable else "failed"
         cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
-        cells += ["-", cell.status, "-", ""] if judged is None else _cells_of(judged)
+        cells += ["-", cell.status, "-", ""] if load is None else _describe_load(load)
         rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
     return Table(title="", columns=columns_of(*headings, texts=words, answers=("Hertz",)), rows=rows)
 
 
-def _cells_of(load: JudgedLoad) -> list[str]:
+def _describe_load(load: JudgedLoad) -> list[str]:
+    """Table cells of a judged load."""
     unknowns = str(sum(load.level.degrees_of_freedom.values()))
     cheapest = cheapest_words(cheapest_columns("cheapest_theory", cheapest_of(load)))
-    used = load.limit_used if load.plastic is None else load.plastic.deciding.limit_used
-    return [f"{used:.2f}", verdict_reason(load), unknowns, cheapest]
+    utilisation = load.limit_used if load.plastic is None else load.plastic.deciding.limit_used
+    return [f"{utilisation:.2f}", verdict_reason(load), unknowns, cheapest]
 
 
-_OTHER_ANSWERS = {
+_ANSWERS_WITHOUT_THEORY = {
     "UNRESOLVED": "open whether a cheaper one holds",
     "none": "none holds",
     "failed": "could not be solved",
 }
 
-_SHARES = (
-    text("theory", lambda one: one.get("words") or _OTHER_ANSWERS[one["theory"]], wraps=True),
+_SHARE_COLUMNS = (
+    text("theory", lambda share: share.get("words") or _ANSWERS_WITHOUT_THEORY[share["theory"]], wraps=True),
     text("cost", "cost", wraps=True),
     number("cheapest\ncells", "cheapest_cells", "{:.0f}"),
     number("cheapest\n%", "cheapest_percent", "{:.0f}"),
@@ -245,6 +332,17 @@ _SHARES = (
 
 
 def shares_table(shares: Sequence[Item]) -> Table:
-    """In how many cells of a map each theory is the cheapest that holds, and in how many it holds at all."""
-    shown = [one for one in shares if one["cheapest_cells"] or "cost" in one]
-    return table_of("The cheapest theory that holds, and where each holds", _SHARES, shown)
+    """Table of the cells in which each theory holds or is the cheapest.
+
+    Parameters
+    ----------
+    shares
+        Records of the theories.
+
+    Returns
+    -------
+    Table
+        Table without the theories that were judged in no cell.
+    """
+    occurring_shares = [share for share in shares if share["cheapest_cells"] or "cost" in share]
+    return table_of("The cheapest theory that holds, and where each holds", _SHARE_COLUMNS, occurring_shares)

@@ -1,4 +1,4 @@
-"""The answer of a map in sentences: where a theory holds at all loads, up to which load elsewhere, and why."""
+"""Answer of a map in sentences: where a theory holds, up to which load, and why it fails."""
 
 from __future__ import annotations
 
@@ -8,69 +8,127 @@ from itertools import accumulate, groupby, pairwise
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.verdict_views import CAUSES
-from fecontact.maps.view import CLOSE_MM, ColumnView, MapView
+from fecontact.maps.view import CLOSE_SHIFTS_MM, ColumnView, MapView
 from fecontact.outputs.style import BETWEEN
 
 
-def verdict_sentences(made: ApplicabilityMap, view: MapView, name: str, *, why: bool) -> list[str]:
-    """Where a theory holds at all loads, up to which load elsewhere, and where it fails.
+def write_verdict_sentences(applicability_map: ApplicabilityMap, view: MapView, name: str, *, why: bool) -> list[str]:
+    """Sentences on a theory: where it holds at all loads, holds up to a load, and fails.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    view
+        View of the verdicts on the theory.
+    name
+        Name of the theory; after the first sentence it is "it".
+    why
+        Whether the causes of the map explain this theory.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
+    shifts = [column.shift_mm for column in view.columns]
+    groups: dict[tuple[int, str], list[int]] = {}
+    for index, (position, column) in enumerate(zip(applicability_map.positions, view.columns, strict=True)):
+        groups.setdefault(_describe_column(column, view, _describe_cause(position) if why else ""), []).append(index)
+    sentences: list[str] = []
+    for (rank, phrase), indices in sorted(groups.items(), key=lambda group: group[0][0]):
+        place = (
+            f"at {join_words([f'{shifts[index]:g}' for index in indices])} mm"
+            if rank == _HOLDS_UP_TO
+            else _join_shifts(shifts, indices)
+        )
+        ends = (
+            join_words([f"{view.columns[index].bands[0][1]:.3g}" for index in indices]) if rank == _HOLDS_UP_TO else ""
+        )
+        clause = phrase.replace("{ends}", ends).replace("{it}", "it" if sentences else name)
+        sentences.append(f"{capitalise(f'{place} {clause}')}.")
+    return sentences + _count_unusable(view)
+
+
+_HOLDS_AT_ALL_LOADS, _HOLDS_UP_TO, _FAILS_AT_ALL_LOADS, _CHANGES, _WITHOUT_RESULT = range(5)
+
+
+def _describe_column(column: ColumnView, view: MapView, because: str) -> tuple[int, str]:
+    """Phrase on a column, with its rank in the order of the sentences.
+
+    Parameters
+    ----------
+    column
+        View of a lateral shift.
+    view
+        View of the map.
+    because
+        Clause with the cause; may be empty.
+
+    Returns
+    -------
+    int
+        Rank.
+    str
+        Phrase with the placeholders `{it}` and `{ends}`.
+    """
+    answers = [answer for _, _, answer in column.bands if answer != BETWEEN]
+    if not answers:
+        return _WITHOUT_RESULT, "there is no result"
+    starts_at_smallest_load = column.bands[0][0] <= min(view.loads_N) / 1e3
+    covers_all_loads = starts_at_smallest_load and column.bands[-1][1] >= max(view.loads_N) / 1e3
+    if covers_all_loads and set(answers) == {"HOLDS"}:
+        return _HOLDS_AT_ALL_LOADS, f"{{it}} holds at all loads ({_format_load_range(view.loads_N)})"
+    if covers_all_loads and set(answers) == {"FAILS"}:
+        return _FAILS_AT_ALL_LOADS, f"{{it}} fails at all loads{because}"
+    if starts_at_smallest_load and answers[0] == "HOLDS" and "HOLDS" not in answers[1:] and len(answers) > 1:
+        return _HOLDS_UP_TO, f"{{it}} holds up to {{ends}} kN{because}"
+    return _CHANGES, f"{{it}} {_add_verbs(column.limit)}"
+
+
+def write_theory_sentences(view: MapView) -> list[str]:
+    """Sentences on the cheapest theory of the pressure that holds, and where it holds.
 
     Parameters
     ----------
     view
-        The map of its verdicts.
-    name
-        What it is called; after its first sentence it is "it".
-    why
-        Whether the causes explain this theory.
+        View of the cheapest theory.
+
+    Returns
+    -------
+    list of str
+        Sentences.
     """
-    shifts = [column.shift_mm for column in view.columns]
-    groups: dict[tuple[int, str], list[int]] = {}
-    for at, (position, column) in enumerate(zip(made.positions, view.columns, strict=True)):
-        groups.setdefault(_phrase(column, view, _because(position) if why else ""), []).append(at)
-    said: list[str] = []
-    for (rank, phrase), chosen in sorted(groups.items(), key=lambda one: one[0][0]):
-        where = f"at {join_words([f'{shifts[at]:g}' for at in chosen])} mm" if rank == _UP_TO else _runs(shifts, chosen)
-        ends = join_words([f"{view.columns[at].bands[0][1]:.3g}" for at in chosen]) if rank == _UP_TO else ""
-        told = phrase.replace("{ends}", ends).replace("{it}", "it" if said else name)
-        said.append(f"{capitalise(f'{where} {told}')}.")
-    return said + _counted(view)
-
-
-_ALL, _UP_TO, _NO, _MIXED, _NOTHING = range(5)
-
-
-def _phrase(column: ColumnView, view: MapView, because: str) -> tuple[int, str]:
-    """What is said of a shift, and the rank of that."""
-    answers = [answer for _, _, answer in column.bands if answer != BETWEEN]
-    if not answers:
-        return _NOTHING, "there is no result"
-    begins = column.bands[0][0] <= min(view.loads_N) / 1e3
-    whole = begins and column.bands[-1][1] >= max(view.loads_N) / 1e3
-    if whole and set(answers) == {"HOLDS"}:
-        return _ALL, f"{{it}} holds at all loads ({_load_range(view.loads_N)})"
-    if whole and set(answers) == {"FAILS"}:
-        return _NO, f"{{it}} fails at all loads{because}"
-    if begins and answers[0] == "HOLDS" and "HOLDS" not in answers[1:] and len(answers) > 1:
-        return _UP_TO, f"{{it}} holds up to {{ends}} kN{because}"
-    return _MIXED, f"{{it}} {_spoken(column.limit)}"
-
-
-def theory_sentences(view: MapView) -> list[str]:
-    """Which theory of the pressure is the cheapest that holds, and where, from the map of it."""
-    found: list[str] = []
+    sentences: list[str] = []
     for name, theory in THEORIES.items():
-        if where := _where(view, name):
-            out = _where(view, name, out_of_range=True)
-            begin = "It" if found else capitalise(view.title)
-            found.append(f"{begin} is {theory.in_sentence} {where}{out and f', out of its range {out}'}.")
-    if where := _where(view, "FAILS"):
-        found.append(f"None holds {where}.")
-    return found + _counted(view)
+        if places := _describe_places(view, name):
+            places_out = _describe_places(view, name, out_of_range=True)
+            begin = "It" if sentences else capitalise(view.title)
+            sentences.append(
+                f"{begin} is {theory.in_sentence} {places}{places_out and f', out of its range {places_out}'}."
+            )
+    if places := _describe_places(view, "FAILS"):
+        sentences.append(f"None holds {places}.")
+    return sentences + _count_unusable(view)
 
 
-def _where(view: MapView, name: str, *, out_of_range: bool = False) -> str:
-    """Shifts and loads at which this is the answer, or is so out of its range; shifts with the same loads together."""
+def _describe_places(view: MapView, name: str, *, out_of_range: bool = False) -> str:
+    """Shifts and loads with an answer, grouped by equal loads.
+
+    Parameters
+    ----------
+    view
+        View of the map.
+    name
+        Answer.
+    out_of_range
+        Whether only cells of theories outside their range count.
+
+    Returns
+    -------
+    str
+        Text; empty without such cells.
+    """
     shifts = [column.shift_mm for column in view.columns]
     at_loads = {
         number: tuple(
@@ -80,72 +138,77 @@ def _where(view: MapView, name: str, *, out_of_range: bool = False) -> str:
         )
         for number, column in enumerate(view.columns)
     }
-    parts = []
+    texts = []
     for loads in sorted({loads for loads in at_loads.values() if loads}, key=lambda loads: (-len(loads), loads)):
-        places = _runs(shifts, [number for number, own in at_loads.items() if own == loads])
-        where = "at all loads" if loads == view.loads_N else _load_list(view.loads_N, loads)
-        parts.append(f"{places} {where}")
-    return "; ".join(parts)
+        places = _join_shifts(shifts, [number for number, name_loads in at_loads.items() if name_loads == loads])
+        load_text = "at all loads" if loads == view.loads_N else _format_load_list(view.loads_N, loads)
+        texts.append(f"{places} {load_text}")
+    return "; ".join(texts)
 
 
-def _spoken(limit: str) -> str:
-    """Load limits as a table has them, with the verbs of a sentence."""
-    told, unit, note = limit.partition(" kN")
-    parts = [f"is {one}" if one.startswith(("open", "not solved")) else one for one in told.split(", ")]
-    return f"{', '.join(parts)}{unit}{note}"
+def _add_verbs(limit: str) -> str:
+    """Load limits of a table with the verbs of a sentence."""
+    limits_text, unit, note = limit.partition(" kN")
+    phrases = [
+        f"is {phrase}" if phrase.startswith(("open", "not solved")) else phrase for phrase in limits_text.split(", ")
+    ]
+    return f"{', '.join(phrases)}{unit}{note}"
 
 
-def _because(position: MapPosition) -> str:
-    """Why Hertz fails at the smallest load at which it does; empty where it nowhere does, or nobody knows."""
+def _describe_cause(position: MapPosition) -> str:
+    """Clause with the cause at the smallest load at which Hertz fails.
+
+    Empty if Hertz fails nowhere, or without a cause.
+    """
     loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
-    failing = [one for one in loads if one.usable and one.verdict.answer == "FAILS"]
-    cause = min(failing, key=lambda one: one.load_N).verdict.cause if failing else None
+    failing = [load for load in loads if load.usable and load.verdict.answer == "FAILS"]
+    cause = min(failing, key=lambda load: load.load_N).verdict.cause if failing else None
     return f", where {CAUSES[cause][1]}" if cause else ""
 
 
-def _counted(view: MapView) -> list[str]:
-    """How many cells are open or lost; nothing where none is."""
-    found = [cell.answer for column in view.columns for cell in column.cells]
-    counts = ((found.count("UNRESOLVED"), "open"), (found.count("failed"), "without a result"))
-    said = [f"{count} {'is' if count == 1 else 'are'} {words}" for count, words in counts if count]
-    return [f"Of {len(found)} cells {' and '.join(said)}."] if said else []
+def _count_unusable(view: MapView) -> list[str]:
+    """Sentence on the numbers of open cells and cells without a result; empty without such cells."""
+    answers = [cell.answer for column in view.columns for cell in column.cells]
+    counts = ((answers.count("UNRESOLVED"), "open"), (answers.count("failed"), "without a result"))
+    phrases = [f"{count} {'is' if count == 1 else 'are'} {words}" for count, words in counts if count]
+    return [f"Of {len(answers)} cells {' and '.join(phrases)}."] if phrases else []
 
 
-def _runs(shifts_mm: Sequence[float], chosen: Sequence[int]) -> str:
-    """Shifts in words, three close neighbours and more as a range."""
-    parts: list[str] = []
-    single: list[str] = []
-    # a gap in the picture is a gap in the sentence
-    steps = (1 if after - before <= CLOSE_MM else 2 for before, after in pairwise(shifts_mm))
-    places = list(accumulate(steps, initial=0))
-    for _, group in groupby(enumerate(chosen), key=lambda pair: places[pair[1]] - pair[0]):
-        numbers = [shifts_mm[at] for _, at in group]
+def _join_shifts(shifts_mm: Sequence[float], indices: Sequence[int]) -> str:
+    """Shifts in words; three or more close neighbours become a range."""
+    ranges: list[str] = []
+    single_shifts: list[str] = []
+    # A gap in the picture is also a gap in the sentence.
+    steps = (1 if after - before <= CLOSE_SHIFTS_MM else 2 for before, after in pairwise(shifts_mm))
+    positions = list(accumulate(steps, initial=0))
+    for _, group in groupby(enumerate(indices), key=lambda pair: positions[pair[1]] - pair[0]):
+        numbers = [shifts_mm[index] for _, index in group]
         if len(numbers) > 2:
-            parts.append(f"from {numbers[0]:g} to {numbers[-1]:g}")
+            ranges.append(f"from {numbers[0]:g} to {numbers[-1]:g}")
         else:
-            single += [f"{number:g}" for number in numbers]
-    if single:
-        parts.append(f"at {join_words(single)}")
-    return f"{join_words(parts)} mm"
+            single_shifts += [f"{number:g}" for number in numbers]
+    if single_shifts:
+        ranges.append(f"at {join_words(single_shifts)}")
+    return f"{join_words(ranges)} mm"
 
 
-def _load_range(loads_N: Sequence[float]) -> str:
+def _format_load_range(loads_N: Sequence[float]) -> str:
     low, high = (f"{load_N / 1e3:g}" for load_N in (min(loads_N), max(loads_N)))
     return f"{low} kN" if low == high else f"{low} to {high} kN"
 
 
-def _load_list(every_N: Sequence[float], some_N: Sequence[float]) -> str:
-    first = every_N.index(some_N[0])
-    if len(some_N) > 2 and tuple(every_N[first : first + len(some_N)]) == tuple(some_N):
-        return f"from {_load_range(some_N)}"
+def _format_load_list(all_N: Sequence[float], some_N: Sequence[float]) -> str:
+    first = all_N.index(some_N[0])
+    if len(some_N) > 2 and tuple(all_N[first : first + len(some_N)]) == tuple(some_N):
+        return f"from {_format_load_range(some_N)}"
     return f"at {join_words([f'{load_N / 1e3:g}' for load_N in some_N])} kN"
 
 
 def join_words(texts: Sequence[str]) -> str:
-    """An enumeration of at least one text."""
+    """Enumeration of texts, at least a single text."""
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
 def capitalise(text: str) -> str:
-    """The text with a capital letter at its beginning; the rest stays."""
+    """Text with a capital first letter; the rest is unchanged."""
     return text[:1].upper() + text[1:]

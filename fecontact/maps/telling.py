@@ -1,4 +1,4 @@
-"""A map told: its record, and the lines of its tables; nothing is evaluated here."""
+"""Records and table rows of a map, from values: nothing is evaluated here."""
 
 from __future__ import annotations
 
@@ -26,7 +26,20 @@ MAP_SCHEMA = "fecontact/map/6"
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
-    """Contact stiffness of a position at each of its loads, from the fit over all of them; none without it."""
+    """Rows of contact stiffness at each load of a position.
+
+    The stiffness is from the fit over all loads.
+
+    Parameters
+    ----------
+    position
+        Position of a map.
+
+    Returns
+    -------
+    list of Record
+        A row for each usable load; empty without a fit.
+    """
     fit = position.stiffness
     if fit is None:
         return []
@@ -57,37 +70,73 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
     return rows
 
 
-def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Record:
-    """The whole map with the base case, its criteria, and what made it."""
-    of_features = {
+def map_record(applicability_map: ApplicabilityMap, provenance: Record | None = None) -> Record:
+    """Record of a whole map with its base case, criteria, versions and provenance.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    provenance
+        Origin of the results.
+
+    Returns
+    -------
+    Record
+        Content of the JSON file of the map.
+    """
+    feature_limits = {
         f"{name}_limits": [
-            limit_record(one.lateral_shift_mm, one.limits_of.get(name, one.limit)) for one in made.positions
+            limit_record(position.lateral_shift_mm, position.limits_of.get(name, position.limit))
+            for position in applicability_map.positions
         ]
-        for name, of in offered("MAPS").items()
-        if of.criterion(made.case) is not None
+        for name, verdicts in offered("MAPS").items()
+        if verdicts.criterion(applicability_map.case) is not None
     }
-    # first yield, and where yielding takes up a limit
-    yields = [{"lateral_shift_mm": one.lateral_shift_mm, **one.yield_loads_N} for one in made.positions]
+    # Loads of first yield, and loads at which yielding reaches a limit.
+    yield_records = [
+        {"lateral_shift_mm": position.lateral_shift_mm, **position.yield_loads_N}
+        for position in applicability_map.positions
+    ]
     return {
         "schema": MAP_SCHEMA,
-        # shift and load are the map's own
-        "case": {k: v for k, v in case_inputs(made.case).items() if k not in ("lateral_shift_mm", "load_N")},
-        "roll": roll_words(made.case),
-        "criteria": asdict(made.case.criteria),
-        **picked(made, "lateral_shifts_mm loads_N"),
-        "cells": [cell_record(cell) for cell in made.cells],
-        "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in made.positions],
-        **of_features,
-        **({"yield_loads_N": yields} if any(one.yield_loads_N for one in made.positions) else {}),
-        "theory_shares": share_records(made),
-        "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
+        # Shift and load belong to the map, not to its base case.
+        "case": {
+            key: value
+            for key, value in case_inputs(applicability_map.case).items()
+            if key not in ("lateral_shift_mm", "load_N")
+        },
+        "roll": roll_words(applicability_map.case),
+        "criteria": asdict(applicability_map.case.criteria),
+        **picked(applicability_map, "lateral_shifts_mm loads_N"),
+        "cells": [cell_record(cell) for cell in applicability_map.cells],
+        "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in applicability_map.positions],
+        **feature_limits,
+        **(
+            {"yield_loads_N": yield_records}
+            if any(position.yield_loads_N for position in applicability_map.positions)
+            else {}
+        ),
+        "theory_shares": share_records(applicability_map),
+        "stiffness": [row for position in applicability_map.positions for row in stiffness_rows(position)],
         "versions": versions(),
         "provenance": provenance or {},
     }
 
 
 def cell_record(cell: MapCell) -> Record:
-    """A cell with all that is known of it."""
+    """Record of a cell, with all results of its load.
+
+    Parameters
+    ----------
+    cell
+        Cell of a map.
+
+    Returns
+    -------
+    Record
+        Shift, load, status and the results of a solved load.
+    """
     return {
         **picked(cell, "lateral_shift_mm load_N status"),
         **({} if cell.judged is None else load_record(cell.judged)),
@@ -95,7 +144,20 @@ def cell_record(cell: MapCell) -> Record:
 
 
 def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
-    """A load limit of a position."""
+    """Record of a load limit at a position.
+
+    Parameters
+    ----------
+    shift_mm
+        Lateral shift in mm.
+    limit
+        Load limit.
+
+    Returns
+    -------
+    Record
+        Shift, largest load, intervals, reason, note and the loads of the search.
+    """
     return {
         "lateral_shift_mm": shift_mm,
         **picked(limit, "F_max_N intervals reason note"),
@@ -104,17 +166,30 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
 
 
 def law_row(cell: MapCell, laws: MappedLaws) -> Record:
-    """A cell with the cheapest of some laws that holds, and how far each is off."""
-    row, judged = picked(cell, "lateral_shift_mm load_kN status"), laws_of(cell, laws)
-    if judged:
-        row["cheapest_theory"] = cheapest(standings(judged)).label
-    for name, one in judged.items():
-        row |= laws.columns(name, one)
+    """Row of a cell with the cheapest law that holds, and all deviations.
+
+    Parameters
+    ----------
+    cell
+        Cell of a map.
+    laws
+        Laws of a feature.
+
+    Returns
+    -------
+    Record
+        Shift, load and status; for a judged cell also the cheapest law and the columns of each law.
+    """
+    row, judgements = picked(cell, "lateral_shift_mm load_kN status"), laws_of(cell, laws)
+    if judgements:
+        row["cheapest_theory"] = cheapest(standings(judgements)).label
+    for name, judgement in judgements.items():
+        row |= laws.columns(name, judgement)
     return row
 
 
 def laws_of(cell: MapCell, laws: MappedLaws) -> Mapping[str, Judgement]:
-    """Laws that were judged in a cell."""
+    """Judgements of the laws of a feature in a cell; empty for an unusable cell."""
     return laws.read(cell.usable) if cell.usable else {}
 
 
@@ -122,9 +197,20 @@ def laws_of(cell: MapCell, laws: MappedLaws) -> Mapping[str, Judgement]:
 
 
 def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
-    """A load by a theory, of Hertz the load itself, or bodies that yield; None where the theory has no contact.
+    """Judgement of a load by a theory.
 
-    A theory that says nothing of its own, such as springs at a single touch point, is Hertz.
+    Parameters
+    ----------
+    load
+        Judged load; None for an unsolved cell.
+    theory
+        Name of a theory of the pressure.
+
+    Returns
+    -------
+    JudgedLoad, Judgement or None
+        For Hertz the load itself, or its judgement against yielding bodies. For a theory that does not differ from
+        Hertz, such as springs at a single touch point, the judgement of Hertz. None if the theory has no contact.
     """
     if load is None or theory in load.without:
         return None
@@ -133,58 +219,125 @@ def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | 
     return load if theory == HERTZ else load.judgements.get(theory, load)
 
 
-def ellipses_instead(load: JudgedLoad | None) -> Standing | None:
-    """The theory of ellipses that holds where the single one of Hertz does not; None where it does, or none holds."""
+def find_ellipse_theory(load: JudgedLoad | None) -> Standing | None:
+    """Cheapest theory of several ellipses that holds although Hertz does not hold.
+
+    Parameters
+    ----------
+    load
+        Judged load; None for an unsolved cell.
+
+    Returns
+    -------
+    Standing or None
+        The theory; None if Hertz holds, if no theory of ellipses holds, or if the load is unusable or judged against
+        yielding bodies.
+    """
     if load is None or not load.usable or load.plastic is not None or load.verdict.answer == "HOLDS":
         return None
-    holding = (one for one in standings(other_theories(load)) if one.name in OF_ELLIPSES and one.answer == "HOLDS")
-    found = cheapest(holding, in_range=load.case.criteria.theories_in_range)
-    return found if found.name else None
+    holding_theories = (
+        standing
+        for standing in standings(other_theories(load))
+        if standing.name in OF_ELLIPSES and standing.answer == "HOLDS"
+    )
+    theory = cheapest(holding_theories, in_range=load.case.criteria.theories_in_range)
+    return theory if theory.name else None
 
 
-def all_ellipses_instead(made: ApplicabilityMap) -> str:
-    """The theories of ellipses that hold in cells of a map where Hertz does not, in words; empty without one."""
-    found = (ellipses_instead(cell.judged) for cell in made.cells)
-    return " or ".join(dict.fromkeys(theory_words(one.name, "out of range" * one.out_of_range) for one in found if one))
+def describe_ellipse_theories(applicability_map: ApplicabilityMap) -> str:
+    """Theories of ellipses that hold in cells where Hertz does not hold, in words.
 
+    Parameters
+    ----------
+    applicability_map
+        Map.
 
-def share_records(made: ApplicabilityMap) -> list[Record]:
-    """In how many cells of a map each theory of the pressure is the cheapest that holds, and in how many it holds.
-
-    The last lines are the cells where it is open which, where none holds, and those that may not be used.
+    Returns
+    -------
+    str
+        Theories joined by "or"; empty without such cells.
     """
-    loads = [cell.usable for cell in made.cells if cell.usable]
-    cells, cheapest_ones = [theories_of(load) for load in loads], [cheapest_of(load) for load in loads]
-    answers = [one.label for one in cheapest_ones] + ["failed"] * (len(made.cells) - len(loads))
+    theories = (find_ellipse_theory(cell.judged) for cell in applicability_map.cells)
+    return " or ".join(
+        dict.fromkeys(theory_words(theory.name, "out of range" * theory.out_of_range) for theory in theories if theory)
+    )
 
-    def counted(of: str, count: int) -> Record:
-        return {f"{of}_cells": count, f"{of}_percent": 100.0 * count / len(answers) if answers else 0.0}
 
-    found: list[Record] = []
-    for name in (name for name in THEORIES if any(name in one for one in cells)):
-        used = [one[name].limit_used for one, answer in zip(cells, answers, strict=False) if answer == name]
-        found.append(
+def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
+    """Numbers of cells in which each theory holds or is the cheapest.
+
+    The theories are those of the pressure.
+
+    The last records are the cells in which the cheapest theory is open, in which no theory holds, and without a usable
+    result.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+
+    Returns
+    -------
+    list of Record
+        Counts and percentages of each theory, from the cheapest theory on.
+    """
+    loads = [cell.usable for cell in applicability_map.cells if cell.usable]
+    judgements_by_cell, cheapest_theories = [theories_of(load) for load in loads], [cheapest_of(load) for load in loads]
+    answers = [theory.label for theory in cheapest_theories] + ["failed"] * (len(applicability_map.cells) - len(loads))
+
+    def build_count_columns(prefix: str, count: int) -> Record:
+        return {f"{prefix}_cells": count, f"{prefix}_percent": 100.0 * count / len(answers) if answers else 0.0}
+
+    records: list[Record] = []
+    for name in (name for name in THEORIES if any(name in judgements for judgements in judgements_by_cell)):
+        utilisations = [
+            judgements[name].limit_used
+            for judgements, answer in zip(judgements_by_cell, answers, strict=False)
+            if answer == name
+        ]
+        records.append(
             {
                 "theory": name,
                 **picked(THEORIES[name], "words cost"),
-                **counted("cheapest", len(used)),
-                "out_of_range_cells": sum(one.label == name and one.out_of_range for one in cheapest_ones),
-                "largest_limit_used": max(used, default=None),
-                **counted("holds", sum(name in one and one[name].verdict.answer == "HOLDS" for one in cells)),
+                **build_count_columns("cheapest", len(utilisations)),
+                "out_of_range_cells": sum(theory.label == name and theory.out_of_range for theory in cheapest_theories),
+                "largest_limit_used": max(utilisations, default=None),
+                **build_count_columns(
+                    "holds",
+                    sum(
+                        name in judgements and judgements[name].verdict.answer == "HOLDS"
+                        for judgements in judgements_by_cell
+                    ),
+                ),
             }
         )
-    others = ("UNRESOLVED", "none", "failed")
-    return found + [{"theory": name, **counted("cheapest", answers.count(name))} for name in others]
+    answers_without_theory = ("UNRESOLVED", "none", "failed")
+    return records + [
+        {"theory": name, **build_count_columns("cheapest", answers.count(name))} for name in answers_without_theory
+    ]
 
 
-# --- Cells as lines of a contact table.
+# --- Cells as rows of a contact table.
 
 
 def judged_row(cell: MapCell, placement: Placement | None) -> Record:
-    """A cell of a map as a line: verdict, cheapest theory that holds with its patches, ellipses, finite elements.
+    """Row of a contact table for a cell of a map.
 
-    Places `*_centre_mm` are along the rail's surface from the first touch point. Where no theory is known to hold, and
-    in a cell that may not be used, there are no patches.
+    The row has the verdict, the cheapest theory that holds with its patches, ellipses, and finite elements. Positions
+    `*_centre_mm` are along the rail's surface from the first touch point. The row has no patches for an unusable cell,
+    or if no theory certainly holds.
+
+    Parameters
+    ----------
+    cell
+        Cell of a map.
+    placement
+        Placement of the cell's position; None if the wheel could not be placed.
+
+    Returns
+    -------
+    Record
+        Values by column.
     """
     row = picked(cell, "lateral_shift_mm load_kN status verdict")
     load = cell.usable
@@ -196,39 +349,51 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
         "normal_force_N": load.normal_force_N,
         **cheapest_columns("cheapest_theory", cheapest),
         **picked(load.comparison.fe, SIZES, "fe_"),
-        **_centre("fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)),
+        **_build_centre_columns(
+            "fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)
+        ),
         "touch_points": len(placement.touch_points),
     }
-    found = cheapest.made if cheapest.answer == "HOLDS" else None
-    if found is not None:
+    theory_contact = cheapest.made if cheapest.answer == "HOLDS" else None
+    if theory_contact is not None:
         row |= {
-            **picked(measures_of_theory(found), SIZES, "theory_"),
-            **_centre("theory", placement, found.centre_mm),
-            "theory_patches": len(found.patches),
+            **picked(measures_of_theory(theory_contact), SIZES, "theory_"),
+            **_build_centre_columns("theory", placement, theory_contact.centre_mm),
+            "theory_patches": len(theory_contact.patches),
         }
-        for number, patch in enumerate(found.patches, start=1):
-            row |= flat({f"patch{number}": _patch_columns(patch, placement, found.normal_force_N)})
-    return row | touches(placement, _judged_springs(load, placement))
+        for number, patch in enumerate(theory_contact.patches, start=1):
+            row |= flat({f"patch{number}": _build_patch_columns(patch, placement, theory_contact.normal_force_N)})
+    return row | touches(placement, _build_spring_columns(load, placement))
 
 
-def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
+def _build_centre_columns(prefix: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
+    """Columns of a centre of pressure: along the rail's surface, on the rail and on the wheel, in mm."""
     rail_y, wheel_y, _ = placement.on_profiles(*centre_mm)
-    return {f"{of}_centre_mm": centre_mm[1], f"{of}_centre_rail_y_mm": rail_y, f"{of}_centre_wheel_y_mm": wheel_y}
+    return {
+        f"{prefix}_centre_mm": centre_mm[1],
+        f"{prefix}_centre_rail_y_mm": rail_y,
+        f"{prefix}_centre_wheel_y_mm": wheel_y,
+    }
 
 
-def _patch_columns(patch: TheoryPatch, placement: Placement, whole_N: float) -> Record:
-    """A patch at its touch point, or at its centre of pressure where the theory knows of none."""
+def _build_patch_columns(patch: TheoryPatch, placement: Placement, total_N: float) -> Record:
+    """Columns of a patch at its touch point.
+
+    For a theory without touch points the position is the centre of pressure."""
     names = "rail_y_mm wheel_y_mm contact_angle_rad"
-    of_centre = zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True)
-    where = dict(of_centre) if patch.touch is None else picked(patch.touch, names)
-    return {**where, "load_share": patch.normal_force_N / whole_N, **picked(patch, "a_mm b_mm p_max_MPa")}
+    at_centre = zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True)
+    position = dict(at_centre) if patch.touch is None else picked(patch.touch, names)
+    return {**position, "load_share": patch.normal_force_N / total_N, **picked(patch, "a_mm b_mm p_max_MPa")}
 
 
-def _judged_springs(load: JudgedLoad, placement: Placement) -> dict[int, Record]:
-    """Ellipses that share the load by touch point; Hertz's where it takes all of it, none where a point has none."""
+def _build_spring_columns(load: JudgedLoad, placement: Placement) -> dict[int, Record]:
+    """Ellipses that share the load, by number of the touch point.
+
+    Hertz's ellipse if it carries the whole load; no ellipse at a touch point without load.
+    """
     if MULTI_HERTZ in load.without:
         return {}
-    judged = load.judgements.get(MULTI_HERTZ, load.judgements[HERTZ])
-    patches = () if judged.approximation is None else judged.approximation.patches
+    judgement = load.judgements.get(MULTI_HERTZ, load.judgements[HERTZ])
+    patches = () if judgement.approximation is None else judgement.approximation.patches
     ellipses = {patch.touch_point or 0: patch.hertz for patch in patches}
     return {number: ellipse_columns(ellipses.get(number)) for number in range(len(placement.touch_points))}

@@ -1,4 +1,4 @@
-"""Views of the cheapest theory that holds: of the pressure, and of the laws of features."""
+"""Views of the cheapest theory that holds: theories of the pressure, and laws of features."""
 
 from __future__ import annotations
 
@@ -9,38 +9,64 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.feature_registry import offered
 from fecontact.judging.readings import MappedLaws
 from fecontact.judging.verdict import Judgement, Standing, cheapest, standings
-from fecontact.maps.load_limits import stretches
+from fecontact.maps.load_limits import find_stretches
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
 from fecontact.maps.telling import laws_of
-from fecontact.maps.verdict_views import against, solved_loads_kN
-from fecontact.maps.view import CellView, ColumnView, MapView, part_words
+from fecontact.maps.verdict_views import describe_bodies, list_solved_loads_kN
+from fecontact.maps.view import CellView, ColumnView, MapView, format_utilisation
 from fecontact.outputs.records.cheapest import theories_of
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, BETWEEN
 from fecontact.outputs.words import limits_text
 
-# Of theories of the pressure, from the cheapest; a further one has the last.
+# Colours of the theories of the pressure, from the cheapest. Theories beyond the list have the last colour.
 _PRESSURE_COLOURS = (
     *("#d3ebf8", "#8fcbed", "#56a5d8"),
     *("#d5efd0", "#a5dba2", "#66c2a5", "#2a9d78"),
     *("#f5d2a8", "#f5b878"),
 )
 _OPEN, _NONE, _LOST = "UNRESOLVED", "FAILS", "failed"
-_OUT, _OUT_WORDS = "*", "out of its range"
+_OUT_MARK, _OUT_WORDS = "*", "out of its range"
 
 
-def laws_judged(made: ApplicabilityMap) -> dict[str, MappedLaws]:
-    """Laws of features that were judged in a map, by its name."""
-    return {name: laws for name, laws in offered("LAWS").items() if any(laws_of(cell, laws) for cell in made.cells)}
+def find_judged_laws(applicability_map: ApplicabilityMap) -> dict[str, MappedLaws]:
+    """Laws of features that were judged in a map.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+
+    Returns
+    -------
+    dict of MappedLaws
+        Laws by the name of the feature's entry.
+    """
+    return {
+        name: laws
+        for name, laws in offered("LAWS").items()
+        if any(laws_of(cell, laws) for cell in applicability_map.cells)
+    }
 
 
-def theory_view(made: ApplicabilityMap) -> MapView:
-    """The cheapest theory of the pressure that holds, and the largest part of a limit that it uses."""
-    judged = {name for cell in made.cells if cell.usable for name in theories_of(cell.usable)}
-    names = [name for name in THEORIES if name in judged]
+def theory_view(applicability_map: ApplicabilityMap) -> MapView:
+    """View of the cheapest theory of the pressure that holds, with its largest limit utilisation.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+
+    Returns
+    -------
+    MapView
+        View.
+    """
+    judged_names = {name for cell in applicability_map.cells if cell.usable for name in theories_of(cell.usable)}
+    names = [name for name in THEORIES if name in judged_names]
     colours = chain(_PRESSURE_COLOURS, repeat(_PRESSURE_COLOURS[-1]))
-    title = "the cheapest theory that holds" + " in its range" * made.case.criteria.theories_in_range
+    title = "the cheapest theory that holds" + " in its range" * applicability_map.case.criteria.theories_in_range
     theories = MappedLaws(
-        title=f"{title}{against(made, yielding=False)}",
+        title=f"{title}{describe_bodies(applicability_map, yielding=False)}",
         criterion=lambda case: limits_text(case.criteria),
         lost="could not be solved",
         laws={name: {"words": THEORIES[name].words} for name in names},
@@ -48,70 +74,89 @@ def theory_view(made: ApplicabilityMap) -> MapView:
         marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
         note=f"{title}, and the largest share of a limit that it uses",
         number="share of the error limit\nthat it uses; above 1 it does not hold",
-        of=lambda _, judged: part_words(judged.limit_used),
-        in_range=made.case.criteria.theories_in_range,
+        of=lambda _, judged_names: format_utilisation(judged_names.limit_used),
+        in_range=applicability_map.case.criteria.theories_in_range,
     )
-    return law_view(made, theories)
+    return law_view(applicability_map, theories)
 
 
-def law_view(made: ApplicabilityMap, theories: MappedLaws) -> MapView:
-    """The cheapest of some theories or laws that holds.
+def law_view(applicability_map: ApplicabilityMap, theories: MappedLaws) -> MapView:
+    """View of the cheapest theory or law that holds.
 
-    A stretch between two loads with different answers was not solved; a load whose answer is open is unresolved.
+    A stretch between two loads with different answers was not solved. A load with an open answer is unresolved.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    theories
+        Theories of the pressure, or laws of a feature.
+
+    Returns
+    -------
+    MapView
+        View.
     """
-    columns = tuple(_cheapest_column(position, theories) for position in made.positions)
-    given = {cell.answer for column in columns for cell in column.cells}
-    painted = given | {answer for column in columns for _, _, answer in column.bands}
-    found = [_cheapest(laws_of(cell, theories), theories) for cell in made.cells]
-    within = theories.criterion(made.case) or ""
-    standing, out_of_range = {one.name for one in found}, any(one.out_of_range for one in found)
+    columns = tuple(_build_column(position, theories) for position in applicability_map.positions)
+    cell_answers = {cell.answer for column in columns for cell in column.cells}
+    drawn_answers = cell_answers | {answer for column in columns for _, _, answer in column.bands}
+    cheapest_theories = [_find_cheapest(laws_of(cell, theories), theories) for cell in applicability_map.cells]
+    criterion = theories.criterion(applicability_map.case) or ""
+    cheapest_names, out_of_range = (
+        {theory.name for theory in cheapest_theories},
+        any(theory.out_of_range for theory in cheapest_theories),
+    )
     words_of = {name: law["words"] for name, law in theories.laws.items()}
     letters = {name: f"{theories.marks[name][0]}  {words}" for name, words in words_of.items()}
-    others = {_NONE: "none holds", _LOST: theories.lost, _OPEN: "unresolved", BETWEEN: ANSWER_WORDS[BETWEEN]}
+    other_answers = {_NONE: "none holds", _LOST: theories.lost, _OPEN: "unresolved", BETWEEN: ANSWER_WORDS[BETWEEN]}
     marks = {_NONE: ("$x$", "none holds"), _LOST: ("$!$", theories.lost), _OPEN: ("$?$", "open whether it holds")}
     return MapView(
-        case=made.case,
-        loads_N=made.loads_N,
+        case=applicability_map.case,
+        loads_N=applicability_map.loads_N,
         columns=columns,
         title=theories.title,
-        criterion=within,
+        criterion=criterion,
         colours={**ANSWERS, **{name: colour for name, (_, colour) in theories.marks.items()}},
         answers=[
-            *((name, words) for name, words in letters.items() if name in standing),
-            *((answer, words) for answer, words in others.items() if answer in painted),
+            *((name, words) for name, words in letters.items() if name in cheapest_names),
+            *((answer, words) for answer, words in other_answers.items() if answer in drawn_answers),
         ],
-        marks=[mark for answer, mark in marks.items() if answer in given] + [(f"${_OUT}$", _OUT_WORDS)] * out_of_range,
+        marks=[mark for answer, mark in marks.items() if answer in cell_answers]
+        + [(f"${_OUT_MARK}$", _OUT_WORDS)] * out_of_range,
         number=theories.number,
         notes=[
-            theories.note.format(within=within),
+            theories.note.format(within=criterion),
             ", ".join(f"{theories.marks[name][0]} {words}" for name, words in words_of.items()),
-            f"? open whether it holds{', x none holds' * (_NONE in given)}, ! {theories.lost}"
-            + f", {_OUT} {_OUT_WORDS}" * out_of_range,
+            f"? open whether it holds{', x none holds' * (_NONE in cell_answers)}, ! {theories.lost}"
+            + f", {_OUT_MARK} {_OUT_WORDS}" * out_of_range,
         ],
     )
 
 
-def _cheapest(judged: Mapping[str, Judgement], theories: MappedLaws) -> Standing:
-    return cheapest(standings(judged), in_range=theories.in_range)
+def _find_cheapest(judgements: Mapping[str, Judgement], theories: MappedLaws) -> Standing:
+    """Cheapest theory or law that holds, from the judgements of a cell."""
+    return cheapest(standings(judgements), in_range=theories.in_range)
 
 
-def _cheapest_column(position: MapPosition, theories: MappedLaws) -> ColumnView:
-    shown = tuple(_cell(cell, theories) for cell in position.cells)
-    known = [(cell.load_kN, cell.answer) for cell in shown if cell.answer != _LOST]
+def _build_column(position: MapPosition, theories: MappedLaws) -> ColumnView:
+    """Column of the cheapest theory or law that holds at a position."""
+    cell_views = tuple(_build_cell_view(cell, theories) for cell in position.cells)
+    answers_by_load = [(cell.load_kN, cell.answer) for cell in cell_views if cell.answer != _LOST]
     return ColumnView(
         shift_mm=position.lateral_shift_mm,
-        bands=stretches(known, BETWEEN),
-        solved_kN=solved_loads_kN(position),
-        cells=shown,
+        bands=find_stretches(answers_by_load, BETWEEN),
+        solved_kN=list_solved_loads_kN(position),
+        cells=cell_views,
     )
 
 
-def _cell(cell: MapCell, theories: MappedLaws) -> CellView:
-    judged, load_kN = laws_of(cell, theories), cell.load_kN
-    found = _cheapest(judged, theories)
-    if not found.name:
-        text = "x" if judged else "!"
-        return CellView(load_kN=load_kN, answer=_NONE if judged else _LOST, text=text, letter=text)
-    letter = theories.marks[found.name][0] + "?" * (found.answer == _OPEN) + _OUT * found.out_of_range
-    text = f"{letter} {theories.of(found.name, judged[found.name])}".strip()
-    return CellView(load_kN=load_kN, answer=found.label, text=text, letter=letter, out_of_range=found.out_of_range)
+def _build_cell_view(cell: MapCell, theories: MappedLaws) -> CellView:
+    """View of a cell with the cheapest theory or law that holds."""
+    judgements, load_kN = laws_of(cell, theories), cell.load_kN
+    theory = _find_cheapest(judgements, theories)
+    if not theory.name:
+        text = "x" if judgements else "!"
+        return CellView(load_kN=load_kN, answer=_NONE if judgements else _LOST, text=text, letter=text)
+    letter = theories.marks[theory.name][0] + "?" * (theory.answer == _OPEN) + _OUT_MARK * theory.out_of_range
+    text = f"{letter} {theories.of(theory.name, judgements[theory.name])}".strip()
+    return CellView(load_kN=load_kN, answer=theory.label, text=text, letter=letter, out_of_range=theory.out_of_range)

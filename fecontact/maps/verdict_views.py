@@ -1,4 +1,4 @@
-"""Views of verdicts: where a theory of the pressure holds, and where Hertz does by what features judge."""
+"""Views of verdicts: theories of the pressure, and Hertz by the verdicts of features."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import PLASTIC
 from fecontact.judging.readings import MappedVerdicts
 from fecontact.judging.verdict import AT_JUNCTION, ELEMENTS, NOT_IN_IT, PROFILE, Judgement
-from fecontact.maps.load_limits import intervals_of
+from fecontact.maps.load_limits import find_intervals
 from fecontact.maps.model import FIRST_YIELD, ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.maps.telling import all_ellipses_instead, ellipses_instead, judged_by
-from fecontact.maps.view import YIELD_WORDS, Band, CellView, ColumnView, MapView, part_words
+from fecontact.maps.telling import describe_ellipse_theories, find_ellipse_theory, judged_by
+from fecontact.maps.view import YIELD_WORDS, Band, CellView, ColumnView, MapView, format_utilisation
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, BETWEEN
 from fecontact.outputs.verdict_words import YIELDING
 from fecontact.outputs.words import WORDS, limits_text
@@ -33,121 +33,215 @@ CAUSES: Mapping[str, tuple[str, str]] = {
     ELEMENTS: ("E", ELEMENTS),
     PLASTIC.cause: ("Y", "the bodies yield"),
 }
-"""Marks of the causes, and what is said of them in a sentence."""
+"""Letter of each cause, and its wording in a sentence."""
 CAUSE_LETTERS = {cause: letter for cause, (letter, _) in CAUSES.items()}
-"""What the lines of a map stand for where a yield stress is given."""
+"""Letters of the causes in a map."""
 _SIGNS = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
 _SIGN_WORDS = "+ holds, x fails, ? unresolved, !"
 _LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open", BETWEEN: "not solved"}
-# A change of the verdict that is known to this part of its load needs no words of what lies between.
-_KNOWN_WELL = 0.05
+# Fraction of the load up to which the range between two verdicts is left out of texts.
+_OMITTED_RANGE = 0.05
 _OTHER_HOLDS = "*"
-SEPARATE = "separate_load"
-"""The measure of load on separate patches."""
+SEPARATE_LOAD = "separate_load"
+"""Measure of load on separate patches."""
 
 
-def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
-    """Where a theory of the pressure holds, with the largest part of a limit that it uses.
+def verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> MapView:
+    """View of the verdicts on a theory of the pressure, with its largest limit utilisation.
 
-    A letter says why Hertz does not hold, and a diamond that another theory does there. Where the
-    theory is undefined, Hertz is shown.
+    A letter is the cause for which Hertz does not hold. A diamond marks a cell in which another theory holds instead.
+    If the theory is undefined in a cell, the cell has the verdict on Hertz.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    theory
+        Name of a theory of the pressure.
+
+    Returns
+    -------
+    MapView
+        View.
     """
-    words, of_hertz = THEORIES[theory].in_sentence, theory == HERTZ
-    name, instead = (words, all_ellipses_instead(made)) if of_hertz else ("it", "")
-    cells = {cell: _verdict_cell(cell, theory) for cell in made.cells}
-    of_load = any("%" in cell.text for cell in cells.values())
-    return _verdicts(
-        made,
+    words, is_hertz = THEORIES[theory].in_sentence, theory == HERTZ
+    name, other_theories = (words, describe_ellipse_theories(applicability_map)) if is_hertz else ("it", "")
+    cells = {cell: _build_verdict_cell(cell, theory) for cell in applicability_map.cells}
+    has_separate_load = any("%" in cell.text for cell in cells.values())
+    return _build_view(
+        applicability_map,
         cells,
-        lambda position: position.limit if of_hertz else _limit_of(position, theory),
+        lambda position: position.limit if is_hertz else _find_theory_limit(position, theory),
         name,
-        {cause: mark for cause, mark in CAUSES.items() if of_hertz},
-        title=f"where {words} holds{against(made, of_hertz)}",
-        criterion=limits_text(made.case.criteria),
+        {cause: mark for cause, mark in CAUSES.items() if is_hertz},
+        title=f"where {words} holds{describe_bodies(applicability_map, is_hertz)}",
+        criterion=limits_text(applicability_map.case.criteria),
         number=f"share of the error limit\nthat {name} uses; above 1 it does not hold"
-        + "\n%: load on separate patches" * of_load,
+        + "\n%: load on separate patches" * has_separate_load,
         notes=[
             f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
-            f"decided by {', '.join(f'{WORDS[one].letter} {WORDS[one].short}' for one in made.case.criteria.limits)}",
-            *["where the theory is undefined, Hertz is shown"] * (not of_hertz),
-            *yield_notes(made),
-            *[f"{_OTHER_HOLDS} {instead} holds"] * bool(instead),
+            "decided by "
+            f"{', '.join(f'{WORDS[key].letter} {WORDS[key].short}' for key in applicability_map.case.criteria.limits)}",
+            *["where the theory is undefined, Hertz is shown"] * (not is_hertz),
+            *describe_first_yield(applicability_map),
+            *[f"{_OTHER_HOLDS} {other_theories} holds"] * bool(other_theories),
         ],
-        diamond=f"{instead}, holds" if instead else "",
+        diamond=f"{other_theories}, holds" if other_theories else "",
     )
 
 
-def offered_view(made: ApplicabilityMap, name: str) -> MapView:
-    """Where Hertz holds by the verdict of a feature, with the part of its limit that Hertz uses.
+def offered_view(applicability_map: ApplicabilityMap, name: str) -> MapView:
+    """View of the verdicts on Hertz by a feature, with the limit utilisation.
 
-    Load limits are only as sharp as the spacing of the loads that were solved for the pressure's limits.
+    The load limits are only as sharp as the spacing of the loads that were solved for the pressure's limits.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    name
+        Name of the feature's verdict.
+
+    Returns
+    -------
+    MapView
+        View.
     """
-    of: MappedVerdicts = offered("MAPS")[name]
-    within = of.criterion(made.case)
-    return _verdicts(
-        made,
-        {cell: _offered_cell(cell, of) for cell in made.cells},
+    verdicts: MappedVerdicts = offered("MAPS")[name]
+    criterion = verdicts.criterion(applicability_map.case)
+    return _build_view(
+        applicability_map,
+        {cell: _build_feature_cell(cell, verdicts) for cell in applicability_map.cells},
         lambda position: position.limits_of.get(name, position.limit),
         THEORIES[HERTZ].words,
-        of.causes,
-        title=of.title,
-        criterion=within,
+        verdicts.causes,
+        title=verdicts.title,
+        criterion=criterion,
         number="share of the error limit\nthat Hertz uses; above 1 it does not hold",
         notes=[
-            f"{_SIGN_WORDS} {of.lost}; part of the limit of {within}",
-            f"off by {', '.join(f'{letter} {cause}' for cause, (letter, _) in of.causes.items())}",
+            f"{_SIGN_WORDS} {verdicts.lost}; part of the limit of {criterion}",
+            f"off by {', '.join(f'{letter} {cause}' for cause, (letter, _) in verdicts.causes.items())}",
         ],
     )
 
 
-def _verdicts(
-    made: ApplicabilityMap,
+def _build_view(
+    applicability_map: ApplicabilityMap,
     cells: Mapping[MapCell, CellView],
     limit_of: Callable[[MapPosition], LoadLimit],
     name: str,
     causes: Mapping[str, tuple[str, str]],
     **words: Any,
 ) -> MapView:
-    """A map of the verdicts of what has a name, with letters of causes and what they stand for."""
-    columns = [_column(one, limit_of(one), [cells[cell] for cell in one.cells]) for one in made.positions]
-    painted = {answer for column in columns for _, _, answer in column.bands}
-    painted |= {"failed" for column in columns if not column.bands}
+    """View of verdicts, with the letters of causes and their meaning.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    cells
+        View of each cell.
+    limit_of
+        Function from a position to its load limit.
+    name
+        Name of the theory in the legend.
+    causes
+        Letter and meaning of each cause.
+    words
+        Further attributes of `MapView`.
+
+    Returns
+    -------
+    MapView
+        View.
+    """
+    columns = [
+        _build_column(position, limit_of(position), [cells[cell] for cell in position.cells])
+        for position in applicability_map.positions
+    ]
+    drawn_answers = {answer for column in columns for _, _, answer in column.bands}
+    drawn_answers |= {"failed" for column in columns if not column.bands}
     letters = {cell.letter for cell in cells.values()}
-    of_lines = any(cell.share is not None for cell in cells.values())
+    has_shares = any(cell.share is not None for cell in cells.values())
     return MapView(
-        case=made.case,
-        loads_N=made.loads_N,
+        case=applicability_map.case,
+        loads_N=applicability_map.loads_N,
         columns=tuple(columns),
         colours=ANSWERS,
-        answers=[(answer, said.replace("Hertz", name)) for answer, said in ANSWER_WORDS.items() if answer in painted],
+        answers=[
+            (answer, meaning.replace("Hertz", name))
+            for answer, meaning in ANSWER_WORDS.items()
+            if answer in drawn_answers
+        ],
         marks=[
-            *[("$!$", "not to be used")] * (not made.all_solved),
-            *[("$8/12$", "on how many lines of the points\nit holds, and their colour")] * of_lines,
+            *[("$!$", "not to be used")] * (not applicability_map.all_solved),
+            *[("$8/12$", "on how many lines of the points\nit holds, and their colour")] * has_shares,
             *((rf"$\mathbf{{{letter}}}$", cause) for letter, cause in causes.values() if letter in letters),
         ],
         **words,
     )
 
 
-def against(made: ApplicabilityMap, yielding: bool) -> str:
-    """Which bodies a verdict is against, for the end of a title; empty without a yield stress."""
-    if not made.case.may_yield:
+def describe_bodies(applicability_map: ApplicabilityMap, yielding: bool) -> str:
+    """Bodies of a verdict as the end of a title: elastic or yielding.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    yielding
+        Whether the verdict is against yielding bodies, if there is a yield stress.
+
+    Returns
+    -------
+    str
+        Text after a comma; empty without a yield stress.
+    """
+    if not applicability_map.case.may_yield:
         return ""
     return f", {YIELDING if yielding else 'against elastic bodies'}"
 
 
-def yield_notes(made: ApplicabilityMap) -> list[str]:
-    """Loads of first yield, with what a first loading does not say; none where no yield stress is given."""
-    loads_kN = [loads[FIRST_YIELD] / 1e3 for one in made.positions if FIRST_YIELD in (loads := one.yield_loads_N)]
+def describe_first_yield(applicability_map: ApplicabilityMap) -> list[str]:
+    """Smallest load of first yield, with a note on the limits of a first loading.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+
+    Returns
+    -------
+    list of str
+        Note; empty without a yield stress.
+    """
+    loads_kN = [
+        loads[FIRST_YIELD] / 1e3
+        for position in applicability_map.positions
+        if FIRST_YIELD in (loads := position.yield_loads_N)
+    ]
     return [f"first yield from {min(loads_kN):.3g} kN on; {NOT_IN_IT}"] if loads_kN else []
 
 
 def bands_of(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
-    """Smallest and largest load (kN) and answer of each stretch of loads; `open_kN` are loads with open verdicts.
+    """Bands of a load limit: smallest load (kN), largest load (kN) and answer.
 
-    A stretch without any of them lies between two loads with different verdicts, and nothing was solved there.
+    A stretch with an open verdict but without an open load lies between two loads with different verdicts; nothing was
+    solved there.
+
+    Parameters
+    ----------
+    limit
+        Load limit.
+    open_kN
+        Loads with open verdicts, in kN.
+
+    Returns
+    -------
+    tuple of Band
+        Bands by increasing load.
     """
-    bands = ((one.low_N / 1e3, one.high_N / 1e3, str(one.answer)) for one in limit.intervals)
+    bands = ((interval.low_N / 1e3, interval.high_N / 1e3, str(interval.answer)) for interval in limit.intervals)
     return tuple(
         (low, high, answer if answer != "UNRESOLVED" or any(low <= load <= high for load in open_kN) else BETWEEN)
         for low, high, answer in bands
@@ -155,75 +249,121 @@ def bands_of(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
 
 
 def limit_text(limit: LoadLimit, open_kN: Collection[float]) -> str:
-    """At which loads a theory holds, in words; `open_kN` as in `bands_of`."""
-    parts = [
+    """Loads at which a theory holds, in words.
+
+    Parameters
+    ----------
+    limit
+        Load limit.
+    open_kN
+        Loads with open verdicts, in kN.
+
+    Returns
+    -------
+    str
+        Text on the bands, or the reason for missing bands, with the note of the limit.
+    """
+    texts = [
         f"{_LIMIT_WORDS[answer]} {low:.4g}" + (f" to {high:.4g}" if high > low else "")
         for low, high, answer in bands_of(limit, open_kN)
-        if answer != BETWEEN or high - low > _KNOWN_WELL * high
+        if answer != BETWEEN or high - low > _OMITTED_RANGE * high
     ]
-    text = f"{', '.join(parts)} kN" if parts else f"{limit.reason}"
+    text = f"{', '.join(texts)} kN" if texts else f"{limit.reason}"
     return f"{text} ({limit.note})" if limit.note else text
 
 
-def _column(position: MapPosition, limit: LoadLimit, cells: Sequence[CellView]) -> ColumnView:
+def _build_column(position: MapPosition, limit: LoadLimit, cells: Sequence[CellView]) -> ColumnView:
+    """Column of verdicts at a position."""
     open_kN = {cell.load_kN for cell in cells if cell.answer == "UNRESOLVED"}
     open_kN |= {load_N / 1e3 for load_N, answer in limit.tried if answer == "UNRESOLVED"}
     return ColumnView(
         shift_mm=position.lateral_shift_mm,
         bands=bands_of(limit, open_kN),
-        solved_kN=solved_loads_kN(position) + tuple(load_N / 1e3 for load_N, _ in limit.tried),
+        solved_kN=list_solved_loads_kN(position) + tuple(load_N / 1e3 for load_N, _ in limit.tried),
         cells=tuple(cells),
         limit=limit_text(limit, open_kN),
         lines=[(load_N / 1e3, YIELD_WORDS[name]) for name, load_N in position.yield_loads_N.items()],
     )
 
 
-def solved_loads_kN(position: MapPosition) -> tuple[float, ...]:
+def list_solved_loads_kN(position: MapPosition) -> tuple[float, ...]:
     """Loads (kN) of a position with a judged cell."""
     return tuple(cell.load_kN for cell in position.cells if cell.judged is not None)
 
 
-def _limit_of(position: MapPosition, theory: str) -> LoadLimit:
-    """At which loads another theory than Hertz holds, from the loads that were solved for the map."""
-    told = [(cell, judged_by(cell.judged, theory)) for cell in position.cells if cell.usable]
-    known = [(cell.load_N, judged.verdict.answer) for cell, judged in told if judged is not None]
+def _find_theory_limit(position: MapPosition, theory: str) -> LoadLimit:
+    """Load limit of another theory than Hertz, from the map's solved loads."""
+    judgements = [(cell, judged_by(cell.judged, theory)) for cell in position.cells if cell.usable]
+    answers_by_load = [
+        (cell.load_N, judgement.verdict.answer) for cell, judgement in judgements if judgement is not None
+    ]
     return LoadLimit(
-        intervals=intervals_of(known),
-        reason=None if known else position.limit.reason or f"no contact by {THEORIES[theory].in_sentence}",
+        intervals=find_intervals(answers_by_load),
+        reason=None if answers_by_load else position.limit.reason or f"no contact by {THEORIES[theory].in_sentence}",
         note=position.limit.note,
     )
 
 
-def _verdict_cell(cell: MapCell, theory: str) -> CellView:
-    judged, of_hertz = judged_by(cell.judged, theory), theory == HERTZ
-    if judged is None or not cell.usable:
-        # no measure leaves open what did not converge
-        answer = "failed" if judged is None else judged.verdict.answer
-        return _marked(cell, answer, "!", "", " " * 8)
-    instead = of_hertz and ellipses_instead(cell.judged) is not None
-    answer, percent = judged.verdict.answer, 1e2 * judged.deviation["p_max_MPa"]
-    by = " " if answer == "HOLDS" else WORDS[judged.verdict.measure].letter
-    off = f"{percent:+z.1f}" if math.isfinite(percent) else ""
-    letter = CAUSE_LETTERS[cell.cause] if of_hertz and cell.cause is not None else ""
-    printed = by + off.rjust(6) + (_OTHER_HOLDS if instead else " ")
-    shown = _marked(cell, answer, _number(judged), letter, printed, diamond=instead)
-    lines = [*judged.verdict.lines.values()]
-    if answer != "UNRESOLVED" or len({*lines}) < 2:
-        return shown
-    holds = lines.count("HOLDS")
-    return replace(shown, text=f"{holds}/{len(lines)} {letter}".strip(), share=holds / len(lines))
+def _build_verdict_cell(cell: MapCell, theory: str) -> CellView:
+    """View of a cell with the verdict on a theory of the pressure."""
+    judgement, is_hertz = judged_by(cell.judged, theory), theory == HERTZ
+    if judgement is None or not cell.usable:
+        # A verdict on an unconverged result has no deciding measure.
+        answer = "failed" if judgement is None else judgement.verdict.answer
+        return _build_cell_view(cell, answer, "!", "", " " * 8)
+    has_ellipse_theory = is_hertz and find_ellipse_theory(cell.judged) is not None
+    answer, percent = judgement.verdict.answer, 1e2 * judgement.deviation["p_max_MPa"]
+    measure_letter = " " if answer == "HOLDS" else WORDS[judgement.verdict.measure].letter
+    deviation_text = f"{percent:+z.1f}" if math.isfinite(percent) else ""
+    letter = CAUSE_LETTERS[cell.cause] if is_hertz and cell.cause is not None else ""
+    printed = measure_letter + deviation_text.rjust(6) + (_OTHER_HOLDS if has_ellipse_theory else " ")
+    view = _build_cell_view(cell, answer, _format_number(judgement), letter, printed, diamond=has_ellipse_theory)
+    variant_answers = [*judgement.verdict.lines.values()]
+    if answer != "UNRESOLVED" or len({*variant_answers}) < 2:
+        return view
+    count = variant_answers.count("HOLDS")
+    return replace(view, text=f"{count}/{len(variant_answers)} {letter}".strip(), share=count / len(variant_answers))
 
 
-def _offered_cell(cell: MapCell, of: MappedVerdicts) -> CellView:
-    judged = of.read(cell.usable) if cell.usable else None
-    if judged is None:
-        return _marked(cell, "failed", "!", "", "")
-    letter, part = of.causes.get(judged.verdict.cause or "", ("", ""))[0], part_words(judged.limit_used)
-    return _marked(cell, judged.verdict.answer, part, letter, f"{letter or ' '}{part:>6}")
+def _build_feature_cell(cell: MapCell, verdicts: MappedVerdicts) -> CellView:
+    """View of a cell with the verdict on Hertz by a feature."""
+    judgement = verdicts.read(cell.usable) if cell.usable else None
+    if judgement is None:
+        return _build_cell_view(cell, "failed", "!", "", "")
+    letter, utilisation = (
+        verdicts.causes.get(judgement.verdict.cause or "", ("", ""))[0],
+        format_utilisation(judgement.limit_used),
+    )
+    return _build_cell_view(cell, judgement.verdict.answer, utilisation, letter, f"{letter or ' '}{utilisation:>6}")
 
 
-def _marked(cell: MapCell, answer: str, number: str, letter: str, printed: str, *, diamond: bool = False) -> CellView:
-    """A cell with its number and a letter, printed behind the sign of its answer."""
+def _build_cell_view(
+    cell: MapCell, answer: str, number: str, letter: str, printed: str, *, diamond: bool = False
+) -> CellView:
+    """View of a cell with a number and a letter.
+
+    In the table they follow the sign of the answer.
+
+    Parameters
+    ----------
+    cell
+        Cell of a map.
+    answer
+        Verdict, or `failed`.
+    number
+        Number in the cell, or "!".
+    letter
+        Letter of the cause.
+    printed
+        Text in the table after the sign.
+    diamond
+        Whether a diamond is drawn below the text.
+
+    Returns
+    -------
+    CellView
+        View.
+    """
     return CellView(
         load_kN=cell.load_kN,
         answer=answer,
@@ -235,8 +375,11 @@ def _marked(cell: MapCell, answer: str, number: str, letter: str, printed: str, 
     )
 
 
-def _number(judged: JudgedLoad | Judgement) -> str:
-    """The part of a limit that is used; of load on separate patches, whose limit is next to nothing, the load."""
-    if judged.verdict.measure != SEPARATE or judged.verdict.answer == "HOLDS":
-        return part_words(judged.limit_used)
-    return f"{1e2 * judged.deviation[SEPARATE]:.2g}%"
+def _format_number(judgement: JudgedLoad | Judgement) -> str:
+    """Limit utilisation as a text; for load on separate patches, the load in percent.
+
+    The limit of load on separate patches is close to zero, so its utilisation says little.
+    """
+    if judgement.verdict.measure != SEPARATE_LOAD or judgement.verdict.answer == "HOLDS":
+        return format_utilisation(judgement.limit_used)
+    return f"{1e2 * judgement.deviation[SEPARATE_LOAD]:.2g}%"

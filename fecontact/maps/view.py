@@ -1,4 +1,4 @@
-"""What a picture and a text of a map show: cells, columns and their bands over the load."""
+"""Views of a map for pictures and texts: cells, columns, and bands over the load."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from fecontact.case import Case
 from fecontact.maps.model import FIRST_YIELD, PLASTIC_LIMIT
 
 Band = tuple[float, float, str]
-"""Smallest and largest load (kN) of a stretch, and its answer."""
-# Columns farther apart than the first (mm) have gaps between them: so much of a step is their width, at most the last.
-CLOSE_MM, _PART_OF_WIDE, _WIDEST_MM = 0.5, 0.7, 1.0
+"""Smallest and largest load (kN) of a stretch of loads, and its answer."""
+# Columns farther apart than the first value (mm) have gaps between them. Their width is the second value as a fraction
+# of the step, at most the third value (mm).
+CLOSE_SHIFTS_MM, _WIDTH_PER_STEP, _LARGEST_WIDTH_MM = 0.5, 0.7, 1.0
 
 YIELD_WORDS: Mapping[str, str] = {
     FIRST_YIELD: "first yield of virgin steel",
@@ -22,36 +23,49 @@ YIELD_WORDS: Mapping[str, str] = {
 
 
 def column_width(shifts_mm: Sequence[float]) -> float:
-    """Width of every column, in mm: the smallest step between two, of which wide ones leave gaps; a single one has 1.
+    """Width of every column of a map, in mm.
 
-    What was solved at a shift says nothing of shifts that are farther away than their neighbours usually are.
+    The width is the smallest step between two shifts. Larger steps leave gaps, because the result at a shift says
+    nothing about shifts that are farther away than its usual neighbours.
+
+    Parameters
+    ----------
+    shifts_mm
+        Lateral shifts in mm, increasing.
+
+    Returns
+    -------
+    float
+        Width in mm; 1 for a single shift.
     """
     step = min((after - before for before, after in pairwise(shifts_mm)), default=math.inf)
     if not math.isfinite(step):
         return 1.0
-    return step if step <= CLOSE_MM else min(max(CLOSE_MM, _PART_OF_WIDE * step), _WIDEST_MM)
+    return step if step <= CLOSE_SHIFTS_MM else min(max(CLOSE_SHIFTS_MM, _WIDTH_PER_STEP * step), _LARGEST_WIDTH_MM)
 
 
 @dataclass(frozen=True, kw_only=True)
 class CellView:
-    """What is shown of a position under one load.
+    """View of a position under a load.
 
     Attributes
     ----------
+    load_kN
+        Load in kN.
     answer
         Key of the view's colours.
     text, letter
-        In the picture: with its number, and where there is no room for numbers.
+        Text in the picture with a number, and text without space for numbers.
     printed
-        In the table; empty where it is the text there too.
+        Text in the table; empty if the table has `text`.
     bold
-        For what does not hold.
+        Whether the text is bold, as for a theory that does not hold.
     diamond
-        Whether there is a diamond below it.
+        Whether a diamond is drawn below the text.
     out_of_range
-        Whether the theory that is the answer is out of its own range.
+        Whether the theory of the answer is outside its range.
     share
-        Part of the lines that measured points allow on which it holds; where it hangs on them.
+        Fraction of the profile variants on which the theory holds; None if the verdict does not depend on the variant.
     """
 
     load_kN: float
@@ -67,18 +81,22 @@ class CellView:
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnView:
-    """A lateral shift over the loads.
+    """View of a lateral shift over the loads.
 
     Attributes
     ----------
+    shift_mm
+        Lateral shift in mm.
     bands
-        Smallest and largest load (kN) and answer, by increasing load; none where nothing is known.
+        Smallest and largest load (kN) and answer of each stretch of loads, by increasing load; empty without results.
     solved_kN
-        Loads that were solved; without any there is no border.
-    lines
-        Loads (kN) at which something begins, and what.
+        Loads that were solved, in kN. Without these loads the column has no border.
+    cells
+        Views of the cells, by increasing load.
     limit
-        At which loads it holds, in words; empty where the map has no limits.
+        Loads at which the theory holds, in words; empty for a map without limits.
+    lines
+        Loads (kN) of lines across the column, with the meaning of each line.
     """
 
     shift_mm: float
@@ -90,24 +108,26 @@ class ColumnView:
 
     @property
     def further_kN(self) -> tuple[float, ...]:
-        """Loads that were solved beside the map's own."""
+        """Solved loads (kN) in addition to the map's loads."""
         return tuple(load for load in self.solved_kN if load not in {cell.load_kN for cell in self.cells})
 
 
 @dataclass(frozen=True, kw_only=True)
 class MapView:
-    """A map as it is shown.
+    """View of a map.
 
     Attributes
     ----------
+    case, loads_N, columns
+        Base case, loads in N, and columns by increasing shift.
     title, criterion
-        What it shows, and within what.
+        Title, and limits within which a theory holds.
     colours
         Colour of each answer.
     answers, marks, number
-        What the answers that occur, the marks, and the number of a cell stand for, for the legend.
+        Legend: meaning of the occurring answers, of the marks, and of the number in a cell.
     diamond
-        What a diamond stands for; empty where there is none.
+        Meaning of a diamond; empty without diamonds.
     notes
         Lines below the table.
     """
@@ -126,11 +146,11 @@ class MapView:
 
     @property
     def lines(self) -> list[str]:
-        """What lines across columns stand for, in the order of their dashes."""
-        shown = {words for column in self.columns for _, words in column.lines}
-        return [words for words in YIELD_WORDS.values() if words in shown]
+        """Meanings of the lines across columns, in the order of their dashes."""
+        meanings = {words for column in self.columns for _, words in column.lines}
+        return [words for words in YIELD_WORDS.values() if words in meanings]
 
 
-def part_words(used: float) -> str:
-    """A part of a limit in three characters, whatever it is."""
-    return f"{used:.{2 if used < 1.0 else 1 if used < 10.0 else 0}f}"
+def format_utilisation(utilisation: float) -> str:
+    """Limit utilisation as a text of three characters, or more from 1000."""
+    return f"{utilisation:.{2 if utilisation < 1.0 else 1 if utilisation < 10.0 else 0}f}"

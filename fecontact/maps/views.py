@@ -1,4 +1,4 @@
-"""What a map shows, as a value that one table and one picture draw: verdicts, the cheapest theory, the answer."""
+"""Views of a map for tables and pictures: verdicts, the cheapest theory, and the answer in sentences."""
 
 from __future__ import annotations
 
@@ -7,29 +7,39 @@ from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import offered
 from fecontact.maps.model import ApplicabilityMap
-from fecontact.maps.sentences import theory_sentences, verdict_sentences
+from fecontact.maps.sentences import write_theory_sentences, write_verdict_sentences
 from fecontact.maps.text_map import map_table
-from fecontact.maps.theory_views import law_view, laws_judged, theory_view
-from fecontact.maps.verdict_views import against, offered_view, verdict_view
+from fecontact.maps.theory_views import find_judged_laws, law_view, theory_view
+from fecontact.maps.verdict_views import describe_bodies, offered_view, verdict_view
 from fecontact.maps.view import MapView
 from fecontact.outputs.theory_alone import check_theory
 
-# --- By what a map is told and drawn: a theory's pressure, the cheapest theory, or what features judge.
+# --- Measures of a map: the pressure by a theory, the cheapest theory, or the verdicts of features.
 
 
 def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
-    """Refuse a measure that there is not, or that the case does not ask for, and a theory that it has no room for.
+    """Refuse an unavailable measure, and a theory that does not fit the measure.
+
+    Parameters
+    ----------
+    case
+        Base case of the map.
+    measure
+        `pressure`, `theory`, or the name of a feature's verdict.
+    theory
+        Name of a theory of the pressure.
 
     Raises
     ------
     InputError
-        With what to do.
+        If the measure does not exist or the case does not request it, or if a theory is given with another measure than
+        `pressure`. The message has the remedy.
     """
-    found = offered("MAPS")
-    if measure not in ("pressure", "theory", *found):
-        raise InputError(f"measure is {measure!r}; allowed: {', '.join(('pressure', 'theory', *found))}")
-    if measure in found and found[measure].criterion(case) is None:
-        raise InputError(f"measure is {measure!r}, but {found[measure].missing}")
+    feature_verdicts = offered("MAPS")
+    if measure not in ("pressure", "theory", *feature_verdicts):
+        raise InputError(f"measure is {measure!r}; allowed: {', '.join(('pressure', 'theory', *feature_verdicts))}")
+    if measure in feature_verdicts and feature_verdicts[measure].criterion(case) is None:
+        raise InputError(f"measure is {measure!r}, but {feature_verdicts[measure].missing}")
     check_theory(theory)
     if measure != "pressure" and theory != HERTZ:
         raise InputError(
@@ -38,35 +48,110 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
         )
 
 
-def views_of(made: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
-    """All pictures of a map by the ending of their file names, the cheapest theory after the verdicts."""
-    verdicts = {"": verdict_view(made), **({} if theory == HERTZ else {theory: verdict_view(made, theory)})}
-    verdicts |= {name: offered_view(made, name) for name, of in offered("MAPS").items() if of.criterion(made.case)}
+def views_of(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
+    """Views of all pictures of a map, by the endings of their file names.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    theory
+        Further theory of the pressure.
+
+    Returns
+    -------
+    dict of MapView
+        First the verdicts, then the cheapest theory, then the laws of features.
+    """
+    views = {
+        "": verdict_view(applicability_map),
+        **({} if theory == HERTZ else {theory: verdict_view(applicability_map, theory)}),
+    }
+    views |= {
+        name: offered_view(applicability_map, name)
+        for name, verdict in offered("MAPS").items()
+        if verdict.criterion(applicability_map.case)
+    }
     return (
-        verdicts | {"theory": theory_view(made)} | {of: law_view(made, laws) for of, laws in laws_judged(made).items()}
+        views
+        | {"theory": theory_view(applicability_map)}
+        | {verdict: law_view(applicability_map, laws) for verdict, laws in find_judged_laws(applicability_map).items()}
     )
 
 
-def map_view(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> MapView:
-    """A map by a measure; with the measure `pressure` also for a theory."""
+def map_view(applicability_map: ApplicabilityMap, measure: str, theory: str = HERTZ) -> MapView:
+    """View of a map by a measure, for the measure `pressure` also by a theory.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    measure
+        `pressure`, `theory`, or the name of a feature's verdict.
+    theory
+        Name of a theory of the pressure.
+
+    Returns
+    -------
+    MapView
+        View.
+    """
     if measure == "pressure":
-        return verdict_view(made, theory)
-    return theory_view(made) if measure == "theory" else offered_view(made, measure)
+        return verdict_view(applicability_map, theory)
+    return theory_view(applicability_map) if measure == "theory" else offered_view(applicability_map, measure)
 
 
-def map_answer(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> list[str]:
-    """The answer of a map by a measure, in sentences."""
-    view = map_view(made, measure, theory)
+def map_answer(applicability_map: ApplicabilityMap, measure: str, theory: str = HERTZ) -> list[str]:
+    """Answer of a map by a measure, in sentences.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    measure
+        `pressure`, `theory`, or the name of a feature's verdict.
+    theory
+        Name of a theory of the pressure.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
+    view = map_view(applicability_map, measure, theory)
     if measure == "theory":
-        return theory_sentences(view)
+        return write_theory_sentences(view)
     name = THEORIES[theory].in_sentence if measure == "pressure" else offered("MAPS")[measure].name
-    bodies = against(made, theory == HERTZ).removeprefix(", ") if measure == "pressure" else ""
-    more = [f"Verdicts are {bodies}."] if bodies else []
-    return verdict_sentences(made, view, name, why=measure == "pressure" and theory == HERTZ) + more
+    bodies = describe_bodies(applicability_map, theory == HERTZ).removeprefix(", ") if measure == "pressure" else ""
+    notes = [f"Verdicts are {bodies}."] if bodies else []
+    return write_verdict_sentences(applicability_map, view, name, why=measure == "pressure" and theory == HERTZ) + notes
 
 
-def map_text(made: ApplicabilityMap, measure: str, *, theory: str = HERTZ, width: int | None = None) -> str:
-    """A map as text, by a measure; for the cheapest theory also the maps of laws that features judged."""
-    views = [map_view(made, measure, theory)]
-    views += [law_view(made, laws) for laws in laws_judged(made).values()] if measure == "theory" else []
+def map_text(
+    applicability_map: ApplicabilityMap, measure: str, *, theory: str = HERTZ, width: int | None = None
+) -> str:
+    """Text of a map by a measure; for the measure `theory` also of the laws of features.
+
+    Parameters
+    ----------
+    applicability_map
+        Map.
+    measure
+        `pressure`, `theory`, or the name of a feature's verdict.
+    theory
+        Name of a theory of the pressure.
+    width
+        Width in characters; None without a limit.
+
+    Returns
+    -------
+    str
+        Tables of the map.
+    """
+    views = [map_view(applicability_map, measure, theory)]
+    views += (
+        [law_view(applicability_map, laws) for laws in find_judged_laws(applicability_map).values()]
+        if measure == "theory"
+        else []
+    )
     return "\n\n".join(map_table(view, width=width) for view in views)
