@@ -96,7 +96,7 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
 
 
 def _overlap(pressure: Field, hertz: HertzContact) -> float:
-    """Area of the intersection of patch and ellipse divided by the area of their union (-).
+    """Area of the intersection of patch and ellipse divided by the area of their union.
 
     The signed square of the pressure is interpolated on a refined grid, so that the edge of the patch is resolved
     between nodes.

@@ -17,7 +17,7 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
 from fecontact.judging.measures import FLOORS, MEASURES, values_of
-from fecontact.judging.notes import warnings_of
+from fecontact.judging.notes import iterate_warnings
 from fecontact.judging.reference_check import REFERENCE_LIMIT, reference_error
 from fecontact.judging.solved_load import (
     CONTRADICTION,
@@ -29,7 +29,7 @@ from fecontact.judging.solved_load import (
     elements_uncertainties,
     finest_otherwise,
 )
-from fecontact.judging.theory import fails_for_certain, judge_hertz, judge_theories, profiles_leave_open
+from fecontact.judging.theory import fails_for_certain, is_unresolved_by_profiles, judge_hertz, judge_theories
 from fecontact.judging.uncertainty import step_uncertainty
 from fecontact.judging.verdict import (
     AT_JUNCTION,
@@ -39,7 +39,7 @@ from fecontact.judging.verdict import (
     Judgement,
     Verdict,
     judge_plastic,
-    worst_judgement,
+    select_worst_judgement,
     worst_of,
 )
 from fecontact.placement.wheel_on_rail import Placement
@@ -65,7 +65,7 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
     """
     case, finest, contact_point = solved_load.case, solved_load.levels[0], placement.first
     hertz_judgements = judge_hertz(case, solved_load.levels, placement, solved_load.lines)
-    elements_judgement = worst_judgement(
+    elements_judgement = select_worst_judgement(
         judge_hertz(case, solved_load.levels, placement, solved_load.lines, by="elements")
     )
     hertz = hertz_judgements[HERTZ].hertz
@@ -80,7 +80,9 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
     cause: str | None = None
     if _needs_cause(hertz_judgements, worst, case):
         cause = AT_JUNCTION if contact_point.at_junction else cause_of(ladder.steps, worst.measure, geometry)
-    if worst.answer == "UNRESOLVED" and profiles_leave_open(case, solved_load.levels, placement, solved_load.lines):
+    if worst.answer == "UNRESOLVED" and is_unresolved_by_profiles(
+        case, solved_load.levels, placement, solved_load.lines
+    ):
         cause = PROFILE
     is_certain = solved_load.status == ELEMENTS_OFF and fails_for_certain(hertz_judgements, solved_load.half_space)
     if solved_load.status == ELEMENTS_OFF and not is_certain:
@@ -106,7 +108,7 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
         elastic_verdict=None if plastic_verdict is None else elastic_verdict,
         plastic=plastic_verdict,
     )
-    load = replace(load, warnings=tuple(warnings_of(load)))
+    load = replace(load, warnings=tuple(iterate_warnings(load)))
     return with_readings(load, placement) if other_names else load
 
 

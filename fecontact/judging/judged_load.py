@@ -17,7 +17,7 @@ from fecontact.judging.comparison import Comparison
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.solved_load import Level, SolvedLoad, Status
-from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict, worst_judgement
+from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict, select_worst_judgement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,7 +130,7 @@ class JudgedLoad:
 
         The field side decides if both answers are equal.
         """
-        worst = worst_judgement(self.sides)
+        worst = select_worst_judgement(self.sides)
         return next(side for side, judgement in self.sides.items() if judgement is worst)
 
     @property

@@ -112,7 +112,7 @@ class Ladder:
 
     @property
     def steps(self) -> dict[str, dict[str, float]]:
-        """Change of each measure by each step (-), by the name of the step and the name of the measure.
+        """Change of each measure by each step (-), by step and measure.
 
         The change is relative for each of `MEASURES`, and absolute for each of `MISFITS`. Steps between missing rungs
         have no entry.

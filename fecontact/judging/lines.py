@@ -78,7 +78,7 @@ class OnLine:
     patches: int = 1
     lobes: tuple[LobeOnLine, ...] = ()
 
-    def lobe_at(self, rail_y_mm: float) -> LobeOnLine | None:
+    def find_lobe(self, rail_y_mm: float) -> LobeOnLine | None:
         """Lobe with the largest force at a lateral position on the rail.
 
         Parameters
@@ -330,7 +330,7 @@ class Lines:
                 if variant.patches != self.own.patches or len({*has_separate_load}) > 1:
                     yield variant.label
 
-    def moves_of_lobe(self, rail_y_mm: float) -> Moves:
+    def find_lobe_shifts(self, rail_y_mm: float) -> Moves:
         """Shifts of the deviations of Hertz on the lobe at a lateral position.
 
         Parameters
@@ -343,7 +343,7 @@ class Lines:
         Moves
             Shifts from the reference variant to each variant; empty on variants without such a lobe.
         """
-        lobes = {variant.label: variant.lobe_at(rail_y_mm) for variant in self.all}
+        lobes = {variant.label: variant.find_lobe(rail_y_mm) for variant in self.all}
         return _compute_shifts(
             {
                 label: (_NO_DEVIATIONS, math.nan) if lobe is None else (lobe.deviation, lobe.p_max_MPa)

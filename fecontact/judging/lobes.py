@@ -193,8 +193,8 @@ def _judge_lobe(
     rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
     number = _find_contact_point(lobe, placement)
     half_space_lobe = _match_lobe(half_space_lobes, lobe)
-    lobe_measures, lobe_uncertainty = _read_lobe_measures(lobe), lobe_uncertainties(lobe, solved_load.levels)
-    shifts = EXACT if solved_load.lines is None else solved_load.lines.moves_of_lobe(rail_y)
+    lobe_measures, lobe_uncertainty = _read_lobe_measures(lobe), estimate_lobe_uncertainties(lobe, solved_load.levels)
+    shifts = EXACT if solved_load.lines is None else solved_load.lines.find_lobe_shifts(rail_y)
     judgement = LobeJudgement(
         normal_force_N=lobe.normal_force_N,
         centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
@@ -230,7 +230,7 @@ def _compare_with_hertz(
         # The surfaces conform at this contact point.
         return judgement
 
-    def read_values(rung: Rung) -> dict[str, float]:
+    def read_matched_values(rung: Rung) -> dict[str, float]:
         matched_lobe = _match_lobe(parts_of(rung), lobe)
         return (
             dict.fromkeys((*_LOBE_MEASURES, *MISFITS), float("nan"))
@@ -240,7 +240,7 @@ def _compare_with_hertz(
 
     deviation = _compute_deviations(_read_lobe_values(lobe, theory), theory)
     share = lobe.normal_force_N / sum(fe_lobe.normal_force_N for fe_lobe in parts_of(solved_load.levels[0].fe))
-    numerical = uncertainties(solved_load.levels, read_values, deviation, share=share)
+    numerical = uncertainties(solved_load.levels, read_matched_values, deviation, share=share)
     verdict, uncertainty = judge_on_lines(deviation, numerical, shifts, solved_load.case.criteria)
     assert theory.single is not None
     return replace(
@@ -252,7 +252,7 @@ def _compare_with_hertz(
     )
 
 
-def lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str, float]:
+def estimate_lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str, float]:
     """Uncertainty of the force and the measures of a lobe on the finest level.
 
     Parameters
@@ -268,7 +268,7 @@ def lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str, float]:
         Relative uncertainty (-) of `normal_force_N`, and of the peak, the area and the half-widths.
     """
 
-    def read_measures(rung: Rung) -> dict[str, float]:
+    def read_matched_measures(rung: Rung) -> dict[str, float]:
         matched_lobe = _match_lobe(parts_of(rung), lobe)
         return (
             dict.fromkeys(_LOBE_MEASURES, float("nan")) if matched_lobe is None else _read_lobe_measures(matched_lobe)
@@ -284,7 +284,9 @@ def lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str, float]:
         )
 
     shares, other_fit_share = [read_share(level.fe) for level in levels], read_share(finest_otherwise(levels))
-    uncertainty_by_name = uncertainties(levels, read_measures, dict.fromkeys(_LOBE_MEASURES, 0.0), share=shares[0])
+    uncertainty_by_name = uncertainties(
+        levels, read_matched_measures, dict.fromkeys(_LOBE_MEASURES, 0.0), share=shares[0]
+    )
     share_error = share_uncertainty(shares, as_solved(levels), otherwise=other_fit_share) + cut_planes_share(shares[0])
     return {"normal_force_N": share_error / shares[0]} | uncertainty_by_name
 

@@ -40,7 +40,7 @@ def _measure(
 
 @dataclass(frozen=True, kw_only=True)
 class Measures:
-    """Peak pressure, area, half-widths (a along x, b across), full extents and approach of a contact.
+    """Peak pressure, area, half-widths, extents and approach of a contact.
 
     The metadata of each field contain relative uncertainties of the measure (-):
 
@@ -389,7 +389,7 @@ def _separate_loads(rung: Rung) -> tuple[list[tuple[float, float]], Floats]:
 
 
 def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: Approximation) -> float:
-    """Fraction of the force on patches without a counterpart, in the contact and in the theory.
+    """Fraction of the force on patches without a counterpart, in contact and theory.
 
     Each patch of the theory is matched with at most a single patch of the contact. Candidates are the contact's patches
     that overlap it laterally. The heaviest unmatched candidate is chosen, in the order of the theory's forces. If all

@@ -13,7 +13,7 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.patch_loads import PATCH_LOADS_LIMIT
 from fecontact.judging.solved_load import compare_patch_loads
 from fecontact.judging.uncertainty import of_turned_force
-from fecontact.judging.verdict import plastic_warnings
+from fecontact.judging.verdict import describe_plasticity
 from fecontact.placement.wheel_on_rail import Placement
 
 # Largest slide of the wheel divided by the half-width of the patch (-). The theory assumes displacements that are small
@@ -24,7 +24,7 @@ _SLIDE_LIMIT = 0.1
 _TURNED_FORCE_LIMIT = 0.01
 
 
-def warnings_of(load: JudgedLoad) -> Iterator[str]:
+def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
     """Reasons for doubt about the numbers of a load.
 
     Parameters
@@ -83,10 +83,10 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
             f" patch, as other codes take it, the load has a force that differs by {level.turned_force:+.1%}:"
             f" ±{of_turned_force(level.turned_force):.1%} of the peak pressure are stated for it"
         )
-    yield from plastic_warnings(load.plastic)
+    yield from describe_plasticity(load.plastic)
 
 
-def position_notes(placement: Placement, comparison: Comparison) -> Iterator[str]:
+def iterate_notes(placement: Placement, comparison: Comparison) -> Iterator[str]:
     """Notes on the profiles, the body of the rail and the contact as a whole.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Load of each of several separate patches, on the elements' nodes and on the finer nodes."""
+"""Load of each of several separate patches, in two contacts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ changes by more than its stated uncertainty. Without the contribution it is 0.5 
 contribution 0.3 to 3.1. Where patches nearly join, their loads depend on the element size, and the check is less
 sensitive.
 """
-ELEMENT_LOAD_PART = 0.002
+ELEMENT_LOAD_ERROR = 0.002
 """Error of the load fraction of a patch on the elements' nodes that the change between meshes does not show.
 
 In these contacts the load fraction of healthy elements differs by up to 0.0026 from the load fraction of the finer

@@ -33,7 +33,7 @@ class Mapped:
 
 @dataclass(frozen=True, kw_only=True)
 class MappedVerdicts(Mapped):
-    """View of a map on verdicts on Hertz by a measure that theories of the pressure do not have.
+    """View of a map on verdicts on Hertz by a measure of a feature.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class MappedVerdicts(Mapped):
 
 @dataclass(frozen=True, kw_only=True)
 class MappedLaws(Mapped):
-    """View of a map on the cheapest valid theory or law of a quantity that is not the pressure.
+    """View of a map on the cheapest valid law of a feature.
 
     Attributes
     ----------

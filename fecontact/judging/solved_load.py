@@ -20,12 +20,12 @@ from fecontact.contact.patch import lobe_windows
 from fecontact.errors import CONVERGED
 from fecontact.judging.lines import Lines
 from fecontact.judging.measures import MEASURES, measures_of, patch_of
-from fecontact.judging.patch_loads import ELEMENT_LOAD_PART, PATCH_LOADS_LIMIT, PatchLoads, free_strips_mm, load_parts
+from fecontact.judging.patch_loads import ELEMENT_LOAD_ERROR, PATCH_LOADS_LIMIT, PatchLoads, free_strips_mm, load_parts
 from fecontact.judging.uncertainty import (
-    HALF_AS_MANY_MORE,
     MESH_RATIO,
+    NODE_NUMBER_RATIO,
     Solved,
-    change_between_meshes,
+    compute_mesh_change,
     elements_uncertainty,
     share_uncertainty,
     uncertainty,
@@ -134,7 +134,7 @@ class Level:
 
     @property
     def misfit(self) -> float:
-        """Fraction of the load at other places on the elements' nodes than on the finer nodes."""
+        """Misplaced fraction of the load on the elements' nodes, relative to the finer nodes."""
         return misfit(self.nodal, self.fe)
 
 
@@ -203,7 +203,7 @@ class SolvedLoad:
                 return level.status
         turned = () if self.turned is None else (self.turned,)
         rung_status = _worst_status(self.half_space, self.quadratic, *turned)
-        return ELEMENTS_OFF if rung_status == "converged" and elements_off(self.levels) else rung_status
+        return ELEMENTS_OFF if rung_status == "converged" and has_faulty_elements(self.levels) else rung_status
 
     @property
     def usable(self) -> bool:
@@ -211,7 +211,7 @@ class SolvedLoad:
         return self.status == CONVERGED
 
 
-def elements_off(levels: Sequence[Level]) -> bool:
+def has_faulty_elements(levels: Sequence[Level]) -> bool:
     """Whether the elements of the finest meshes behave differently from their material.
 
     There are two checks. The compliance far from a pressure must be within its limit. The contact on the elements'
@@ -232,11 +232,11 @@ def elements_off(levels: Sequence[Level]) -> bool:
     finest, coarser = levels[:2]
     if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
         return True
-    read_measures = with_centre(finest)
+    read_rung = with_centre(finest)
     elements_values, fine_values, coarser_values = (
-        read_measures(rung) for rung in (finest.on_elements, finest.fe, coarser.fe)
+        read_rung(rung) for rung in (finest.on_elements, finest.fe, coarser.fe)
     )
-    elements_uncertainty = elements_uncertainties(levels, read_measures)
+    elements_uncertainty = elements_uncertainties(levels, read_rung)
     if any(patch_loads.difference > PATCH_LOADS_LIMIT for patch_loads in compare_patch_loads(levels)):
         return True
     return centres_apart(levels, elements_uncertainty) > _CENTRES_LIMIT or any(
@@ -279,7 +279,7 @@ def compare_patch_loads(levels: Sequence[Level]) -> list[PatchLoads]:
             PatchLoads(
                 on_elements=on_elements[0],
                 on_finer_nodes=on_finer_nodes[0],
-                uncertainty=fine_uncertainty + ELEMENT_LOAD_PART + change_between_meshes(on_elements),
+                uncertainty=fine_uncertainty + ELEMENT_LOAD_ERROR + compute_mesh_change(on_elements),
             )
         )
     return patch_loads
@@ -505,7 +505,7 @@ _NODE_DEPENDENT_MEASURES = ("p_max_MPa", "area_mm2", "extent_y_mm")
 
 
 def changes_on_more_nodes(rung: Rung, finer: Rung, sizes: Sequence[str] = _NODE_DEPENDENT_MEASURES) -> dict[str, float]:
-    """Change of sizes and valley from a half-space to a half-space with 1.5 times the nodes.
+    """Change of sizes and valley from a half-space to 1.5 times its nodes.
 
     The stated uncertainty of reading was chosen on contacts without a junction of curvatures, a step or a notch below
     the patch. Of 13 valleys beside these three, the errors were 5 to 41 times the stated uncertainty. Where a patch
@@ -527,7 +527,7 @@ def changes_on_more_nodes(rung: Rung, finer: Rung, sizes: Sequence[str] = _NODE_
     dict of str to float
         Relative change of each size, and absolute change of the valley (-).
     """
-    change_factor = (1.0 - 1.0 / HALF_AS_MANY_MORE) / (1.0 - finer.grid.steps_mm[1] / rung.grid.steps_mm[1])
+    change_factor = (1.0 - 1.0 / NODE_NUMBER_RATIO) / (1.0 - finer.grid.steps_mm[1] / rung.grid.steps_mm[1])
     values, finer_values = _read_measures(rung), _read_measures(finer)
     changes = {name: change_factor * abs(values[name] / finer_values[name] - 1.0) for name in sizes}
     return changes | {"valley": change_factor * abs(patch_of(rung).valley - patch_of(finer).valley)}

@@ -20,7 +20,7 @@ from fecontact.judging.solved_load import (
     uncertainties,
     unmeshed_uncertainties,
 )
-from fecontact.judging.uncertainty import unmeshed_uncertainty
+from fecontact.judging.uncertainty import estimate_irregularity_uncertainty
 from fecontact.judging.verdict import Judgement, judge_on_lines, worst_of
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -70,7 +70,7 @@ def judge_hertz(
     return judgements
 
 
-def profiles_leave_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
+def is_unresolved_by_profiles(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
     """Whether the profile variants alone make the verdict on Hertz UNRESOLVED.
 
     Parameters
@@ -196,18 +196,18 @@ def judge_theory(
         Deviations, uncertainties and verdict.
     """
 
-    def read_values(rung: Rung) -> dict[str, float]:
+    def read_theory_values(rung: Rung) -> dict[str, float]:
         return values_of(rung, theory_contact)
 
     if refinements is not None:
         deviation = deviations_of(levels[0].fe, theory_contact)
         on_elements = refinements if by == "elements" else None
-        irreducible = unmeshed_uncertainties(levels[0], read_values, deviation, on_elements=on_elements)
+        irreducible = unmeshed_uncertainties(levels[0], read_theory_values, deviation, on_elements=on_elements)
         # If the present uncertainty is more than twice the remaining uncertainty, finer meshes may still show any
         # deviation.
         uncertainty_by_name = {
             name: irreducible[name] if value <= 2.0 * irreducible[name] else 0.0
-            for name, value in uncertainties(levels, read_values, deviation).items()
+            for name, value in uncertainties(levels, read_theory_values, deviation).items()
             if name in irreducible
         }
     elif by == "elements":
@@ -215,15 +215,15 @@ def judge_theory(
         # Uncertainty of (Hertz - FE) / FE, from the uncertainty of the finite-element measure.
         uncertainty_by_name = {
             name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
-            for name, value in elements_uncertainties(levels, read_values).items()
+            for name, value in elements_uncertainties(levels, read_theory_values).items()
         }
     else:
         deviation = deviations_of(levels[0].fe, theory_contact)
-        uncertainty_by_name = uncertainties(levels, read_values, deviation)
+        uncertainty_by_name = uncertainties(levels, read_theory_values, deviation)
     slope = sum(irregularity.largest_slope for irregularity in case.irregularities)
     is_exact = by == "profiles"
     numerical_uncertainty = {
-        name: (0.0 if is_exact else value) + unmeshed_uncertainty(name, deviation[name], slope=slope)
+        name: (0.0 if is_exact else value) + estimate_irregularity_uncertainty(name, deviation[name], slope=slope)
         for name, value in uncertainty_by_name.items()
     }
     verdict, uncertainty = judge_on_lines(deviation, numerical_uncertainty, moves, case.criteria)

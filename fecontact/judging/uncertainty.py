@@ -18,7 +18,7 @@ MESH_RATIO = 1.5
 _CHANGE_FACTOR = 1.0
 # A notch with a width of one to three nodes, and a patch that ends just beyond a junction, are read with an error that
 # is proportional to the grid spacing. On 32 nodes, the remaining error is three times the change to 48 nodes.
-_NODE_CHANGE_FACTOR, HALF_AS_MANY_MORE = 3.0, 1.5
+_NODE_CHANGE_FACTOR, NODE_NUMBER_RATIO = 3.0, 1.5
 # With three times the number of nodes, the change shows at least 0.81 of the error of the area and of the lateral
 # length, wherever that error is larger than the stated uncertainty of reading. This was measured at 70 random positions
 # with a junction below the patch, compared with 192 nodes, in 8 areas (0.22 to 0.91 %) and in 8 lengths (1.2 to 4.6 %).
@@ -159,7 +159,7 @@ def uncertainty(
     >>> f"{uncertainty('p_max_MPa', [1000.0, 1002.0, 1010.0]):.4f}"
     '0.0079'
     """
-    reading = reading_uncertainty(measure, values[0])
+    reading = estimate_reading_uncertainty(measure, values[0])
     if reading is None:
         return None
     change = quality.more_nodes.get(measure, 0.0)
@@ -176,7 +176,7 @@ def uncertainty(
     )
 
 
-def reading_uncertainty(measure: str, value: float) -> float | None:
+def estimate_reading_uncertainty(measure: str, value: float) -> float | None:
     """Uncertainty of reading a measure from its nodes.
 
     Parameters
@@ -233,7 +233,7 @@ def step_uncertainty(
     if not all(math.isfinite(value) for value in (*values, value_by_other_fit)):
         return math.nan
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change, fit_difference = change_between_meshes(values) / size, abs(values[0] - value_by_other_fit) / size
+    change, fit_difference = compute_mesh_change(values) / size, abs(values[0] - value_by_other_fit) / size
     change_factor = _SEPARATION_CHANGE_FACTOR if quality.parting else _CHANGE_FACTOR
     # The misfits may be zero, on soft elements too.
     compliance_uncertainty = (
@@ -284,7 +284,7 @@ def share_uncertainty(
     fit_uncertainty = _FIT_DIFFERENCE_FACTOR * abs(values[0] - value_by_other_fit)
     return (
         _SHARE_FLOOR
-        + _SHARE_CHANGE_FACTOR * change_between_meshes(values)
+        + _SHARE_CHANGE_FACTOR * compute_mesh_change(values)
         + fit_uncertainty
         + compliance_uncertainty
         + quality.residual
@@ -299,7 +299,7 @@ def cut_planes_share(value: float) -> float:
     return _SEPARATE_LOAD_ERROR * min(value, 1.0 - value)
 
 
-def change_between_meshes(values: Sequence[float]) -> float:
+def compute_mesh_change(values: Sequence[float]) -> float:
     """Largest change between neighbouring meshes, reduced to the finest mesh.
 
     Earlier changes are divided by `MESH_RATIO` for each later mesh, since errors decrease with the element size. A last
@@ -377,9 +377,9 @@ def elements_uncertainty(
         return None
     reading = floor * (_REFERENCE_ELEMENTS / elements) ** (1 if measure in _FIRST_ORDER_MEASURES else 2)
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change = change_between_meshes(values) / size
+    change = compute_mesh_change(values) / size
     # A larger error would be visible in the difference between this contact and the contact of the finer nodes
-    # (`elements_off`).
+    # (`has_faulty_elements`).
     compliance_uncertainty = (
         _MODULUS_SENSITIVITY[measure]
         * _bound_compliance_error(compliance_error, COMPLIANCE_LIMIT)
@@ -389,7 +389,7 @@ def elements_uncertainty(
     return reading + change + CUT_PLANES[measure] + compliance_uncertainty + residual
 
 
-def unmeshed_uncertainty(measure: str, deviation: float, *, slope: float) -> float:
+def estimate_irregularity_uncertainty(measure: str, deviation: float, *, slope: float) -> float:
     """Uncertainty of a deviation if track irregularities are in the gap but in no mesh.
 
     The deformation of a body below a pressure along its normals differs from the deformation of the smooth body by

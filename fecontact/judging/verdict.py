@@ -105,6 +105,7 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
     worst_answer = max(answers.values(), key=FROM_BEST.index)
 
     def rank_measure(measure: str) -> float:
+        """Uncertainty or deviation of a measure as a fraction of its limit."""
         if measure in missing_measures or math.isnan(uncertainty[measure]) or math.isnan(deviation[measure]):
             return math.inf
         magnitude = uncertainty[measure] if worst_answer == "UNRESOLVED" else abs(deviation[measure])
@@ -171,6 +172,7 @@ def judge_on_lines(
     common_answer = _answer_of_most([variant_verdict.answer for variant_verdict in variant_verdicts.values()])
 
     def rank_measure(measure: str) -> tuple[bool, int, float]:
+        """Sort key: answer, number of variants with the answer, and fraction of the limit."""
         count = sum(variant_verdict.each[measure] == common_answer for variant_verdict in variant_verdicts.values())
         magnitude = (
             stated_uncertainty.get(measure, math.inf)
@@ -362,7 +364,7 @@ class Judgement:
         )
 
 
-def worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, Judgement]) -> Judgement:
+def select_worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, Judgement]) -> Judgement:
     """Judgement with the worst answer; the last of equal answers.
 
     The gauge side comes first, so that the field side wins a tie.
@@ -371,12 +373,23 @@ def worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, Judgemen
 
 
 def worst_of(judgements: Mapping[str, Judgement]) -> Verdict:
-    """Verdict of the `worst_judgement`."""
-    return worst_judgement(judgements).verdict
+    """Verdict of the `select_worst_judgement`."""
+    return select_worst_judgement(judgements).verdict
 
 
 def standings(judgements: Mapping[str, Judgement]) -> list[Standing]:
-    """Answer for each judged theory, in the order of the judgements."""
+    """Answer for each judged theory, in the order of the judgements.
+
+    Parameters
+    ----------
+    judgements
+        Judgements by the name of the theory.
+
+    Returns
+    -------
+    list of Standing
+        Answers with the contacts by the theories.
+    """
     return [
         Standing(name=name, answer=judgement.verdict.answer, made=judgement.approximation)
         for name, judgement in judgements.items()
@@ -469,14 +482,14 @@ class PlasticVerdict:
     @property
     def deciding(self) -> Judgement:
         """Judgement against bodies that yield on the deciding side, with the verdict."""
-        return replace(worst_judgement(self.judgements), verdict=self.verdict)
+        return replace(select_worst_judgement(self.judgements), verdict=self.verdict)
 
     @property
     def deciding_side(self) -> Side:
         """Deciding side of the contact point; `both` if the curvatures of both sides are equal."""
         if len(self.judgements) == 1:
             return "both"
-        return "gauge" if worst_judgement(self.judgements) is self.judgements[HERTZ_GAUGE] else "field"
+        return "gauge" if select_worst_judgement(self.judgements) is self.judgements[HERTZ_GAUGE] else "field"
 
     @property
     def has_yielded(self) -> bool:
@@ -703,7 +716,7 @@ def _describe_cancelling_steps(steps: Mapping[str, Mapping[str, float]], limits:
     return ""
 
 
-def plastic_warnings(verdict: PlasticVerdict | None) -> list[str]:
+def describe_plasticity(verdict: PlasticVerdict | None) -> list[str]:
     """Warnings on yielding, with their range of validity.
 
     Parameters
