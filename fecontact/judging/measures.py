@@ -438,6 +438,13 @@ def part_elsewhere(force: Floats, reference: Floats) -> float:
     -------
     float
         Misplaced fraction (-), from 0 to 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.judging.measures import part_elsewhere
+    >>> part_elsewhere(np.array([3.0, 1.0]), np.array([2.0, 2.0]))
+    0.25
     """
     # Both forces are normalised, since the sums over the cells differ slightly.
     return float(0.5 * np.abs(force / force.sum() - reference / reference.sum()).sum())

@@ -314,6 +314,12 @@ def compute_mesh_change(values: Sequence[float]) -> float:
     -------
     float
         Absolute change in the unit of the values; 0 for a single value.
+
+    Examples
+    --------
+    >>> from fecontact.judging.uncertainty import compute_mesh_change
+    >>> round(compute_mesh_change([1.0, 1.02, 1.08]), 6)
+    0.04
     """
     return max(
         (abs(finer - coarser) / MESH_RATIO**number for number, (finer, coarser) in enumerate(pairwise(values))),

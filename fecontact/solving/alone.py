@@ -85,6 +85,13 @@ def theory_alone(case: Case, name: str) -> TheoryAlone:
         As in `place_case`, and if there is no ellipse for Hertz, or no contact on the half-space.
     ConvergenceError
         If a patch on the half-space grows without bound.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> from fecontact.solving.alone import theory_alone
+    >>> theory_alone(fecontact.Case(), "strip").status
+    'solved'
     """
     placement = place_case(case)
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))

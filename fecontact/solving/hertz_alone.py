@@ -41,6 +41,9 @@ class HertzAlone:
 def hertz_alone(case: Case) -> HertzAlone:
     """Place a case and evaluate Hertz.
 
+    Range of validity: a single patch of constant curvature on half-spaces; `solve` gives the deviation from finite
+    elements.
+
     Parameters
     ----------
     case
@@ -55,6 +58,13 @@ def hertz_alone(case: Case) -> HertzAlone:
     ------
     InputError
         As in `place_case` and `hertz_of_case`.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> from fecontact.solving.hertz_alone import hertz_alone
+    >>> round(hertz_alone(fecontact.Case()).hertz.p0_MPa)
+    773
     """
     placement = place_case(case)
     return HertzAlone(

@@ -52,6 +52,13 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     InputError
         For profiles that cannot be read, positions in which the wheel does not run on the rail, and edges of an
         irregularity under the wheel.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> from fecontact.solving.placing import place_case
+    >>> round(place_case(fecontact.Case(lateral_shift_mm=4.0)).first.rail_y_mm, 1)
+    -13.8
     """
     placement = _place_smooth(case, rail, wheel)
     return with_irregularities(placement, case.irregularities, case.distance_mm) if case.irregularities else placement
