@@ -60,7 +60,17 @@ def cpu_seconds(unknowns: float) -> float:
 def times_by_yielding(case: Case, p_max_MPa: float) -> float:
     """Factor on the time of a load if bodies yield under its peak pressure.
 
-    `p_max_MPa` is the elastic peak pressure in MPa.
+    Parameters
+    ----------
+    case
+        Case with the yield stresses.
+    p_max_MPa
+        Elastic peak pressure in MPa.
+
+    Returns
+    -------
+    float
+        Factor (-); 1 if no body yields.
     """
     yield_stresses_MPa = [
         material.yield_MPa for material in (case.rail_material, case.wheel_material) if material.yield_MPa is not None

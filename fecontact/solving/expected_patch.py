@@ -462,7 +462,18 @@ def _make_grid_in_bands(rung: Rung, patches: Sequence[Rung], nodes: int) -> Cont
 
 
 def followed_mm(sizes: LobeSizes) -> tuple[float, float]:
-    """Half length and half width of the smallest lobes that the nodes resolve, in mm."""
+    """Half length and half width of the smallest lobes that the nodes resolve.
+
+    Parameters
+    ----------
+    sizes
+        Sizes of the lobes of a contact.
+
+    Returns
+    -------
+    tuple of float
+        Half length and half width in mm.
+    """
     length_mm, width_mm = (
         max(min(all_mm), _LEAST_RESOLVED_FRACTION * min(large_mm))
         for all_mm, large_mm in zip(zip(*sizes.every, strict=True), zip(*sizes.large, strict=True), strict=True)

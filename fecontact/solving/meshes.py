@@ -62,7 +62,8 @@ _ENLARGEMENTS = 4
 # With this ratio, six elements per semi-axis give the peak of a sphere within 0.2 %; with a ratio of 1.3 the peak is
 # 1 % too high.
 _YIELDING_LAYER_RATIO = 1.2
-# Tolerances of the linear solutions for slides and stresses. The contact itself has more accurate linear solutions.
+# Tolerances of the linear solutions for slides and stresses. The solutions of the contact itself are used, which are
+# more accurate.
 _SLIDE_TOLERANCE, _STRESS_TOLERANCE = 1e-3, 1e-7
 # Factors on the element size that are tried in turn if the elements of a section fold: another size gives another mesh.
 _FOLDED_SIZE_FACTORS = (1.0, 0.97, 0.94, 0.91)
