@@ -1,4 +1,4 @@
-"""Causes of Hertz's deviations: the largest step of the ladder, and the profiles below the patch."""
+"""Causes of Hertz's deviations, from the ladder and from the profiles below the patch."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.ladder import GAP, PLASTIC, STEPS
 from fecontact.placement.wheel_on_rail import Placement
 
-# If the normals below the patch turn by more than this, the surfaces are called conforming: a flat half-space has an
-# error of about the square of half the turn, 2 % here.
+# Angle of the normals below the patch above which the surfaces are called conforming. A flat half-space has an error of
+# about the square of half this angle, 2 % here.
 _CONFORMING_RAD = 0.3
 
 
@@ -25,17 +25,19 @@ class PatchGeometry:
     Attributes
     ----------
     junction_distance_mm
-        Distance from the touch point to the next curvature junction of either profile; inf without a junction.
+        Distance from the contact point to the nearest curvature junction of either profile in mm; inf without a
+        junction.
     junction_distance_over_b
-        This distance over Hertz's semi-axis on this side.
+        This distance divided by the half-width of Hertz's ellipse (-).
     junction_in_patch
         Whether the patch covers a junction.
     curvature_variation
-        Largest minus smallest relative lateral curvature below the patch, over its value at the touch point.
+        Largest minus smallest relative lateral curvature below the patch, divided by its value at the contact point
+        (-).
     normal_turn_rad
         Angle by which the rail's normal turns below the patch: the measure of conformity.
     lobes, pieces
-        Lobes of the pressure, and separate patches.
+        Number of lobes of the pressure, and number of separate patches.
     """
 
     TELLS = (
@@ -55,20 +57,48 @@ class PatchGeometry:
 def cause_of(
     steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry, *, plastic: bool = False
 ) -> str:
-    """Why Hertz is off in a measure, from the step of the ladder that changed the measure most and from the geometry.
+    """Cause of Hertz's deviation in a measure.
 
-    With `plastic` Hertz is compared with bodies that yield, else with elastic bodies.
+    The cause belongs to the ladder step with the largest change of the measure. For the step of the gap, the geometry
+    decides.
+
+    Parameters
+    ----------
+    steps
+        Change of each measure (-), by the name of the ladder step and the name of the measure.
+    measure
+        Name of the measure.
+    geometry
+        Geometry of the profiles below the patch.
+    plastic
+        Whether Hertz is compared with bodies that yield; if not, the plastic step is left out.
+
+    Returns
+    -------
+    str
+        Cause in words.
     """
-    # the load on a second patch jumps to zero when the two patches join, on one rung or another; the valley between the
-    # peaks shows whether there are two
-    told_by = "valley" if measure == "separate_load" else measure
-    counted = (step for step in STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC))
-    moved_most = max(counted, key=lambda step: abs(steps[step.name][told_by]))
-    return cause_in_gap(geometry) if moved_most is GAP else moved_most.cause
+    # The load on a second patch drops to zero on the rung on which the two patches join. The valley between the peaks
+    # shows reliably whether there are two patches.
+    indicator = "valley" if measure == "separate_load" else measure
+    candidates = (step for step in STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC))
+    largest_step = max(candidates, key=lambda step: abs(steps[step.name][indicator]))
+    return cause_in_gap(geometry) if largest_step is GAP else largest_step.cause
 
 
 def cause_in_gap(geometry: PatchGeometry) -> str:
-    """Why Hertz is off where the shape of the gap moved most."""
+    """Cause of Hertz's deviation if the shape of the gap has the largest effect.
+
+    Parameters
+    ----------
+    geometry
+        Geometry of the profiles below the patch.
+
+    Returns
+    -------
+    str
+        Cause in words.
+    """
     if geometry.pieces > 1:
         return "second patch"
     if geometry.lobes > 1:
@@ -81,24 +111,43 @@ def cause_in_gap(geometry: PatchGeometry) -> str:
 
 
 def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: Patch) -> PatchGeometry:
-    """Geometry of both profiles below the finite-element patch."""
-    touch = placement.first
-    below = np.flatnonzero(fe.pressure_MPa.max(axis=0) > 0.0)
-    low, high = fe.grid.s_mm[below[0]], fe.grid.s_mm[below[-1]]
-    places = [junction.s_mm for junction in placement.junctions]
-    nearest = min(places, key=abs, default=float("inf"))
-    s = np.linspace(low, high, 201)
-    u = placement.rail.profile.at_arc_length(s + placement.first_arc_length_mm)
-    wheel = placement.wheel.profile
-    w = wheel.at_arc_length(np.clip(s + float(wheel.arc_length(touch.wheel_u)), 0.0, wheel.length_mm))
-    rail_curve = placement.rail.profile.convex_sign * placement.rail.profile.evaluate(u).curvature_per_mm
-    relative = rail_curve + wheel.convex_sign * wheel.evaluate(w).curvature_per_mm
-    angles = placement.rail.section(u)[2]
+    """Geometry of both profiles below the finite-element patch.
+
+    Parameters
+    ----------
+    placement
+        Wheel on rail, with the profiles and the first contact point.
+    fe
+        Contact of the finite elements; its pressure limits the range of s.
+    hertz
+        Hertz's ellipse at the first contact point.
+    patch
+        Patch of the contact of the finite elements.
+
+    Returns
+    -------
+    PatchGeometry
+        Distances in mm, angle in rad, ratios without a unit.
+    """
+    contact_point = placement.first
+    loaded_columns = np.flatnonzero(fe.pressure_MPa.max(axis=0) > 0.0)
+    low_s_mm, high_s_mm = fe.grid.s_mm[loaded_columns[0]], fe.grid.s_mm[loaded_columns[-1]]
+    junctions_mm = [junction.s_mm for junction in placement.junctions]
+    nearest_mm = min(junctions_mm, key=abs, default=float("inf"))
+    s_mm = np.linspace(low_s_mm, high_s_mm, 201)
+    rail_u = placement.rail.profile.at_arc_length(s_mm + placement.first_arc_length_mm)
+    wheel_profile = placement.wheel.profile
+    wheel_u = wheel_profile.at_arc_length(
+        np.clip(s_mm + float(wheel_profile.arc_length(contact_point.wheel_u)), 0.0, wheel_profile.length_mm)
+    )
+    rail_curvature = placement.rail.profile.convex_sign * placement.rail.profile.evaluate(rail_u).curvature_per_mm
+    relative_curvature = rail_curvature + wheel_profile.convex_sign * wheel_profile.evaluate(wheel_u).curvature_per_mm
+    angles = placement.rail.section(rail_u)[2]
     return PatchGeometry(
-        junction_distance_mm=abs(nearest),
-        junction_distance_over_b=abs(nearest) / (0.5 * hertz.extent_y_mm),
-        junction_in_patch=any(low <= place <= high for place in places),
-        curvature_variation=float(np.ptp(relative) / abs(touch.curvature.yy_per_mm)),
+        junction_distance_mm=abs(nearest_mm),
+        junction_distance_over_b=abs(nearest_mm) / (0.5 * hertz.extent_y_mm),
+        junction_in_patch=any(low_s_mm <= junction_mm <= high_s_mm for junction_mm in junctions_mm),
+        curvature_variation=float(np.ptp(relative_curvature) / abs(contact_point.curvature.yy_per_mm)),
         normal_turn_rad=float(np.ptp(angles)),
         lobes=len(patch.lobes),
         pieces=patch.pieces,

@@ -1,4 +1,4 @@
-"""Comparison of the pressure of the finite elements with the Hertz ellipse, on the same points."""
+"""Comparison of the finite-element pressure with the Hertz ellipse, on equal points."""
 
 from __future__ import annotations
 
@@ -22,25 +22,28 @@ from fecontact.judging.measures import (
     patch_of,
 )
 
-# Points to a step of the nodes for the overlap of two patches, at most and at least, and of all of them in between:
-# with 4 in place of 8 it moves by up to 1.4e-4 on 221 thousand nodes, with 2 by 2.5e-4 on 1.3 million.
+# Points per grid spacing for the overlap of two patches (largest and smallest number), and number of all points that
+# decides between them. With 4 instead of 8 points the overlap changes by up to 1.4e-4 on 221 thousand nodes. With 2
+# points it changes by 2.5e-4 on 1.3 million nodes.
 _OVERLAP_REFINEMENT, _LEAST_REFINEMENT, _OVERLAP_POINTS = 8, 2, 4e6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
-    """Hertz against the finite elements at equal normal force.
+    """Hertz compared with the finite elements at equal normal force.
 
     Attributes
     ----------
     contact, ellipse
-        The two contacts.
+        Contact of the finite elements, and Hertz's ellipse.
     patch
-        Measures of the finite elements' patch.
+        Patch of the finite elements.
+    fe, hertz
+        Measures of the finite elements, and of Hertz's ellipse.
     deviation
-        (Hertz - FE) / FE for each of `MEASURES`, and the `MISFITS`.
+        (Hertz - FE) / FE for each of `MEASURES`, and the `MISFITS` (-).
     pressure_l2
-        Norm of the pressure difference over the norm of the finite-element pressure, over both patches.
+        Norm of the pressure difference divided by the norm of the finite-element pressure, over both patches (-).
     """
 
     contact: Rung
@@ -51,17 +54,31 @@ class Comparison:
     deviation: Mapping[str, float]
     pressure_l2: float
 
-    # cached and not computed at once: it takes hundredths of a second, and few loads of a map need it
+    # The overlap is cached and computed only if it is read: it takes hundredths of a second, and few loads of a map
+    # need it.
     @cached_property
     def overlap(self) -> float:
-        """Area of the intersection of the patches over the area of their union."""
+        """Area of the intersection of both patches divided by the area of their union (-)."""
         hertz = self.ellipse
         return _overlap(self.contact.even().pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm), hertz)
 
 
 def compare(fe: Rung, hertz: HertzContact) -> Comparison:
-    """Compare a solved contact with Hertz's ellipse at the origin of its grid."""
-    contact, theory, weights = Approximation.of(hertz).beside(fe)
+    """Compare a solved contact with Hertz's ellipse at the origin of its grid.
+
+    Parameters
+    ----------
+    fe
+        Contact of the finite elements.
+    hertz
+        Hertz's ellipse under an equal normal force.
+
+    Returns
+    -------
+    Comparison
+        Patch, measures and deviations.
+    """
+    fe_pressure, hertz_pressure, weights = Approximation.of(hertz).beside(fe)
     return Comparison(
         contact=fe,
         ellipse=hertz,
@@ -69,20 +86,31 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
         fe=measures_of(fe),
         hertz=hertz_measures(hertz),
         deviation=deviations(fe, hertz),
-        # not by numpy.linalg.norm: the sum of BLAS depends on the number of its threads
+        # `numpy.linalg.norm` is not used: the sum of BLAS depends on the number of its threads.
         pressure_l2=float(
-            np.sqrt((np.square(theory - contact) * weights).sum() / (np.square(contact) * weights).sum())
+            np.sqrt(
+                (np.square(hertz_pressure - fe_pressure) * weights).sum() / (np.square(fe_pressure) * weights).sum()
+            )
         ),
     )
 
 
 def _overlap(pressure: Field, hertz: HertzContact) -> float:
-    square = signed_square(pressure.values)[1:-1, 1:-1]
-    finer = min(_OVERLAP_REFINEMENT, max(_LEAST_REFINEMENT, int(math.sqrt(_OVERLAP_POINTS / square.size))))
-    count = [(n - 1) * finer + 1 for n in square.shape]
-    fine = zoom(square, [c / n for c, n in zip(count, square.shape, strict=True)], order=1, grid_mode=False)
-    inside = fine > 0.0
-    lines = (pressure.grid.x_mm, pressure.grid.s_mm)
-    xs, ss = (np.linspace(line[0], line[-1], n) for line, n in zip(lines, fine.shape, strict=True))
-    ellipse = hertz.pressure_MPa(xs[:, None], ss[None, :]) > 0.0
-    return float(np.count_nonzero(inside & ellipse) / np.count_nonzero(inside | ellipse))
+    """Area of the intersection of patch and ellipse divided by the area of their union.
+
+    The signed square of the pressure is interpolated on a refined grid, so that the edge of the patch is resolved
+    between nodes.
+    """
+    squared_pressure = signed_square(pressure.values)[1:-1, 1:-1]
+    refinement = min(
+        _OVERLAP_REFINEMENT, max(_LEAST_REFINEMENT, int(math.sqrt(_OVERLAP_POINTS / squared_pressure.size)))
+    )
+    shape = [(n - 1) * refinement + 1 for n in squared_pressure.shape]
+    refined_pressure = zoom(
+        squared_pressure, [c / n for c, n in zip(shape, squared_pressure.shape, strict=True)], order=1, grid_mode=False
+    )
+    is_in_patch = refined_pressure > 0.0
+    axes = (pressure.grid.x_mm, pressure.grid.s_mm)
+    x_mm, s_mm = (np.linspace(axis[0], axis[-1], n) for axis, n in zip(axes, refined_pressure.shape, strict=True))
+    is_in_ellipse = hertz.pressure_MPa(x_mm[:, None], s_mm[None, :]) > 0.0
+    return float(np.count_nonzero(is_in_patch & is_in_ellipse) / np.count_nonzero(is_in_patch | is_in_ellipse))

@@ -1,4 +1,4 @@
-"""Whether the gap that was solved is the gap of the placed profiles and of their meshes."""
+"""Comparison of the solved gap with the placed profiles and with their meshes."""
 
 from __future__ import annotations
 
@@ -10,31 +10,46 @@ GAP_CURVATURE_LIMIT = 1e-3
 """Largest error of the gap's second differences at the contact point, relative to the largest curvature.
 
 Of 350 random pairs of the library (inclinations 0 to 1:20, shifts of -8 to 7 mm, 15 to 160 kN) half have at most 3e-7,
-and the largest error is 2e-5; a pair with a junction 0.014 mm beside the contact point has 3e-5. A gap that is 1 %
-wrong has 1e-2.
+and the largest error is 2e-5. A pair with a junction at 0.014 mm from the contact point has 3e-5. A gap with an error
+of 1 % has 1e-2.
 """
 GAP_DISTANCE_LIMIT_MM = 1e-4
 """Largest difference between the gap on solved nodes and the distance of the meshes' surfaces.
 
 Of 800 such pairs half have at most 2e-10 mm. The largest difference is 1.7e-5 mm, where the spline passes a curvature
-junction. 1 micrometre at 5 mm beside the contact point changes the half-width by 1.5 %. So the limit changes it by
-0.15 %, which is half of its stated uncertainty.
+junction. An error of 1 micrometre at 5 mm from the contact point changes the half-width by 1.5 %. The limit therefore
+allows a change of 0.15 %, which is half of the stated uncertainty of the half-width.
 """
 
 
-def gap_faults(solved: SolvedLoad) -> tuple[str, ...]:
-    """Errors of the solved gap beyond their limits, in words; empty for a right gap."""
-    return tuple(_faults(solved))
+def gap_faults(solved_load: SolvedLoad) -> tuple[str, ...]:
+    """Errors of the solved gap beyond their limits, in words.
+
+    Parameters
+    ----------
+    solved_load
+        Load with its gap errors: `SolvedLoad.gap_curvature_error` (-) and `Level.gap_distance_error_mm`.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for each error beyond its limit; empty for a correct gap.
+    """
+    return tuple(_iterate_faults(solved_load))
 
 
-def _faults(solved: SolvedLoad) -> Iterator[str]:
-    error = solved.gap_curvature_error
+def _iterate_faults(solved_load: SolvedLoad) -> Iterator[str]:
+    """Sentence for each error of the gap beyond its limit.
+
+    An error of NaN is beyond its limit.
+    """
+    error = solved_load.gap_curvature_error
     if error is not None and not error <= GAP_CURVATURE_LIMIT:
         yield (
             f"the second differences of the solved gap at the contact point differ by {error:.2%} from the curvatures"
             f" of the profiles; at most {GAP_CURVATURE_LIMIT:.1%} is allowed: the numbers are wrong, report the case"
         )
-    distances = [level.gap_distance_error_mm for level in solved.levels if level.gap_distance_error_mm is not None]
+    distances = [level.gap_distance_error_mm for level in solved_load.levels if level.gap_distance_error_mm is not None]
     if distances and not max(distances) <= GAP_DISTANCE_LIMIT_MM:
         yield (
             f"the solved gap differs by up to {1e3 * max(distances):.2g} micrometres from the distance of the meshes'"

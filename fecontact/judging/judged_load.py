@@ -1,4 +1,4 @@
-"""A solved load and everything that is read from it: theories against the finite elements, each with its verdict."""
+"""Judged load: theories compared with the finite elements, with all results of a solved load."""
 
 from __future__ import annotations
 
@@ -17,41 +17,47 @@ from fecontact.judging.comparison import Comparison
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.solved_load import Level, SolvedLoad, Status
-from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict, worst_judgement
+from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict, select_worst_judgement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JudgedLoad:
-    """A solved load and everything that is read from it.
+    """Solved load with all results that are read from it.
 
     Attributes
     ----------
+    solved
+        Contacts of the load on all mesh levels.
     judgements
-        Each theory by its name (`theories.THEORIES`), as far as it was asked for and has a contact. Hertz is always
-        there, with two entries where the touch point lies at a curvature junction, so that its ellipse is not defined.
+        Judgement of each theory by its name (`theories.THEORIES`), if it was requested and has a contact. Hertz is
+        always there. It has two entries if the contact point is at a curvature junction, where its ellipse is not
+        defined.
     without
-        Why a theory that was asked for has none.
+        Reason for each requested theory without a judgement.
     comparison, ladder, geometry
-        The finest mesh against Hertz on the field side, the rungs between both, and the profiles below the patch.
+        Finest mesh level compared with Hertz on the field side, the rungs between both, and the profiles below the
+        patch.
     bodies_step_uncertainty
-        Uncertainty of the relative step of each measure from the half-space to the bodies.
+        Uncertainty of the relative step of each measure from the half-space to the bodies (-).
     elements_uncertainty
-        Relative uncertainty of the measures on the elements' own nodes, where meshes tell it.
+        Relative uncertainty of the measures on the elements' nodes (-), if meshes show it.
     by_elements
-        Hertz against the contact on the elements' own nodes alone, on the worse of both sides.
+        Hertz compared with the contact on the elements' nodes, on the side with the worse answer.
+    status
+        `converged` if the numbers may be used; any other status gives the reason against it.
     verdict
-        The verdict on Hertz that was asked for: against bodies that yield if there is a yield stress, else against
-        elastic bodies. It is the worst of both sides: who takes either curvature must be able to rely on it.
+        Requested verdict on Hertz: against bodies that yield if there is a yield stress, else against elastic bodies.
+        It is the worst of both sides, since users must be able to rely on it with either curvature.
     warnings
-        What does not change the verdict.
+        Warnings that do not change the verdict.
     lobes
-        Every lobe and separate patch by itself, in the order of their forces; none where Hertz alone was asked for.
+        Judgement of every lobe and separate patch, in the order of their forces; empty if only Hertz was requested.
     elastic_verdict
-        The verdict on Hertz against elastic bodies beside it; None without a yield stress.
+        Verdict on Hertz against elastic bodies, in addition to `verdict`; None without a yield stress.
     plastic
-        The first loading of bodies that may yield, and Hertz against it; None without a yield stress.
+        First loading of bodies that may yield, with the verdict on Hertz; None without a yield stress.
     features
-        What features read of it, by their names, where more than Hertz was asked for.
+        Readings of features by their names, if more than Hertz was requested.
     """
 
     solved: SolvedLoad
@@ -80,68 +86,80 @@ class JudgedLoad:
 
     @property
     def case(self) -> Case:
-        """The position under this load."""
+        """Position under this load."""
         return self.solved.case
 
     @property
     def load_N(self) -> float:
-        """The load of the case."""
+        """Load of the case in N."""
         return self.solved.case.load_N
 
     @property
     def level(self) -> Level:
-        """The finest pair of meshes."""
+        """Finest mesh level."""
         return self.solved.levels[0]
 
     @property
     def fe(self) -> Rung:
-        """Contact between the finite bodies, from the finest meshes."""
+        """Contact between the finite bodies, on the finest mesh level."""
         return self.level.fe
 
     @property
     def usable(self) -> bool:
-        """Whether its numbers may be used."""
+        """Whether the numbers of the load may be used."""
         return self.status == CONVERGED
 
     @property
     def normal_force_N(self) -> float:
-        """Force along the contact normal at first touch that the finite elements carry."""
+        """Normal force of the finite elements along the contact normal at first contact."""
         return self.fe.normal_force_N
 
     @property
     def sides(self) -> Mapping[Side, Judgement]:
-        """Hertz with the curvature of the gauge side and of the field side, or of both if the curvatures are equal."""
+        """Judgement of Hertz by side: gauge and field, or both.
+
+        The key is `both` if the curvatures of both sides are equal.
+        """
         gauge, field = (self.judgements.get(name) for name in (HERTZ_GAUGE, HERTZ))
         assert field is not None
         return {"both": field} if gauge is None else {"gauge": gauge, "field": field}
 
     @property
     def deciding_side(self) -> Side:
-        """Side of a junction that decides the verdict against elastic bodies; the field side for equal answers."""
-        worst = worst_judgement(self.sides)
-        return next(side for side, judged in self.sides.items() if judged is worst)
+        """Side of a junction that decides the verdict against elastic bodies.
+
+        The field side decides if both answers are equal.
+        """
+        worst = select_worst_judgement(self.sides)
+        return next(side for side, judgement in self.sides.items() if judgement is worst)
 
     @property
     def deciding(self) -> Judgement:
-        """Hertz against elastic bodies, with the curvature of the side that decides, and the verdict of the load."""
+        """Judgement of Hertz against elastic bodies on the deciding side, with the load's verdict."""
         return replace(self.sides[self.deciding_side], verdict=self.elastic_verdict or self.verdict)
 
     @property
     def hertz(self) -> HertzContact:
-        """Hertz's ellipse under that force, with the field side's curvature at a junction."""
+        """Hertz's ellipse under the normal force, with the field side's curvature at a junction."""
         return self.judgements[HERTZ].hertz
 
     @property
     def deviation(self) -> Mapping[str, float]:
-        """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`, on the side that decides."""
+        """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`, on the deciding side."""
         return self.deciding.deviation
 
     @property
     def uncertainty(self) -> Mapping[str, float]:
-        """Numerical uncertainty of the deviations, of those where it is known, on the side that decides."""
+        """Numerical uncertainty of the deviations on the deciding side (-).
+
+        A measure without a stated uncertainty has no entry.
+        """
         return self.deciding.uncertainty
 
     @property
     def limit_used(self) -> float:
-        """Limit utilisation of Hertz against elastic bodies, on the side that decides; above 1 Hertz fails."""
+        """Limit utilisation of Hertz against elastic bodies on the deciding side.
+
+        Above 1 Hertz fails.
+        """
         return self.deciding.limit_used

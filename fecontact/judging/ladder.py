@@ -1,4 +1,4 @@
-"""The rungs between Hertz and the finite elements on the same nodes, and the change by each step and its cause."""
+"""Ladder from Hertz to the finite elements: rungs, steps between them, and causes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,18 @@ from fecontact.judging.measures import (
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """A step of the ladder, from a rung to another.
+    """Step of the ladder, between two rungs.
 
     Attributes
     ----------
+    name
+        Name of the step, also a key of records.
+    start, end
+        Names of the two rungs.
     shown
-        Whether tables and pictures show the step; not if it only checks the numbers.
+        Whether tables and figures show the step; False if the step only checks the numbers.
     cause
-        Why Hertz is off if this step changes a measure most.
+        Cause of Hertz's deviation if this step changes a measure most; empty for a step without a physical cause.
     """
 
     name: str
@@ -65,14 +69,21 @@ RUNGS: Mapping[str, str] = {
     "fe": "on finer nodes, with a half-space of the bodies' material in place of what the elements answer near by",
     "fe_plastic": "the first loading of bodies that yield, where a yield stress is given",
 }
-"""Description of each rung, by its name, from Hertz on."""
+"""Description of each rung, by its name, beginning with Hertz."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """Measures on each of the `RUNGS`, and their deviations from Hertz, all under the same normal force.
+    """Measures on each of the `RUNGS` under equal normal force, with their deviations from Hertz.
 
-    `half_space`, `fe` and `fe_plastic` have the same nodes: their differences do not come from the discretisation.
+    `half_space`, `fe` and `fe_plastic` have equal nodes: their differences do not come from the discretisation.
+
+    Attributes
+    ----------
+    rungs
+        Measures of each rung, by its name.
+    misfits
+        Misfit of each rung relative to Hertz's ellipse, by its name; `hertz` has no entry.
     """
 
     rungs: Mapping[str, Measures]
@@ -80,7 +91,20 @@ class Ladder:
 
     @classmethod
     def of(cls, hertz: HertzContact, rungs: Sequence[tuple[str, Rung]]) -> Ladder:
-        """Read the rungs of a load, from Hertz on."""
+        """Read the measures of all rungs of a load.
+
+        Parameters
+        ----------
+        hertz
+            Hertz's ellipse under the normal force of the rungs.
+        rungs
+            Name and contact of each rung above Hertz, in the order of the ladder.
+
+        Returns
+        -------
+        Ladder
+            Measures of all rungs, beginning with Hertz.
+        """
         return cls(
             rungs={"hertz": hertz_measures(hertz), **{name: measures_of(rung) for name, rung in rungs}},
             misfits={name: misfit_of(rung, hertz) for name, rung in rungs},
@@ -88,12 +112,18 @@ class Ladder:
 
     @property
     def steps(self) -> dict[str, dict[str, float]]:
-        """Change of each measure by each step: relative, or absolute if Hertz has no value."""
+        """Change of each measure by each step (-), by step and measure.
+
+        The change is relative for each of `MEASURES`, and absolute for each of `MISFITS`. Steps between missing rungs
+        have no entry.
+        """
         rungs = {name: rung.as_dict() for name, rung in self.rungs.items()}
-        beside = {"hertz": dict.fromkeys(MISFITS, 0.0)} | {name: one.as_dict() for name, one in self.misfits.items()}
+        misfits = {"hertz": dict.fromkeys(MISFITS, 0.0)} | {
+            name: misfit.as_dict() for name, misfit in self.misfits.items()
+        }
         return {
-            step.name: {m: rungs[step.end][m] / rungs[step.start][m] - 1.0 for m in MEASURES}
-            | {m: beside[step.end][m] - beside[step.start][m] for m in MISFITS}
+            step.name: {measure: rungs[step.end][measure] / rungs[step.start][measure] - 1.0 for measure in MEASURES}
+            | {measure: misfits[step.end][measure] - misfits[step.start][measure] for measure in MISFITS}
             for step in STEPS
             if step.end in rungs
         }

@@ -1,10 +1,11 @@
-"""Measured profiles: how far each theory is off the half-space on every line that the points allow.
+"""Shifts of deviations between the profile variants of a measured profile.
 
-Noise and filters move a line, and with it the theory and the contact together. So what points leave open of a theory is
-how its deviation changes from line to line, and not how the contact does.
+A profile variant is a smoothed profile that is consistent with the measured points. Noise and filters change a profile,
+and with it the theory and the contact together. The uncertainty of a theory is therefore the change of its deviation
+from variant to variant, and not the change of the contact.
 
-A change from line to line is known only between contacts of the same patches. A second patch that one line has and
-another one has not is no change: there the line is judged by its own contact.
+A change from variant to variant can only be stated between contacts with equal patches. If a second patch exists on one
+variant only, the variant is judged by its contact on the half-space.
 """
 
 from __future__ import annotations
@@ -19,24 +20,31 @@ from fecontact.arrays import Floats
 from fecontact.judging.measures import MEASURES
 
 Deviations = Mapping[str, float]
-_UNKNOWN: Deviations = {}
-_SEPARATE = "separate_load"
+_NO_DEVIATIONS: Deviations = {}
+_SEPARATE_LOAD = "separate_load"
 FILTER = "filter"
-"""With what the label of a line begins that was smoothed over another length; that length in mm comes next."""
+"""Beginning of the label of a variant with a different filter length; the length in mm follows."""
 NOISE = "noise"
-"""With what the label of a line begins that has another draw of noise."""
+"""Beginning of the label of a variant with a different noise sample."""
 
 
 def is_drawn(label: str) -> bool:
-    """Whether a line is a draw of other noise, by its label."""
+    """Whether a variant has a different noise sample, by its label."""
     return label.startswith(NOISE)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LobeOnLine:
-    """A lobe of a half-space on a line: where it lies across on the rail, its force, and what Hertz is off it.
+    """Lobe of a half-space contact on a profile variant.
 
-    `deviation` is the deviation of Hertz's ellipse at the touch point below the lobe; empty without a touch point.
+    Attributes
+    ----------
+    low_y_mm, high_y_mm
+        Lateral limits of the lobe on the rail in mm.
+    normal_force_N, p_max_MPa
+        Force and peak pressure of the lobe.
+    deviation
+        Deviation of Hertz's ellipse at the contact point below the lobe (-); empty without a contact point.
     """
 
     low_y_mm: float
@@ -48,20 +56,20 @@ class LobeOnLine:
 
 @dataclass(frozen=True, kw_only=True)
 class OnLine:
-    """Theories against the half-space on one line of rail and wheel.
+    """Theories compared with the half-space on a single profile variant.
 
     Attributes
     ----------
     label
-        What the line is, such as `filter 4 mm`.
+        Label of the variant, such as `filter 4 mm`.
     p_max_MPa
-        Peak of the half-space; NaN where the line does not come into contact.
+        Peak pressure of the half-space; NaN if the variant does not come into contact.
     deviations
-        Of each theory by its name, of those that have a contact there.
+        Deviations of each theory (-), by its name; a theory without a contact has no entry.
     patches
         Number of separate patches of the half-space.
     lobes
-        From the gauge side on.
+        Lobes of the half-space, from the gauge side on.
     """
 
     label: str
@@ -70,29 +78,42 @@ class OnLine:
     patches: int = 1
     lobes: tuple[LobeOnLine, ...] = ()
 
-    def lobe_at(self, rail_y_mm: float) -> LobeOnLine | None:
-        """The lobe that carries most of those that lie at a place across the rail."""
-        there = [lobe for lobe in self.lobes if lobe.low_y_mm <= rail_y_mm <= lobe.high_y_mm]
-        return max(there, key=lambda lobe: lobe.normal_force_N, default=None)
+    def find_lobe(self, rail_y_mm: float) -> LobeOnLine | None:
+        """Lobe with the largest force at a lateral position on the rail.
+
+        Parameters
+        ----------
+        rail_y_mm
+            Lateral position on the rail in mm.
+
+        Returns
+        -------
+        LobeOnLine or None
+            None if no lobe covers the position.
+        """
+        lobes = [lobe for lobe in self.lobes if lobe.low_y_mm <= rail_y_mm <= lobe.high_y_mm]
+        return max(lobes, key=lambda lobe: lobe.normal_force_N, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moves:
-    """How deviations and a peak move from the own line to each line that points allow, by the label of the line.
+    """Shifts of deviations and peak from the reference variant to each profile variant.
+
+    The reference variant is the profile on which the finite elements are solved. Keys are labels of variants.
 
     Attributes
     ----------
     by_line
-        What 1 + the deviation is multiplied by, for each of `MEASURES`; what is added to the others. Empty where a line
-        does not have the contact.
+        Factor on 1 + deviation for each of `MEASURES`, and summand for each of the `MISFITS` (-). Empty for a variant
+        without the contact.
     peaks
-        Peak pressures over the peak pressure of the case's line, by the label of the line; NaN without a contact.
+        Peak pressure divided by the peak pressure on the reference variant (-); NaN without a contact.
     half_space
-        Deviations from the half-space on each line, by the label of the line.
+        Deviations from the half-space on each variant (-).
     own
-        Deviations from the half-space on the own line.
+        Deviations from the half-space on the reference variant (-).
     other_patches
-        Labels of the lines whose half-space has other patches than the half-space on the own line.
+        Labels of the variants with patches that differ from the patches of the half-space on the reference variant.
     """
 
     by_line: Mapping[str, Deviations] = field(default_factory=dict)
@@ -102,141 +123,252 @@ class Moves:
     other_patches: frozenset[str] = frozenset()
 
     def deviations(self, deviation: Deviations) -> dict[str, dict[str, float]]:
-        """Deviations from the finite elements on each line, from those on the own line.
+        """Deviations from the finite elements on each variant.
 
-        On a line with other patches they are the deviations from the half-space on that line.
+        On a variant with different patches, they are the deviations from the half-space on that variant.
+
+        Parameters
+        ----------
+        deviation
+            Deviations on the reference variant (-), by the name of the measure.
+
+        Returns
+        -------
+        dict of str to dict
+            Deviations (-) by the label of the variant and the name of the measure; NaN without a contact.
         """
         return {
             label: {name: self.half_space[label].get(name, math.nan) for name in deviation}
             if self._is_judged_alone(label, deviation)
-            else self._moved(label, deviation)
+            else self._shifted_deviations(label, deviation)
             for label in self.by_line
         }
 
     def step_uncertainty(self, label: str, deviation: Deviations) -> dict[str, float]:
-        """Uncertainty of the deviations on a line from the step between half-space and finite elements.
+        """Uncertainty on a variant from the step between half-space and finite elements.
 
-        The step is known on the own line alone. It is the uncertainty on a line with other patches, and zero on lines
-        with the same patches, whose deviations have the step already.
+        The step is solved on the reference variant alone. It is the uncertainty on a variant with different patches. It
+        is zero on a variant with equal patches, since deviations there already contain the step.
+
+        Parameters
+        ----------
+        label
+            Label of the variant.
+        deviation
+            Deviations on the reference variant (-), by the name of the measure.
+
+        Returns
+        -------
+        dict of str to float
+            Uncertainty of each deviation (-).
         """
         if not self._is_judged_alone(label, deviation):
             return dict.fromkeys(deviation, 0.0)
-        alone = self.half_space[label]
-        return {name: self._step(name, value, alone.get(name, math.nan)) for name, value in deviation.items()}
-
-    def _moved(self, label: str, deviation: Deviations) -> dict[str, float]:
-        move = self.by_line[label]
+        half_space_deviation = self.half_space[label]
         return {
-            name: (1.0 + value) * move.get(name, math.nan) - 1.0
+            name: self._step(name, value, half_space_deviation.get(name, math.nan)) for name, value in deviation.items()
+        }
+
+    def _shifted_deviations(self, label: str, deviation: Deviations) -> dict[str, float]:
+        """Deviations on a variant with equal patches; NaN if the variant lacks the contact."""
+        shift = self.by_line[label]
+        return {
+            name: (1.0 + value) * shift.get(name, math.nan) - 1.0
             if name in MEASURES
-            else value + move.get(name, math.nan)
+            else value + shift.get(name, math.nan)
             for name, value in deviation.items()
         }
 
-    def _step(self, name: str, value: float, alone: float) -> float:
-        """Step of a deviation on the own line; of `MEASURES` relative to 1 + the deviation on another line."""
-        own = self.own.get(name, math.nan)
-        return abs((1.0 + alone) * ((1.0 + value) / (1.0 + own) - 1.0)) if name in MEASURES else abs(value - own)
+    def _step(self, name: str, value: float, variant_value: float) -> float:
+        """Step of a deviation between half-space and finite elements on the reference variant.
+
+        For `MEASURES` it is scaled to 1 + deviation on another variant.
+        """
+        reference_value = self.own.get(name, math.nan)
+        return (
+            abs((1.0 + variant_value) * ((1.0 + value) / (1.0 + reference_value) - 1.0))
+            if name in MEASURES
+            else abs(value - reference_value)
+        )
 
     def _is_judged_alone(self, label: str, deviation: Deviations) -> bool:
-        """Whether a line is judged by its own half-space: moves do not lead to its patches, or to a negative load."""
-        moved = deviation.get(_SEPARATE, math.nan) + self.by_line[label].get(_SEPARATE, math.nan)
-        return label in self.other_patches or (label in self.half_space and moved < 0.0)
+        """Whether a variant is judged by its half-space contact.
+
+        This is necessary if the shifts do not lead to its patches, or if they lead to a negative load.
+        """
+        shifted_load = deviation.get(_SEPARATE_LOAD, math.nan) + self.by_line[label].get(_SEPARATE_LOAD, math.nan)
+        return label in self.other_patches or (label in self.half_space and shifted_load < 0.0)
 
     def farthest(self, name: str, value: float) -> float:
-        """By how much a deviation differs at most on any line from its value on the own line.
+        """Largest difference of a deviation between any variant and the reference variant.
 
-        Lines with other patches count singly, with their step to finite elements.
+        Variants with different patches count individually, with their step to the finite elements.
+
+        Parameters
+        ----------
+        name
+            Name of the measure.
+        value
+            Deviation on the reference variant (-).
+
+        Returns
+        -------
+        float
+            Absolute difference (-); NaN without a finite shift.
         """
-        moves = {
-            label: move.get(name, math.nan) for label, move in self.by_line.items() if label not in self.other_patches
+        shifts = {
+            label: shift.get(name, math.nan) for label, shift in self.by_line.items() if label not in self.other_patches
         }
-        by = (1.0 + value) * (_together(moves, np.multiply) - 1.0) if name in MEASURES else _together(moves, np.add)
-        alone = [self.half_space[label].get(name, math.nan) for label in self.other_patches]
-        apart = [abs(one - value) + self._step(name, value, one) for one in alone]
-        found = np.array([*np.abs(by), *apart])
-        found = found[np.isfinite(found)]
-        return float(found.max()) if found.size else math.nan
+        combined_shifts = (
+            (1.0 + value) * (_combine_filter_and_noise(shifts, np.multiply) - 1.0)
+            if name in MEASURES
+            else _combine_filter_and_noise(shifts, np.add)
+        )
+        variant_values = [self.half_space[label].get(name, math.nan) for label in self.other_patches]
+        variant_shifts = [
+            abs(variant_value - value) + self._step(name, value, variant_value) for variant_value in variant_values
+        ]
+        distances = np.array([*np.abs(combined_shifts), *variant_shifts])
+        distances = distances[np.isfinite(distances)]
+        return float(distances.max()) if distances.size else math.nan
 
-    def band(self, p_max_MPa: float, unsure: float = 0.0) -> tuple[float, float] | None:
-        """Least and largest peak over the lines, from that on the own line; None of exact lines.
+    def band(self, p_max_MPa: float, relative_uncertainty: float = 0.0) -> tuple[float, float] | None:
+        """Smallest and largest peak pressure over the variants.
 
-        `unsure` is what meshes leave open of it (relative).
+        Parameters
+        ----------
+        p_max_MPa
+            Peak pressure on the reference variant in MPa.
+        relative_uncertainty
+            Numerical uncertainty of the peak (-), by which the range is extended.
+
+        Returns
+        -------
+        tuple of float or None
+            Peak pressures in MPa; None for exact profiles.
         """
-        moved = p_max_MPa * _together(self.peaks, np.multiply)
-        return (float(moved.min()) * (1.0 - unsure), float(moved.max()) * (1.0 + unsure)) if moved.size else None
+        peaks_MPa = p_max_MPa * _combine_filter_and_noise(self.peaks, np.multiply)
+        return (
+            (
+                float(peaks_MPa.min()) * (1.0 - relative_uncertainty),
+                float(peaks_MPa.max()) * (1.0 + relative_uncertainty),
+            )
+            if peaks_MPa.size
+            else None
+        )
 
 
-def _together(moves: Mapping[str, float], both: np.ufunc) -> Floats:
-    """Moves to every line, with those by another filter and by other noise taken together: neither knows of the other.
+def _combine_filter_and_noise(shifts: Mapping[str, float], combine: np.ufunc) -> Floats:
+    """Shifts for each combination of a filter length with a noise sample.
 
-    The filter may lie at an end of what is usual, and the points have their noise there too.
+    Filter length and noise are independent: the filter may be at an end of its usual range, and the points have their
+    noise there too.
     """
-    known = {label: move for label, move in moves.items() if math.isfinite(move)}
-    drawn = [move for label, move in known.items() if is_drawn(label)]
-    smoothed = [move for label, move in known.items() if not is_drawn(label)]
-    return np.asarray(both.outer(smoothed, [both.identity, *drawn])).ravel()
+    finite_shifts = {label: shift for label, shift in shifts.items() if math.isfinite(shift)}
+    noise_shifts = [shift for label, shift in finite_shifts.items() if is_drawn(label)]
+    filter_shifts = [shift for label, shift in finite_shifts.items() if not is_drawn(label)]
+    return np.asarray(combine.outer(filter_shifts, [combine.identity, *noise_shifts])).ravel()
 
 
 EXACT = Moves()
-"""Of lines that are known exactly: there are no others."""
+"""Shifts of exact profiles, which have no variants."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """What is known on the own line, on which finite elements are solved, and on all others that points allow."""
+    """Theories on the reference variant, and on all other profile variants.
+
+    Finite elements are solved on the reference variant alone.
+
+    Attributes
+    ----------
+    own
+        Theories on the reference variant.
+    others
+        Theories on each other variant.
+    """
 
     own: OnLine
     others: tuple[OnLine, ...]
 
     @property
     def all(self) -> tuple[OnLine, ...]:
-        """The own line first."""
+        """All variants, with the reference variant first."""
         return (self.own, *self.others)
 
     def moves(self, theory: str) -> Moves:
-        """Those of a theory."""
-        moves = _moves({line.label: (line.deviations.get(theory, _UNKNOWN), line.p_max_MPa) for line in self.all})
-        return replace(moves, other_patches=frozenset(self._with_other_patches(theory)))
+        """Shifts of the deviations of a theory.
 
-    def _with_other_patches(self, theory: str) -> Iterator[str]:
-        """Labels of lines with another number of patches, or where load on patches beside the theory's comes or goes.
+        Parameters
+        ----------
+        theory
+            Name of the theory.
 
-        Lines without a contact are not among them.
+        Returns
+        -------
+        Moves
+            Shifts from the reference variant to each variant.
         """
-        own = self.own.deviations.get(theory, _UNKNOWN)
-        for line in self.others:
-            deviation = line.deviations.get(theory, _UNKNOWN)
-            if own and deviation:
-                beside = (one.get(_SEPARATE, 0.0) > 0.0 for one in (own, deviation))
-                if line.patches != self.own.patches or len({*beside}) > 1:
-                    yield line.label
+        shifts = _compute_shifts(
+            {variant.label: (variant.deviations.get(theory, _NO_DEVIATIONS), variant.p_max_MPa) for variant in self.all}
+        )
+        return replace(shifts, other_patches=frozenset(self._iterate_variants_with_other_patches(theory)))
 
-    def moves_of_lobe(self, rail_y_mm: float) -> Moves:
-        """Those of the lobe at a place across the rail."""
-        found = {line.label: line.lobe_at(rail_y_mm) for line in self.all}
-        return _moves(
+    def _iterate_variants_with_other_patches(self, theory: str) -> Iterator[str]:
+        """Labels of variants with different patches than the reference variant.
+
+        The number of patches differs, or load on patches outside the theory exists on either variant only. Variants
+        without a contact are not included.
+        """
+        reference_deviation = self.own.deviations.get(theory, _NO_DEVIATIONS)
+        for variant in self.others:
+            deviation = variant.deviations.get(theory, _NO_DEVIATIONS)
+            if reference_deviation and deviation:
+                has_separate_load = (
+                    values.get(_SEPARATE_LOAD, 0.0) > 0.0 for values in (reference_deviation, deviation)
+                )
+                if variant.patches != self.own.patches or len({*has_separate_load}) > 1:
+                    yield variant.label
+
+    def find_lobe_shifts(self, rail_y_mm: float) -> Moves:
+        """Shifts of the deviations of Hertz on the lobe at a lateral position.
+
+        Parameters
+        ----------
+        rail_y_mm
+            Lateral position on the rail in mm.
+
+        Returns
+        -------
+        Moves
+            Shifts from the reference variant to each variant; empty on variants without such a lobe.
+        """
+        lobes = {variant.label: variant.find_lobe(rail_y_mm) for variant in self.all}
+        return _compute_shifts(
             {
-                label: (_UNKNOWN, math.nan) if lobe is None else (lobe.deviation, lobe.p_max_MPa)
-                for label, lobe in found.items()
+                label: (_NO_DEVIATIONS, math.nan) if lobe is None else (lobe.deviation, lobe.p_max_MPa)
+                for label, lobe in lobes.items()
             }
         )
 
 
-def _moves(read: Mapping[str, tuple[Deviations, float]]) -> Moves:
-    """Moves from the first line to all, the first one too."""
-    (first, first_peak), *_ = read.values()
-    by_line = {
+def _compute_shifts(variants: Mapping[str, tuple[Deviations, float]]) -> Moves:
+    """Shifts from the reference variant, which is the first, to all variants, itself included.
+
+    The argument has deviations (-) and peak pressure (MPa) by the label of the variant.
+    """
+    (reference, reference_peak_MPa), *_ = variants.values()
+    shifts = {
         label: {
-            name: (1.0 + value) / (1.0 + first[name]) if name in MEASURES else value - first[name]
+            name: (1.0 + value) / (1.0 + reference[name]) if name in MEASURES else value - reference[name]
             for name, value in deviation.items()
-            if name in first
+            if name in reference
         }
-        for label, (deviation, _) in read.items()
+        for label, (deviation, _) in variants.items()
     }
     return Moves(
-        by_line=by_line,
-        peaks={label: peak / first_peak for label, (_, peak) in read.items()},
-        half_space={label: deviation for label, (deviation, _) in read.items()},
-        own=first,
+        by_line=shifts,
+        peaks={label: peak_MPa / reference_peak_MPa for label, (_, peak_MPa) in variants.items()},
+        half_space={label: deviation for label, (deviation, _) in variants.items()},
+        own=reference,
     )

@@ -1,4 +1,4 @@
-"""Every patch of a contact, and every lobe of a joined one, as a contact of its own beside Hertz's ellipse."""
+"""Lobes and separate patches of a contact, each compared with a Hertz ellipse."""
 
 from __future__ import annotations
 
@@ -31,26 +31,28 @@ from fecontact.judging.verdict import Verdict, judge_on_lines
 from fecontact.placement.poses import TouchPoint
 from fecontact.placement.wheel_on_rail import Placement
 
-# What is read off a lobe; its approach is the approach of the bodies, and its extents end where the next one begins.
-_READ = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
+# Measures of a lobe. Its approach is the approach of the bodies, and its extents end at the next lobe.
+_LOBE_MEASURES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A lobe of a contact: its pressure alone, and where it lies across (mm from the first touch point).
+    """Lobe of a contact: its pressure alone, and its lateral limits.
+
+    Lateral positions are in mm from the first contact point.
 
     Attributes
     ----------
     rung
-        The contact with all other pressures taken away; itself where there are none.
+        Contact without the pressures of all other lobes; the unchanged contact of a single lobe.
     normal_force_N
-        Sum of its pressures.
+        Sum of the lobe's nodal forces.
     low_mm, high_mm
-        Its ends: valleys, or the edge of the patch.
+        Lateral limits of the lobe: valleys, or the edge of the patch.
     area_mm2
-        Its area up to them.
+        Area of the lobe between its limits.
     separate
-        Whether the pressure falls to zero at both ends.
+        Whether the pressure falls to zero at both limits.
     """
 
     rung: Rung
@@ -63,25 +65,35 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class LobeJudgement:
-    """A lobe or a separate patch, and Hertz's ellipse under its force at the touch point that lies below it.
+    """Lobe or separate patch, compared with Hertz's ellipse at the contact point below it.
+
+    The ellipse has the normal force of the lobe.
 
     Attributes
     ----------
-    p_max_lines_MPa
-        Its least and largest peak over the lines that measured points allow, with what meshes leave open of it; None of
-        exact lines.
     normal_force_N
-        Sum of its pressures.
+        Sum of the lobe's nodal forces.
     centre_mm, rail_y_mm, contact_angle_rad
-        Its centre of pressure (x, s from the first touch point), and the rail there.
+        Centre of pressure (x, s from the first contact point), and the rail there.
+    separate
+        Whether the pressure falls to zero at both limits of the lobe.
     touch_point, touch
-        Number of the touch point, the one of the smallest gap between its ends; None without one, and then without an
-        ellipse, deviations and a verdict.
+        Number of the contact point, and the contact point with the smallest gap between the limits of the lobe. None
+        without a contact point, and then without an ellipse, deviations and a verdict.
     fe, fe_uncertainty
-        Its measures between the finite bodies, and what meshes and their nodes leave open of them and of its force
-        (relative).
+        Measures of the lobe between the finite bodies, and relative uncertainty of these measures and of the force (-)
+        from meshes and nodes.
     rungs
-        Measures of the lobe on each other rung that has a lobe at this place.
+        Measures of the lobe on each other rung with a lobe at this place.
+    hertz
+        Hertz's ellipse; None without a contact point or if the surfaces conform there.
+    deviation, uncertainty
+        Deviations of the ellipse from the finite elements, and their uncertainties (-).
+    verdict
+        Verdict on the ellipse.
+    p_max_lines_MPa
+        Smallest and largest peak over the profile variants, extended by the uncertainty from the meshes; None for exact
+        profiles.
     """
 
     normal_force_N: float
@@ -101,91 +113,135 @@ class LobeJudgement:
     p_max_lines_MPa: tuple[float, float] | None = None
 
 
-# each lobe looks for itself on all rungs
+# Each lobe is matched on all rungs.
 @lru_cache(maxsize=32)
 def parts_of(rung: Rung) -> tuple[Part, ...]:
-    """The lobes of a contact, from the gauge side on."""
-    pressure, s = rung.pressure, rung.grid.s_mm
-    windows = lobe_windows(pressure.whole().values)
-    # what is read of the whole contact is read of a single lobe
-    only = len(windows) == 1
-    whole_area, force = rung.grid.whole_area_mm2(), rung.pressure_MPa.sum(axis=0)
-    found = []
-    for own in windows:
-        kept = np.zeros_like(rung.pressure_MPa)
-        kept[:, own.columns] = own.parts * rung.pressure_MPa[:, own.columns]
-        own_force_N = float(np.sum(kept.ravel() * whole_area))
-        first, last = own.columns.start, own.columns.stop - 1
-        low, high = (float(np.interp(end, np.arange(s.size), s)) for end in (own.low, own.high))
-        found.append(
+    """Lobes of a contact, from the gauge side on.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    tuple of Part
+        A single lobe has the unchanged contact as its rung.
+    """
+    pressure, s_mm = rung.pressure, rung.grid.s_mm
+    lobe_regions = lobe_windows(pressure.whole().values)
+    # The measures of a single lobe must be the measures of the whole contact.
+    is_single = len(lobe_regions) == 1
+    cell_area_mm2, column_pressure = rung.grid.whole_area_mm2(), rung.pressure_MPa.sum(axis=0)
+    lobes = []
+    for region in lobe_regions:
+        lobe_pressure = np.zeros_like(rung.pressure_MPa)
+        lobe_pressure[:, region.columns] = region.parts * rung.pressure_MPa[:, region.columns]
+        lobe_force_N = float(np.sum(lobe_pressure.ravel() * cell_area_mm2))
+        first_column, last_column = region.columns.start, region.columns.stop - 1
+        low_mm, high_mm = (float(np.interp(end, np.arange(s_mm.size), s_mm)) for end in (region.low, region.high))
+        lobes.append(
             Part(
-                rung=rung if only else replace(rung, pressure_MPa=kept, normal_force_N=own_force_N),
-                normal_force_N=own_force_N,
-                low_mm=low,
-                high_mm=high,
+                rung=rung if is_single else replace(rung, pressure_MPa=lobe_pressure, normal_force_N=lobe_force_N),
+                normal_force_N=lobe_force_N,
+                low_mm=low_mm,
+                high_mm=high_mm,
                 area_mm2=patch_of(rung).area_mm2
-                if only
+                if is_single
                 else area_between(
-                    pressure, -np.inf if own is windows[0] else low, np.inf if own is windows[-1] else high
+                    pressure,
+                    -np.inf if region is lobe_regions[0] else low_mm,
+                    np.inf if region is lobe_regions[-1] else high_mm,
                 ),
-                separate=bool(force[first] == 0.0 or first == 0) and bool(force[last] == 0.0 or last == s.size - 1),
+                separate=bool(column_pressure[first_column] == 0.0 or first_column == 0)
+                and bool(column_pressure[last_column] == 0.0 or last_column == s_mm.size - 1),
             )
         )
-    return tuple(found)
+    return tuple(lobes)
 
 
-def judge_lobes(solved: SolvedLoad, placement: Placement, *, usable: bool) -> tuple[LobeJudgement, ...]:
-    """All lobes of a solved load, in the order of their forces."""
-    half_space = parts_of(solved.half_space)
-    judged = (_judge(part, solved, placement, half_space, usable=usable) for part in parts_of(solved.levels[0].fe))
-    return tuple(sorted(judged, key=lambda one: -one.normal_force_N))
+def judge_lobes(solved_load: SolvedLoad, placement: Placement, *, usable: bool) -> tuple[LobeJudgement, ...]:
+    """Judge all lobes of a solved load, in descending order of their forces.
+
+    Parameters
+    ----------
+    solved_load
+        Contacts of the load on all mesh levels.
+    placement
+        Wheel on rail, with the contact points.
+    usable
+        Whether the numbers of the load may be used; if not, each verdict is UNRESOLVED.
+
+    Returns
+    -------
+    tuple of LobeJudgement
+        A judgement for each lobe of the finest mesh level.
+    """
+    half_space_lobes = parts_of(solved_load.half_space)
+    judgements = (
+        _judge_lobe(lobe, solved_load, placement, half_space_lobes, usable=usable)
+        for lobe in parts_of(solved_load.levels[0].fe)
+    )
+    return tuple(sorted(judgements, key=lambda judgement: -judgement.normal_force_N))
 
 
-def _judge(
-    part: Part, solved: SolvedLoad, placement: Placement, half_space: Sequence[Part], *, usable: bool
+def _judge_lobe(
+    lobe: Part, solved_load: SolvedLoad, placement: Placement, half_space_lobes: Sequence[Part], *, usable: bool
 ) -> LobeJudgement:
-    patch = patch_of(part.rung)
+    """Judge a lobe, with its measures on the half-space and its range of peaks."""
+    patch = patch_of(lobe.rung)
     rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
-    number = _touch_below(part, placement)
-    on_half_space = _same(half_space, part)
-    measured, unsure = _measures(part), lobe_uncertainties(part, solved.levels)
-    moves = EXACT if solved.lines is None else solved.lines.moves_of_lobe(rail_y)
+    number = _find_contact_point(lobe, placement)
+    half_space_lobe = _match_lobe(half_space_lobes, lobe)
+    lobe_measures, lobe_uncertainty = _read_lobe_measures(lobe), estimate_lobe_uncertainties(lobe, solved_load.levels)
+    shifts = EXACT if solved_load.lines is None else solved_load.lines.find_lobe_shifts(rail_y)
     judgement = LobeJudgement(
-        normal_force_N=part.normal_force_N,
+        normal_force_N=lobe.normal_force_N,
         centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
         rail_y_mm=rail_y,
         contact_angle_rad=angle,
-        separate=part.separate,
+        separate=lobe.separate,
         touch_point=number,
         touch=None if number is None else placement.touch_points[number],
-        fe=measured,
-        fe_uncertainty=unsure,
-        rungs={"fe": measured, **({} if on_half_space is None else {"half_space": _measures(on_half_space)})},
-        p_max_lines_MPa=moves.band(measured["p_max_MPa"], unsure["p_max_MPa"]),
+        fe=lobe_measures,
+        fe_uncertainty=lobe_uncertainty,
+        rungs={
+            "fe": lobe_measures,
+            **({} if half_space_lobe is None else {"half_space": _read_lobe_measures(half_space_lobe)}),
+        },
+        p_max_lines_MPa=shifts.band(lobe_measures["p_max_MPa"], lobe_uncertainty["p_max_MPa"]),
     )
     if number is None:
         return judgement
-    beside = _beside_hertz(judgement, part, solved, placement, moves)
-    return beside if beside.verdict is None else replace(beside, verdict=beside.verdict.usable(usable))
+    compared = _compare_with_hertz(judgement, lobe, solved_load, placement, shifts)
+    return compared if compared.verdict is None else replace(compared, verdict=compared.verdict.usable(usable))
 
 
-def _beside_hertz(
-    judgement: LobeJudgement, part: Part, solved: SolvedLoad, placement: Placement, moves: Moves
+def _compare_with_hertz(
+    judgement: LobeJudgement, lobe: Part, solved_load: SolvedLoad, placement: Placement, shifts: Moves
 ) -> LobeJudgement:
+    """Add ellipse, deviations, uncertainties and verdict to the judgement of a lobe.
+
+    The judgement stays unchanged if the surfaces conform at the contact point.
+    """
     assert judgement.touch_point is not None
-    theory = _ellipse_below(part, judgement.touch_point, placement, solved.case)
+    theory = _make_ellipse(lobe, judgement.touch_point, placement, solved_load.case)
     if theory is None:
-        # the surfaces conform there
+        # The surfaces conform at this contact point.
         return judgement
 
-    def read(rung: Rung) -> dict[str, float]:
-        same = _same(parts_of(rung), part)
-        return dict.fromkeys((*_READ, *MISFITS), float("nan")) if same is None else _values(same, theory)
+    def read_matched_values(rung: Rung) -> dict[str, float]:
+        matched_lobe = _match_lobe(parts_of(rung), lobe)
+        return (
+            dict.fromkeys((*_LOBE_MEASURES, *MISFITS), float("nan"))
+            if matched_lobe is None
+            else _read_lobe_values(matched_lobe, theory)
+        )
 
-    deviation = _off(_values(part, theory), theory)
-    share = part.normal_force_N / sum(one.normal_force_N for one in parts_of(solved.levels[0].fe))
-    numerical = uncertainties(solved.levels, read, deviation, share=share)
-    verdict, uncertainty = judge_on_lines(deviation, numerical, moves, solved.case.criteria)
+    deviation = _compute_deviations(_read_lobe_values(lobe, theory), theory)
+    share = lobe.normal_force_N / sum(fe_lobe.normal_force_N for fe_lobe in parts_of(solved_load.levels[0].fe))
+    numerical = uncertainties(solved_load.levels, read_matched_values, deviation, share=share)
+    verdict, uncertainty = judge_on_lines(deviation, numerical, shifts, solved_load.case.criteria)
     assert theory.single is not None
     return replace(
         judgement,
@@ -196,93 +252,144 @@ def _beside_hertz(
     )
 
 
-def lobe_uncertainties(part: Part, levels: Sequence[Level]) -> dict[str, float]:
-    """Uncertainty of a lobe's force and of what is read off it on the finest level, relative."""
+def estimate_lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str, float]:
+    """Uncertainty of the force and the measures of a lobe on the finest level.
 
-    def read(rung: Rung) -> dict[str, float]:
-        same = _same(parts_of(rung), part)
-        return dict.fromkeys(_READ, float("nan")) if same is None else _measures(same)
+    Parameters
+    ----------
+    lobe
+        Lobe of the finest level.
+    levels
+        Mesh levels, the finest first.
 
-    def share(rung: Rung) -> float:
-        parts = parts_of(rung)
-        same = _same(parts, part)
-        return math.nan if same is None else same.normal_force_N / sum(one.normal_force_N for one in parts)
+    Returns
+    -------
+    dict of str to float
+        Relative uncertainty (-) of `normal_force_N`, and of the peak, the area and the half-widths.
+    """
 
-    shares, otherwise = [share(level.fe) for level in levels], share(finest_otherwise(levels))
-    found = uncertainties(levels, read, dict.fromkeys(_READ, 0.0), share=shares[0])
-    of_share = share_uncertainty(shares, as_solved(levels), otherwise=otherwise) + cut_planes_share(shares[0])
-    return {"normal_force_N": of_share / shares[0]} | found
+    def read_matched_measures(rung: Rung) -> dict[str, float]:
+        matched_lobe = _match_lobe(parts_of(rung), lobe)
+        return (
+            dict.fromkeys(_LOBE_MEASURES, float("nan")) if matched_lobe is None else _read_lobe_measures(matched_lobe)
+        )
+
+    def read_share(rung: Rung) -> float:
+        lobes = parts_of(rung)
+        matched_lobe = _match_lobe(lobes, lobe)
+        return (
+            math.nan
+            if matched_lobe is None
+            else matched_lobe.normal_force_N / sum(rung_lobe.normal_force_N for rung_lobe in lobes)
+        )
+
+    shares, other_fit_share = [read_share(level.fe) for level in levels], read_share(finest_otherwise(levels))
+    uncertainty_by_name = uncertainties(
+        levels, read_matched_measures, dict.fromkeys(_LOBE_MEASURES, 0.0), share=shares[0]
+    )
+    share_error = share_uncertainty(shares, as_solved(levels), otherwise=other_fit_share) + cut_planes_share(shares[0])
+    return {"normal_force_N": share_error / shares[0]} | uncertainty_by_name
 
 
-def _ellipse_below(part: Part, touch_point: int, placement: Placement, case: Case) -> Approximation | None:
-    """Hertz at a touch point under a lobe's force; None where the surfaces conform."""
-    touch = placement.touch_points[touch_point]
-    hessian = touch.curvature.hessian
+def _make_ellipse(lobe: Part, touch_point: int, placement: Placement, case: Case) -> Approximation | None:
+    """Hertz's ellipse at a contact point under a lobe's force.
+
+    None if the surfaces conform.
+    """
+    contact_point = placement.touch_points[touch_point]
+    hessian = contact_point.curvature.hessian
     if np.linalg.eigvalsh(hessian)[0] <= 0.0:
         return None
     hertz = hertz_from_hessian(
-        hessian, normal_force_N=part.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa
+        hessian, normal_force_N=lobe.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa
     )
-    place = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
+    place = contact_point.x_mm - placement.first.x_mm, placement.arc_mm(contact_point)
     return Approximation(patches=(ellipse(hertz, place),), approach_mm=hertz.approach_mm)
 
 
-def _off(values: Mapping[str, float], theory: Approximation) -> dict[str, float]:
-    """What an ellipse is off the values of a lobe."""
-    own = measures_of_theory(theory).as_dict()
-    return {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
+def _compute_deviations(values: Mapping[str, float], theory: Approximation) -> dict[str, float]:
+    """Deviation of an ellipse from the values of a lobe (-)."""
+    theory_values = measures_of_theory(theory).as_dict()
+    return {name: theory_values[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
 
 
-def _measures(part: Part) -> dict[str, float]:
-    read = measures_of(part.rung).as_dict()
-    return {name: read[name] for name in _READ} | {"area_mm2": part.area_mm2}
+def _read_lobe_measures(lobe: Part) -> dict[str, float]:
+    measures = measures_of(lobe.rung).as_dict()
+    return {name: measures[name] for name in _LOBE_MEASURES} | {"area_mm2": lobe.area_mm2}
 
 
-def _values(part: Part, theory: Approximation) -> dict[str, float]:
-    """Measures of a lobe, and of what is beside its ellipse."""
-    return _measures(part) | misfit_of_theory(part.rung, theory).as_dict()
+def _read_lobe_values(lobe: Part, theory: Approximation) -> dict[str, float]:
+    """Measures of a lobe, and its misfit relative to an ellipse."""
+    return _read_lobe_measures(lobe) | misfit_of_theory(lobe.rung, theory).as_dict()
 
 
-def _same(parts: Sequence[Part], part: Part) -> Part | None:
-    """The lobe that carries most of those whose centre of pressure lies within another one's ends."""
-    inside = [one for one in parts if part.low_mm <= patch_of(one.rung).centre_y_mm <= part.high_mm]
-    return max(inside, key=lambda one: one.normal_force_N, default=None)
+def _match_lobe(lobes: Sequence[Part], lobe: Part) -> Part | None:
+    """Lobe with the largest force within the limits of a given lobe.
 
-
-def _touch_below(part: Part, placement: Placement) -> int | None:
-    inside = [
-        number
-        for number, touch in enumerate(placement.touch_points)
-        if part.low_mm <= placement.arc_mm(touch) <= part.high_mm
+    A candidate has its centre of pressure within the limits. None without a candidate.
+    """
+    candidates = [
+        candidate for candidate in lobes if lobe.low_mm <= patch_of(candidate.rung).centre_y_mm <= lobe.high_mm
     ]
-    return min(inside, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
+    return max(candidates, key=lambda candidate: candidate.normal_force_N, default=None)
+
+
+def _find_contact_point(lobe: Part, placement: Placement) -> int | None:
+    """Number of the contact point with the smallest gap within the limits of a lobe.
+
+    None without a contact point.
+    """
+    candidates = [
+        number
+        for number, contact_point in enumerate(placement.touch_points)
+        if lobe.low_mm <= placement.arc_mm(contact_point) <= lobe.high_mm
+    ]
+    return min(candidates, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
 
 
 def judge_line(label: str, case: Case, placement: Placement, half_space: Rung) -> OnLine:
-    """What theories are off the half-space on a line of rail and wheel, and Hertz on every lobe of it."""
+    """Compare theories with the half-space on a profile variant, and Hertz with every lobe.
+
+    Parameters
+    ----------
+    label
+        Label of the variant.
+    case
+        Case with material and load.
+    placement
+        Wheel on rail with this variant.
+    half_space
+        Contact of the true gap on the half-space.
+
+    Returns
+    -------
+    OnLine
+        Deviations of each theory with a contact, and the lobes.
+    """
     loaded = Loaded(placement=placement, case=case, normal_force_N=half_space.normal_force_N, half_space=half_space)
     deviations: dict[str, dict[str, float]] = {}
     for name, theory in THEORIES.items():
-        made = theory.approximate(loaded)
-        if made is None:
-            # it is Hertz on this line
+        theory_contact = theory.approximate(loaded)
+        if theory_contact is None:
+            # On this variant, the theory is identical to Hertz.
             deviations[name] = deviations[HERTZ]
-        elif not isinstance(made, str) and made.definite:
-            deviations[name] = deviations_of(half_space, made)
-    lobes, patch = (_on_line(part, case, placement) for part in parts_of(half_space)), patch_of(half_space)
+        elif not isinstance(theory_contact, str) and theory_contact.definite:
+            deviations[name] = deviations_of(half_space, theory_contact)
+    lobes, patch = (_read_variant_lobe(lobe, case, placement) for lobe in parts_of(half_space)), patch_of(half_space)
     return OnLine(
         label=label, p_max_MPa=patch.p_max_MPa, deviations=deviations, patches=patch.pieces, lobes=tuple(lobes)
     )
 
 
-def _on_line(part: Part, case: Case, placement: Placement) -> LobeOnLine:
-    low, high = sorted(placement.on_profiles(0.0, end)[0] for end in (part.low_mm, part.high_mm))
-    number = _touch_below(part, placement)
-    theory = None if number is None else _ellipse_below(part, number, placement, case)
+def _read_variant_lobe(lobe: Part, case: Case, placement: Placement) -> LobeOnLine:
+    """Lobe of a half-space contact on a profile variant, with the deviation of Hertz's ellipse."""
+    low_y_mm, high_y_mm = sorted(placement.on_profiles(0.0, end)[0] for end in (lobe.low_mm, lobe.high_mm))
+    number = _find_contact_point(lobe, placement)
+    theory = None if number is None else _make_ellipse(lobe, number, placement, case)
     return LobeOnLine(
-        low_y_mm=low,
-        high_y_mm=high,
-        normal_force_N=part.normal_force_N,
-        p_max_MPa=_measures(part)["p_max_MPa"],
-        deviation={} if theory is None else _off(_values(part, theory), theory),
+        low_y_mm=low_y_mm,
+        high_y_mm=high_y_mm,
+        normal_force_N=lobe.normal_force_N,
+        p_max_MPa=_read_lobe_measures(lobe)["p_max_MPa"],
+        deviation={} if theory is None else _compute_deviations(_read_lobe_values(lobe, theory), theory),
     )

@@ -1,7 +1,8 @@
-"""Measures of one contact: how each is read from a pressure field and from a theory's patches.
+"""Measures of a contact, and how each measure is read from pressures and from theories.
 
-Every measure is one field of `Measures`, or of `Misfit` if a theory has no value of it: its name with its unit, how it
-is read, and how well. All that judges, tells or draws measures goes through these tables.
+Every measure is a field of `Measures`, or of `Misfit` if a theory has no value of the measure. The metadata of the
+field contain the functions that read the measure, and the uncertainties of reading. All code that judges, reports or
+draws measures uses these tables.
 """
 
 from __future__ import annotations
@@ -21,48 +22,70 @@ from fecontact.contact.patch import Patch, measure_patch, valley_of
 from fecontact.contact_theories.approximation import Approximation
 from fecontact.contact_theories.hertz import HertzContact
 
-# --- Measures of one contact: how each is read from a pressure field and from a theory's patches.
+# --- Measures of a single contact, read from a pressure field and from the patches of a theory.
 
 
 def _measure(
-    of_contact: Callable[..., float], of_theory: Callable[[Approximation], float] | None = None, **known: float | None
+    of_contact: Callable[..., float],
+    of_theory: Callable[[Approximation], float] | None = None,
+    **uncertainties: float | None,
 ) -> Any:
-    """A measure: how it is read, and what is known of its uncertainty, as `FLOORS` and the tables below it have it."""
-    read = {"of_contact": of_contact, "of_theory": of_theory, "meshes": 0.0, "of_skew": 0.0, "noise": 0.0}
-    return field(metadata=read | known)
+    """Define a measure by the functions that read it, with its uncertainties.
+
+    The keywords of the uncertainties are the keys of `FLOORS` and of the tables below it.
+    """
+    metadata = {"of_contact": of_contact, "of_theory": of_theory, "meshes": 0.0, "of_skew": 0.0, "noise": 0.0}
+    return field(metadata=metadata | uncertainties)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measures:
-    """Peak pressure, area, half-widths (a along x, b across), full extents and approach of one contact.
+    """Peak pressure, area, half-widths, extents and approach of a contact.
 
-    `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes per semi-axis; None where it
-    is not known. The approach is measured down to the bodies' cut planes: a deeper rail moves it, and no mesh says
-    by how much. `cut_planes` is how much the other measures change at most when one cut plane is moved out by half
-    (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 81 or
-    more of the 84 real positions of studies/12_uncertainty.py on which it was chosen are inside what is stated.
+    The metadata of each field contain relative uncertainties of the measure (-):
+
+    - `floor`: reading the measure from 32 nodes per semi-axis; None if it has not been measured. The approach is
+      measured between the cut planes of the bodies: a deeper rail changes it, and no mesh shows by how much.
+    - `cut_planes`: largest change of the measure if a cut plane is moved outwards by half of its distance
+      (studies/02_independence.py).
+    - `meshes`: error that two meshes with 4 and 2.7 elements per semi-axis have in common. With it, the stated
+      uncertainty covers at least 81 of the 84 real positions of studies/12_uncertainty.py on which it was chosen.
+
+    Attributes
+    ----------
+    p_max_MPa
+        Peak pressure in MPa.
+    area_mm2
+        Area of all patches in mm2.
+    a_mm, b_mm
+        Half-widths along x and across in mm.
+    extent_x_mm, extent_y_mm
+        Full extents along x and across in mm.
+    approach_mm
+        Approach of the bodies in mm.
     """
 
-    # on the half-space, where nothing else errs, the peak is read within 0.00007 (225 exact ellipses, and 126 real
-    # positions against 64 nodes). What is stated beyond that belongs to the meshes: of real positions 81 of 84 are
-    # inside with the sum of floor and `meshes`
+    # The half-space has no other error than reading. There the peak is read within 0.00007 (225 exact ellipses, and 126
+    # real positions compared with 64 nodes). The rest of the stated uncertainty belongs to the meshes: the sum of floor
+    # and `meshes` covers 81 of 84 real positions.
     p_max_MPa: float = _measure(
         lambda patch, rung: patch.p_max_MPa,
-        lambda theory: max(one.p_max_MPa for one in theory.patches),
+        lambda theory: max(theory_patch.p_max_MPa for theory_patch in theory.patches),
         floor=0.0006,
         cut_planes=0.0014,
         meshes=0.0006,
     )
-    # where the line of zero pressure lies between nodes is a matter of chance; all other measures are sums. On the
-    # half-space, where nothing else errs, areas of exact contacts (studies/12_uncertainty.py) are read within 0.0017 in
-    # the half on which this was chosen, within 0.0016 in the other half
+    # The position of the patch's edge between the nodes is random; all other measures are sums. On the half-space,
+    # which has no other error, the areas of exact contacts (studies/12_uncertainty.py) are read within 0.0017 in the
+    # half on which this value was chosen, and within 0.0016 in the other half.
     area_mm2: float = _measure(
         lambda patch, rung: patch.area_mm2,
-        lambda theory: sum(one.area_mm2 for one in theory.patches),
+        lambda theory: sum(theory_patch.area_mm2 for theory_patch in theory.patches),
         floor=0.002,
         cut_planes=0.0019,
     )
-    # two lobes far apart for their length are 0.1 % longer on both meshes: 81 of 100 were inside without what is common
+    # Two lobes at a large distance for their length are 0.1 % longer on both meshes: without the common error, 81 of
+    # 100 were covered.
     a_mm: float = _measure(
         lambda patch, rung: patch.a_mm,
         lambda theory: theory.half_widths_mm[0],
@@ -88,35 +111,41 @@ class Measures:
     )
 
     def as_dict(self) -> dict[str, float]:
-        """The measures by name."""
+        """Measures by name."""
         return {name: float(getattr(self, name)) for name in MEASURES}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Misfit:
-    """What sizes do not see of a contact beside a theory; all are zero for the theory's own pressure.
+    """Differences between a contact and a theory that sizes do not show.
+
+    All measures are zero for the theory's pressure itself.
 
     Attributes
     ----------
     centre_over_b
-        Distance across from the theory's centre of pressure to the contact's, over the theory's half-width b.
+        Lateral distance from the theory's centre of pressure to the centre of pressure of the contact, divided by the
+        theory's half-width b (-).
     valley
-        By how much the pressure falls between its two most prominent peaks, over the highest; of a theory that has a
-        valley itself what the contact has more.
+        Fall of the pressure between its two most prominent peaks, divided by the highest peak (-). If the theory has a
+        valley too, the valley of the theory is subtracted.
     separate_load
-        Part of the force on all separate patches but the one that carries most; of several patches in the theory, on
-        those that are none of them (`_unknown_load`).
+        Fraction of the force on all separate patches except the patch with the largest force (-). If the theory has
+        several patches: fraction of the force on patches without a counterpart (`_read_unmatched_load`).
     misplaced_load
-        Part of the force that is elsewhere than the theory has it: half the integral of the difference over the force.
+        Fraction of the force at other places than in the theory (-): half of the integral of the absolute pressure
+        difference, divided by the force.
 
-    A theory with a single patch is moved to the centre of pressure before the misplaced load is counted, so that a
-    centre that is off counts once. Several patches stay where they are: their common centre follows from how they share
-    the load, and would move each away from its own place (`studies/15_cheaper_than_finite_elements.py`).
+    Before the misplaced load is computed, a theory with a single patch is moved to the centre of pressure of the
+    contact, so that an offset of the centre counts once. Several patches are not moved: their common centre follows
+    from how they share the load, and would move each patch away from its place
+    (`studies/15_cheaper_than_finite_elements.py`).
 
-    `floor`, `cut_planes` and `meshes` in the metadata are uncertainties that no mesh takes away, as in `Measures`;
-    `noise` is what is read where there is nothing, and adds in quadrature to what there is; `of_skew` is what meshes
-    have in common of a patch whose skewness is 1, and falls with it. Of exact contacts the centre is within 0.0005 b;
-    0.0021 b, which patches beyond 0.15 b need, was stated for all.
+    The metadata `floor`, `cut_planes` and `meshes` are uncertainties that no mesh removes, as in `Measures`. `noise` is
+    the value that is read where the true value is zero; it adds in quadrature to the true value. `of_skew` is the
+    common error of meshes for a patch with a skewness of 1, and is proportional to the skewness. The centre of exact
+    contacts is within 0.0005 b. Patches with an offset of the centre beyond 0.15 b need 0.0021 b, which was stated for
+    all contacts before `of_skew` was introduced.
     """
 
     centre_over_b: float = _measure(
@@ -127,22 +156,22 @@ class Misfit:
         of_skew=0.007,
     )
     valley: float = _measure(
-        lambda patch, rung, theory: patch.valley - _own_valley(rung, theory),
+        lambda patch, rung, theory: patch.valley - _read_theory_valley(rung, theory),
         floor=0.0005,
         cut_planes=0.001,
         meshes=0.0006,
     )
     separate_load: float = _measure(
-        lambda patch, rung, theory: patch.separate_load if theory.single else _unknown_load(rung, theory),
+        lambda patch, rung, theory: patch.separate_load if theory.single else _read_unmatched_load(rung, theory),
         floor=0.000025,
         cut_planes=0.0,
     )
-    # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse. On finer
-    # elements the change from mesh to mesh does not show it: of 63 slender exact contacts on meshes of 6, 4 and 2.7
-    # elements per semi-axis 86 % were inside the floor alone; with what is common all, and all of 59 others
-    # (studies/12_uncertainty.py)
+    # Cells at the edge of the patch are either completely in contact or not at all. This value is read for Hertz's
+    # ellipse itself. On finer elements the change from mesh to mesh does not show it: the floor alone covered 86 % of
+    # 63 slender exact contacts on meshes of 6, 4 and 2.7 elements per semi-axis. With the common error all of them are
+    # covered, and all of 59 other contacts (studies/12_uncertainty.py).
     misplaced_load: float = _measure(
-        lambda patch, rung, theory: _misplaced_load(rung, theory),
+        lambda patch, rung, theory: _read_misplaced_load(rung, theory),
         floor=0.0008,
         cut_planes=0.0008,
         meshes=0.0004,
@@ -150,145 +179,272 @@ class Misfit:
     )
 
     def as_dict(self) -> dict[str, float]:
-        """The measures by name."""
+        """Measures by name."""
         return {name: float(getattr(self, name)) for name in MISFITS}
 
 
-_READ = {measure.name: measure.metadata for measure in fields(Measures)}
-_READ_BESIDE = {measure.name: measure.metadata for measure in fields(Misfit)}
-MEASURES = tuple(_READ)
+_MEASURE_READERS = {measure.name: measure.metadata for measure in fields(Measures)}
+_MISFIT_READERS = {measure.name: measure.metadata for measure in fields(Misfit)}
+MEASURES = tuple(_MEASURE_READERS)
 """Names of the measures that Hertz and a contact both have, each ending in its unit."""
-MISFITS = tuple(_READ_BESIDE)
-"""Names of the measures of a contact beside Hertz; they have no unit."""
-FLOORS: dict[str, float | None] = {name: read["floor"] for name, read in (_READ | _READ_BESIDE).items()}
-"""What reading leaves open of each: relative of `MEASURES`, absolute of `MISFITS`; None where it is not known."""
-NOISE: dict[str, float] = {name: read["noise"] for name, read in _READ_BESIDE.items()}
-"""What is read of each of `MISFITS` where there is none."""
-CUT_PLANES: dict[str, float] = {name: read["cut_planes"] for name, read in (_READ | _READ_BESIDE).items()}
-"""Uncertainty of each measure from the bodies' cut planes."""
-IN_COMMON: dict[str, float] = {name: read["meshes"] for name, read in (_READ | _READ_BESIDE).items()}
-"""Error of each measure that two coarse meshes have in common."""
-OF_SKEW: dict[str, float] = {name: read["of_skew"] for name, read in (_READ | _READ_BESIDE).items()}
-"""The same that is in proportion to the skewness of the pressure across."""
+MISFITS = tuple(_MISFIT_READERS)
+"""Names of the measures of a contact relative to Hertz (-)."""
+FLOORS: dict[str, float | None] = {
+    name: metadata["floor"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
+}
+"""Uncertainty of reading each measure: relative for `MEASURES`, absolute for `MISFITS` (-).
+
+The value is None if the uncertainty has not been measured.
+"""
+NOISE: dict[str, float] = {name: metadata["noise"] for name, metadata in _MISFIT_READERS.items()}
+"""Value of each of `MISFITS` that is read where the true value is zero (-)."""
+CUT_PLANES: dict[str, float] = {
+    name: metadata["cut_planes"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
+}
+"""Uncertainty of each measure from the bodies' cut planes (-)."""
+IN_COMMON: dict[str, float] = {
+    name: metadata["meshes"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
+}
+"""Error of each measure that two coarse meshes have in common (-)."""
+OF_SKEW: dict[str, float] = {
+    name: metadata["of_skew"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
+}
+"""Common error of each measure per unit of the lateral skewness of the pressure (-)."""
 
 
-# a load is judged by its rungs several times while it is refined, and each is read once
+# A load is judged several times by its rungs during refinement. The cache reads each rung once.
 @lru_cache(maxsize=64)
 def patch_of(rung: Rung) -> Patch:
-    """What the pressure of a solved contact says of its patch."""
+    """Patch of a solved contact, from its pressure."""
     return measure_patch(rung.pressure)
 
 
 def measures_of(rung: Rung) -> Measures:
-    """Measures of a solved contact."""
+    """Measures of a solved contact.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    Measures
+        Measures with the units of their names.
+    """
     patch = patch_of(rung)
-    return Measures(**{name: read["of_contact"](patch, rung) for name, read in _READ.items()})
+    return Measures(**{name: metadata["of_contact"](patch, rung) for name, metadata in _MEASURE_READERS.items()})
 
 
 def measures_of_theory(theory: Approximation) -> Measures:
-    """Measures of a theory's patches, from the theory itself."""
-    return Measures(**{name: float(read["of_theory"](theory)) for name, read in _READ.items()})
+    """Measures of a theory's patches, from the theory itself.
+
+    Parameters
+    ----------
+    theory
+        Contact predicted by the theory.
+
+    Returns
+    -------
+    Measures
+        Measures with the units of their names.
+    """
+    return Measures(**{name: float(metadata["of_theory"](theory)) for name, metadata in _MEASURE_READERS.items()})
 
 
 def hertz_measures(hertz: HertzContact) -> Measures:
-    """The measures of a Hertz ellipse, a along x and b across also where its axes are turned."""
+    """Measures of a Hertz ellipse.
+
+    Half-width a is along x and b is across, also for an ellipse with turned axes.
+    """
     return measures_of_theory(Approximation.of(hertz))
 
 
 @lru_cache(maxsize=64)
 def misfit_of_theory(rung: Rung, theory: Approximation) -> Misfit:
-    """Measures of a solved contact beside a theory, both about the origin of its grid."""
+    """Misfit of a solved contact relative to a theory, about the origin of the grid.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+    theory
+        Contact predicted by the theory, about an equal origin.
+
+    Returns
+    -------
+    Misfit
+        Measures without a unit.
+    """
     patch = patch_of(rung)
-    return Misfit(**{name: read["of_contact"](patch, rung, theory) for name, read in _READ_BESIDE.items()})
+    return Misfit(**{name: metadata["of_contact"](patch, rung, theory) for name, metadata in _MISFIT_READERS.items()})
 
 
 def misfit_of(rung: Rung, hertz: HertzContact) -> Misfit:
-    """Measures of a solved contact beside Hertz's ellipse at the origin of its grid."""
+    """Misfit of a solved contact relative to Hertz's ellipse at the origin of the grid."""
     return misfit_of_theory(rung, Approximation.of(hertz))
 
 
 def values_of(rung: Rung, theory: Approximation) -> dict[str, float]:
-    """All measures of a solved contact, and what of it is beside a theory."""
+    """Measures of a solved contact, and its misfit relative to a theory, by name.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+    theory
+        Contact predicted by the theory, about the origin of the grid.
+
+    Returns
+    -------
+    dict of str to float
+        Values of `MEASURES` with the units of their names, and of `MISFITS` (-).
+    """
     return measures_of(rung).as_dict() | misfit_of_theory(rung, theory).as_dict()
 
 
 def deviations_of(rung: Rung, theory: Approximation) -> dict[str, float]:
-    """(Theory - contact) / contact of each of `MEASURES`, and the `MISFITS` as they are."""
-    own, contact = measures_of_theory(theory).as_dict(), values_of(rung, theory)
-    return {name: own[name] / contact[name] - 1.0 if name in MEASURES else contact[name] for name in contact}
+    """Deviation of a theory from a solved contact in each measure.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+    theory
+        Contact predicted by the theory, about the origin of the grid.
+
+    Returns
+    -------
+    dict of str to float
+        (Theory - contact) / contact for each of `MEASURES`, and the unchanged `MISFITS` (-).
+    """
+    theory_values, contact_values = measures_of_theory(theory).as_dict(), values_of(rung, theory)
+    return {
+        name: theory_values[name] / contact_values[name] - 1.0 if name in MEASURES else contact_values[name]
+        for name in contact_values
+    }
 
 
 def deviations(rung: Rung, hertz: HertzContact) -> dict[str, float]:
-    """(Hertz - contact) / contact of each of `MEASURES`, and the `MISFITS` as they are."""
+    """Deviation of Hertz's ellipse from a solved contact in each measure.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+    hertz
+        Ellipse at the origin of the grid.
+
+    Returns
+    -------
+    dict of str to float
+        (Hertz - contact) / contact for each of `MEASURES`, and the unchanged `MISFITS` (-).
+    """
     return deviations_of(rung, Approximation.of(hertz))
 
 
-# read for the valley and for the misplaced load
+# The valley and the misplaced load both need these pressures.
 @lru_cache(maxsize=4)
-def _beside(rung: Rung, theory: Approximation) -> tuple[Floats, Floats, Floats]:
-    """Pressures as `Approximation.beside` has them; of a single patch at the contact's centre of pressure."""
+def _aligned_pressures(rung: Rung, theory: Approximation) -> tuple[Floats, Floats, Floats]:
+    """Pressures of contact and theory with their weights, from `Approximation.beside`.
+
+    A theory with a single patch is moved to the contact's centre of pressure.
+    """
     if theory.single is None:
         return theory.beside(rung)
     patch, (x, s) = patch_of(rung), theory.centre_mm
     return theory.beside(rung, (patch.centre_x_mm - x, patch.centre_y_mm - s))
 
 
-def _misplaced_load(rung: Rung, theory: Approximation) -> float:
-    pressure, of_theory, weights = _beside(rung, theory)
-    return part_elsewhere(pressure * weights, of_theory * weights)
+def _read_misplaced_load(rung: Rung, theory: Approximation) -> float:
+    pressure, theory_pressure, weights = _aligned_pressures(rung, theory)
+    return part_elsewhere(pressure * weights, theory_pressure * weights)
 
 
-def _own_valley(rung: Rung, theory: Approximation) -> float:
-    """The valley of a theory's own pressure, read on the nodes of a contact; an ellipse has none."""
+def _read_theory_valley(rung: Rung, theory: Approximation) -> float:
+    """Valley of a theory's pressure, on the nodes of a contact; 0 for an ellipse."""
     is_ellipse = theory.single is not None and theory.single.hertz is not None
-    return 0.0 if is_ellipse else valley_of(_beside(rung, theory)[1])
+    return 0.0 if is_ellipse else valley_of(_aligned_pressures(rung, theory)[1])
 
 
-def _unknown_load(rung: Rung, theory: Approximation) -> float:
-    """Part of the force on separate patches of a contact that a theory does not know (`unknown_load`)."""
+def _read_unmatched_load(rung: Rung, theory: Approximation) -> float:
+    """Fraction of the force on patches without a counterpart, from `unknown_load`."""
     return unknown_load(*_separate_loads(rung), theory)
 
 
-# every theory is read against the same patches
+# Every theory is compared with these patches.
 @lru_cache(maxsize=4)
 def _separate_loads(rung: Rung) -> tuple[list[tuple[float, float]], Floats]:
-    """Where each separate patch of a contact begins and ends across (mm), and its load (n,)."""
-    whole = rung.pressure.whole()
-    s, cells = whole.grid.s_mm, whole.grid.cells_mm
-    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
-    below = [np.flatnonzero((pieces == k).any(axis=0))[[0, -1]] for k in range(1, count + 1)]
-    loads = np.array([(whole.values * (pieces == k)).sum(axis=0) @ cells for k in range(1, count + 1)])
-    return [(float(s[first] - cells[first]), float(s[last] + cells[last])) for first, last in below], loads
+    """Lateral limits of each separate patch of a contact (mm), and its load (n,)."""
+    field = rung.pressure.whole()
+    s_mm, cells_mm = field.grid.s_mm, field.grid.cells_mm
+    patch_numbers, count = label(field.values > 0.0, structure=np.ones((3, 3)))
+    column_ranges = [np.flatnonzero((patch_numbers == number).any(axis=0))[[0, -1]] for number in range(1, count + 1)]
+    loads = np.array(
+        [(field.values * (patch_numbers == number)).sum(axis=0) @ cells_mm for number in range(1, count + 1)]
+    )
+    return [
+        (float(s_mm[first] - cells_mm[first]), float(s_mm[last] + cells_mm[last])) for first, last in column_ranges
+    ], loads
 
 
 def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: Approximation) -> float:
-    """Part of the force on separate patches that are none of a theory's, and of its patches that the contact has not.
+    """Fraction of the force on patches without a counterpart, in contact and theory.
 
-    A patch of a theory has one of the contact at most: of those below it the heaviest that a heavier one has not taken,
-    or, where all are taken, the heaviest, which they then share. Several would fail for every second patch that they
-    rightly have, if they were judged as a single one is: whether they give it the right load is the misplaced load's
-    matter, and the peak's.
+    Each patch of the theory is matched with at most a single patch of the contact. Candidates are the contact's patches
+    that overlap it laterally. The heaviest unmatched candidate is chosen, in the order of the theory's forces. If all
+    candidates are matched, the heaviest candidate is shared. If several patches were judged as a single patch is, a
+    theory would fail for every second patch that it correctly has. The misplaced load and the peak show whether the
+    patches have the correct loads.
 
     Parameters
     ----------
     ends_mm, loads
-        Where each patch of the contact begins and ends across, and its load in any unit.
+        Lateral limits of each patch of the contact in mm, and its load in any unit (n,).
+    theory
+        Contact predicted by the theory.
+
+    Returns
+    -------
+    float
+        Force on unmatched patches of the contact, plus force on unmatched patches of the theory, each as a fraction of
+        its total force (-).
     """
-    taken: set[int] = set()
-    missing = 0.0
-    for one in sorted(theory.patches, key=lambda one: -one.normal_force_N):
-        low, high = one.low_mm[1], one.high_mm[1]
-        below = [k for k, (first, last) in enumerate(ends_mm) if first <= high and low <= last]
-        if not below:
-            missing += one.normal_force_N / theory.normal_force_N
+    matched: set[int] = set()
+    missing_load = 0.0
+    for patch in sorted(theory.patches, key=lambda patch: -patch.normal_force_N):
+        low_mm, high_mm = patch.low_mm[1], patch.high_mm[1]
+        candidates = [
+            number for number, (first_mm, last_mm) in enumerate(ends_mm) if first_mm <= high_mm and low_mm <= last_mm
+        ]
+        if not candidates:
+            missing_load += patch.normal_force_N / theory.normal_force_N
             continue
-        free = [k for k in below if k not in taken]
-        taken.add(max(free or below, key=lambda k: loads[k]))
-    unknown = sum(load for k, load in enumerate(loads) if k not in taken) / loads.sum()
-    return float(unknown + missing)
+        unmatched = [number for number in candidates if number not in matched]
+        matched.add(max(unmatched or candidates, key=lambda number: loads[number]))
+    unmatched_load = sum(load for number, load in enumerate(loads) if number not in matched) / loads.sum()
+    return float(unmatched_load + missing_load)
 
 
 def part_elsewhere(force: Floats, reference: Floats) -> float:
-    """Part of the forces of cells that is elsewhere than a reference on the same cells has it."""
-    # at equal force, whatever the cells leave of it
+    """Fraction of the forces of cells that is misplaced relative to a reference.
+
+    Parameters
+    ----------
+    force, reference
+        Forces of cells and reference forces on the same cells, in any unit.
+
+    Returns
+    -------
+    float
+        Misplaced fraction (-), from 0 to 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.judging.measures import part_elsewhere
+    >>> part_elsewhere(np.array([3.0, 1.0]), np.array([2.0, 2.0]))
+    0.25
+    """
+    # Both forces are normalised, since the sums over the cells differ slightly.
     return float(0.5 * np.abs(force / force.sum() - reference / reference.sum()).sum())

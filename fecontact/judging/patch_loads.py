@@ -1,4 +1,4 @@
-"""Load on each of several separate patches, on the elements' own nodes and on the finer nodes."""
+"""Load of each of several separate patches, in two contacts."""
 
 from __future__ import annotations
 
@@ -10,31 +10,33 @@ import numpy as np
 from fecontact.contact.grid import Rung
 
 PATCH_LOADS_LIMIT = 1.0
-"""Largest `PatchLoads.difference` of two contacts between the same bodies.
+"""Largest `PatchLoads.difference` of two contacts between equal bodies.
 
-Of 31 contacts of two or three patches (library pairs at `quick`, 4 to 19 elements per semi-axis, 23 to 159 kN) healthy
-elements have at most 0.52, and half of them at most 0.22. Of 25 of them a bodies' part of the wrong sign has 1.1 to 6.9
-wherever it moves a measure of the finer nodes by more than its stated uncertainty; left out it has 0.5 to 4.1 there,
-doubled 0.3 to 3.1. Where patches nearly join their load depends on the elements' size, and less is seen.
+31 contacts of two or three patches were measured (library pairs at `quick`, 4 to 19 elements per semi-axis, 23 to 159
+kN). Healthy elements have at most 0.52, and half of them at most 0.22. In 25 of the contacts the contribution of the
+finite bodies was falsified. With the wrong sign, the difference is 1.1 to 6.9 wherever a measure on the finer nodes
+changes by more than its stated uncertainty. Without the contribution it is 0.5 to 4.1 there, and with a doubled
+contribution 0.3 to 3.1. Where patches nearly join, their loads depend on the element size, and the check is less
+sensitive.
 """
-ELEMENT_LOAD_PART = 0.002
-"""Error of the part of the load on a patch on the elements' own nodes, which the change between meshes does not show.
+ELEMENT_LOAD_ERROR = 0.002
+"""Error of the load fraction of a patch on the elements' nodes that the change between meshes does not show.
 
-Of those contacts the part of healthy elements differs by up to 0.0026 from that of the finer nodes, where their last
-change is 0.0 to 0.002.
+In these contacts the load fraction of healthy elements differs by up to 0.0026 from the load fraction of the finer
+nodes. The last change between their meshes is 0.0 to 0.002.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class PatchLoads:
-    """Part of the load on all patches that lie on the gauge side of a free strip between two patches.
+    """Load fraction on the gauge side of a free strip between two patches, in two contacts.
 
     Attributes
     ----------
     on_elements, on_finer_nodes
-        Part of the whole load, on the nodes of the elements and on the finer nodes.
+        Fraction of the whole load (-), on the nodes of the elements and on the finer nodes.
     uncertainty
-        Sum of both uncertainties, without the contribution of the cut planes: both contacts have the same bodies.
+        Sum of both uncertainties (-), without the contribution of the cut planes: both contacts have equal bodies.
     """
 
     on_elements: float
@@ -43,19 +45,43 @@ class PatchLoads:
 
     @property
     def difference(self) -> float:
-        """Difference of both parts over their uncertainty."""
+        """Difference of the two load fractions divided by their uncertainty (-)."""
         return abs(self.on_elements - self.on_finer_nodes) / self.uncertainty
 
 
 def free_strips_mm(rung: Rung) -> list[float]:
-    """Middles across (mm from first touch) of the free strips between separate patches, from the gauge side on."""
+    """Lateral centres of the free strips between separate patches.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    list of float
+        Positions s in mm from the first contact point, from the gauge side on; empty for a single patch.
+    """
     s, pressed = rung.grid.s_mm, np.flatnonzero(rung.pressure_MPa.any(axis=0))
-    before, after = pressed[:-1], pressed[1:]
-    apart = after - before > 1
-    return [float(middle) for middle in 0.5 * (s[before] + s[after])[apart]]
+    last_nodes, first_nodes = pressed[:-1], pressed[1:]
+    is_free_strip = first_nodes - last_nodes > 1
+    return [float(middle) for middle in 0.5 * (s[last_nodes] + s[first_nodes])[is_free_strip]]
 
 
-def load_parts(rung: Rung, places_mm: Sequence[float]) -> list[float]:
-    """Parts of the load on the gauge side of each place across (mm from first touch)."""
+def load_parts(rung: Rung, positions_mm: Sequence[float]) -> list[float]:
+    """Load fraction on the gauge side of each lateral position.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+    positions_mm
+        Lateral positions s in mm from the first contact point.
+
+    Returns
+    -------
+    list of float
+        Fraction of the whole load (-) for each position.
+    """
     force = (rung.pressure_MPa * rung.grid.whole_area_mm2().reshape(rung.grid.shape)).sum(axis=0)
-    return [float(force[rung.grid.s_mm < place].sum() / force.sum()) for place in places_mm]
+    return [float(force[rung.grid.s_mm < position_mm].sum() / force.sum()) for position_mm in positions_mm]

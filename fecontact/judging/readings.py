@@ -1,4 +1,4 @@
-"""What features say of a judged load beside its theories of the pressure, as maps show it."""
+"""Readings of features on a judged load, and the views of maps on them."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from fecontact.placement.wheel_on_rail import Placement
 
 @dataclass(frozen=True, kw_only=True)
 class Mapped:
-    """What a map has of a reading.
+    """View of a map on a reading.
 
     Attributes
     ----------
     title
-        What the map shows.
+        Title of the map.
     criterion
-        Within what it holds, in words; None of a case that does not ask for it.
+        Limit of the judged quantity in words; None for a case that does not judge it.
     lost
-        What a cell without it has.
+        Text of a cell without the reading.
     """
 
     title: str
@@ -33,20 +33,20 @@ class Mapped:
 
 @dataclass(frozen=True, kw_only=True)
 class MappedVerdicts(Mapped):
-    """Verdicts on Hertz by a measure that no theory of the pressure has.
+    """View of a map on verdicts on Hertz by a measure of a feature.
 
     Attributes
     ----------
     name, short
-        What is judged, in a sentence, and in the heading of a table.
+        Name of the judged quantity in a sentence, and in the heading of a table.
     read
-        The judgement among the readings of a load; None without one.
+        Reader of the judgement from the readings of a load; it returns None without a judgement.
     judge
-        The judgement of a load that has no readings.
+        Function that judges a load without readings.
     causes
-        Letter of each cause, and its words.
+        Letter and description of each cause, by its name.
     missing
-        What a case lacks that does not ask for it, and what to do.
+        Text for a case that does not judge the quantity: the missing input and its remedy.
     """
 
     name: str
@@ -59,26 +59,26 @@ class MappedVerdicts(Mapped):
 
 @dataclass(frozen=True, kw_only=True)
 class MappedLaws(Mapped):
-    """Theories, or laws of something else than the pressure, of which the cheapest that holds is told.
+    """View of a map on the cheapest valid law of a feature.
 
     Attributes
     ----------
     laws
-        What they are for readers, from the cheapest, by name.
+        Descriptions of each law for readers, by its name, the cheapest law first.
     read
-        Their judgements among the readings of a load; empty without any.
+        Reader of the judgements from the readings of a load; empty without readings.
     marks
-        Letter and colour of each.
+        Letter and colour of each law.
     note, number
-        What a map of the cheapest says, and what the number of a cell is.
+        Note below a map of the cheapest law, and description of the number of a cell.
     of
-        The number of a law in a cell, in words.
+        Function that returns the number of a law in a cell, in words.
     columns
-        What a table says of each law.
+        Function that returns the columns of a table for each law.
     kind, heading
-        Their name in the list of all theories, and the heading there.
+        Name of the laws in the list of all theories, and their heading there.
     in_range
-        Whether one that is out of its own range does not count.
+        Whether a law outside its range of validity is skipped.
     """
 
     laws: Mapping[str, Mapping[str, str]]
@@ -87,7 +87,7 @@ class MappedLaws(Mapped):
     note: str
     number: str
     of: Callable[[str, Judgement], str]
-    columns: Callable[[str, Judgement], Mapping[str, Any]] = lambda name, judged: {}
+    columns: Callable[[str, Judgement], Mapping[str, Any]] = lambda name, judgement: {}
     kind: str = ""
     heading: str = ""
     in_range: bool = False

@@ -1,4 +1,4 @@
-"""Checks of Hertz, the half-space and the gap against each other where all three are the same."""
+"""Mutual checks of Hertz, the half-space and the gap, where theory requires equality."""
 
 from __future__ import annotations
 
@@ -9,38 +9,68 @@ from fecontact.judging.ladder import DISCRETE, Ladder
 from fecontact.placement.wheel_on_rail import Placement
 
 REFERENCE_LIMIT = 1e-3
-"""Largest `reference_error` with which a load may be used; healthy ones have 3e-4 at most, a fault of 1 % has 1e-2."""
-# Measures in which Hertz's gap on the half-space must be Hertz's ellipse, and how many times worse than the others each
-# is read. Of 84 pairs of the library (10 to 160 kN, a/b 0.5 to 22, yaw 0 and 5 mrad) peak, a and b are within 6.1e-5,
-# 2.1e-4 and 6.2e-5, and the area, whose edge lies between nodes, within 1.4e-3. It is within 2.4e-3 of ellipses with
-# curvatures of 1 to 500 that are turned by 50 mrad, and within 7e-3 of 1 to 1000.
-_READ_WORSE = {"p_max_MPa": 1.0, "a_mm": 1.0, "b_mm": 1.0, "area_mm2": 10.0}
-# Curvatures are read off the gap on so many mm: farther, junctions and knots of lines come in; nearer, rounding.
-_READ_OVER_MM = 0.002
+"""Largest `reference_error` of a usable load.
+
+Healthy loads have at most 3e-4. A fault of 1 % has 1e-2.
+"""
+# Measures in which Hertz's gap on the half-space must agree with Hertz's ellipse, and the divisor of each error. The
+# divisor is larger for a measure that is read less accurately. Of 84 pairs of the library (10 to 160 kN, a/b 0.5 to 22,
+# yaw 0 and 5 mrad) peak, a and b agree within 6.1e-5, 2.1e-4 and 6.2e-5. The area, which ends between nodes, agrees
+# within 1.4e-3. The area agrees within 2.4e-3 for ellipses with curvatures in the ratio 1 to 500 that are turned by 50
+# mrad, and within 7e-3 for the ratio 1 to 1000.
+_ERROR_DIVISORS = {"p_max_MPa": 1.0, "a_mm": 1.0, "b_mm": 1.0, "area_mm2": 10.0}
+# Step of the finite differences that give the curvatures of the gap, in mm. A larger step reaches junctions and knots
+# of profiles; a smaller step is lost in rounding.
+_DIFFERENCE_STEP_MM = 0.002
 
 
 def reference_error(ladder: Ladder, placement: Placement) -> float:
-    """Largest error of the references against each other, relative.
+    """Largest relative error of the references against each other.
 
-    Hertz's gap on the half-space has Hertz's peak pressure, semi-axes and area (whose error counts a tenth, as it is
-    read worse), and the true gap has Hertz's curvatures at the touch point (on its field side, since curvatures may
-    jump there).
+    Hertz's gap on the half-space must have the peak pressure, the semi-axes and the area of Hertz's ellipse; the error
+    of the area is divided by 10. The true gap must have Hertz's curvatures at the contact point, on its field side,
+    since curvatures may jump there.
+
+    Parameters
+    ----------
+    ladder
+        Ladder of the load, with the step from Hertz to the quadratic gap.
+    placement
+        Wheel on rail, with the true gap.
+
+    Returns
+    -------
+    float
+        Relative error (-); usable up to `REFERENCE_LIMIT`.
     """
-    discrete = ladder.steps[DISCRETE.name]
-    half_space = max(abs(discrete[name]) / worse for name, worse in _READ_WORSE.items())
-    curvature = placement.first.curvature.hessian
-    off = np.abs(curvature_of_gap(placement) - curvature).max() / np.abs(curvature).max()
-    return max(half_space, float(off))
+    discrete_step = ladder.steps[DISCRETE.name]
+    half_space_error = max(abs(discrete_step[name]) / divisor for name, divisor in _ERROR_DIVISORS.items())
+    curvatures = placement.first.curvature.hessian
+    curvature_error = np.abs(curvature_of_gap(placement) - curvatures).max() / np.abs(curvatures).max()
+    return max(half_space_error, float(curvature_error))
 
 
 def curvature_of_gap(placement: Placement) -> Floats:
-    """Second derivatives (2, 2) of the true gap at the touch point in 1/mm; across by differences to its field side."""
-    h = _READ_OVER_MM
+    """Second derivatives of the true gap at the contact point.
+
+    The lateral derivatives are differences towards the field side.
+
+    Parameters
+    ----------
+    placement
+        Wheel on rail, with the true gap.
+
+    Returns
+    -------
+    ndarray of shape (2, 2)
+        Second derivatives in 1/mm, along and across the rail.
+    """
+    step_mm = _DIFFERENCE_STEP_MM
 
     def gap(x: float, s: float) -> float:
-        return float(placement.gap(h * x, h * s))
+        return float(placement.gap(step_mm * x, step_mm * s))
 
     along = gap(1, 0) - 2.0 * gap(0, 0) + gap(-1, 0)
     across = 2.0 * gap(0, 0) - 5.0 * gap(0, 1) + 4.0 * gap(0, 2) - gap(0, 3)
     mixed = 0.25 * (gap(1, 1) - gap(-1, 1) - gap(1, -1) + gap(-1, -1))
-    return np.array([[along, mixed], [mixed, across]]) / h**2
+    return np.array([[along, mixed], [mixed, across]]) / step_mm**2

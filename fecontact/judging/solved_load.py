@@ -1,6 +1,7 @@
-"""A load as it was solved, on all its meshes: fields and numbers alone, with nothing that needs finite elements.
+"""Solution of a load on all its mesh levels, as fields and numbers.
 
-So that one that was stored is judged again in milliseconds, with other criteria or by other readings.
+The module does not need finite elements. A stored load is judged again in milliseconds, with other criteria or with new
+readings.
 """
 
 from __future__ import annotations
@@ -19,19 +20,19 @@ from fecontact.contact.patch import lobe_windows
 from fecontact.errors import CONVERGED
 from fecontact.judging.lines import Lines
 from fecontact.judging.measures import MEASURES, measures_of, patch_of
-from fecontact.judging.patch_loads import ELEMENT_LOAD_PART, PATCH_LOADS_LIMIT, PatchLoads, free_strips_mm, load_parts
+from fecontact.judging.patch_loads import ELEMENT_LOAD_ERROR, PATCH_LOADS_LIMIT, PatchLoads, free_strips_mm, load_parts
 from fecontact.judging.uncertainty import (
-    HALF_AS_MANY_MORE,
     MESH_RATIO,
+    NODE_NUMBER_RATIO,
     Solved,
-    change_between_meshes,
+    compute_mesh_change,
     elements_uncertainty,
     share_uncertainty,
     uncertainty,
 )
 from fecontact.judging.yielded import Yielded
 
-# --- A load as it was solved, on all its meshes: fields and numbers alone, with nothing that needs finite elements.
+# --- Solution of a load on all its mesh levels, without anything that needs finite elements.
 
 Status = Literal[
     "converged",
@@ -41,53 +42,59 @@ Status = Literal[
     "references disagree",
     "verdicts contradict",
 ]
-# Of the peak between two lobes, or of the patch's width between two patches: less is little.
-_LITTLE = 0.1
-# Most that the elements' own contact may be off the contact of the finer nodes, in uncertainties of both.
-_APART = 2.0
-# The centres of pressure of both contacts may be apart by what both are unsure of: of 80 contacts with healthy elements
-# by 0.38 of it at most; elements with a gap 0.2 mm beside the finer nodes' by 2.2.
-_CENTRES_APART, _CENTRE = 1.0, "centre_over_b"
+# Limit below which lobes are barely joined, or patches barely separate: pressure between two lobes as a fraction of the
+# peak, or width of the free strip as a fraction of the width of the patch.
+_SEPARATION_FRACTION = 0.1
+# Largest difference between the contact on the elements' nodes and the contact on the finer nodes, in units of the sum
+# of both uncertainties.
+_ELEMENTS_LIMIT = 2.0
+# Largest distance between the centres of pressure of both contacts, in units of the sum of both uncertainties. Of 80
+# contacts with healthy elements the largest distance is 0.38; elements with a gap that is shifted by 0.2 mm from the
+# gap of the finer nodes have 2.2.
+_CENTRES_LIMIT, _CENTRE = 1.0, "centre_over_b"
 ELEMENTS_OFF: Status = "elements too soft or too stiff"
-"""Status of a load whose elements do not behave as the bodies' material does, or have too poor a shape."""
+"""Status of a load with elements that do not behave as the material of the bodies, or have a poor shape."""
 REFERENCES_OFF: Status = "references disagree"
-"""Status of a load on which Hertz, the half-space or the gap are wrong (`ladder.reference_error`, `gap_faults`)."""
+"""Status of a load with an error in Hertz, the half-space or the gap (`reference_check.reference_error`,
+`gap_faults`).
+"""
 CONTRADICTION: Status = "verdicts contradict"
-"""Status of a load on which the elements' nodes decide for the other verdict than the finer nodes."""
+"""Status of a load with contrary verdicts on the elements' nodes and on the finer nodes."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Level:
-    """A load solved on one pair of meshes.
+    """Solution of a load on a single mesh level.
 
     Attributes
     ----------
     nodal
-        Contact between the finite bodies, as the nodes of their elements carry it.
+        Contact between the finite bodies, with the forces of the nodes of their elements.
     fe
-        Contact of the finite bodies on finer nodes: the true gap on a half-space, opened by what the bodies of
-        `nodal` open more than a half-space of the same elements. That is smooth and known well on coarse meshes, so
-        that the fine pressure has neither the elements' softness nor their size.
+        Contact of the finite bodies on finer nodes: the true gap on a half-space, opened by the difference between the
+        bodies of `nodal` and a half-space of equal elements. This difference is smooth and accurate on coarse meshes,
+        so that the fine pressure does not depend on the softness or the size of the elements.
     otherwise
-        As `fe`, with another idea of what of the opening is the elements' and what the bodies'; None on meshes that are
-        coarser than those of the case, of which nobody asks it.
+        Contact as in `fe`, with another fit that separates the response of the elements from the response of the
+        bodies; None on meshes that are coarser than the meshes of the case, where it is not needed.
     compliance_error
-        By how much the elements are softer than their material, far from a unit pressure; NaN where it is not seen.
-    slide_mm
-        How far the wheel goes along the rail under the load, where the surface is steep.
-    yielded
-        The first loading of bodies that may yield; None without a yield stress.
+        Relative error of the compliance of the elements, far from a unit pressure (-); positive if the elements are
+        softer than their material. NaN if it could not be measured.
     degrees_of_freedom, elements
-        Of rail and wheel.
-    force_balance, moment_balance
-        What the nodal pressure does to one body and not back to the other, relative (`fe.coupling`).
+        Number of degrees of freedom and number of elements of rail and wheel.
     enlarged, at_edge
-        How often the fine zone was enlarged, and whether the patch still came to its edge.
+        Number of enlargements of the fine zone, and whether the patch still reaches its edge.
+    slide_mm
+        Distance that the wheel moves along the rail under the load, if the surface is steep.
+    force_balance, moment_balance
+        Relative difference between the nodal pressures on both bodies in force and moment (-), from `fe.coupling`.
     more_nodes
-        What more nodes change of the half-space, where that may be more than elsewhere (`changes_on_more_nodes`).
+        Change of the half-space on more nodes (-), where it may be larger than usual (`changes_on_more_nodes`).
     turned_force
-        By how much more force the load takes along the normal at the weighted centre of a single patch than along that
-        at first touch, relative (`solving.plane_angles.turned_force`).
+        Relative difference of the force along the normal at the weighted centre of a single patch from the force along
+        the normal at first contact (-), from `solving.plane_angles.turned_force`.
+    yielded
+        First loading of bodies that may yield; None without a yield stress.
     gap_distance_error_mm
         Largest difference between the gap on the nodes of `fe` and the distance of the meshes' surfaces; None if it was
         not measured.
@@ -111,23 +118,23 @@ class Level:
 
     @property
     def rungs(self) -> dict[str, Rung]:
-        """Its contacts by name."""
-        found = {"nodal": self.nodal, "fe": self.fe}
-        return found if self.otherwise is None else {**found, "otherwise": self.otherwise}
+        """Contacts of the level by name."""
+        rungs = {"nodal": self.nodal, "fe": self.fe}
+        return rungs if self.otherwise is None else {**rungs, "otherwise": self.otherwise}
 
     @property
     def status(self) -> Status:
-        """Whether the level may be used."""
+        """Status of the level: `converged` if its numbers may be used."""
         return "patch at the edge of the fine mesh" if self.at_edge else _worst_status(*self.rungs.values())
 
     @cached_property
     def on_elements(self) -> Rung:
-        """The contact on the elements' own nodes, as what reads pressures takes it."""
+        """Contact on the elements' nodes, with an even grid for readers of pressures."""
         return self.nodal.even()
 
     @property
     def misfit(self) -> float:
-        """Part of the load that the elements' own nodes carry elsewhere than the finer ones."""
+        """Misplaced fraction of the load on the elements' nodes, relative to the finer nodes."""
         return misfit(self.nodal, self.fe)
 
 
@@ -137,26 +144,26 @@ def _worst_status(*rungs: Rung) -> Status:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolvedLoad:
-    """A load at a position, solved on two meshes or more.
+    """Load at a position, solved on at least two mesh levels.
 
     Attributes
     ----------
     case
-        The position under this load.
+        Position under this load.
     levels
-        One a pair of meshes, the finest first.
+        Mesh levels, the finest first.
     half_space
-        The true gap on a half-space; separate patches have a plane each.
+        True gap on a half-space; separate patches have a plane each.
     turned
-        The true gap on a half-space with each pressure along its own normal; None for a single lobe.
+        True gap on a half-space, with each pressure along the normal at its place; None for a single lobe.
     quadratic
-        Hertz's gap on a half-space, with as many nodes per semi-axis.
+        Hertz's gap on a half-space, with an equal number of nodes per semi-axis.
     lines
-        Theories against the half-space on each line that measured points allow; None where both profiles are exact.
+        Theories compared with the half-space on each profile variant; None if both profiles are exact.
     limits
-        What stopped a refinement.
+        Reasons that stopped a refinement.
     short_of_memory
-        Whether the machine had too little memory for what the case asks for.
+        Whether the machine had too little memory for the settings of the case.
     gap_curvature_error
         Error of the second differences of the gap on the nodes of `half_space` at the contact point, relative to the
         largest curvature; None if it was not measured.
@@ -174,7 +181,7 @@ class SolvedLoad:
 
     @property
     def rungs(self) -> tuple[tuple[str, Rung], ...]:
-        """The rungs above Hertz by their names, in the order of the ladder."""
+        """Rungs above Hertz with their names, in the order of the ladder."""
         return (
             ("half_space_quadratic", self.quadratic),
             ("half_space", self.half_space),
@@ -183,104 +190,170 @@ class SolvedLoad:
             *(() if (yielded := self.levels[0].yielded) is None else (("fe_plastic", yielded.fe),)),
         )
 
-    # asked again for every row and verdict, also of a map that is written after each of its positions
+    # The status is cached: it is read for every row and verdict, also of a map that is written after each of its
+    # positions.
     @cached_property
     def status(self) -> Status:
-        """`converged` if all solutions on all meshes are; if not, why the load must not be used."""
+        """Status of the load: `converged` if all solutions on all meshes are.
+
+        Any other status gives the reason why the load must not be used.
+        """
         for level in self.levels:
             if level.status != "converged":
                 return level.status
         turned = () if self.turned is None else (self.turned,)
-        of_rungs = _worst_status(self.half_space, self.quadratic, *turned)
-        return ELEMENTS_OFF if of_rungs == "converged" and elements_off(self.levels) else of_rungs
+        rung_status = _worst_status(self.half_space, self.quadratic, *turned)
+        return ELEMENTS_OFF if rung_status == "converged" and has_faulty_elements(self.levels) else rung_status
 
     @property
     def usable(self) -> bool:
-        """Whether its numbers may be used."""
+        """Whether the numbers of the load may be used."""
         return self.status == CONVERGED
 
 
-def elements_off(levels: Sequence[Level]) -> bool:
-    """Whether the elements of the finest meshes do not behave as their material.
+def has_faulty_elements(levels: Sequence[Level]) -> bool:
+    """Whether the elements of the finest meshes behave differently from their material.
 
-    Seen by their compliance far from a pressure, or by their own contact: it is the finer nodes' one but for what its
-    meshes leave open. Of 24 contacts with healthy elements it stays within half of that. Of several patches each must
-    have the same part of the load in both contacts.
+    There are two checks. The compliance far from a pressure must be within its limit. The contact on the elements'
+    nodes must agree with the contact on the finer nodes within the uncertainty of the meshes; of 24 contacts with
+    healthy elements the difference is at most half of that. Each of several separate patches must have equal load
+    fractions in both contacts.
+
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first; at least two.
+
+    Returns
+    -------
+    bool
+        True if a check fails.
     """
     finest, coarser = levels[:2]
     if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
         return True
-    read = with_centre(finest)
-    own, fine, before = (read(rung) for rung in (finest.on_elements, finest.fe, coarser.fe))
-    unsure = elements_uncertainties(levels, read)
-    if any(loads.difference > PATCH_LOADS_LIMIT for loads in compare_patch_loads(levels)):
+    read_rung = with_centre(finest)
+    elements_values, fine_values, coarser_values = (
+        read_rung(rung) for rung in (finest.on_elements, finest.fe, coarser.fe)
+    )
+    elements_uncertainty = elements_uncertainties(levels, read_rung)
+    if any(patch_loads.difference > PATCH_LOADS_LIMIT for patch_loads in compare_patch_loads(levels)):
         return True
-    return centres_apart(levels, unsure) > _CENTRES_APART or any(
-        abs(own[name] / fine[name] - 1.0) > _APART * (unsure[name] + abs(before[name] / fine[name] - 1.0))
+    return centres_apart(levels, elements_uncertainty) > _CENTRES_LIMIT or any(
+        abs(elements_values[name] / fine_values[name] - 1.0)
+        > _ELEMENTS_LIMIT * (elements_uncertainty[name] + abs(coarser_values[name] / fine_values[name] - 1.0))
         for name in ("p_max_MPa", "a_mm", "b_mm")
     )
 
 
 def compare_patch_loads(levels: Sequence[Level]) -> list[PatchLoads]:
-    """Loads on separate patches by the elements' nodes and by the finer nodes, one for each strip between patches.
+    """Compare the loads of separate patches on the elements' nodes and on the finer nodes.
 
-    It sees what finite bodies add to the finer nodes if it is left out, doubled or of the wrong sign. Peaks and areas
-    of separate patches hardly show that.
+    The comparison shows whether the contribution of the finite bodies is missing on the finer nodes, doubled or of the
+    wrong sign. Peaks and areas of separate patches hardly show such an error.
+
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first.
+
+    Returns
+    -------
+    list of PatchLoads
+        Load fractions for each free strip between patches; empty for a single patch.
     """
     strips_mm = free_strips_mm(levels[0].fe)
     if not strips_mm:
         return []
-    own = [load_parts(level.nodal, strips_mm) for level in levels]
-    fine = [load_parts(level.fe, strips_mm) for level in levels]
-    otherwise, solved = load_parts(finest_otherwise(levels), strips_mm), as_solved(levels)
-    compared = []
-    for number, other in enumerate(otherwise):
-        on_elements, on_finer_nodes = [parts[number] for parts in own], [parts[number] for parts in fine]
-        of_fine = share_uncertainty(on_finer_nodes, solved, otherwise=other)
-        compared.append(
+    element_fractions = [load_parts(level.nodal, strips_mm) for level in levels]
+    fine_fractions = [load_parts(level.fe, strips_mm) for level in levels]
+    other_fit_fractions, quality = load_parts(finest_otherwise(levels), strips_mm), as_solved(levels)
+    patch_loads = []
+    for number, other_fit_fraction in enumerate(other_fit_fractions):
+        on_elements, on_finer_nodes = (
+            [fractions[number] for fractions in element_fractions],
+            [fractions[number] for fractions in fine_fractions],
+        )
+        fine_uncertainty = share_uncertainty(on_finer_nodes, quality, otherwise=other_fit_fraction)
+        patch_loads.append(
             PatchLoads(
                 on_elements=on_elements[0],
                 on_finer_nodes=on_finer_nodes[0],
-                uncertainty=of_fine + ELEMENT_LOAD_PART + change_between_meshes(on_elements),
+                uncertainty=fine_uncertainty + ELEMENT_LOAD_ERROR + compute_mesh_change(on_elements),
             )
         )
-    return compared
+    return patch_loads
 
 
 def with_centre(level: Level) -> Callable[[Rung], dict[str, float]]:
-    """What reads the measures off a rung, with its centre of pressure over the half-width b of a level's contact."""
+    """Make a reader of measures that includes the centre of pressure.
+
+    Parameters
+    ----------
+    level
+        Mesh level; the half-width b of its contact scales the centre.
+
+    Returns
+    -------
+    callable
+        Function that returns the measures of a rung, and its centre of pressure divided by b (-).
+    """
     b_mm = patch_of(level.fe).b_mm
-    return lambda rung: _measures(rung) | {_CENTRE: patch_of(rung).centre_y_mm / b_mm}
+    return lambda rung: _read_measures(rung) | {_CENTRE: patch_of(rung).centre_y_mm / b_mm}
 
 
-def centres_apart(levels: Sequence[Level], unsure: Mapping[str, float]) -> float:
-    """Distance of the centres of pressure on the elements' nodes and on the finer nodes, over what both are unsure of.
+def centres_apart(levels: Sequence[Level], elements_uncertainty: Mapping[str, float]) -> float:
+    """Distance between the centres of pressure in units of their combined uncertainty.
 
-    `unsure` has that of the elements' nodes, as `with_centre` reads. It sees elements whose gap lies beside the gap
-    of the finer nodes: peak and half-widths do not.
+    The centres are on the elements' nodes and on the finer nodes. The distance shows elements with a shifted gap, which
+    peak and half-widths do not show.
+
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first.
+    elements_uncertainty
+        Uncertainty on the elements' nodes (-), for the measures of `with_centre`.
+
+    Returns
+    -------
+    float
+        Distance divided by the sum of both uncertainties (-).
     """
     b_mm = patch_of(levels[0].fe).b_mm
-    own, *fine = (patch_of(rung).centre_y_mm / b_mm for rung in (levels[0].on_elements, *(one.fe for one in levels)))
-    of_fine = uncertainty(_CENTRE, fine, as_solved(levels))
-    assert of_fine is not None
-    return abs(own - fine[0]) / (unsure[_CENTRE] + of_fine)
+    elements_centre, *fine_centres = (
+        patch_of(rung).centre_y_mm / b_mm for rung in (levels[0].on_elements, *(level.fe for level in levels))
+    )
+    fine_uncertainty = uncertainty(_CENTRE, fine_centres, as_solved(levels))
+    assert fine_uncertainty is not None
+    return abs(elements_centre - fine_centres[0]) / (elements_uncertainty[_CENTRE] + fine_uncertainty)
 
 
-def _measures(rung: Rung) -> dict[str, float]:
+def _read_measures(rung: Rung) -> dict[str, float]:
     return measures_of(rung).as_dict()
 
 
 def elements_uncertainties(
-    levels: Sequence[Level], read: Callable[[Rung], Mapping[str, float]] = _measures
+    levels: Sequence[Level], read_rung: Callable[[Rung], Mapping[str, float]] = _read_measures
 ) -> dict[str, float]:
-    """Uncertainty of each measure on the elements' own nodes, from the load's meshes; `read` reads them off a rung.
+    """Uncertainty of each measure on the elements' nodes, from all mesh levels.
 
-    Relative, or absolute where Hertz has no value of a measure.
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first.
+    read_rung
+        Function that reads measures from a rung.
+
+    Returns
+    -------
+    dict of str to float
+        Relative for `MEASURES`, absolute for `MISFITS` (-); a measure without a stated uncertainty has no entry.
     """
     finest, rungs = levels[0], [level.on_elements for level in levels]
-    elements = _elements(finest)
-    measured = [read(rung) for rung in rungs]
-    found = {
+    elements = _elements_per_semi_axis(finest)
+    measured = [read_rung(rung) for rung in rungs]
+    uncertainty_by_name = {
         name: elements_uncertainty(
             name,
             [values[name] for values in measured],
@@ -290,28 +363,43 @@ def elements_uncertainties(
         )
         for name in measured[0]
     }
-    return {name: value for name, value in found.items() if value is not None}
+    return {name: value for name, value in uncertainty_by_name.items() if value is not None}
 
 
-def _elements(level: Level) -> float:
-    """Elements on the semi-axis."""
-    patch, (step_x, step_s) = patch_of(level.on_elements), level.on_elements.grid.steps_mm
-    return min(patch.a_mm / step_x, patch.b_mm / step_s / len(patch.lobes))
+def _elements_per_semi_axis(level: Level) -> float:
+    """Number of elements per semi-axis, in the direction with fewer elements."""
+    patch, (spacing_x_mm, spacing_s_mm) = patch_of(level.on_elements), level.on_elements.grid.steps_mm
+    return min(patch.a_mm / spacing_x_mm, patch.b_mm / spacing_s_mm / len(patch.lobes))
 
 
 def unmeshed_uncertainties(
     level: Level,
-    read: Callable[[Rung], Mapping[str, float]],
+    read_rung: Callable[[Rung], Mapping[str, float]],
     deviation: Mapping[str, float],
     *,
     on_elements: int | None,
 ) -> dict[str, float]:
-    """What no finer meshes take away of the uncertainty of each deviation, where it is known.
+    """Uncertainty of each deviation that finer meshes do not remove.
 
-    Of the elements' own contact what so many refinements leave, if its measures are those of the finer nodes.
+    Parameters
+    ----------
+    level
+        Finest mesh level.
+    read_rung
+        Function that reads all measures from a rung.
+    deviation
+        Deviations (-), by the name of the measure.
+    on_elements
+        Number of further refinements, for the contact on the elements' nodes with the measures of the finer nodes; None
+        for the contact on the finer nodes.
+
+    Returns
+    -------
+    dict of str to float
+        Uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
     """
-    measured, found = read(level.fe), {}
-    solved = Solved(
+    measured, uncertainty_by_name = read_rung(level.fe), {}
+    quality = Solved(
         shared=patch_of(level.fe).pieces > 1,
         more_nodes=level.more_nodes,
         joined_share=highest_share(level.fe),
@@ -319,47 +407,78 @@ def unmeshed_uncertainties(
     )
     for name in deviation:
         if on_elements is None:
-            known = uncertainty(name, [measured[name]], solved)
+            value = uncertainty(name, [measured[name]], quality)
         else:
-            elements = _elements(level) * MESH_RATIO**on_elements
-            known = elements_uncertainty(name, [measured[name]], elements=elements, compliance_error=0.0)
-        if known is not None:
-            found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
-    return found
+            elements = _elements_per_semi_axis(level) * MESH_RATIO**on_elements
+            value = elements_uncertainty(name, [measured[name]], elements=elements, compliance_error=0.0)
+        if value is not None:
+            uncertainty_by_name[name] = value * abs(1.0 + deviation[name]) if name in MEASURES else value
+    return uncertainty_by_name
 
 
 def uncertainties(
     levels: Sequence[Level],
-    read: Callable[[Rung], Mapping[str, float]],
+    read_rung: Callable[[Rung], Mapping[str, float]],
     deviation: Mapping[str, float],
     *,
     share: float | None = None,
 ) -> dict[str, float]:
-    """Uncertainty of each deviation, where meshes tell it; `read` reads all measures off a rung.
+    """Uncertainty of each deviation from the mesh levels.
 
-    `share` is the part of the load on the lobe that is read, of the highest one if not given.
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first.
+    read_rung
+        Function that reads all measures from a rung.
+    deviation
+        Deviations (-), by the name of the measure.
+    share
+        Load fraction of the lobe that is read (-); None for the lobe with the highest peak.
+
+    Returns
+    -------
+    dict of str to float
+        Uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
     """
-    measured, otherwise = [read(level.fe) for level in levels], read(finest_otherwise(levels))
-    solved, found = as_solved(levels), {}
+    measured, other_fit_values = [read_rung(level.fe) for level in levels], read_rung(finest_otherwise(levels))
+    quality, uncertainty_by_name = as_solved(levels), {}
     if share is not None:
-        solved = replace(solved, joined_share=share)
+        quality = replace(quality, joined_share=share)
     for name in deviation:
-        known = uncertainty(name, [one[name] for one in measured], solved, otherwise=otherwise[name])
-        if known is not None:
-            # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
-            found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
-    return found
+        value = uncertainty(name, [values[name] for values in measured], quality, otherwise=other_fit_values[name])
+        if value is not None:
+            # Uncertainty of (Hertz - FE) / FE, from the uncertainty of the finite-element measure.
+            uncertainty_by_name[name] = value * abs(1.0 + deviation[name]) if name in MEASURES else value
+    return uncertainty_by_name
 
 
 def finest_otherwise(levels: Sequence[Level]) -> Rung:
-    """The contact of the finest level by the other idea of what is the elements'."""
-    found = levels[0].otherwise
-    assert found is not None, "the finest meshes are coarser than those of the case"
-    return found
+    """Contact of the finest level with the other fit for the response of the elements.
+
+    Raises
+    ------
+    AssertionError
+        If the finest meshes are coarser than the meshes of the case.
+    """
+    rung = levels[0].otherwise
+    assert rung is not None, "the finest meshes are coarser than those of the case"
+    return rung
 
 
 def as_solved(levels: Sequence[Level]) -> Solved:
-    """What the uncertainty of measures of the finest level hangs on beside them."""
+    """Errors and properties of the finest level for the uncertainty of its measures.
+
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first.
+
+    Returns
+    -------
+    Solved
+        Residual, compliance error and skewness of the finest level, with the flags of all levels.
+    """
     finest = levels[0]
     return Solved(
         residual=finest.fe.residual,
@@ -374,51 +493,93 @@ def as_solved(levels: Sequence[Level]) -> Solved:
 
 
 def highest_share(rung: Rung) -> float:
-    """Part of the load on the lobe that has the peak, of a patch of several lobes; 1 for a single one."""
+    """Load fraction of the lobe with the highest peak (-); 1 for a single lobe."""
     lobes = patch_of(rung).lobes
     return lobes[0].force_share if len(lobes) > 1 else 1.0
 
 
-# The half-widths a and b, which are sums over all nodes, do not belong here: on 151 real positions and on 15 whose edge
-# lies at a junction they are within 0.00022 and 0.00016, and 0.0004 and 0.0005 are stated for all.
-_ON_MORE_NODES = ("p_max_MPa", "area_mm2", "extent_y_mm")
+# The half-widths a and b, which are sums over all nodes, do not need this check: on 151 real positions and on 15
+# positions with the edge of the patch at a junction they are within 0.00022 and 0.00016, and 0.0004 and 0.0005 are
+# stated for all positions.
+_NODE_DEPENDENT_MEASURES = ("p_max_MPa", "area_mm2", "extent_y_mm")
 
 
-def changes_on_more_nodes(rung: Rung, finer: Rung, sizes: Sequence[str] = _ON_MORE_NODES) -> dict[str, float]:
-    """Change of sizes (relative) and of the valley from a half-space to that on half as many nodes more.
+def changes_on_more_nodes(rung: Rung, finer: Rung, sizes: Sequence[str] = _NODE_DEPENDENT_MEASURES) -> dict[str, float]:
+    """Change of sizes and valley from a half-space to 1.5 times its nodes.
 
-    `finer` may have any number of them: of errors that fall with the step its change shows another part. What is stated
-    for reading was chosen on contacts without a junction of curvatures, a step or a notch below. Of 13 valleys beside
-    those three were 5 to 41 times further off than stated. Where a patch ends one to three nodes beyond a junction, its
-    area was up to 1.4 % too large, of which half as many nodes more showed between a fifth and two thirds, and three
-    times as many nine tenths.
+    The stated uncertainty of reading was chosen on contacts without a junction of curvatures, a step or a notch below
+    the patch. Of 13 valleys beside these three, the errors were 5 to 41 times the stated uncertainty. Where a patch
+    ends one to three nodes beyond a junction, its area was up to 1.4 % too large. Half as many additional nodes showed
+    between a fifth and two thirds of that error, and three times the number of nodes nine tenths.
+
+    Parameters
+    ----------
+    rung
+        Contact on the half-space.
+    finer
+        Contact on the half-space with any larger number of nodes. Errors are taken as proportional to the grid spacing,
+        and the change is scaled accordingly.
+    sizes
+        Names of the measures to compare.
+
+    Returns
+    -------
+    dict of str to float
+        Relative change of each size, and absolute change of the valley (-).
     """
-    shown = (1.0 - 1.0 / HALF_AS_MANY_MORE) / (1.0 - finer.grid.steps_mm[1] / rung.grid.steps_mm[1])
-    before, after = _measures(rung), _measures(finer)
-    changed = {name: shown * abs(before[name] / after[name] - 1.0) for name in sizes}
-    return changed | {"valley": shown * abs(patch_of(rung).valley - patch_of(finer).valley)}
+    change_factor = (1.0 - 1.0 / NODE_NUMBER_RATIO) / (1.0 - finer.grid.steps_mm[1] / rung.grid.steps_mm[1])
+    values, finer_values = _read_measures(rung), _read_measures(finer)
+    changes = {name: change_factor * abs(values[name] / finer_values[name] - 1.0) for name in sizes}
+    return changes | {"valley": change_factor * abs(patch_of(rung).valley - patch_of(finer).valley)}
 
 
 def skew_of(rung: Rung) -> float:
-    """Skewness of the pressure across: its third moment about its centre over that of its width, 0 if symmetric."""
-    whole = rung.pressure.whole()
-    load = whole.values.sum(axis=0) * whole.grid.weights
-    part = load / load.sum()
-    away = whole.grid.s_mm - whole.grid.s_mm @ part
-    return float(away**3 @ part / (away**2 @ part) ** 1.5)
+    """Lateral skewness of the pressure.
+
+    The skewness is the third central moment divided by the power 3/2 of the second central moment.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    float
+        Skewness (-); 0 for a symmetric pressure.
+    """
+    field = rung.pressure.whole()
+    line_load = field.values.sum(axis=0) * field.grid.weights
+    load_fraction = line_load / line_load.sum()
+    offset_mm = field.grid.s_mm - field.grid.s_mm @ load_fraction
+    return float(offset_mm**3 @ load_fraction / (offset_mm**2 @ load_fraction) ** 1.5)
 
 
 def just_parts(rung: Rung) -> bool:
-    """Whether two lobes hang together by little pressure, or patches lie apart by little."""
+    """Whether two lobes are barely joined, or two patches barely separate.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    bool
+        False for a single lobe, and for patches at a large distance.
+    """
     if len(rung.grid.bands) > 1:
-        # the farthest are far apart
+        # Patches on several bands of the grid are at a large distance.
         return False
-    ridge = rung.pressure_MPa.max(axis=0)
-    below = np.flatnonzero(ridge)
+    ridge_MPa = rung.pressure_MPa.max(axis=0)
+    loaded_columns = np.flatnonzero(ridge_MPa)
     lobes = lobe_windows(rung.pressure.whole().values)
     if len(lobes) == 1:
         return False
-    # between two lobes either the pressure that is left there, or the surface that is free
-    least = min(float(ridge[own.columns.start]) for own in lobes[1:])
-    free = int(np.diff(below).max()) - 1
-    return least < _LITTLE * float(ridge.max()) and free < _LITTLE * below.size
+    # Either the pressure that remains between two lobes, or the free surface between two patches.
+    valley_MPa = min(float(ridge_MPa[lobe.columns.start]) for lobe in lobes[1:])
+    free_count = int(np.diff(loaded_columns).max()) - 1
+    return (
+        valley_MPa < _SEPARATION_FRACTION * float(ridge_MPa.max())
+        and free_count < _SEPARATION_FRACTION * loaded_columns.size
+    )

@@ -1,4 +1,4 @@
-"""One theory against the finite elements and the half-space: deviations, uncertainties, verdict."""
+"""Judgement of a single theory: deviations, uncertainties and verdict."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from fecontact.judging.solved_load import (
     uncertainties,
     unmeshed_uncertainties,
 )
-from fecontact.judging.uncertainty import unmeshed_uncertainty
+from fecontact.judging.uncertainty import estimate_irregularity_uncertainty
 from fecontact.judging.verdict import Judgement, judge_on_lines, worst_of
 from fecontact.placement.wheel_on_rail import Placement
 
 Evidence = Literal["fe", "elements", "profiles"]
-"""What a theory is held against."""
+"""Contact with which a theory is compared, or the only uncertainty that counts."""
 
 
 def judge_hertz(
@@ -37,20 +37,52 @@ def judge_hertz(
     by: Evidence = "fe",
     refinements: int | None = None,
 ) -> dict[str, Judgement]:
-    """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
-    found = {}
+    """Judge Hertz with the curvature of each side of the first contact point.
+
+    The ellipse has the normal force of the finest level.
+
+    Parameters
+    ----------
+    case
+        Case with criteria, material and irregularities.
+    levels
+        Mesh levels, the finest first.
+    placement
+        Wheel on rail, with the first contact point.
+    lines
+        Theories on the profile variants; None for exact profiles.
+    by, refinements
+        As in `judge_theory`.
+
+    Returns
+    -------
+    dict of str to Judgement
+        By the name of the theory; a single entry if the curvatures of both sides are equal.
+    """
+    judgements = {}
     for name in EITHER_SIDE:
-        made = THEORIES[name].approximate(
+        theory_contact = THEORIES[name].approximate(
             Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
-        if isinstance(made, Approximation):
-            moves = EXACT if lines is None else lines.moves(name)
-            found[name] = judge_theory(case, levels, made, moves, by=by, refinements=refinements)
-    return found
+        if isinstance(theory_contact, Approximation):
+            shifts = EXACT if lines is None else lines.moves(name)
+            judgements[name] = judge_theory(case, levels, theory_contact, shifts, by=by, refinements=refinements)
+    return judgements
 
 
-def profiles_leave_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
-    """Whether Hertz is open by the lines that measured points allow alone."""
+def is_unresolved_by_profiles(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
+    """Whether the profile variants alone make the verdict on Hertz UNRESOLVED.
+
+    Parameters
+    ----------
+    case, levels, placement, lines
+        As in `judge_hertz`.
+
+    Returns
+    -------
+    bool
+        False for exact profiles.
+    """
     if lines is None:
         return False
     return worst_of(judge_hertz(case, levels, placement, lines, by="profiles")).answer == "UNRESOLVED"
@@ -65,40 +97,74 @@ def no_mesh_decides(
     by: Evidence = "fe",
     refinements: int = 0,
 ) -> bool:
-    """Whether Hertz stays open by what so many finer meshes leave as it is, if their numbers are those of today's.
+    """Whether the verdict on Hertz stays UNRESOLVED after further refinements.
 
-    These are the lines that measured points allow, reading a measure off its nodes, and the bodies' cut planes.
+    The numbers of the finer meshes are taken as the present numbers. The remaining uncertainties are the profile
+    variants, reading a measure from its nodes, and the bodies' cut planes.
+
+    Parameters
+    ----------
+    case, levels, placement, lines
+        As in `judge_hertz`.
+    by
+        As in `judge_theory`.
+    refinements
+        Number of further refinements.
+
+    Returns
+    -------
+    bool
+        True if no refinement decides.
     """
     worst = worst_of(judge_hertz(case, levels, placement, lines, by=by, refinements=refinements))
     return worst.answer == "UNRESOLVED" and (lines is not None or not worst.unknown)
 
 
 def judge_theories(
-    names: Iterable[str], solved: SolvedLoad, placement: Placement, *, usable: bool
+    names: Iterable[str], solved_load: SolvedLoad, placement: Placement, *, usable: bool
 ) -> tuple[dict[str, Judgement], dict[str, str]]:
-    """Each theory judged, and why others have no contact."""
+    """Judge several theories under the normal force of the finest level.
+
+    Parameters
+    ----------
+    names
+        Names of the theories.
+    solved_load
+        Contacts of the load on all mesh levels.
+    placement
+        Wheel on rail.
+    usable
+        Whether the numbers of the load may be used; if not, each verdict is UNRESOLVED.
+
+    Returns
+    -------
+    judgements : dict of str to Judgement
+        Judgement of each theory with a contact, by its name.
+    reasons : dict of str to str
+        Reason for each theory without a contact, by its name.
+    """
     loaded = Loaded(
         placement=placement,
-        case=solved.case,
-        normal_force_N=solved.levels[0].fe.normal_force_N,
-        half_space=solved.half_space,
+        case=solved_load.case,
+        normal_force_N=solved_load.levels[0].fe.normal_force_N,
+        half_space=solved_load.half_space,
     )
-    found, without = {}, {}
+    judgements, reasons = {}, {}
     for name in names:
-        made = THEORIES[name].approximate(loaded)
-        if isinstance(made, str):
-            without[name] = made
-        elif made is not None:
-            moves = EXACT if solved.lines is None else solved.lines.moves(name)
-            one = judge_theory(solved.case, solved.levels, made, moves)
-            found[name] = replace(one, verdict=one.verdict.usable(usable and made.definite))
-    return found, without
+        theory_contact = THEORIES[name].approximate(loaded)
+        if isinstance(theory_contact, str):
+            reasons[name] = theory_contact
+        elif theory_contact is not None:
+            shifts = EXACT if solved_load.lines is None else solved_load.lines.moves(name)
+            judgement = judge_theory(solved_load.case, solved_load.levels, theory_contact, shifts)
+            judgements[name] = replace(judgement, verdict=judgement.verdict.usable(usable and theory_contact.definite))
+    return judgements, reasons
 
 
 def judge_theory(
     case: Case,
     levels: Sequence[Level],
-    made: Approximation,
+    theory_contact: Approximation,
     moves: Moves = EXACT,
     *,
     by: Evidence = "fe",
@@ -108,81 +174,111 @@ def judge_theory(
 
     Parameters
     ----------
+    case
+        Case with criteria and irregularities.
+    levels
+        Mesh levels, the finest first.
+    theory_contact
+        Contact predicted by the theory.
     moves
-        How its deviations move over the lines that points of the profiles allow.
+        Shifts of its deviations over the profile variants; `EXACT` for exact profiles.
     by
-        The contact on the finer nodes, that on the elements' own ones, or the finer one as if its meshes were exact, by
-        the uncertainty of the profiles alone.
+        `fe`: compare with the contact on the finer nodes. `elements`: compare with the contact on the elements' nodes.
+        `profiles`: compare with the contact on the finer nodes, with the uncertainty of the profiles alone, as if the
+        meshes were exact.
     refinements
-        If given, the deviations are those of the finer nodes, and their uncertainty is what so many finer meshes would
-        leave of it.
+        If given, the deviations are taken from the finer nodes, and their uncertainty is the remainder after this
+        number of further refinements.
+
+    Returns
+    -------
+    Judgement
+        Deviations, uncertainties and verdict.
     """
 
-    def read(rung: Rung) -> dict[str, float]:
-        return values_of(rung, made)
+    def read_theory_values(rung: Rung) -> dict[str, float]:
+        return values_of(rung, theory_contact)
 
     if refinements is not None:
-        deviation = deviations_of(levels[0].fe, made)
+        deviation = deviations_of(levels[0].fe, theory_contact)
         on_elements = refinements if by == "elements" else None
-        left = unmeshed_uncertainties(levels[0], read, deviation, on_elements=on_elements)
-        # of what meshes know less well than that finer ones may say anything
-        known = {
-            name: left[name] if value <= 2.0 * left[name] else 0.0
-            for name, value in uncertainties(levels, read, deviation).items()
-            if name in left
+        irreducible = unmeshed_uncertainties(levels[0], read_theory_values, deviation, on_elements=on_elements)
+        # If the present uncertainty is more than twice the remaining uncertainty, finer meshes may still show any
+        # deviation.
+        uncertainty_by_name = {
+            name: irreducible[name] if value <= 2.0 * irreducible[name] else 0.0
+            for name, value in uncertainties(levels, read_theory_values, deviation).items()
+            if name in irreducible
         }
     elif by == "elements":
-        deviation = deviations_of(levels[0].on_elements, made)
-        # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
-        known = {
+        deviation = deviations_of(levels[0].on_elements, theory_contact)
+        # Uncertainty of (Hertz - FE) / FE, from the uncertainty of the finite-element measure.
+        uncertainty_by_name = {
             name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
-            for name, value in elements_uncertainties(levels, read).items()
+            for name, value in elements_uncertainties(levels, read_theory_values).items()
         }
     else:
-        deviation = deviations_of(levels[0].fe, made)
-        known = uncertainties(levels, read, deviation)
-    slope = sum(line.largest_slope for line in case.irregularities)
-    exact = by == "profiles"
-    numerical = {
-        name: (0.0 if exact else value) + unmeshed_uncertainty(name, deviation[name], slope=slope)
-        for name, value in known.items()
+        deviation = deviations_of(levels[0].fe, theory_contact)
+        uncertainty_by_name = uncertainties(levels, read_theory_values, deviation)
+    slope = sum(irregularity.largest_slope for irregularity in case.irregularities)
+    is_exact = by == "profiles"
+    numerical_uncertainty = {
+        name: (0.0 if is_exact else value) + estimate_irregularity_uncertainty(name, deviation[name], slope=slope)
+        for name, value in uncertainty_by_name.items()
     }
-    verdict, uncertainty = judge_on_lines(deviation, numerical, moves, case.criteria)
+    verdict, uncertainty = judge_on_lines(deviation, numerical_uncertainty, moves, case.criteria)
     return Judgement(
-        approximation=made,
+        approximation=theory_contact,
         deviation=deviation,
         uncertainty=uncertainty,
         limits=case.criteria.limits,
         verdict=verdict,
-        numerical=numerical,
+        numerical=numerical_uncertainty,
         moves=moves,
     )
 
 
-# So many times its uncertainty beyond a limit a failure is certain, whatever the elements are.
-_CERTAIN = 5.0
+# A failure is certain if the deviation exceeds its limit by this number of uncertainties, independently of the
+# elements.
+_CERTAINTY_FACTOR = 5.0
 
 
-def fails_for_certain(judged: Mapping[str, Judgement], half_space: Rung) -> bool:
-    """Whether the half-space alone says on every line of measured points that Hertz fails.
+def fails_for_certain(judgements: Mapping[str, Judgement], half_space: Rung) -> bool:
+    """Whether Hertz fails on every profile variant by the half-space alone.
 
-    Beyond a limit by five times any uncertainty, what the bodies change being one. Exact lines are never certain:
-    meshes are refined there until they show what their numbers are.
+    A deviation must exceed its limit by five times its uncertainty. The uncertainty includes the change by the bodies.
+    Exact profiles are never certain: their meshes are refined until they show the quality of their numbers.
+
+    Parameters
+    ----------
+    judgements
+        Judgements of Hertz, by the name of the theory.
+    half_space
+        Contact of the true gap on the half-space.
+
+    Returns
+    -------
+    bool
+        True if a judgement fails on every profile variant.
     """
-    return any(_is_certain(one, half_space) for one in judged.values() if one.moves.by_line)
+    return any(
+        _fails_beyond_doubt(judgement, half_space) for judgement in judgements.values() if judgement.moves.by_line
+    )
 
 
-def _is_certain(judged: Judgement, half_space: Rung) -> bool:
-    assert judged.approximation is not None
-    flat = deviations_of(half_space, judged.approximation)
-    unsure = {
-        name: judged.numerical.get(name, math.nan) + abs(flat[name] - judged.deviation[name]) for name in judged.limits
+def _fails_beyond_doubt(judgement: Judgement, half_space: Rung) -> bool:
+    """Whether a theory fails by the half-space with five uncertainties on every variant."""
+    assert judgement.approximation is not None
+    half_space_deviation = deviations_of(half_space, judgement.approximation)
+    uncertainty = {
+        name: judgement.numerical.get(name, math.nan) + abs(half_space_deviation[name] - judgement.deviation[name])
+        for name in judgement.limits
     }
-    steps = {label: judged.moves.step_uncertainty(label, judged.deviation) for label in judged.moves.by_line}
+    steps = {label: judgement.moves.step_uncertainty(label, judgement.deviation) for label in judgement.moves.by_line}
     return all(
         any(
-            abs(there[name]) - limit > _CERTAIN * (unsure[name] + steps[label][name])
-            for name, limit in judged.limits.items()
+            abs(variant_deviation[name]) - limit > _CERTAINTY_FACTOR * (uncertainty[name] + steps[label][name])
+            for name, limit in judgement.limits.items()
         )
-        for label, there in judged.moves.deviations(flat).items()
+        for label, variant_deviation in judgement.moves.deviations(half_space_deviation).items()
     )

@@ -1,4 +1,4 @@
-"""Numerical uncertainty of a measure from the same case on several meshes."""
+"""Numerical uncertainty of a measure from a contact on several mesh levels."""
 
 from __future__ import annotations
 
@@ -10,25 +10,29 @@ from itertools import pairwise
 from fecontact.contact.elements import COMPLIANCE_LIMIT, UNSEEN_COMPLIANCE
 from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, NOISE, OF_SKEW
 
-# Ratio of the element sizes of neighbouring meshes.
+# Ratio of the element sizes of neighbouring mesh levels.
 MESH_RATIO = 1.5
-# The error that is left is this part of the change between meshes or less; studies/12_uncertainty.py counts how often.
-# Of three meshes the last change alone holds the peak of 88 % of exact contacts, with the one before 99 %.
-_OF_THE_CHANGE = 1.0
-# A notch one to three nodes wide, and a patch that ends just beyond a junction, are read with an error that falls with
-# the step of the nodes: three times what 48 nodes change is left on 32.
-_OF_MORE_NODES, HALF_AS_MANY_MORE = 3.0, 1.5
-# Three times as many nodes show at least 0.81 of the error of the area and of the length across wherever that error is
-# above what reading states: at 70 random positions with a junction below the patch, against 192 nodes, in 8 areas (0.22
-# to 0.91 %) and in 8 lengths (1.2 to 4.6 %). The change that is kept is half of the change to 96 nodes, and 1.25 of the
-# whole change is stated, or what reading states elsewhere if that is more.
-_SEEN_BY_MORE_NODES, _OF_SEEN_CHANGE = ("area_mm2", "extent_y_mm"), 2.5
-# Where patches just come apart the last change is no bound: b is off by 1.07 of it, the valley by 1.09.
-_WHERE_PATCHES_PART = 1.5
-# Patches share the load by the springs of the bodies behind each. So much a rail cut at 90 in place of 60 mm moves two
-# on 60E1 at 5 mm, 50 kN, rounded up: the peak by 0.52 %, b by 0.51, a by 0.13, the centre by 0.0056 b, the valley by
-# 0.0043, what is misplaced by 0.0040, and the lesser patch's load by 1.5 % of it.
-_CUT_PLANES_SHARED = {
+# The remaining error is at most the last change between meshes multiplied by this factor; studies/12_uncertainty.py
+# counts how often this is true. With three meshes, the last change alone covers the peak of 88 % of exact contacts, and
+# together with the change before it 99 %.
+_CHANGE_FACTOR = 1.0
+# A notch with a width of one to three nodes, and a patch that ends just beyond a junction, are read with an error that
+# is proportional to the grid spacing. On 32 nodes, the remaining error is three times the change to 48 nodes.
+_NODE_CHANGE_FACTOR, NODE_NUMBER_RATIO = 3.0, 1.5
+# With three times the number of nodes, the change shows at least 0.81 of the error of the area and of the lateral
+# length, wherever that error is larger than the stated uncertainty of reading. This was measured at 70 random positions
+# with a junction below the patch, compared with 192 nodes, in 8 areas (0.22 to 0.91 %) and in 8 lengths (1.2 to 4.6 %).
+# The stored change is half of the change to 96 nodes. The stated uncertainty is 1.25 of the whole change, or the usual
+# uncertainty of reading if that is larger.
+_MEASURES_CHECKED_BY_NODES, _CHECKED_CHANGE_FACTOR = ("area_mm2", "extent_y_mm"), 2.5
+# Where patches just separate, the last change is not a bound: the error of b is 1.07 of it, and the error of the valley
+# 1.09.
+_SEPARATION_CHANGE_FACTOR = 1.5
+# Separate patches share the load by the stiffness of the bodies behind each patch. The values are the changes by a rail
+# that is cut at 90 instead of 60 mm, for two patches on 60E1 at 5 mm, 50 kN, rounded up: the peak changes by 0.52 %, b
+# by 0.51 %, a by 0.13 %, the centre by 0.0056 b, the valley by 0.0043, the misplaced load by 0.0040, and the load of
+# the lesser patch by 1.5 % of itself.
+_SHARED_CUT_PLANES = {
     "p_max_MPa": 0.006,
     "a_mm": 0.0015,
     "b_mm": 0.006,
@@ -37,30 +41,34 @@ _CUT_PLANES_SHARED = {
     "valley": 0.005,
     "misplaced_load": 0.0045,
 }
-_OF_SEPARATE_LOAD = 0.016
-# Joined lobes share it by the same springs, and the peak of the one that has it goes with the third root of its load. A
-# lobe of 0.35 mm beside one of 2 mm (50E6 with S1002, 1:40, 1.74 mm, 57.1 kN) has 15.19, 15.19, 15.15 and 15.25 % of
-# the load on meshes of 2.7, 4, 6 and 9 elements per semi-axis of the wider one; its peak is 0.95, 1.01, 1.15 and 0.93 %
-# below that of the half-space, and 1.32 % with 13.5. Changes between meshes do not bound that: 0.28 % was stated.
-# So it does with the force along another normal.
-_OF_LOAD = 1.0 / 3.0
-# Where a joined lobe ends is read off the nodes of its valley: in 24 exact contacts of two lobes (as those of study 12)
-# the part of the load on one is within 2e-4 and two changes between meshes.
-_READING_SHARE, _OF_CHANGE_OF_SHARE = 2e-4, 2.0
-# What is the elements' and what the bodies' is told apart by a quadratic function of the place, and again by one of the
-# fourth degree. On a head of 20 mm, where quick and fine meshes are 1.3 % apart in peak pressure, both differ by 0.4 %
-# on meshes that differ by 0.2 %; on heads that are wide for their patch by 0.01 to 0.06 %.
-_OF_THE_PARTING = 2.0
-# Bodies too soft by some part for their material move the peak of the fine pressure by 0.02 of it, half-widths by 0.015
-# and its area by 0.045 (R 300, S1002 on 60E1 at 3 mm and on 60E2 at 2.5 mm, 100 kN; factors up to 1.2).
-_OF_THE_COMPLIANCE = 0.05
-# What reading the contact off the elements' own nodes leaves open beside its change from mesh to mesh, with six of
-# them on a semi-axis. It falls with their square, or with their number where it hangs on which nodes touch and at the
-# peak. Of 18 contacts on six elements the finer nodes read the peak up to 0.23 % higher, area 1.2, half-widths 0.9,
-# extents 2.2 and approach 0.3 %. Of 17 places of study 18 the area is 3.0 % off where a second lobe hangs on by
-# little, 6.8 % with a thin tail (of which the change shows most), the centre of pressure 0.0015 b, what is misplaced
-# 0.003, the valley 0.042 (0.034 by the change); nothing is read on separate patches where there are none.
-_ELEMENTS = 6.0
+_SEPARATE_LOAD_ERROR = 0.016
+# Joined lobes share the load by this stiffness too, and the peak of the highest lobe is proportional to the third root
+# of its load. A lobe of 0.35 mm beside a lobe of 2 mm (50E6 with S1002, 1:40, 1.74 mm, 57.1 kN) has 15.19, 15.19, 15.15
+# and 15.25 % of the load on meshes of 2.7, 4, 6 and 9 elements per semi-axis of the wider lobe. Its peak is 0.95, 1.01,
+# 1.15 and 0.93 % below the peak on the half-space, and 1.32 % with 13.5 elements. Changes between meshes do not bound
+# that error: they gave an uncertainty of 0.28 %. The exponent also holds for the force along another normal.
+_PEAK_LOAD_EXPONENT = 1.0 / 3.0
+# The end of a joined lobe is read from the nodes of its valley. In 24 exact contacts of two lobes (such as the contacts
+# of study 12) the load fraction of a lobe is within 2e-4 plus two changes between meshes.
+_SHARE_FLOOR, _SHARE_CHANGE_FACTOR = 2e-4, 2.0
+# The response of the elements is separated from the response of the bodies by a quadratic function of the place, and
+# again by a function of the fourth degree. On a head of 20 mm, where quick and fine meshes differ by 1.3 % in peak
+# pressure, the two fits differ by 0.4 % on meshes that differ by 0.2 %. On heads that are wide for their patch they
+# differ by 0.01 to 0.06 %.
+_FIT_DIFFERENCE_FACTOR = 2.0
+# If bodies are softer than their material by a fraction, the peak of the fine pressure changes by 0.02 of that
+# fraction, half-widths by 0.015 and the area by 0.045 (R 300, S1002 on 60E1 at 3 mm and on 60E2 at 2.5 mm, 100 kN;
+# factors up to 1.2).
+_COMPLIANCE_SENSITIVITY = 0.05
+# Uncertainty of reading the contact on the elements' nodes, in addition to the change from mesh to mesh, with six
+# elements per semi-axis. It decreases with the square of the number of elements. It decreases with the number itself
+# for measures that depend on which nodes are in contact, and for the peak. Of 18 contacts on six elements, the finer
+# nodes have a peak that is up to 0.23 % higher. The area differs by up to 1.2 %, half-widths by 0.9 %, extents by 2.2 %
+# and the approach by 0.3 %. Of 17 places of study 18, the error of the area is 3.0 % where a second lobe is barely
+# joined, and 6.8 % with a thin tail (most of which the change shows). There the centre of pressure has an error of
+# 0.0015 b, the misplaced load 0.003, and the valley 0.042 (0.034 by the change). No load is read on separate patches
+# where there are no separate patches.
+_REFERENCE_ELEMENTS = 6.0
 _ELEMENT_FLOORS = {
     "p_max_MPa": 0.0025,
     "area_mm2": 0.024,
@@ -73,36 +81,39 @@ _ELEMENT_FLOORS = {
     "separate_load": 0.0004,
     "misplaced_load": 0.0135,
 }
-# Flat tops have steep flanks: of 40 exact contacts that are no ellipses (study 12) 0.018 of the load is misplaced with
-# 4.5 elements (95 of 100), where 0.012 was stated.
-# A thin tail's area is 6.8 and 3.3 % off with 6 and 9 elements. The peak of exact contacts is off by up to 0.27, 0.20
-# and 0.31 % with 4, 6 and 9 (95 of 100), what is misplaced by 0.012, 0.0065 and 0.0042.
-_WITH_THEIR_NUMBER = ("p_max_MPa", "area_mm2", "extent_x_mm", "extent_y_mm", "misplaced_load")
-# How much of an error of the compliance the measures of a contact have (Hertz: p0 and area go with the power 2/3 of the
-# contact modulus, lengths with 1/3); a patch of two lobes or more takes somewhat more.
-_OF_MODULUS = {name: 0.5 if name in ("a_mm", "b_mm", "extent_x_mm", "extent_y_mm") else 1.0 for name in _ELEMENT_FLOORS}
+# Flat tops of the pressure have steep flanks: of 40 exact contacts without an ellipse (study 12), 0.018 of the load is
+# misplaced with 4.5 elements (95 of 100), where 0.012 was stated. With 6 and 9 elements, the error of the area of a
+# thin tail is 6.8 and 3.3 %. With 4, 6 and 9 elements, the error of the peak of exact contacts is up to 0.27, 0.20 and
+# 0.31 % (95 of 100), and the error of the misplaced load 0.012, 0.0065 and 0.0042.
+_FIRST_ORDER_MEASURES = ("p_max_MPa", "area_mm2", "extent_x_mm", "extent_y_mm", "misplaced_load")
+# Error of each measure as a fraction of the error of the compliance. In Hertz's theory, p0 and area are proportional to
+# the power 2/3 of the contact modulus, lengths to the power 1/3. A patch of two or more lobes is slightly more
+# sensitive.
+_MODULUS_SENSITIVITY = {
+    name: 0.5 if name in ("a_mm", "b_mm", "extent_x_mm", "extent_y_mm") else 1.0 for name in _ELEMENT_FLOORS
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Solved:
-    """What is known of a contact on some meshes beside its measures.
+    """Errors and properties of a solved contact that its uncertainty depends on.
 
     Attributes
     ----------
     residual
-        Relative residual of the contact solution.
+        Relative residual of the contact solution (-).
     compliance_error
-        Of the elements, relative; the largest that is not told from none where it is NaN.
+        Relative error of the compliance of the elements (-); NaN if it could not be measured.
     parting, shared
-        Whether patches just come apart, and whether several of them share the load.
+        Whether patches just separate, and whether several separate patches share the load.
     skew
-        Of the pressure across (`skew_of`).
+        Lateral skewness of the pressure (-), from `skew_of`.
     more_nodes
-        What more nodes change of some measures (`changes_on_more_nodes`).
+        Change of some measures on more nodes (-), from `changes_on_more_nodes`.
     joined_share
-        Part of the load on the lobe whose peak is measured, where others hang on to it; 1 elsewhere.
+        Load fraction of the lobe with the measured peak, if other lobes are joined to it (-); else 1.
     turned_force
-        By how much the force differs along another normal (`Level.turned_force`).
+        Relative difference of the force along another normal (-), from `Level.turned_force`.
     """
 
     residual: float = 0.0
@@ -115,171 +126,295 @@ class Solved:
     turned_force: float = 0.0
 
 
-_EXACTLY = Solved()
+_NO_ERRORS = Solved()
 
 
 def uncertainty(
-    measure: str, values: Sequence[float], solved: Solved = _EXACTLY, *, otherwise: float | None = None
+    measure: str, values: Sequence[float], quality: Solved = _NO_ERRORS, *, otherwise: float | None = None
 ) -> float | None:
-    """Uncertainty of a measure on the finest mesh: relative, or absolute where Hertz has no value of it.
+    """Uncertainty of a measure on the finest mesh.
 
     Parameters
     ----------
+    measure
+        Name of the measure.
     values
-        The measure on two or more meshes, the finest first, each MESH_RATIO coarser than the one before; on a single
-        one it is as if coarser ones had the same value.
+        Values of the measure on at least two meshes, the finest first, each `MESH_RATIO` coarser than the mesh before.
+        A single value stands for equal values on all meshes.
+    quality
+        Errors and properties of the solved contact.
     otherwise
-        The measure on the finest one with another idea of what is the elements' and what the bodies'.
+        Value on the finest mesh with the other fit that separates the response of the elements from the response of the
+        bodies; None if it was not solved.
 
     Returns
     -------
     float or None
-        NaN where a value is none; None where meshes do not tell the measure's uncertainty.
+        Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite; None if meshes do not show
+        the uncertainty of the measure.
+
+    Examples
+    --------
+    >>> from fecontact.judging.uncertainty import uncertainty
+    >>> f"{uncertainty('p_max_MPa', [1000.0, 1002.0, 1010.0]):.4f}"
+    '0.0079'
     """
-    reading = reading_uncertainty(measure, values[0])
+    reading = estimate_reading_uncertainty(measure, values[0])
     if reading is None:
         return None
-    change = solved.more_nodes.get(measure, 0.0)
-    if measure in _SEEN_BY_MORE_NODES:
-        reading, of_nodes = max(reading, _OF_SEEN_CHANGE * change), 0.0
+    change = quality.more_nodes.get(measure, 0.0)
+    if measure in _MEASURES_CHECKED_BY_NODES:
+        reading, node_uncertainty = max(reading, _CHECKED_CHANGE_FACTOR * change), 0.0
     else:
-        of_nodes = _OF_MORE_NODES * change
-    of_normal = of_turned_force(solved.turned_force) if measure == "p_max_MPa" else 0.0
-    return reading + of_nodes + of_normal + step_uncertainty(measure, values, solved, otherwise=otherwise)
+        node_uncertainty = _NODE_CHANGE_FACTOR * change
+    normal_uncertainty = of_turned_force(quality.turned_force) if measure == "p_max_MPa" else 0.0
+    return (
+        reading
+        + node_uncertainty
+        + normal_uncertainty
+        + step_uncertainty(measure, values, quality, otherwise=otherwise)
+    )
 
 
-def reading_uncertainty(measure: str, value: float) -> float | None:
-    """What reading a value of a measure off its nodes leaves open, relative or absolute; None where it is not known."""
+def estimate_reading_uncertainty(measure: str, value: float) -> float | None:
+    """Uncertainty of reading a measure from its nodes.
+
+    Parameters
+    ----------
+    measure
+        Name of the measure.
+    value
+        Value of the measure, in its unit.
+
+    Returns
+    -------
+    float or None
+        Relative for `MEASURES`, absolute for `MISFITS` (-); None if it has not been measured.
+    """
     floor, noise = FLOORS[measure], NOISE.get(measure, 0.0)
     if floor is None:
         return None
-    # what is read is the root of the sum of both squares
+    # The value is the root of the sum of two squares: noise and true value.
     return floor + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
 
 
 def unmeshed(measure: str, value: float, *, shared: bool) -> float | None:
-    """What no mesh takes away of the uncertainty of a measure; relative or absolute, None where it is not known."""
+    """Uncertainty of a measure that no mesh removes.
+
+    Relative for `MEASURES`, absolute for `MISFITS` (-); None if it has not been measured.
+    """
     return uncertainty(measure, [value], Solved(shared=shared))
 
 
 def step_uncertainty(
-    measure: str, values: Sequence[float], solved: Solved = _EXACTLY, *, otherwise: float | None = None
+    measure: str, values: Sequence[float], quality: Solved = _NO_ERRORS, *, otherwise: float | None = None
 ) -> float:
-    """Uncertainty of the step of a measure from the half-space to the bodies, which have the same nodes.
+    """Uncertainty of the step of a measure from the half-space to the bodies.
 
-    As `uncertainty`, but for what reading a pressure off its nodes leaves open: it is the same on both rungs.
+    Both rungs have equal nodes. The contributions are therefore those in `uncertainty`, without reading.
+
+    Parameters
+    ----------
+    measure
+        Name of the measure.
+    values
+        Values of the measure on the mesh levels, as in `uncertainty`.
+    quality
+        Errors and properties of the solved contact.
+    otherwise
+        Value with the other fit, as in `uncertainty`.
+
+    Returns
+    -------
+    float
+        Relative for `MEASURES`, absolute for `MISFITS` (-); NaN if a value is not finite.
     """
-    other = values[0] if otherwise is None else otherwise
-    if not all(math.isfinite(value) for value in (*values, other)):
+    value_by_other_fit = values[0] if otherwise is None else otherwise
+    if not all(math.isfinite(value) for value in (*values, value_by_other_fit)):
         return math.nan
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change, told_apart = change_between_meshes(values) / size, abs(values[0] - other) / size
-    of_change = _WHERE_PATCHES_PART if solved.parting else _OF_THE_CHANGE
-    # what Hertz has no value of may be nothing at all, on soft elements too
-    of_elements = _OF_THE_COMPLIANCE * _at_most(solved.compliance_error, UNSEEN_COMPLIANCE) * abs(values[0]) / size
+    change, fit_difference = compute_mesh_change(values) / size, abs(values[0] - value_by_other_fit) / size
+    change_factor = _SEPARATION_CHANGE_FACTOR if quality.parting else _CHANGE_FACTOR
+    # The misfits may be zero, on soft elements too.
+    compliance_uncertainty = (
+        _COMPLIANCE_SENSITIVITY
+        * _bound_compliance_error(quality.compliance_error, UNSEEN_COMPLIANCE)
+        * abs(values[0])
+        / size
+    )
     return (
-        of_change * change
+        change_factor * change
         + IN_COMMON[measure]
-        + OF_SKEW[measure] * abs(solved.skew)
-        + _OF_THE_PARTING * told_apart
-        + _cut_planes(measure, values[0], solved.shared)
-        + (_of_joined_lobe(solved.joined_share) if measure == "p_max_MPa" and not solved.shared else 0.0)
-        + of_elements
-        + solved.residual
+        + OF_SKEW[measure] * abs(quality.skew)
+        + _FIT_DIFFERENCE_FACTOR * fit_difference
+        + _cut_plane_uncertainty(measure, values[0], quality.shared)
+        + (_joined_lobe_uncertainty(quality.joined_share) if measure == "p_max_MPa" and not quality.shared else 0.0)
+        + compliance_uncertainty
+        + quality.residual
     )
 
 
-def share_uncertainty(values: Sequence[float], solved: Solved = _EXACTLY, *, otherwise: float | None = None) -> float:
-    """Uncertainty of the part of the load on a lobe or a patch, absolute, from its values as in `uncertainty`.
+def share_uncertainty(
+    values: Sequence[float], quality: Solved = _NO_ERRORS, *, otherwise: float | None = None
+) -> float:
+    """Uncertainty of the load fraction of a lobe or a patch.
 
-    What the cut planes leave open is `cut_planes_share`.
+    The uncertainty by the cut planes is not included; see `cut_planes_share`.
+
+    Parameters
+    ----------
+    values
+        Load fractions (-) on the mesh levels, as in `uncertainty`.
+    quality
+        Errors and properties of the solved contact.
+    otherwise
+        Load fraction with the other fit, as in `uncertainty`.
+
+    Returns
+    -------
+    float
+        Absolute uncertainty (-); NaN if a value is not finite.
     """
-    other = values[0] if otherwise is None else otherwise
-    if not all(math.isfinite(value) for value in (*values, other)):
+    value_by_other_fit = values[0] if otherwise is None else otherwise
+    if not all(math.isfinite(value) for value in (*values, value_by_other_fit)):
         return math.nan
-    of_elements = _OF_THE_COMPLIANCE * _at_most(solved.compliance_error, UNSEEN_COMPLIANCE) * values[0]
-    told_apart = _OF_THE_PARTING * abs(values[0] - other)
+    compliance_uncertainty = (
+        _COMPLIANCE_SENSITIVITY * _bound_compliance_error(quality.compliance_error, UNSEEN_COMPLIANCE) * values[0]
+    )
+    fit_uncertainty = _FIT_DIFFERENCE_FACTOR * abs(values[0] - value_by_other_fit)
     return (
-        _READING_SHARE
-        + _OF_CHANGE_OF_SHARE * change_between_meshes(values)
-        + told_apart
-        + of_elements
-        + solved.residual
+        _SHARE_FLOOR
+        + _SHARE_CHANGE_FACTOR * compute_mesh_change(values)
+        + fit_uncertainty
+        + compliance_uncertainty
+        + quality.residual
     )
 
 
 def cut_planes_share(value: float) -> float:
-    """What the cut planes leave open of the part of the load on a lobe, which it takes from all others or gives."""
-    return _OF_SEPARATE_LOAD * min(value, 1.0 - value)
+    """Uncertainty of a lobe's load fraction from the cut planes.
+
+    The lobe takes this load from all other lobes, or loses it to them.
+    """
+    return _SEPARATE_LOAD_ERROR * min(value, 1.0 - value)
 
 
-def change_between_meshes(values: Sequence[float]) -> float:
-    """Change between two meshes, of those before the last one what is left where errors fall with the elements' size.
+def compute_mesh_change(values: Sequence[float]) -> float:
+    """Largest change between neighbouring meshes, reduced to the finest mesh.
 
-    A last change that is small by chance does not hide them.
+    Earlier changes are divided by `MESH_RATIO` for each later mesh, since errors decrease with the element size. A last
+    change that is small by chance does not hide the earlier changes.
+
+    Parameters
+    ----------
+    values
+        Values on the mesh levels, the finest first.
+
+    Returns
+    -------
+    float
+        Absolute change in the unit of the values; 0 for a single value.
+
+    Examples
+    --------
+    >>> from fecontact.judging.uncertainty import compute_mesh_change
+    >>> round(compute_mesh_change([1.0, 1.02, 1.08]), 6)
+    0.04
     """
     return max(
-        (abs(finer - coarser) / MESH_RATIO**k for k, (finer, coarser) in enumerate(pairwise(values))), default=0.0
+        (abs(finer - coarser) / MESH_RATIO**number for number, (finer, coarser) in enumerate(pairwise(values))),
+        default=0.0,
     )
 
 
-def _cut_planes(measure: str, value: float, shared: bool) -> float:
-    """What the cut planes leave open of a measure, of one patch or of several that share the load."""
+def _cut_plane_uncertainty(measure: str, value: float, shared: bool) -> float:
+    """Uncertainty of a measure from the cut planes.
+
+    It is larger if several separate patches share the load.
+    """
     if not shared:
         return CUT_PLANES[measure]
     if measure == "separate_load":
-        return _OF_SEPARATE_LOAD * value
-    return max(CUT_PLANES[measure], _CUT_PLANES_SHARED.get(measure, 0.0))
+        return _SEPARATE_LOAD_ERROR * value
+    return max(CUT_PLANES[measure], _SHARED_CUT_PLANES.get(measure, 0.0))
 
 
 def of_turned_force(turned_force: float) -> float:
-    """What a force along another normal leaves open of the peak, relative."""
-    return _OF_LOAD * abs(turned_force)
+    """Relative uncertainty of the peak from a force along another normal."""
+    return _PEAK_LOAD_EXPONENT * abs(turned_force)
 
 
-def _of_joined_lobe(share: float) -> float:
-    """What its part of the load leaves open of the peak of a lobe, relative."""
-    return _OF_LOAD * cut_planes_share(share) / share
+def _joined_lobe_uncertainty(share: float) -> float:
+    """Relative uncertainty of the peak of a lobe from its load fraction."""
+    return _PEAK_LOAD_EXPONENT * cut_planes_share(share) / share
 
 
-def _at_most(compliance_error: float, unseen: float) -> float:
-    """Size of an error of the elements' compliance, `unseen` where it is not seen."""
-    return unseen if math.isnan(compliance_error) else abs(compliance_error)
+def _bound_compliance_error(compliance_error: float, error_if_unchecked: float) -> float:
+    """Absolute error of the elements' compliance, or a given bound if it was not measured."""
+    return error_if_unchecked if math.isnan(compliance_error) else abs(compliance_error)
 
 
 def elements_uncertainty(
     measure: str, values: Sequence[float], *, elements: float, compliance_error: float, residual: float = 0.0
 ) -> float | None:
-    """Uncertainty of a measure of the contact on the elements' own nodes, relative or absolute as in `uncertainty`.
+    """Uncertainty of a measure of the contact on the elements' nodes.
 
     Parameters
     ----------
+    measure
+        Name of the measure.
     values
-        The measure on those nodes of two or more meshes, as in `uncertainty`.
+        Values of the measure on these nodes of at least two mesh levels, as in `uncertainty`.
     elements
-        On the semi-axis, of the finest mesh.
+        Number of elements per semi-axis on the finest mesh.
+    compliance_error
+        Relative error of the compliance of the elements (-); NaN if it could not be measured.
+    residual
+        Relative residual of the contact solution (-).
 
     Returns
     -------
     float or None
-        NaN where a value is none; None where meshes do not tell the measure's uncertainty.
+        Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite; None if meshes do not show
+        the uncertainty of the measure.
     """
     floor = _ELEMENT_FLOORS.get(measure)
     if floor is None:
         return None
-    reading = floor * (_ELEMENTS / elements) ** (1 if measure in _WITH_THEIR_NUMBER else 2)
+    reading = floor * (_REFERENCE_ELEMENTS / elements) ** (1 if measure in _FIRST_ORDER_MEASURES else 2)
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change = change_between_meshes(values) / size
-    # more would show in this contact beside that of the finer nodes (`elements_off`)
-    of_elements = _OF_MODULUS[measure] * _at_most(compliance_error, COMPLIANCE_LIMIT) * abs(values[0]) / size
-    return reading + change + CUT_PLANES[measure] + of_elements + residual
+    change = compute_mesh_change(values) / size
+    # A larger error would be visible in the difference between this contact and the contact of the finer nodes
+    # (`has_faulty_elements`).
+    compliance_uncertainty = (
+        _MODULUS_SENSITIVITY[measure]
+        * _bound_compliance_error(compliance_error, COMPLIANCE_LIMIT)
+        * abs(values[0])
+        / size
+    )
+    return reading + change + CUT_PLANES[measure] + compliance_uncertainty + residual
 
 
-def unmeshed_uncertainty(measure: str, deviation: float, *, slope: float) -> float:
-    """Uncertainty of a deviation that is left as irregularities along the track are in the gap and in no mesh.
+def estimate_irregularity_uncertainty(measure: str, deviation: float, *, slope: float) -> float:
+    """Uncertainty of a deviation if track irregularities are in the gap but in no mesh.
 
-    What a body gives way below a pressure along its own normals differs from the smooth body's part by about the
-    largest slope: in plane strain, waves of 14 and 30 mm with slopes of 0.002 to 0.022, by 0.15 to 1.6 % of the shape
-    below the patch, and by 0.4 % at a flat of 60 mm with 0.05. What Hertz has nothing of has that part of its value.
+    The deformation of a body below a pressure along its normals differs from the deformation of the smooth body by
+    about the largest slope. This was measured in plane strain: for waves of 14 and 30 mm with slopes of 0.002 to 0.022,
+    the difference is 0.15 to 1.6 % of the shape below the patch, and 0.4 % at a flat of 60 mm with a slope of 0.05. For
+    the misfits, the uncertainty is this fraction of their values.
+
+    Parameters
+    ----------
+    measure
+        Name of the measure.
+    deviation
+        Deviation of the measure (-).
+    slope
+        Largest slope of the irregularities (-).
+
+    Returns
+    -------
+    float
+        Uncertainty of the deviation (-).
     """
     return slope if measure in MEASURES or measure == "misplaced_load" else slope * abs(deviation)

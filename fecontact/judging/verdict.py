@@ -1,4 +1,4 @@
-"""Verdict: does Hertz hold here, by which measure, why not, and how sure is that?"""
+"""Verdicts on theories of the contact: answer, deciding measure, cause and uncertainty."""
 
 from __future__ import annotations
 
@@ -29,23 +29,24 @@ FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Whether Hertz holds, and what decided it.
+    """Answer for a theory, with the deciding measure and the cause.
 
     Attributes
     ----------
     answer
-        The worst of `each`.
+        Worst answer of all judged measures. With profile variants: the answer of at least 95 % of the variants, and
+        UNRESOLVED if no answer is that frequent.
     measure
-        The measure that decided: the one furthest beyond its limit (FAILS), with the largest uncertainty for its limit
-        (UNRESOLVED), or using most of its limit (HOLDS).
+        Name of the deciding measure. For HOLDS and FAILS it has the largest deviation as a fraction of its limit; for
+        UNRESOLVED it has the largest uncertainty as a fraction of its limit.
     each
-        The answer of every measure that is judged.
+        Answer of each judged measure, by its name.
     cause
-        Why Hertz is off where it is, by more than a limit; `profile` where the measured profile leaves it open.
+        Reason for a deviation beyond its limit, or `PROFILE`, or `ELEMENTS`; None without a reason.
     unknown
-        Measures that the result does not tell.
+        Names of the judged measures without a deviation or without an uncertainty.
     lines
-        The answer on each line that measured points allow, by its label; empty for exact lines.
+        Answer on each profile variant, by its label; empty for an exact profile.
     """
 
     TELLS = ("answer", "measure", "each", "failing", "cause", "unknown", "lines")
@@ -59,112 +60,203 @@ class Verdict:
 
     @property
     def failing(self) -> tuple[str, ...]:
-        """The measures that fail."""
+        """Names of the measures that fail."""
         return tuple(measure for measure, answer in self.each.items() if answer == "FAILS")
 
-    def usable(self, converged: bool) -> Verdict:
-        """The verdict on a result: one that must not be used leaves it open."""
-        return self if converged else replace(self, answer="UNRESOLVED")
+    def usable(self, is_usable: bool) -> Verdict:
+        """Verdict of a usable result; UNRESOLVED for an unusable result."""
+        return self if is_usable else replace(self, answer="UNRESOLVED")
 
 
 def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], criteria: Criteria) -> Verdict:
     """Compare deviations with their limits.
 
-    A measure FAILS if it is beyond its limit by more than its uncertainty, HOLDS if it is within by more than that, and
-    is UNRESOLVED otherwise, or where the result does not tell it. Hertz fails if a measure does, and holds if all do.
+    The answer for each measure is the answer of `answer_of`, and UNRESOLVED if the measure has no deviation or no
+    uncertainty. A theory FAILS if at least one measure FAILS, and HOLDS if every measure HOLDS.
+
+    Parameters
+    ----------
+    deviation, uncertainty
+        Deviation of the theory from the finite elements and its uncertainty (-), by the name of the measure: relative
+        for each of `MEASURES`, absolute for each of `MISFITS`.
+    criteria
+        Limits of the judged measures.
+
+    Returns
+    -------
+    Verdict
+        Without a cause, and without answers on profile variants. Use `judge_on_lines` for a measured profile.
+
+    Examples
+    --------
+    >>> from fecontact.criteria import Criteria
+    >>> from fecontact.judging.verdict import judge
+    >>> judge({"p_max_MPa": -0.08}, {"p_max_MPa": 0.01}, Criteria(judged_by=("strength",))).answer
+    'FAILS'
     """
     limits = criteria.limits
-    unknown = tuple(measure for measure in limits if measure not in deviation or measure not in uncertainty)
-    each = {
-        measure: "UNRESOLVED" if measure in unknown else answer_of(deviation[measure], uncertainty[measure], limit)
+    missing_measures = tuple(measure for measure in limits if measure not in deviation or measure not in uncertainty)
+    answers = {
+        measure: "UNRESOLVED"
+        if measure in missing_measures
+        else answer_of(deviation[measure], uncertainty[measure], limit)
         for measure, limit in limits.items()
     }
-    worst = max(each.values(), key=FROM_BEST.index)
+    worst_answer = max(answers.values(), key=FROM_BEST.index)
 
-    def weight(measure: str) -> float:
-        if measure in unknown or math.isnan(uncertainty[measure]) or math.isnan(deviation[measure]):
+    def rank_measure(measure: str) -> float:
+        """Uncertainty or deviation of a measure as a fraction of its limit."""
+        if measure in missing_measures or math.isnan(uncertainty[measure]) or math.isnan(deviation[measure]):
             return math.inf
-        of = uncertainty[measure] if worst == "UNRESOLVED" else abs(deviation[measure])
-        return of / limits[measure]
+        magnitude = uncertainty[measure] if worst_answer == "UNRESOLVED" else abs(deviation[measure])
+        return magnitude / limits[measure]
 
-    decided = max((measure for measure, answer in each.items() if answer == worst), key=weight)
-    return Verdict(answer=worst, measure=decided, each=each, unknown=unknown)
+    deciding_measure = max((measure for measure, answer in answers.items() if answer == worst_answer), key=rank_measure)
+    return Verdict(answer=worst_answer, measure=deciding_measure, each=answers, unknown=missing_measures)
 
 
-# A theory holds, or fails, where it does so on this part of the lines that measured points allow.
-_OF_LINES = 0.95
+# A theory HOLDS or FAILS if it does so on at least this fraction of the profile variants.
+_DECIDING_FRACTION = 0.95
 
 
 def judge_on_lines(
-    deviation: Mapping[str, float], uncertainty: Mapping[str, float], moves: Moves, criteria: Criteria
+    deviation: Mapping[str, float], uncertainty: Mapping[str, float], shifts: Moves, criteria: Criteria
 ) -> tuple[Verdict, dict[str, float]]:
-    """Judge on every line that measured points allow; with the uncertainty that the lines make of the one given.
+    """Judge a theory on every profile variant.
 
-    The measure that decided is the one that has the answer on most lines. What is stated covers every filter with every
-    noise, of lines that have the contact; one that does not have it leaves the answer on it open. A line with other
-    patches is judged by its own half-space, with the step to the finite elements of the own line as uncertainty.
+    A profile variant is a smoothed profile that is consistent with the measured points. A variant with other patches is
+    judged by its contact on the half-space; its uncertainty includes the step to the finite elements on the reference
+    variant.
+
+    Parameters
+    ----------
+    deviation, uncertainty
+        Deviation on the reference variant and its numerical uncertainty (-), by the name of the measure, as in `judge`.
+    shifts
+        Shift of each deviation from the reference variant to each profile variant; `EXACT` for an exact profile.
+    criteria
+        Limits of the judged measures.
+
+    Returns
+    -------
+    verdict : Verdict
+        Answer of at least 95 % of the variants, for the theory and for each measure, else UNRESOLVED. A variant without
+        this contact is UNRESOLVED. The deciding measure has the answer of the theory; for FAILS it is the measure that
+        FAILS on most variants.
+    uncertainty : dict of str to float
+        Numerical uncertainty plus the largest shift of the deviation (-). It covers every combination of filter length
+        and noise sample, over the variants with this contact.
     """
-    own, stated = judge(deviation, uncertainty, criteria), dict(uncertainty)
-    if not moves.by_line:
-        return own, stated
-    there = moves.deviations(deviation)
-    on_lines = {}
-    for label, moved in there.items():
-        # relative uncertainties are of what the theory is divided by
-        known = {
-            name: value * abs((1.0 + moved[name]) / (1.0 + deviation[name])) if name in MEASURES else value
+    reference_verdict, stated_uncertainty = judge(deviation, uncertainty, criteria), dict(uncertainty)
+    if not shifts.by_line:
+        return reference_verdict, stated_uncertainty
+    variant_deviations = shifts.deviations(deviation)
+    variant_verdicts = {}
+    for label, variant_deviation in variant_deviations.items():
+        # A relative deviation is theory / finite elements - 1. The uncertainty of the finite elements changes the
+        # deviation in proportion to theory / finite elements, which is 1 + deviation.
+        variant_uncertainty = {
+            name: value * abs((1.0 + variant_deviation[name]) / (1.0 + deviation[name])) if name in MEASURES else value
             for name, value in uncertainty.items()
         }
-        step = moves.step_uncertainty(label, deviation)
-        on_lines[label] = judge(moved, {name: value + step[name] for name, value in known.items()}, criteria)
-    for name in stated:
-        stated[name] += moves.farthest(name, deviation[name])
-    each = {name: _of_lines([one.each[name] for one in on_lines.values()]) for name in own.each}
-    answer = _of_lines([one.answer for one in on_lines.values()])
+        step = shifts.step_uncertainty(label, deviation)
+        variant_verdicts[label] = judge(
+            variant_deviation, {name: value + step[name] for name, value in variant_uncertainty.items()}, criteria
+        )
+    for name in stated_uncertainty:
+        stated_uncertainty[name] += shifts.farthest(name, deviation[name])
+    answers = {
+        name: _answer_of_most([variant_verdict.each[name] for variant_verdict in variant_verdicts.values()])
+        for name in reference_verdict.each
+    }
+    common_answer = _answer_of_most([variant_verdict.answer for variant_verdict in variant_verdicts.values()])
 
-    def weight(measure: str) -> tuple[bool, int, float]:
-        having = sum(one.each[measure] == answer for one in on_lines.values())
-        of = stated.get(measure, math.inf) if answer == "UNRESOLVED" else abs(deviation.get(measure, math.inf))
-        used = of / criteria.limits[measure]
-        return each[measure] == answer, having if answer == "FAILS" else 0, math.inf if math.isnan(used) else used
+    def rank_measure(measure: str) -> tuple[bool, int, float]:
+        """Sort key: answer, number of variants with the answer, and fraction of the limit."""
+        count = sum(variant_verdict.each[measure] == common_answer for variant_verdict in variant_verdicts.values())
+        magnitude = (
+            stated_uncertainty.get(measure, math.inf)
+            if common_answer == "UNRESOLVED"
+            else abs(deviation.get(measure, math.inf))
+        )
+        fraction = magnitude / criteria.limits[measure]
+        return (
+            answers[measure] == common_answer,
+            count if common_answer == "FAILS" else 0,
+            math.inf if math.isnan(fraction) else fraction,
+        )
 
-    decided = replace(
-        own, answer=answer, measure=max(each, key=weight), each=each, lines={k: v.answer for k, v in on_lines.items()}
+    verdict = replace(
+        reference_verdict,
+        answer=common_answer,
+        measure=max(answers, key=rank_measure),
+        each=answers,
+        lines={label: variant_verdict.answer for label, variant_verdict in variant_verdicts.items()},
     )
-    return decided, stated
+    return verdict, stated_uncertainty
 
 
-def _of_lines(answers: Sequence[Answer]) -> Answer:
-    decided: tuple[Answer, ...] = ("HOLDS", "FAILS")
-    return next((one for one in decided if answers.count(one) >= _OF_LINES * len(answers)), "UNRESOLVED")
+def _answer_of_most(answers: Sequence[Answer]) -> Answer:
+    """Answer of at least 95 % of the profile variants, else UNRESOLVED."""
+    resolved: tuple[Answer, ...] = ("HOLDS", "FAILS")
+    return next(
+        (answer for answer in resolved if answers.count(answer) >= _DECIDING_FRACTION * len(answers)), "UNRESOLVED"
+    )
 
 
 def answer_of(deviation: float, uncertainty: float, limit: float) -> Answer:
-    """Whether a deviation is within its limit, whatever it is inside its uncertainty."""
+    """Compare the deviation of a single measure with its limit.
+
+    Parameters
+    ----------
+    deviation, uncertainty, limit
+        In equal units. The sign of the deviation is ignored.
+
+    Returns
+    -------
+    Answer
+        HOLDS or FAILS if the deviation is below or above the limit by more than the uncertainty, else UNRESOLVED.
+
+    Examples
+    --------
+    >>> from fecontact.judging.verdict import answer_of
+    >>> [answer_of(deviation, 0.01, limit=0.05) for deviation in (0.03, -0.045, 0.08)]
+    ['HOLDS', 'UNRESOLVED', 'FAILS']
+    """
     if abs(deviation) - uncertainty > limit:
         return "FAILS"
-    # not the other way round: what is not a number does not hold
+    # Both comparisons are false for NaN, so that a deviation of NaN is UNRESOLVED.
     return "HOLDS" if abs(deviation) + uncertainty < limit else "UNRESOLVED"
 
 
 AT_JUNCTION = "curvature undefined at the touch point"
-"""Cause where the touch point lies at a curvature junction, whatever the ladder says."""
+"""Cause of a verdict at a contact point on a curvature junction, independent of the ladder."""
 
 
 PROFILE = "profile"
-"""Cause where the verdict is open because the measured profile is not known better."""
+"""Cause of an UNRESOLVED verdict: the measured profile is not accurate enough."""
 
 
 ELEMENTS = "elements"
-"""Cause where the verdict is open because the finite elements do not answer as their material does."""
+"""Cause of an UNRESOLVED verdict: the finite elements behave differently from their material."""
 
 
-# --- A judged theory as a value: how far it is off the finite elements, how sure that is, and its verdict.
+# --- Judgement: a theory compared with the finite elements, with deviations, uncertainties and verdict.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Standing:
-    """Whether a theory holds by its numbers, and what it says of the contact; without a name where none stands."""
+    """Answer for a theory, with the contact that the theory predicts.
+
+    Attributes
+    ----------
+    name
+        Name of the theory; empty if no theory holds.
+    answer
+        Answer by the numbers of the theory, inside and outside its range of validity.
+    made
+        Contact by the theory; None for a theory that does not predict the pressure, such as a creep law.
+    """
 
     name: str = ""
     answer: Answer = "FAILS"
@@ -172,31 +264,37 @@ class Standing:
 
     @property
     def out_of_range(self) -> bool:
-        """Whether the theory is out of its own range; what no theory of the pressure is has none."""
+        """Whether the contact is outside the theory's range of validity.
+
+        A theory that does not predict the pressure has no range.
+        """
         return self.made is not None and self.made.status == "out of range"
 
     @property
     def label(self) -> str:
-        """The name of a theory that holds, UNRESOLVED where that is open, `none` where all fail."""
+        """Name of a theory that HOLDS, `none` for FAILS, or `UNRESOLVED`."""
         return {"HOLDS": self.name, "FAILS": "none"}.get(self.answer, self.answer)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Judgement:
-    """A theory of the contact against the finite elements.
+    """Comparison of a theory with the finite elements.
 
     Attributes
     ----------
     deviation
-        (Theory - FE) / FE of each of `MEASURES`, and the `MISFITS`, or of a measure that a feature has.
+        Deviation of the theory (-), by the name of the measure: (theory - FE) / FE for each of `MEASURES`, absolute for
+        each of `MISFITS` and for measures of a feature.
     uncertainty
-        Of the deviations, of those where it is known.
+        Uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
     limits
-        Of the measures that decide.
+        Limits of the judged measures (-).
+    verdict
+        Verdict on the theory.
     approximation
-        What a theory of the pressure says.
+        Contact by the theory; None for a theory that does not predict the pressure.
     numerical, moves
-        The part of the uncertainty that is the meshes', and how deviations move over the lines that points allow.
+        Contribution of the meshes to the uncertainty (-), and shifts of the deviations over the profile variants.
     """
 
     deviation: Mapping[str, float]
@@ -208,19 +306,42 @@ class Judgement:
     moves: Moves = EXACT
 
     def band(self, p_max_MPa: float) -> tuple[float, float] | None:
-        """Least and largest peak over the lines, from that on the own line, with what meshes leave open of it."""
-        unsure = self.numerical["p_max_MPa"] / abs(1.0 + self.deviation["p_max_MPa"])
-        return self.moves.band(p_max_MPa, unsure)
+        """Smallest and largest peak pressure of all profile variants.
+
+        Parameters
+        ----------
+        p_max_MPa
+            Peak pressure of the finite elements on the reference variant, in MPa.
+
+        Returns
+        -------
+        tuple of float or None
+            Peak pressures in MPa, extended by the numerical uncertainty; None for an exact profile.
+        """
+        relative_uncertainty = self.numerical["p_max_MPa"] / abs(1.0 + self.deviation["p_max_MPa"])
+        return self.moves.band(p_max_MPa, relative_uncertainty)
 
     @property
     def measures(self) -> Measures:
-        """The own measures of a theory of the pressure."""
+        """Measures of the contact by the theory.
+
+        Raises
+        ------
+        AssertionError
+            If the theory does not predict the pressure.
+        """
         assert self.approximation is not None
         return measures_of_theory(self.approximation)
 
     @property
     def hertz(self) -> HertzContact:
-        """The ellipse of a theory that has a single one."""
+        """Ellipse of a theory with a single elliptical patch.
+
+        Raises
+        ------
+        AssertionError
+            If the theory predicts several patches, or a patch that is not an ellipse.
+        """
         assert self.approximation is not None
         assert self.approximation.single is not None
         ellipse = self.approximation.single.hertz
@@ -229,80 +350,122 @@ class Judgement:
 
     @property
     def limit_used(self) -> float:
-        """Largest part of a limit that the theory uses; above 1 it fails."""
+        """Largest limit utilisation of all judged measures (-); above 1 the theory fails."""
         return float(np.max([abs(self.deviation[name]) / limit for name, limit in self.limits.items()]))
 
     @property
     def limit_range(self) -> tuple[float, float]:
-        """The least and the most that this part may be; NaN where the uncertainty of a measure is not known."""
-        used = np.array([abs(self.deviation[name]) for name in self.limits])
-        unsure = np.array([self.uncertainty.get(name, math.nan) for name in self.limits])
+        """Bounds of the largest limit utilisation (-); NaN if a measure has no uncertainty."""
+        magnitudes = np.array([abs(self.deviation[name]) for name in self.limits])
+        uncertainties = np.array([self.uncertainty.get(name, math.nan) for name in self.limits])
         limits = np.array([*self.limits.values()])
-        return float(np.max((used - unsure) / limits)), float(np.max((used + unsure) / limits))
+        return float(np.max((magnitudes - uncertainties) / limits)), float(
+            np.max((magnitudes + uncertainties) / limits)
+        )
 
 
-def worst_judgement(judged: Mapping[str, Judgement] | Mapping[Side, Judgement]) -> Judgement:
-    """The worst judgement of both sides; the field side's if both are equal."""
-    return max(reversed([*judged.values()]), key=lambda one: FROM_BEST.index(one.verdict.answer))
+def select_worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, Judgement]) -> Judgement:
+    """Judgement with the worst answer; the last of equal answers.
+
+    The gauge side comes first, so that the field side wins a tie.
+    """
+    return max(reversed([*judgements.values()]), key=lambda judgement: FROM_BEST.index(judgement.verdict.answer))
 
 
-def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
-    """The worst verdict of both sides; the field side's if both are equal."""
-    return worst_judgement(judged).verdict
+def worst_of(judgements: Mapping[str, Judgement]) -> Verdict:
+    """Verdict of the `select_worst_judgement`."""
+    return select_worst_judgement(judgements).verdict
 
 
-def standings(judged: Mapping[str, Judgement]) -> list[Standing]:
-    """How judged theories stand, in their order."""
-    return [Standing(name=name, answer=one.verdict.answer, made=one.approximation) for name, one in judged.items()]
+def standings(judgements: Mapping[str, Judgement]) -> list[Standing]:
+    """Answer for each judged theory, in the order of the judgements.
+
+    Parameters
+    ----------
+    judgements
+        Judgements by the name of the theory.
+
+    Returns
+    -------
+    list of Standing
+        Answers with the contacts by the theories.
+    """
+    return [
+        Standing(name=name, answer=judgement.verdict.answer, made=judgement.approximation)
+        for name, judgement in judgements.items()
+    ]
 
 
 def cheapest(theories: Iterable[Standing], *, in_range: bool = False) -> Standing:
-    """The first theory by cost that does not fail; where it is open whether that one holds, so is the answer.
+    """First theory in order of cost that does not fail.
 
-    A theory holds by its numbers. With `in_range` it must be in its own range too.
+    Parameters
+    ----------
+    theories
+        Answers for the theories, the cheapest theory first.
+    in_range
+        Whether theories outside their range of validity are skipped.
+
+    Returns
+    -------
+    Standing
+        With the answer UNRESOLVED if it is unresolved whether the cheapest theory holds; without a name if all theories
+        fail.
+
+    Examples
+    --------
+    >>> from fecontact.judging.verdict import Standing, cheapest
+    >>> cheapest([Standing(name="hertz"), Standing(name="multi_hertz", answer="HOLDS")]).label
+    'multi_hertz'
     """
-    left = (one for one in theories if one.answer != "FAILS" and not (in_range and one.out_of_range))
-    return next(left, Standing())
+    candidates = (theory for theory in theories if theory.answer != "FAILS" and not (in_range and theory.out_of_range))
+    return next(candidates, Standing())
 
 
-# --- What yielding does to a contact, and whether Hertz holds for the first loading of virgin steel.
+# --- Plastic verdict: first loading of virgin steel, and Hertz compared with bodies that yield.
 
 NOT_IN_IT = "first loading of virgin steel: shakedown, residual stress, friction and repeated passes are not in it"
-"""What the plastic rung does not say, wherever its numbers stand."""
-# Of the change from half as many load steps: what is left is 0.3 to 0.5 of it.
-_OF_THE_STEPS = 0.5
-# Of the step itself, over the elements per semi-axis squared: two coarse meshes may agree by chance. With 4 elements
-# peak and area of spheres at 1.8 to 3.5 yield stresses are up to 8 % of their step off, and two meshes say half of it.
-_OF_ELEMENTS = 1.6
-# What corrections leave of the peak, relative.
-_OF_CORRECTIONS = 1e-4
-# Of the von Mises peak: points of elements see 1 to 2 % too much below spheres, where two meshes agree.
-_OF_STRESS = 0.02
+"""Range of validity of the plastic rung, for every message and record with its numbers."""
+# Error of the load steps, as a fraction of the change from half as many load steps. Measured: 0.3 to 0.5.
+_LOAD_STEP_FRACTION = 0.5
+# Least error of the elements, as a fraction of the plastic step, multiplied by the square of the number of elements per
+# semi-axis. Two coarse meshes may agree by chance: with 4 elements per semi-axis, peak and area of spheres at 1.8 to
+# 3.5 yield stresses have errors of up to 8 % of their plastic step, and two meshes show half of that error.
+_LEAST_ELEMENT_ERROR = 1.6
+# Relative error of the peak that remains after the corrections.
+_CORRECTION_ERROR = 1e-4
+# Relative error of the von Mises peak. Below spheres, the points of the elements give values that are 1 to 2 % too low,
+# although two meshes agree.
+_VON_MISES_ERROR = 0.02
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlasticVerdict:
-    """The first loading of bodies that may yield, as it is judged.
+    """Verdict on Hertz's theory for bodies that may yield, in their first loading.
+
+    Must not be used for repeated passes; see `NOT_IN_IT`.
 
     Attributes
     ----------
     yielded
-        As it was solved on the finest meshes.
+        Plastic contact on the finest meshes.
+    status
+        `converged` or `not converged`.
     step_uncertainty
-        Of the step `bodies_to_plastic` of each measure, for a yield stress that is exact.
+        Uncertainty of the ladder step `bodies_to_plastic` (-), by the name of the measure, for an exact yield stress.
     band
-        The peak's, and each other measure's, step with a yield stress lower and higher by `YIELD_BAND`.
+        Plastic step of each measure (-) with a yield stress that is lower and higher by `YIELD_BAND`.
     judgements
-        Hertz on each side of the touch point against bodies that yield, by the names of the theories.
+        Hertz on each side of the contact point compared with bodies that yield, by the name of the theory.
     verdict
-        The worst of them.
+        Worst verdict of the judgements, with its cause.
     first_yield_uncertainty
-        Relative, of the load of first yield.
+        Relative uncertainty of the load of first yield (-).
     plastic_load_N, plastic_measure
-        Load at which plasticity alone takes up the limit of a measure, and which; None where it does not up to the
-        load.
+        Smallest load at which the plastic step of a measure reaches the limit of the measure, and the name of the
+        measure; None if no plastic step reaches a limit up to the load of the case.
     cancelling
-        Steps that take each other's place where Hertz holds although one is beyond a limit; empty where none do.
+        Text on steps that compensate each other, if Hertz HOLDS although the plastic step exceeds a limit; else empty.
     """
 
     yielded: Yielded
@@ -318,193 +481,274 @@ class PlasticVerdict:
 
     @property
     def deciding(self) -> Judgement:
-        """Hertz on the side that decided, against bodies that yield, with the verdict."""
-        return replace(worst_judgement(self.judgements), verdict=self.verdict)
+        """Judgement against bodies that yield on the deciding side, with the verdict."""
+        return replace(select_worst_judgement(self.judgements), verdict=self.verdict)
 
     @property
     def deciding_side(self) -> Side:
-        """The side that decided; `both` where the curvature is the same on both."""
+        """Deciding side of the contact point; `both` if the curvatures of both sides are equal."""
         if len(self.judgements) == 1:
             return "both"
-        return "gauge" if worst_judgement(self.judgements) is self.judgements[HERTZ_GAUGE] else "field"
+        return "gauge" if select_worst_judgement(self.judgements) is self.judgements[HERTZ_GAUGE] else "field"
 
     @property
     def has_yielded(self) -> bool:
-        """Whether anything yields under the load."""
+        """Whether a body has yielded under the load."""
         return any(body.largest_strain > 0.0 for body in self.yielded.bodies.values())
 
 
 def judge_plastic(
-    solved: SolvedLoad, judged: Mapping[str, Judgement], ladder: Ladder, geometry: PatchGeometry, *, at_junction: bool
+    solved_load: SolvedLoad,
+    judgements: Mapping[str, Judgement],
+    ladder: Ladder,
+    geometry: PatchGeometry,
+    *,
+    at_junction: bool,
 ) -> PlasticVerdict | None:
-    """Judge the plastic rung of a load; None where no body has a yield stress, or it was not solved.
+    """Judge Hertz's theory against the plastic rung of a load.
 
     Parameters
     ----------
-    judged
-        Hertz on each side of the touch point against elastic bodies.
+    solved_load
+        Contacts of the load on all mesh levels.
+    judgements
+        Hertz on each side of the contact point compared with elastic bodies, by the name of the theory.
+    ladder, geometry
+        Steps from Hertz to the plastic rung, and geometry of the profiles below the patch, for the cause.
+    at_junction
+        Whether the contact point is on a curvature junction.
+
+    Returns
+    -------
+    PlasticVerdict or None
+        None if no body has a yield stress, or if the plastic rung was not solved.
     """
-    finest = solved.levels[0]
+    finest = solved_load.levels[0]
     if finest.yielded is None:
         return None
-    yielded, limits = finest.yielded, solved.case.criteria.limits
-    status = "converged" if _converged(solved) else "not converged"
-    (theory, *_) = (one.approximation for one in judged.values())
+    plastic_contact, limits = finest.yielded, solved_load.case.criteria.limits
+    status = "converged" if _is_converged(solved_load) else "not converged"
+    (theory, *_) = (judgement.approximation for judgement in judgements.values())
     assert theory is not None
-    unsure = _step_uncertainty(solved.levels, theory)
-    others = {name: _against(one, yielded, unsure, solved) for name, one in judged.items()}
-    worst = worst_of(others)
-    off = any(abs(one.deviation[worst.measure]) > limits[worst.measure] for one in others.values())
+    step_uncertainty = _step_uncertainty(solved_load.levels, theory)
+    plastic_judgements = {
+        name: _against(judgement, plastic_contact, step_uncertainty, solved_load)
+        for name, judgement in judgements.items()
+    }
+    worst = worst_of(plastic_judgements)
+    is_beyond_limit = any(
+        abs(judgement.deviation[worst.measure]) > limits[worst.measure] for judgement in plastic_judgements.values()
+    )
     cause: str | None = None
-    if worst.answer != "HOLDS" and off:
+    if worst.answer != "HOLDS" and is_beyond_limit:
         cause = AT_JUNCTION if at_junction else cause_of(ladder.steps, worst.measure, geometry, plastic=True)
-    load_N, measure = _plastic_load(yielded, limits)
+    load_N, measure = _plastic_load(plastic_contact, limits)
     return PlasticVerdict(
-        yielded=yielded,
+        yielded=plastic_contact,
         status=status,
-        step_uncertainty=unsure,
-        band=_band(solved.levels),
-        judgements=others,
+        step_uncertainty=step_uncertainty,
+        band=_yield_stress_ranges(solved_load.levels),
+        judgements=plastic_judgements,
         verdict=replace(worst, cause=cause).usable(status == "converged"),
-        first_yield_uncertainty=_first_yield_uncertainty(solved.levels),
+        first_yield_uncertainty=_first_yield_uncertainty(solved_load.levels),
         plastic_load_N=load_N,
         plastic_measure=measure,
-        cancelling=_cancelling(ladder.steps, limits) if worst.answer == "HOLDS" else "",
+        cancelling=_describe_cancelling_steps(ladder.steps, limits) if worst.answer == "HOLDS" else "",
     )
 
 
-def _converged(solved: SolvedLoad) -> bool:
-    return solved.status == "converged" and all(
-        level.yielded is not None and level.yielded.status == "converged" for level in solved.levels
+def _is_converged(solved_load: SolvedLoad) -> bool:
+    """Whether elastic and plastic contact have converged on every mesh level."""
+    return solved_load.status == "converged" and all(
+        level.yielded is not None and level.yielded.status == "converged" for level in solved_load.levels
     )
 
 
-def _against(elastic: Judgement, yielded: Yielded, unsure: Mapping[str, float], solved: SolvedLoad) -> Judgement:
-    """Hertz with one curvature against bodies that yield: as unsure as against elastic ones, and as the step is."""
-    made = elastic.approximation
-    assert made is not None
-    deviation = deviations_of(yielded.fe, made)
-    numerical = {
-        name: known * _scale(name, deviation, elastic.deviation)
-        + unsure[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
-        for name, known in elastic.numerical.items()
+def _against(
+    elastic: Judgement, plastic_contact: Yielded, step_uncertainty: Mapping[str, float], solved_load: SolvedLoad
+) -> Judgement:
+    """Judge Hertz with a single curvature against bodies that yield.
+
+    The numerical uncertainty is the sum of the uncertainty against elastic bodies and the uncertainty of the plastic
+    step. Both are multiplied by theory / finite elements of the plastic contact.
+    """
+    theory = elastic.approximation
+    assert theory is not None
+    deviation = deviations_of(plastic_contact.fe, theory)
+    numerical_uncertainty = {
+        name: elastic_uncertainty * _deviation_ratio(name, deviation, elastic.deviation)
+        + step_uncertainty[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
+        for name, elastic_uncertainty in elastic.numerical.items()
     }
-    verdict, uncertainty = judge_on_lines(deviation, numerical, elastic.moves, solved.case.criteria)
-    return replace(elastic, deviation=deviation, uncertainty=uncertainty, numerical=numerical, verdict=verdict)
+    verdict, uncertainty = judge_on_lines(deviation, numerical_uncertainty, elastic.moves, solved_load.case.criteria)
+    return replace(
+        elastic, deviation=deviation, uncertainty=uncertainty, numerical=numerical_uncertainty, verdict=verdict
+    )
 
 
-def _scale(name: str, deviation: Mapping[str, float], elastic: Mapping[str, float]) -> float:
-    """How much a relative uncertainty of elastic bodies is of what Hertz is off from bodies that yield."""
-    return abs((1.0 + deviation[name]) / (1.0 + elastic[name])) if name in MEASURES else 1.0
+def _deviation_ratio(name: str, plastic: Mapping[str, float], elastic: Mapping[str, float]) -> float:
+    """Ratio of 1 + deviation between plastic and elastic contact.
+
+    1 + deviation is theory / finite elements. The ratio is 1 for an absolute measure.
+    """
+    return abs((1.0 + plastic[name]) / (1.0 + elastic[name])) if name in MEASURES else 1.0
 
 
-def _step(level: Level, yielded: Rung, theory: Approximation) -> dict[str, float]:
-    """Change of each measure from elastic bodies on the same nodes: relative, or as it is where Hertz has no value."""
-    before, after = values_of(level.fe, theory), values_of(yielded, theory)
+def _step(level: Level, plastic_rung: Rung, theory: Approximation) -> dict[str, float]:
+    """Change of each measure by plasticity, on equal nodes (-).
+
+    The change is relative for each of `MEASURES`, and absolute for each of `MISFITS`.
+    """
+    before, after = values_of(level.fe, theory), values_of(plastic_rung, theory)
     return {
         name: value / before[name] - 1.0 if name in MEASURES else value - before[name] for name, value in after.items()
     }
 
 
 def _step_uncertainty(levels: Sequence[Level], theory: Approximation) -> dict[str, float]:
-    """What meshes, load steps, corrections and the elements' own nodes leave open of the step of each measure."""
-    told = [(level, level.yielded) for level in levels if level.yielded is not None]
-    of_meshes = [_step(level, yielded.fe, theory) for level, yielded in told]
-    half = [
-        (found, _step(level, yielded.fewer_steps, theory))
-        for found, (level, yielded) in zip(of_meshes, told, strict=True)
-        if yielded.fewer_steps is not None
+    """Uncertainty of the plastic step of each measure (-).
+
+    The contributions are the meshes, the load steps, the nodes of the elements and the corrections. With a single mesh
+    level, the uncertainty is NaN.
+    """
+    plastic_levels = [(level, level.yielded) for level in levels if level.yielded is not None]
+    steps = [_step(level, contact.fe, theory) for level, contact in plastic_levels]
+    load_step_pairs = [
+        (step, _step(level, contact.fewer_steps, theory))
+        for step, (level, contact) in zip(steps, plastic_levels, strict=True)
+        if contact.fewer_steps is not None
     ]
-    if len(of_meshes) < 2:
-        return dict.fromkeys(of_meshes[0], math.nan)
-    finest, coarser = of_meshes[:2]
-    on_elements, least = _on_elements(levels[0]), _OF_ELEMENTS / _elements_a_semi_axis(levels[0]) ** 2
-    found = {}
+    if len(steps) < 2:
+        return dict.fromkeys(steps[0], math.nan)
+    finest, coarser = steps[:2]
+    step_on_elements, least_fraction = (
+        _on_elements(levels[0]),
+        _LEAST_ELEMENT_ERROR / _elements_a_semi_axis(levels[0]) ** 2,
+    )
+    uncertainty = {}
     for name, value in finest.items():
-        of_steps = _OF_THE_STEPS * abs(half[0][0][name] - half[0][1][name]) if half else 0.0
-        own = abs(on_elements[name] - value) if name in on_elements else 0.0
-        of_elements = max(abs(value - coarser[name]), least * abs(value))
-        found[name] = of_elements + of_steps + own + _OF_CORRECTIONS
-    return found
+        load_step_error = (
+            _LOAD_STEP_FRACTION * abs(load_step_pairs[0][0][name] - load_step_pairs[0][1][name])
+            if load_step_pairs
+            else 0.0
+        )
+        node_error = abs(step_on_elements[name] - value) if name in step_on_elements else 0.0
+        element_error = max(abs(value - coarser[name]), least_fraction * abs(value))
+        uncertainty[name] = element_error + load_step_error + node_error + _CORRECTION_ERROR
+    return uncertainty
 
 
 def _elements_a_semi_axis(level: Level) -> float:
-    patch, (step_x, step_y) = measures_of(level.fe), level.nodal.grid.steps_mm
-    return min(patch.a_mm / step_x, patch.b_mm / step_y)
+    """Number of elements per semi-axis, in the direction with fewer elements."""
+    patch, (spacing_x_mm, spacing_y_mm) = measures_of(level.fe), level.nodal.grid.steps_mm
+    return min(patch.a_mm / spacing_x_mm, patch.b_mm / spacing_y_mm)
 
 
 def _on_elements(level: Level) -> dict[str, float]:
-    """The step of what the elements' own nodes tell well of a plastic pressure: its peak, and the approach."""
+    """Relative change of peak pressure and approach by plasticity.
+
+    The change is read on the nodes of the elements. These nodes resolve the other measures of a plastic pressure too
+    coarsely.
+    """
     assert level.yielded is not None
     before, after = (measures_of(rung).as_dict() for rung in (level.on_elements, level.yielded.nodal.even()))
     return {name: after[name] / before[name] - 1.0 for name in ("p_max_MPa", "approach_mm")}
 
 
 def _first_yield_uncertainty(levels: Sequence[Level]) -> float:
-    loads = [level.yielded.first_yield_N for level in levels if level.yielded is not None]
-    # a load goes with the third power of the stress
-    return math.nan if len(loads) < 2 else abs(loads[1] / loads[0] - 1.0) + 3.0 * _OF_STRESS
+    """Relative uncertainty of the load of first yield; NaN without coarser meshes."""
+    loads_N = [level.yielded.first_yield_N for level in levels if level.yielded is not None]
+    # The load is proportional to the third power of the stress.
+    return math.nan if len(loads_N) < 2 else abs(loads_N[1] / loads_N[0] - 1.0) + 3.0 * _VON_MISES_ERROR
 
 
-def _band(levels: Sequence[Level]) -> dict[str, tuple[float, float]]:
-    """Steps with a lower and a higher yield stress: what those move on coarse meshes, about the finest one's step."""
+def _yield_stress_ranges(levels: Sequence[Level]) -> dict[str, tuple[float, float]]:
+    """Plastic step of each measure with lower and higher yield stress.
+
+    The effect of the yield stress is solved on coarse meshes and applied to the plastic step on the finest meshes. The
+    result is empty if the effect was not solved.
+    """
     coarse = next((level.yielded for level in levels if level.yielded is not None and level.yielded.by_band), None)
     finest = levels[0].yielded
     if coarse is None or finest is None:
         return {}
     before, after = (measures_of(rung).as_dict() for rung in (levels[0].fe, finest.fe))
-    of = coarse.by_band
-    found = {}
+    coarse_steps = coarse.by_band
+    ranges = {}
     for name in MEASURES:
-        ratio = after[name] / before[name] / (1.0 + of["given"][name])
-        found[name] = (ratio * (1.0 + of["lower"][name]) - 1.0, ratio * (1.0 + of["higher"][name]) - 1.0)
-    return found
+        ratio = after[name] / before[name] / (1.0 + coarse_steps["given"][name])
+        ranges[name] = (
+            ratio * (1.0 + coarse_steps["lower"][name]) - 1.0,
+            ratio * (1.0 + coarse_steps["higher"][name]) - 1.0,
+        )
+    return ranges
 
 
-def _plastic_load(yielded: Yielded, limits: Mapping[str, float]) -> tuple[float | None, str | None]:
-    """Load at which plasticity alone first takes up the limit of a measure, interpolated between the path's loads."""
-    found: list[tuple[float, str]] = []
+def _plastic_load(plastic_contact: Yielded, limits: Mapping[str, float]) -> tuple[float | None, str | None]:
+    """Smallest load at which a plastic step reaches its limit.
+
+    The result is the load in N and the name of the measure. The load is interpolated linearly between the loads of the
+    load path.
+    """
+    crossings: list[tuple[float, str]] = []
     for name in (name for name in limits if name in MEASURES):
-        load_N, step = yielded.first_yield_N, 0.0
-        for point in yielded.path:
-            here = abs(point.steps[name])
-            if here > limits[name]:
-                part = (limits[name] - step) / (here - step)
-                found.append((load_N + part * (point.load_N - load_N), name))
+        load_N, step = plastic_contact.first_yield_N, 0.0
+        for point in plastic_contact.path:
+            next_step = abs(point.steps[name])
+            if next_step > limits[name]:
+                fraction = (limits[name] - step) / (next_step - step)
+                crossings.append((load_N + fraction * (point.load_N - load_N), name))
                 break
-            load_N, step = point.load_N, here
-    return min(found, default=(None, None), key=lambda one: one[0] or 0.0)
+            load_N, step = point.load_N, next_step
+    return min(crossings, default=(None, None), key=lambda crossing: crossing[0] or 0.0)
 
 
-def _cancelling(steps: Mapping[str, Mapping[str, float]], limits: Mapping[str, float]) -> str:
-    """Steps of one measure that are beyond its limit and make up for each other."""
+def _describe_cancelling_steps(steps: Mapping[str, Mapping[str, float]], limits: Mapping[str, float]) -> str:
+    """Text on the ladder steps that compensate each other.
+
+    The text is for the first measure with a plastic step beyond its limit, and empty without such a measure.
+    """
     for name in (name for name in limits if name in MEASURES):
-        moved = {step.cause: steps[step.name][name] for step in STEPS if step.cause and step.name in steps}
-        if abs(moved[PLASTIC.cause]) > limits[name]:
-            text = ", ".join(f"{cause} {1e2 * part:+.1f} %" for cause, part in moved.items())
-            return f"HOLDS by cancellation of {text}"
+        step_by_cause = {step.cause: steps[step.name][name] for step in STEPS if step.cause and step.name in steps}
+        if abs(step_by_cause[PLASTIC.cause]) > limits[name]:
+            contributions = ", ".join(f"{cause} {1e2 * step:+.1f} %" for cause, step in step_by_cause.items())
+            return f"HOLDS by cancellation of {contributions}"
     return ""
 
 
-def plastic_warnings(found: PlasticVerdict | None) -> list[str]:
-    """What yielding does, in words, with what is not in it."""
-    if found is None:
+def describe_plasticity(verdict: PlasticVerdict | None) -> list[str]:
+    """Warnings on yielding, with their range of validity.
+
+    Parameters
+    ----------
+    verdict
+        Verdict for bodies that may yield; None for elastic bodies.
+
+    Returns
+    -------
+    list of str
+        A single warning; empty for elastic bodies.
+    """
+    if verdict is None:
         return []
-    yielded, load_kN = found.yielded, found.yielded.first_yield_N / 1e3
-    who = (
-        f"the {yielded.first_body} yields first, from {load_kN:.3g} kN ± {1e2 * found.first_yield_uncertainty:.0f} % on"
+    contact, load_kN = verdict.yielded, verdict.yielded.first_yield_N / 1e3
+    first_yield = (
+        f"the {contact.first_body} yields first, from {load_kN:.3g} kN"
+        f" ± {1e2 * verdict.first_yield_uncertainty:.0f} % on"
     )
-    if not found.has_yielded:
-        return [f"plasticity: nothing yields under this load; {who} ({NOT_IN_IT})"]
-    if found.status != "converged":
-        return [f"plasticity: {who}; what it does to the contact was not solved: {found.status} ({NOT_IN_IT})"]
-    before_to_after = yielded.path[-1].steps
-    (low, high) = found.band.get("p_max_MPa", (math.nan, math.nan))
-    said = (
-        f"plasticity: {who}; the peak changes by {1e2 * before_to_after['p_max_MPa']:+.1f} ±"
-        f" {1e2 * found.step_uncertainty['p_max_MPa']:.1f} %, the area by {1e2 * before_to_after['area_mm2']:+.1f} ±"
-        f" {1e2 * found.step_uncertainty['area_mm2']:.1f} %; with yield stresses {1e2 * YIELD_BAND:.0f} % lower and"
+    if not verdict.has_yielded:
+        return [f"plasticity: nothing yields under this load; {first_yield} ({NOT_IN_IT})"]
+    if verdict.status != "converged":
+        return [
+            f"plasticity: {first_yield}; what it does to the contact was not solved: {verdict.status} ({NOT_IN_IT})"
+        ]
+    step = contact.path[-1].steps
+    (low, high) = verdict.band.get("p_max_MPa", (math.nan, math.nan))
+    change = (
+        f"plasticity: {first_yield}; the peak changes by {1e2 * step['p_max_MPa']:+.1f} ±"
+        f" {1e2 * verdict.step_uncertainty['p_max_MPa']:.1f} %, the area by {1e2 * step['area_mm2']:+.1f} ±"
+        f" {1e2 * verdict.step_uncertainty['area_mm2']:.1f} %; with yield stresses {1e2 * YIELD_BAND:.0f} % lower and"
         f" higher the peak by {1e2 * low:+.1f} and {1e2 * high:+.1f} %"
     )
-    against = f"Hertz {found.verdict.answer} against bodies that yield"
-    return [f"{said}; {against}{'; ' * bool(found.cancelling)}{found.cancelling} ({NOT_IN_IT})"]
+    answer = f"Hertz {verdict.verdict.answer} against bodies that yield"
+    return [f"{change}; {answer}{'; ' * bool(verdict.cancelling)}{verdict.cancelling} ({NOT_IN_IT})"]

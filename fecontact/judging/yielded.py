@@ -1,4 +1,4 @@
-"""Contact between bodies that have yielded, as solved: fields and numbers alone."""
+"""Contact between bodies that have yielded, as fields and numbers of the solution."""
 
 from __future__ import annotations
 
@@ -8,21 +8,26 @@ from dataclasses import dataclass
 from fecontact.contact.grid import Rung
 
 YIELD_BAND = 0.15
-"""Part by which a yield stress is taken lower and higher: steels of one name differ by so much, and bend gradually."""
+"""Fraction by which the yield stress is varied downwards and upwards.
+
+Steels of equal designation differ by this fraction, and real steels begin to yield gradually.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PathPoint:
-    """A load on the way up from first yield.
+    """Load on the path from first yield to the load of the case.
 
     Attributes
     ----------
+    load_N
+        Normal force in N.
     steps
-        Change of each of `measures.MEASURES` by plasticity alone, relative to elastic bodies under the same load.
+        Change of each of `measures.MEASURES` by plasticity alone (-), relative to elastic bodies under an equal load.
     largest_strain
-        Largest equivalent plastic strain in either body.
+        Largest equivalent plastic strain in either body (-).
     corrections, change
-        How many corrections were made, and the relative change by the last of them.
+        Number of corrections, and relative change by the last correction (-).
     """
 
     load_N: float
@@ -34,19 +39,23 @@ class PathPoint:
 
 @dataclass(frozen=True, kw_only=True)
 class YieldedBody:
-    """Where a body has yielded; depths lie below its surface, along the normals.
+    """Plastic zone of a body.
+
+    A depth is measured from the surface of the body, along the normal of the surface.
 
     Attributes
     ----------
+    yield_MPa, tangent_MPa
+        Yield stress and tangent modulus in MPa.
     first_yield_N
-        Load at which it yields first, where plastic strain is followed; from the third root of the load, as below an
-        ellipse, where the load is less.
+        Load at which the body yields first in the region where plastic strain is solved. Under a smaller load, the
+        stress is scaled with the third root of the load, as below an ellipse.
     largest_strain, x_mm, y_mm, depth_mm
-        Largest equivalent plastic strain, and where; 0 of a body that has not yielded.
+        Largest equivalent plastic strain (-), and its place; 0 for a body that has not yielded.
     top_mm, bottom_mm
-        Between which depths it has yielded.
+        Smallest and largest depth of the plastic zone.
     volume_mm3
-        Volume that has.
+        Volume of the plastic zone.
     """
 
     yield_MPa: float
@@ -63,23 +72,23 @@ class YieldedBody:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Yielded:
-    """The first loading of virgin bodies on one pair of meshes.
+    """First loading of virgin bodies, on a single mesh level.
 
     Attributes
     ----------
     fe, nodal
-        Contact between the bodies after it, on the nodes of the elastic rungs of the same name.
+        Contact between the bodies with plastic strain, on the nodes of the elastic rungs of equal name.
     bodies
-        What yielded, by `rail` and `wheel`; a body without a yield stress is not there.
+        Plastic zone of each body, by `rail` and `wheel`; a body without a yield stress has no entry.
     path
-        Loads from first yield up to the load; none where nothing yields.
+        Loads from first yield to the load of the case; empty if no body yields.
     fewer_steps
-        `fe` in half as many steps; None where that was not solved.
+        `fe` with half as many load steps; None if it was not solved.
     by_band
-        Change of each measure by plasticity with yield stresses lower and higher by `YIELD_BAND`, and as they are, in
-        half as many steps; empty where that was not solved.
+        Change of each measure by plasticity with a yield stress that is lower and higher by `YIELD_BAND`, and with the
+        given yield stress, all with half as many load steps; empty if they were not solved.
     imprint_mm
-        How far the unloaded surfaces have parted below the patch, at most.
+        Largest distance by which the unloaded surfaces have separated below the patch.
     """
 
     fe: Rung
@@ -92,15 +101,15 @@ class Yielded:
 
     @property
     def first_body(self) -> str:
-        """The body that yields first."""
+        """Name of the body that yields at the smallest load."""
         return min(self.bodies, key=lambda name: self.bodies[name].first_yield_N)
 
     @property
     def first_yield_N(self) -> float:
-        """Load at which either body yields first."""
+        """Smallest load in N at which a body yields."""
         return self.bodies[self.first_body].first_yield_N
 
     @property
     def status(self) -> str:
-        """Whether the contact may be used."""
+        """Status of the plastic contact: `converged` only if both of its rungs are."""
         return "converged" if self.fe.status == self.nodal.status == "converged" else "not converged"

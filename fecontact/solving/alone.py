@@ -1,4 +1,4 @@
-"""Theories of the pressure without finite elements: at a case's position, and in contact tables."""
+"""Theories of the pressure without finite elements, at a position and in contact tables."""
 
 from __future__ import annotations
 
@@ -20,19 +20,25 @@ from fecontact.solving.placing import place_case, placed_or_why
 from fecontact.solving.position import expect_on_half_space
 
 HALF_SPACE = "half_space"
-"""Name of the half-space among `THEORIES`, the only theory that is a solution."""
+"""Name of the half-space among `THEORIES`; it is the only theory that solves a contact."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TheoryAlone:
-    """A theory at a case's position.
+    """Theory at the position of a case.
 
     Attributes
     ----------
+    name
+        Name of the theory.
+    case, placement
+        Case, and its wheel on its rail.
     normal_force_N
-        Force given to the theory: a vertical load is divided by the cosine of the contact angle at first touch.
+        Force given to the theory: a vertical load is divided by the cosine of the contact angle at first contact.
     contact
         Contact by the theory; None without a contact, see `problem`.
+    problem
+        Reason for a missing contact, in words.
     """
 
     name: str
@@ -44,7 +50,7 @@ class TheoryAlone:
 
     @property
     def status(self) -> str:
-        """Status of the theory's answer; `solved` if the theory is in its range."""
+        """Status of the theory's contact; `solved` if the theory is in its range."""
         return "no contact" if self.contact is None else self.contact.status
 
     @property
@@ -54,12 +60,24 @@ class TheoryAlone:
 
 
 def theory_alone(case: Case, name: str) -> TheoryAlone:
-    """Place a case and evaluate one of `THEORIES` by its name.
+    """Place a case and evaluate a theory by its name in `THEORIES`.
 
-    A theory that does not differ from Hertz, such as springs at a single touch point, gives Hertz with a note. Range of
-    validity: strips carry the whole force along the normal at first touch. With patches at 17 and 7 degrees to a
+    A theory that does not differ from Hertz, such as springs at a single contact point, gives Hertz with a note. Range
+    of validity: strips carry the whole force along the normal at first contact. With patches at 17 and 7 degrees to a
     vertical load (S1002 on 60E1, 5 mm, 50 kN) this force is 3 % too large; springs and half-space do not have this
     error.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+    name
+        Name of the theory.
+
+    Returns
+    -------
+    TheoryAlone
+        Contact by the theory, or the reason why there is none.
 
     Raises
     ------
@@ -67,6 +85,13 @@ def theory_alone(case: Case, name: str) -> TheoryAlone:
         As in `place_case`, and if there is no ellipse for Hertz, or no contact on the half-space.
     ConvergenceError
         If a patch on the half-space grows without bound.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> from fecontact.solving.alone import theory_alone
+    >>> theory_alone(fecontact.Case(), "strip").status
+    'solved'
     """
     placement = place_case(case)
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
@@ -76,19 +101,33 @@ def theory_alone(case: Case, name: str) -> TheoryAlone:
 
 
 def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
-    """One of `THEORIES` on a loaded placement.
+    """Evaluate a theory on a loaded placement.
+
+    Parameters
+    ----------
+    loaded
+        Placement with case, normal force and half-space contact.
+    name
+        Name of the theory in `THEORIES`.
+
+    Returns
+    -------
+    TheoryAlone
+        Contact by the theory, or the reason why there is none.
 
     Raises
     ------
     InputError
         If there is no ellipse for Hertz.
     """
-    made = THEORIES[name].approximate(loaded)
-    if made is None:
-        of_hertz = THEORIES[HERTZ].approximate(loaded)
-        assert isinstance(of_hertz, Approximation)
-        made = replace(of_hertz, notes=(*of_hertz.notes, f"{THEORIES[name].words}: undefined here, Hertz is shown"))
-    contact, problem = (None, made) if isinstance(made, str) else (made, None)
+    theory_contact = THEORIES[name].approximate(loaded)
+    if theory_contact is None:
+        hertz_contact = THEORIES[HERTZ].approximate(loaded)
+        assert isinstance(hertz_contact, Approximation)
+        theory_contact = replace(
+            hertz_contact, notes=(*hertz_contact.notes, f"{THEORIES[name].words}: undefined here, Hertz is shown")
+        )
+    contact, problem = (None, theory_contact) if isinstance(theory_contact, str) else (theory_contact, None)
     return TheoryAlone(
         name=name,
         case=loaded.case,
@@ -100,23 +139,27 @@ def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
 
 
 def normal_force_of(case: Case, placement: Placement) -> float:
-    """Force (N) along the contact normal at first touch under a case's load, if first touch carries all of it."""
+    """Normal force at first contact under the load of a case, in N.
+
+    The first contact point is assumed to carry the whole load.
+    """
     return case.load_N / float(placement.first.normal @ direction_of_case(case, placement))
 
 
-# --- Lines of a contact table over lateral shift and load, which a vehicle code looks up instead of solving a contact.
+# --- Lines of a contact table over lateral shift and load, for vehicle codes that look up a contact instead of solving
+# it.
 
 STRIPS = "strip"
 """Name of the strip method among `THEORIES`."""
 _CENTRE = "centre_over_b"
-# The stiffness of the strips is a difference over this part of the force to either side.
-_SIDE = 0.02
-_OPEN = Standing(answer="UNRESOLVED")
+# The stiffness of the strips is a difference quotient over this fraction of the force on either side.
+_FORCE_STEP = 0.02
+_UNRESOLVED = Standing(answer="UNRESOLVED")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TableLine:
-    """A position under one load.
+    """Line of a contact table: a position under a single load.
 
     Attributes
     ----------
@@ -125,14 +168,15 @@ class TableLine:
     placement
         Placement; None if the wheel cannot stand, see `problem`.
     hertz, points
-        The ellipse at the first touch point, and Hertz's springs at all touch points; None if there is no ellipse.
+        Ellipse at the first contact point, and Hertz's springs at all contact points; None if there is no ellipse.
     strips, strip_stiffness_N_per_mm
-        The strip method's contact and its stiffness; None without a contact.
+        Contact by the strip method and its stiffness; None without a contact.
     cheapest
-        The cheapest theory whose peak, area, half-widths and centre agree with the strips within the case's criteria;
-        open if there are no strips, or strips are out of their range. It is no verdict: nothing is solved.
+        Cheapest theory with peak, area, half-widths and centre that agree with the strips within the case's criteria;
+        UNRESOLVED if there are no strips, or if the strips are out of their range. It is not a verdict: no contact is
+        solved.
     problem
-        What is missing, in words.
+        Description of the missing quantities, in words.
     """
 
     case: Case
@@ -141,36 +185,64 @@ class TableLine:
     points: HertzPoints | None = None
     strips: Approximation | None = None
     strip_stiffness_N_per_mm: float | None = None
-    cheapest: Standing = _OPEN
+    cheapest: Standing = _UNRESOLVED
     problem: str = ""
 
 
 def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]) -> Iterator[TableLine]:
-    """Lines by shift, then load; if a wheel cannot stand, or no ellipse fits, the line gives the problem.
+    """Lines of a contact table, by shift, then load.
 
     A wheel is placed once for each shift, or for each load if the roll depends on the load.
+
+    Parameters
+    ----------
+    case
+        Case with profiles and criteria.
+    lateral_shifts_mm, loads_N
+        Lateral shifts in mm and loads in N.
+
+    Yields
+    ------
+    TableLine
+        Line with its problem if a wheel cannot stand, or if no ellipse fits.
     """
-    every_load = case.roll == "loaded" and case.roll_load_N is None
-    for shift in lateral_shifts_mm:
-        placed: Placement | str | None = None
+    needs_placement_per_load = case.roll == "loaded" and case.roll_load_N is None
+    for shift_mm in lateral_shifts_mm:
+        placement: Placement | str | None = None
         for load_N in loads_N:
-            own = replace(case, lateral_shift_mm=shift, load_N=load_N)
-            if placed is None or every_load:
-                placed = placed_or_why(own)
-            yield TableLine(case=own, problem=placed) if isinstance(placed, str) else _line(own, placed)
+            line_case = replace(case, lateral_shift_mm=shift_mm, load_N=load_N)
+            if placement is None or needs_placement_per_load:
+                placement = placed_or_why(line_case)
+            yield (
+                TableLine(case=line_case, problem=placement)
+                if isinstance(placement, str)
+                else _make_line(line_case, placement)
+            )
 
 
 def stiffness_at(case: Case) -> tuple[float, float] | None:
-    """Approach (mm) and stiffness (N/mm) of the strips at a position; None without a contact."""
+    """Approach and stiffness of the strips at a position.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+
+    Returns
+    -------
+    tuple of float or None
+        Approach in mm and stiffness in N/mm; None without a contact.
+    """
     placement = placed_or_why(case)
     if isinstance(placement, str):
         return None
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
     strips = THEORIES[STRIPS].approximate(loaded)
-    return (strips.approach_mm, _stiffness(loaded)) if isinstance(strips, Approximation) else None
+    return (strips.approach_mm, _strip_stiffness(loaded)) if isinstance(strips, Approximation) else None
 
 
-def _line(case: Case, placement: Placement) -> TableLine:
+def _make_line(case: Case, placement: Placement) -> TableLine:
+    """Line of a contact table at a placement, with Hertz, springs and strips."""
     hertz, problem = None, ""
     try:
         hertz = hertz_of_case(case, placement)
@@ -181,38 +253,44 @@ def _line(case: Case, placement: Placement) -> TableLine:
     strips = THEORIES[STRIPS].approximate(loaded)
     if not isinstance(strips, Approximation):
         return replace(line, problem=f"{problem}{'; ' * bool(problem)}{THEORIES[STRIPS].words}: {strips}")
-    line = replace(line, strips=strips, strip_stiffness_N_per_mm=_stiffness(loaded), problem=problem)
+    line = replace(line, strips=strips, strip_stiffness_N_per_mm=_strip_stiffness(loaded), problem=problem)
     if strips.status != "solved":
         return line
-    return replace(line, cheapest=cheapest(_standings(loaded, strips), in_range=case.criteria.theories_in_range))
+    return replace(
+        line, cheapest=cheapest(_iterate_standings(loaded, strips), in_range=case.criteria.theories_in_range)
+    )
 
 
-def _stiffness(loaded: Loaded) -> float:
+def _strip_stiffness(loaded: Loaded) -> float:
     """Stiffness dF/dapproach of the strips (N/mm), on the gap of their contact."""
-    line = gap_line_of(loaded)
-    less, more = (strip(line, (1.0 + side) * loaded.normal_force_N) for side in (-_SIDE, _SIDE))
-    return (more.normal_force_N - less.normal_force_N) / (more.approach_mm - less.approach_mm)
+    gap_line = gap_line_of(loaded)
+    lower, higher = (strip(gap_line, (1.0 + step) * loaded.normal_force_N) for step in (-_FORCE_STEP, _FORCE_STEP))
+    return (higher.normal_force_N - lower.normal_force_N) / (higher.approach_mm - lower.approach_mm)
 
 
-def _standings(loaded: Loaded, strips: Approximation) -> Iterator[Standing]:
-    """Standing of each theory against the strips, the cheapest first; at a junction Hertz must hold on both sides."""
+def _iterate_standings(loaded: Loaded, strips: Approximation) -> Iterator[Standing]:
+    """Answer for each theory compared with the strips, the cheapest theory first.
+
+    At a junction Hertz must hold on both sides.
+    """
     for name in THEORIES:
         if name == HERTZ_GAUGE:
             continue
         try:
-            answers = [THEORIES[side].approximate(loaded) for side in (EITHER_SIDE if name == HERTZ else (name,))]
+            results = [THEORIES[side].approximate(loaded) for side in (EITHER_SIDE if name == HERTZ else (name,))]
         except InputError:
-            # no ellipse fits
+            # No ellipse fits the contact.
             continue
-        made = [one for one in answers if isinstance(one, Approximation)]
-        if made:
-            within = all(_is_within(one, strips, loaded.case.criteria.limits) for one in made)
-            answer: Answer = "HOLDS" if within else "FAILS"
-            yield Standing(name=name, answer=answer if made[-1].definite else "UNRESOLVED", made=made[-1])
+        contacts = [contact for contact in results if isinstance(contact, Approximation)]
+        if contacts:
+            is_within_limits = all(_is_within(contact, strips, loaded.case.criteria.limits) for contact in contacts)
+            answer: Answer = "HOLDS" if is_within_limits else "FAILS"
+            yield Standing(name=name, answer=answer if contacts[-1].definite else "UNRESOLVED", made=contacts[-1])
 
 
-def _is_within(made: Approximation, strips: Approximation, limits: dict[str, float]) -> bool:
-    own, wanted = (measures_of_theory(one).as_dict() for one in (made, strips))
-    off = {name: own[name] / wanted[name] - 1.0 for name in MEASURES}
-    off[_CENTRE] = (made.centre_mm[1] - strips.centre_mm[1]) / made.half_widths_mm[1]
-    return all(abs(off[name]) <= limit for name, limit in limits.items() if name in off)
+def _is_within(contact: Approximation, strips: Approximation, limits: dict[str, float]) -> bool:
+    """Whether a theory agrees with the strips within the limits of all measures."""
+    theory_values, strip_values = (measures_of_theory(theory).as_dict() for theory in (contact, strips))
+    deviation = {name: theory_values[name] / strip_values[name] - 1.0 for name in MEASURES}
+    deviation[_CENTRE] = (contact.centre_mm[1] - strips.centre_mm[1]) / contact.half_widths_mm[1]
+    return all(abs(deviation[name]) <= limit for name, limit in limits.items() if name in deviation)

@@ -1,4 +1,4 @@
-"""Meshes of a case that is not solved here: one body, or both with all that another program needs to press them."""
+"""Meshes of a case for other programs: a single body, or both bodies with their load."""
 
 from __future__ import annotations
 
@@ -22,14 +22,18 @@ from fecontact.solving.position import expect_on_half_space
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshedPair:
-    """Both bodies of a case on the first meshes that `solve` makes.
+    """Both bodies of a case on the first meshes of `solve`.
 
     Attributes
     ----------
+    case
+        Case of the bodies.
+    rail, wheel
+        Meshes of rail and wheel.
     direction (3,)
-        Unit vector against which the wheel is pushed: upwards, or the contact normal at first touch.
+        Unit vector against which the wheel is pushed: upwards, or the contact normal at first contact.
     approach_mm
-        What the wheel moves along it under the case's load if both bodies were half-spaces.
+        Displacement of the wheel along the direction under the load of the case, if both bodies were half-spaces.
     """
 
     case: Case
@@ -40,42 +44,64 @@ class MeshedPair:
 
 
 def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
-    """Mesh one body of a case, without solving it.
+    """Mesh a single body of a case, without solving it.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+    body
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    BodyMesh
+        First mesh of `solve` for this body.
 
     Raises
     ------
     InputError
-        As `solve` does.
+        As in `solve`.
     """
     placement = place_case(case)
-    zone, _ = _expected(case, placement)
-    make = rail_mesh if body == "rail" else wheel_mesh
-    return make(placement, zone, half=case.half, size=case.size)
+    zone, _ = _expect_fine_zone(case, placement)
+    make_mesh = rail_mesh if body == "rail" else wheel_mesh
+    return make_mesh(placement, zone, half=case.half, size=case.size)
 
 
 def mesh_pair(case: Case) -> MeshedPair:
     """Mesh both bodies of a case, without solving it.
 
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+
+    Returns
+    -------
+    MeshedPair
+        First meshes of `solve`, with direction and approach in mm.
+
     Raises
     ------
     InputError
-        As `solve` does.
+        As in `solve`.
     """
     placement = place_case(case)
-    zone, approach = _expected(case, placement)
+    zone, approach_mm = _expect_fine_zone(case, placement)
     direction = placement.load_direction(normal=case.load_kind == "normal")
     return MeshedPair(
         case=case,
         rail=rail_mesh(placement, zone, half=case.half, size=case.size),
         wheel=wheel_mesh(placement, zone, half=case.half, size=case.size),
         direction=direction,
-        # the half-space's approach is the part along the normal
-        approach_mm=approach / float(direction @ placement.first.normal),
+        # The approach of the half-space is the component along the normal.
+        approach_mm=approach_mm / float(direction @ placement.first.normal),
     )
 
 
-def _expected(case: Case, placement: Placement) -> tuple[FineZone, float]:
-    """The fine zone of a case's first meshes, and the half-space's approach (mm) along the normal."""
+def _expect_fine_zone(case: Case, placement: Placement) -> tuple[FineZone, float]:
+    """Fine zone of the first meshes of a case, and the half-space's approach along the normal (mm)."""
     require_finite_elements()
     _, expected = expect_on_half_space(case, placement)
     zone = fine_zone(expected, element_size_mm(case, expected))

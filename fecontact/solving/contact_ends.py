@@ -1,4 +1,7 @@
-"""Refusal of contacts at the end of a profile or on a corner, where the pressure has no finite value."""
+"""Refusal of contacts at the end of a profile or at a corner.
+
+The pressure has no finite value there.
+"""
 
 from __future__ import annotations
 
@@ -10,25 +13,45 @@ from fecontact.contact.grid import Rung
 from fecontact.errors import InputError
 from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement
 
-# A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
+# A smaller kink turns the surface by less than the curvature of the patch does (5 mm on R 300: 0.017).
 _CORNER_RAD = 0.02
 
 
 def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
-    """Refuse a contact at the end of the wheel's line, on a corner or an edge: its pressure has no bound there."""
-    grid, in_contact = rung.grid, rung.pressure_MPa > 0.0
+    """Refuse a contact at the end of the wheel's profile, or on a corner or edge.
+
+    The pressure has no bound there.
+
+    Parameters
+    ----------
+    placement
+        Wheel on rail, with junctions and irregularities.
+    rung
+        Solved contact.
+    gap_mm
+        Gap (nx, ns) in mm on the grid of the contact.
+
+    Raises
+    ------
+    InputError
+        If the contact reaches the end of the profile, a corner, or an edge of an irregularity.
+    """
+    grid, is_in_contact = rung.grid, rung.pressure_MPa > 0.0
     _check_irregularity(placement, rung)
-    if np.any(binary_dilation(gap_mm >= OPEN_GAP_MM, structure=np.ones((3, 3))) & in_contact):
+    if np.any(binary_dilation(gap_mm >= OPEN_GAP_MM, structure=np.ones((3, 3))) & is_in_contact):
         raise InputError(
             f"the contact reaches the end of the running surface of wheel {placement.wheel.profile.name};"
             " reduce the load, change the lateral shift, or give a longer profile line"
         )
-    below = grid.s_mm[in_contact.any(axis=0)]
-    for place in placement.junctions:
-        profile, junction = place.profile, place.junction
-        convex_corner = profile.convex_sign * junction.turn_rad > _CORNER_RAD
-        # its own cell counts: the pressure ends at a corner that it cannot pass
-        if convex_corner and below[0] - grid.steps_mm[1] <= place.s_mm <= below[-1] + grid.steps_mm[1]:
+    loaded_s_mm = grid.s_mm[is_in_contact.any(axis=0)]
+    for junction_place in placement.junctions:
+        profile, junction = junction_place.profile, junction_place.junction
+        is_convex_corner = profile.convex_sign * junction.turn_rad > _CORNER_RAD
+        # The cell of the corner is included: the pressure ends at a corner that it cannot pass.
+        if (
+            is_convex_corner
+            and loaded_s_mm[0] - grid.steps_mm[1] <= junction_place.s_mm <= loaded_s_mm[-1] + grid.steps_mm[1]
+        ):
             raise InputError(
                 f"the contact reaches a corner of {profile.kind} {profile.name} at y = {junction.y_mm:.2f} mm, where"
                 " its pressure has no finite value; change the lateral shift, or round the corner in the profile"
@@ -36,20 +59,20 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
 
 
 def _check_irregularity(placement: Placement, rung: Rung) -> None:
-    """Refuse a contact on an edge of an irregularity, and one beyond the end of its table."""
-    along, x, step = placement.along, rung.grid.x_mm + placement.first.x_mm, rung.grid.steps_mm[0]
-    if along is None:
+    """Refuse a contact on an edge of an irregularity, or beyond its table."""
+    irregularity, x_mm, spacing_mm = placement.along, rung.grid.x_mm + placement.first.x_mm, rung.grid.steps_mm[0]
+    if irregularity is None:
         return
     rows = np.flatnonzero((rung.pressure_MPa > 0.0).any(axis=1))
-    low, high = float(x[rows[0]]) - step, float(x[rows[-1]]) + step
-    if any(low < kink < high for kink in along.kinks_x_mm):
+    low_mm, high_mm = float(x_mm[rows[0]]) - spacing_mm, float(x_mm[rows[-1]]) + spacing_mm
+    if any(low_mm < kink_mm < high_mm for kink_mm in irregularity.kinks_x_mm):
         raise InputError(
-            f"an edge of the irregularity lies in the patch at {along.distance_mm:g} mm: the elastic pressure there has"
-            " no bound, and no peak is given; round it by a haversine or a table with its radius, or take another"
-            " distance"
+            f"an edge of the irregularity lies in the patch at {irregularity.distance_mm:g} mm: the elastic"
+            " pressure there has no bound, and no peak is given; round it by a haversine or a table with its"
+            " radius, or take another distance"
         )
-    if not along.covers(low, high):
+    if not irregularity.covers(low_mm, high_mm):
         raise InputError(
-            f"the contact at {along.distance_mm:g} mm reaches past the end of the irregularity's table; take another"
-            " distance, or a longer table"
+            f"the contact at {irregularity.distance_mm:g} mm reaches past the end of the irregularity's table; take"
+            " another distance, or a longer table"
         )

@@ -1,4 +1,4 @@
-"""Where the patch will be: the true gap on a half-space, cheap enough to be solved before any mesh is made."""
+"""Expected patch of a load: the true gap on a half-space, solved before any mesh is made."""
 
 from __future__ import annotations
 
@@ -12,49 +12,59 @@ from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.solving.contact_ends import check_ends
-from fecontact.solving.lobe_sizes import LESSER_LOAD, LobeSizes, lobe_sizes, semi_axes_of_elements_mm
+from fecontact.solving.lobe_sizes import SMALL_LOAD_FRACTION, LobeSizes, lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.plane_angles import angle_of_patches
 from fecontact.solving.true_gap import ROUGH_TOLERANCE, TOLERANCE, TrueGap
 
-# --- Where the patch will be: the true gap on a half-space, cheap enough to be solved before any mesh is made.
+# --- Expected patch: the true gap on a half-space, which takes little time compared with meshes.
 
 _COARSE_STEP_S_MM = 0.2
 _COARSE_NODES_X = 25
-# Nodes follow a small lobe down to so much of what the others need.
-_FINEST = 0.25
-# Parts of its nodes with which the contact is solved one after the other, each grid made to fit the contact before it.
-_FITS = (1.0, 1.0)
-# On the flange root (S1002 on 60E1, 6.3 mm, 60 kN) the slides of four approaches are 9, 0.6, 0.03 and 0.002 % off.
-_FITS_AFTER_SLIDES = (0.5, 0.5, 1.0)
-# Planes below separate patches are those of the contact on coarser nodes. What they turn by on finer ones changes what
-# one patch does to another one by less than this part, and that is some per cent of what it does to itself.
-_SAME_PLANE_RAD = 5e-3
-# Patches with more free surface between them than so many times the wider one's half width are far apart: each has
-# elements of its own.
-_FAR_APART = 1.0
-# Seconds per solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
+# Least size of a small lobe that the nodes resolve, as a fraction of the size of the other lobes.
+_LEAST_RESOLVED_FRACTION = 0.25
+# Fractions of the nodes with which the contact is solved in turn; each grid fits the contact before it.
+_FIT_FRACTIONS = (1.0, 1.0)
+# Fractions for steep surfaces. On the flange root (S1002 on 60E1, 6.3 mm, 60 kN) the errors of the slides of four
+# approaches are 9, 0.6, 0.03 and 0.002 %.
+_STEEP_FIT_FRACTIONS = (0.5, 0.5, 1.0)
+# Planes below separate patches are taken from the contact on coarser nodes. If a plane turns by less than this angle on
+# finer nodes, the effect of a patch on another patch changes by less than this fraction, and this effect is some per
+# cent of the effect of the patch on itself.
+_PLANE_TOLERANCE_RAD = 5e-3
+# Patches are at a large distance if the free surface between them is larger than this multiple of the wider patch's
+# half width. Each of these patches has separate elements.
+_SEPARATION_RATIO = 1.0
+# Up to this number a solution takes seconds, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
 MOST_NODES = 200_000
-"""Nodes of half a model that are solved at most."""
-# Patches far apart have a band of nodes each where one grid would need more than so much of them.
+"""Largest number of nodes of half a model that is solved."""
+# Patches at a large distance have a band of nodes each if a single grid would need more than this fraction of the
+# nodes.
 _ONE_BAND = 0.1
-# Free nodes beside the contact in a band: an edge is read from five of them.
-_RIM = 6.0
-# Patches are apart by more than half of their least cell.
-_SEEN_APART = 0.5
-# How much longer steps are made where nodes would be too many, as nodes of the rim around a patch come on top; the
-# longer one where the first is not enough.
-_RIMS = (1.02, 1.05)
+# Free nodes outside the contact in a band: an edge is read from five of them.
+_RIM_NODES = 6.0
+# Least distance of separate patches in units of their least cell.
+_SEPARATION_CELLS = 0.5
+# Factors on the grid spacing if there would be too many nodes, since the nodes of the rim around a patch are added. The
+# larger factor is used if the smaller factor is not sufficient.
+_STEP_FACTORS = (1.02, 1.05)
 FEWEST_NODES = 8.0
-"""Nodes that are left to lobes where all of them would be more than are solved."""
-# Nodes that are not nearer to one another than this part of the distance before are no more of them.
-_NO_MORE = 0.85
+"""Number of nodes that remain for lobes if all requested nodes would be too many."""
+# A new grid must have less than this fraction of the present grid spacing; if not, it does not have more nodes.
+_LARGEST_SPACING_RATIO = 0.85
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPart:
-    """A patch far from all others: from where to where across (mm), and how many times larger its elements may be.
+    """Patch at a large distance from all other patches.
 
-    `semi_axes_mm` are its own half length along x and smaller half width across.
+    Attributes
+    ----------
+    s_low_mm, s_high_mm
+        Lateral limits from the first contact point.
+    larger
+        Factor by which the elements may be wider than below the narrowest patch.
+    semi_axes_mm
+        Half length along x and smaller half width of the patch.
     """
 
     s_low_mm: float
@@ -65,22 +75,22 @@ class ExpectedPart:
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPatch:
-    """Where the patch will be on the rail's surface (mm, from the first touch point), and its contact on a half-space.
+    """Expected patch on the rail's surface, with its half-space contact.
 
     Attributes
     ----------
     x_low_mm, x_high_mm, s_low_mm, s_high_mm
-        Its bounding box.
+        Bounding box of the patch.
     semi_axis_x_mm, semi_axis_s_mm
-        Half length and smaller half width that elements are made for: of the lobe that carries most, where it is not
-        much wider than the narrowest one; small ones are left out.
+        Half length and smaller half width for the size of the elements: of the lobe with the largest load, if it is not
+        much wider than the narrowest lobe; small lobes are left out.
     true_gap
-        The gap under the load, with the slide of the bodies on a steep surface.
+        Gap under the load, with the slide of the bodies on a steep surface.
     half_space
-        Contact of that gap on a half-space, with 32 nodes or more on each semi-axis, of small lobes too. Separate
+        Contact of that gap on a half-space, with at least 32 nodes on each semi-axis, also of small lobes. Separate
         patches have a plane each.
     parts
-        Patches far apart, from the gauge side on; a single patch if none are.
+        Patches at a large distance, from the gauge side on; a single entry if there are no such patches.
     """
 
     x_low_mm: float
@@ -94,14 +104,14 @@ class ExpectedPatch:
     parts: tuple[ExpectedPart, ...]
 
     def joined(self) -> ExpectedPatch:
-        """Expected patch as if its parts were not far apart, with equal elements for all of them."""
-        whole = ExpectedPart(
+        """Expected patch without distant patches, with equal elements everywhere."""
+        whole_patch = ExpectedPart(
             s_low_mm=self.s_low_mm,
             s_high_mm=self.s_high_mm,
             larger=1.0,
             semi_axes_mm=(self.semi_axis_x_mm, self.semi_axis_s_mm),
         )
-        return replace(self, parts=(whole,))
+        return replace(self, parts=(whole_patch,))
 
 
 def expected_patch(
@@ -114,111 +124,162 @@ def expected_patch(
     guess_mm: float = 0.1,
     tolerance: float = TOLERANCE,
 ) -> ExpectedPatch:
-    """Solve the true gap on a half-space over all of the surface in reach, then again on a grid that fits the patch.
+    """Solve the true gap on a half-space, in steps to a fitting grid.
 
-    On a steep surface the bodies slide along each other: each solution has the slide of the approach before it.
+    The first grid covers the whole surface in reach. On a steep surface the bodies slide along each other: each
+    solution has the slide of the approach before it.
 
     Parameters
     ----------
+    true_gap
+        True gap without slide.
+    load_N
+        Load in N.
+    half
+        Whether the grids cover only x >= 0, by symmetry.
     nodes
-        Of the grid, on the narrowest semi-axis of the patch.
+        Number of nodes of the grid on the narrowest semi-axis of the patch.
     most
-        Nodes of half a model, `MOST_NODES` if not given; the narrowest lobes get fewer of them where there would be
-        more.
+        Largest number of nodes of half a model, `MOST_NODES` if not given; the narrowest lobes have fewer nodes if
+        there would be more.
     guess_mm
-        First guess of the approach; enlarged until the patch cannot reach further.
+        First guess of the approach; it is enlarged until the patch cannot reach further.
     tolerance
-        Bound of the last solution's residuals relative to the approach.
+        Bound of the last solution's residuals relative to the approach (-).
+
+    Returns
+    -------
+    ExpectedPatch
+        Patch with its half-space contact.
 
     Raises
     ------
     InputError
-        If the patch reaches the end of a running surface, or a corner of one.
+        If the patch reaches the end of a running surface, or a corner of a running surface.
     ConvergenceError
-        If the patch grows without bound, or its contact is not found.
+        If the patch grows without bound, or if its contact is not found.
     """
-    gap, rung = true_gap, _on_coarse(true_gap, load_N, half=half, guess_mm=guess_mm)
+    gap, rung = true_gap, _solve_on_coarse_grid(true_gap, load_N, half=half, guess_mm=guess_mm)
     if gap.is_steep:
         gap = gap.after(rung.approach_mm)
-        rung = _on_coarse(gap, load_N, half=half, guess_mm=guess_mm)
-    *fits, last = _FITS_AFTER_SLIDES if gap.is_steep else _FITS
-    for share in fits:
+        rung = _solve_on_coarse_grid(gap, load_N, half=half, guess_mm=guess_mm)
+    *first_fractions, last_fraction = _STEEP_FIT_FRACTIONS if gap.is_steep else _FIT_FRACTIONS
+    for fraction in first_fractions:
         gap = gap.after(rung.approach_mm) if gap.is_steep else gap
-        rung = _on_fitted(gap, rung, load_N, nodes=round(share * nodes), most=most, tolerance=ROUGH_TOLERANCE)
+        rung = _solve_on_fitted_grid(
+            gap, rung, load_N, nodes=round(fraction * nodes), most=most, tolerance=ROUGH_TOLERANCE
+        )
     gap = gap.after(rung.approach_mm) if gap.is_steep else gap
-    before = rung
-    planes = before if np.ptp(angle_of_patches(gap.placement, before)) > 0.0 else None
-    rung = _on_fitted(gap, before, load_N, nodes=round(last * nodes), most=most, planes=planes, tolerance=tolerance)
+    previous_rung = rung
+    planes = previous_rung if np.ptp(angle_of_patches(gap.placement, previous_rung)) > 0.0 else None
+    rung = _solve_on_fitted_grid(
+        gap, previous_rung, load_N, nodes=round(last_fraction * nodes), most=most, planes=planes, tolerance=tolerance
+    )
     if gap.overlaps_between(rung):
-        before = rung
-        rung = _solve(gap, before.even().grid, load_N, start=before.pressure, planes=before, tolerance=tolerance)
-    turned = angle_of_patches(gap.placement, rung) - _angle_below(gap, rung.grid, before)
-    if np.ptp(turned[rung.pressure_MPa.any(axis=0)]) > _SAME_PLANE_RAD:
+        previous_rung = rung
+        rung = _solve(
+            gap,
+            previous_rung.even().grid,
+            load_N,
+            start=previous_rung.pressure,
+            planes=previous_rung,
+            tolerance=tolerance,
+        )
+    turn_rad = angle_of_patches(gap.placement, rung) - _interpolate_plane_angle(gap, rung.grid, previous_rung)
+    if np.ptp(turn_rad[rung.pressure_MPa.any(axis=0)]) > _PLANE_TOLERANCE_RAD:
         rung = _solve(gap, rung.grid, load_N, start=rung.pressure, planes=rung, tolerance=tolerance)
-    return _patch_of(gap, rung)
+    return _make_expected_patch(gap, rung)
 
 
 def on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung:
-    """The half-space of an expected patch once more, on so many nodes per semi-axis.
+    """Solve the half-space of an expected patch again, on more nodes per semi-axis.
+
+    Parameters
+    ----------
+    expected
+        Expected patch.
+    load_N
+        Load in N.
+    nodes
+        Number of nodes per semi-axis.
+
+    Returns
+    -------
+    Rung
+        Contact on the new nodes.
 
     Raises
     ------
     ConvergenceError
-        If those would be too many, or the contact is not found on them.
+        If there would be too many nodes, or if the contact is not found on them.
     """
     grid = _fitted_grid(expected.half_space, nodes)
-    step, own = grid.steps_mm[1], expected.half_space.grid.steps_mm[1]
-    if step > _NO_MORE * own:
-        raise ConvergenceError(f"more nodes than {own:.2g} mm apart would be too many")
-    return _again_on(expected, grid, load_N)
+    spacing_mm, present_spacing_mm = grid.steps_mm[1], expected.half_space.grid.steps_mm[1]
+    if spacing_mm > _LARGEST_SPACING_RATIO * present_spacing_mm:
+        raise ConvergenceError(f"more nodes than {present_spacing_mm:.2g} mm apart would be too many")
+    return _solve_again(expected, grid, load_N)
 
 
-def on_fewer_nodes(expected: ExpectedPatch, load_N: float, *, fewer: float) -> Rung:
-    """The half-space of an expected patch in one band once more, on nodes so many times farther apart.
+def solve_on_fewer_nodes(expected: ExpectedPatch, load_N: float, *, fewer: float) -> Rung:
+    """Solve the half-space of an expected patch in a single band again, on fewer nodes.
+
+    Parameters
+    ----------
+    expected
+        Expected patch.
+    load_N
+        Load in N.
+    fewer
+        Factor on the grid spacing.
+
+    Returns
+    -------
+    Rung
+        Contact on the new nodes.
 
     Raises
     ------
     ConvergenceError
-        If it is in several bands, or the contact is not found on them.
+        If the patch is in several bands, or if the contact is not found.
     """
     grid = expected.half_space.grid
     if len(grid.bands) > 1:
         raise ConvergenceError("fewer nodes: patches far apart have bands of nodes of their own")
-    x, s = (
-        line[0] + fewer * step * np.arange(math.ceil(np.ptp(line) / (fewer * step)) + 1)
-        for line, step in zip((grid.x_mm, grid.s_mm), grid.steps_mm, strict=True)
+    x_mm, s_mm = (
+        positions_mm[0] + fewer * spacing_mm * np.arange(math.ceil(np.ptp(positions_mm) / (fewer * spacing_mm)) + 1)
+        for positions_mm, spacing_mm in zip((grid.x_mm, grid.s_mm), grid.steps_mm, strict=True)
     )
-    return _again_on(expected, ContactGrid(x_mm=np.asarray(x), s_mm=np.asarray(s), half=grid.half), load_N)
+    return _solve_again(expected, ContactGrid(x_mm=np.asarray(x_mm), s_mm=np.asarray(s_mm), half=grid.half), load_N)
 
 
-def _again_on(expected: ExpectedPatch, grid: ContactGrid, load_N: float) -> Rung:
+def _solve_again(expected: ExpectedPatch, grid: ContactGrid, load_N: float) -> Rung:
     gap, rung = expected.true_gap, expected.half_space
     return _solve(gap, grid, load_N, start=rung.pressure, planes=rung)
 
 
-def _on_coarse(true_gap: TrueGap, load_N: float, *, half: bool, guess_mm: float) -> Rung:
-    """The contact on coarse nodes over all of the surface in reach."""
-    reach = guess_mm
+def _solve_on_coarse_grid(true_gap: TrueGap, load_N: float, *, half: bool, guess_mm: float) -> Rung:
+    """Solve the contact on coarse nodes over the whole surface in reach."""
+    reach_mm = guess_mm
     for _ in range(12):
-        grid = _coarse_grid(true_gap, reach, half=half)
+        grid = _make_coarse_grid(true_gap, reach_mm, half=half)
         rung = _solve(true_gap, grid, load_N, tolerance=ROUGH_TOLERANCE)
-        approach = rung.approach_mm / true_gap.closing
-        if approach < reach:
+        approach_mm = rung.approach_mm / true_gap.closing
+        if approach_mm < reach_mm:
             return rung
-        reach = 1.3 * approach
+        reach_mm = 1.3 * approach_mm
     raise ConvergenceError(
         f"the patch grows without bound under {load_N:g} N: the bodies conform all over; reduce the load"
     )
 
 
-def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGrid:
-    (x_low, x_high), (s_low, s_high) = _region(true_gap, reach_mm, half)
-    x = np.linspace(0.0 if half else x_low, x_high, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
-    s = np.linspace(s_low, s_high, max(33, int(np.ceil((s_high - s_low) / _COARSE_STEP_S_MM)) + 1))
-    return ContactGrid(x_mm=x, s_mm=s, half=half)
+def _make_coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGrid:
+    (x_low_mm, x_high_mm), (s_low_mm, s_high_mm) = _find_near_region(true_gap, reach_mm, half)
+    x_mm = np.linspace(0.0 if half else x_low_mm, x_high_mm, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
+    s_mm = np.linspace(s_low_mm, s_high_mm, max(33, int(np.ceil((s_high_mm - s_low_mm) / _COARSE_STEP_S_MM)) + 1))
+    return ContactGrid(x_mm=x_mm, s_mm=s_mm, half=half)
 
 
-def _on_fitted(
+def _solve_on_fitted_grid(
     true_gap: TrueGap,
     rung: Rung,
     load_N: float,
@@ -228,19 +289,25 @@ def _on_fitted(
     planes: Rung | None = None,
     tolerance: float = TOLERANCE,
 ) -> Rung:
-    """Contact on a grid that fits a contact on coarser nodes, with room for one of their steps where it is cut off.
+    """Solve the contact on a grid that fits a contact on coarser nodes.
 
-    In planes of their own patches press less on each other, and reach further: there is room at once.
+    If the contact is cut off by the grid, it is solved again with room for a grid spacing of the coarser nodes. In
+    separate planes the patches press less on each other and reach further: they have this room at once.
     """
-    fitted = rung
-    for room in ((0.0, 0.0), rung.grid.steps_mm)[planes is not None :]:
-        grid = _fitted_grid(rung, nodes, room, most=most)
-        fitted = _solve(true_gap, grid, load_N, start=rung.pressure, planes=planes, tolerance=tolerance)
-        p = fitted.pressure_MPa
-        ends = (p[:, 0], p[:, -1], p[-1], p[0] if not fitted.grid.half else np.zeros(1))
-        if not any(end.any() for end in ends):
+    fitted_rung = rung
+    for room_mm in ((0.0, 0.0), rung.grid.steps_mm)[planes is not None :]:
+        grid = _fitted_grid(rung, nodes, room_mm, most=most)
+        fitted_rung = _solve(true_gap, grid, load_N, start=rung.pressure, planes=planes, tolerance=tolerance)
+        pressure = fitted_rung.pressure_MPa
+        edges = (
+            pressure[:, 0],
+            pressure[:, -1],
+            pressure[-1],
+            pressure[0] if not fitted_rung.grid.half else np.zeros(1),
+        )
+        if not any(edge.any() for edge in edges):
             break
-    return fitted
+    return fitted_rung
 
 
 def _solve(
@@ -252,12 +319,13 @@ def _solve(
     planes: Rung | None = None,
     tolerance: float = TOLERANCE,
 ) -> Rung:
-    """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found.
+    """Solve the contact on a grid from a guess, and refuse unusable contacts.
 
-    In one plane for all patches, or in those below the patches of a contact that is known.
+    A contact is refused at the end of a profile, on a corner, and without convergence. There is a single plane for all
+    patches, or the planes below the patches of a given contact.
     """
-    angle = None if planes is None else _angle_below(true_gap, grid, planes)
-    rung = true_gap.solve(grid, load_N, start=start, angle_rad=angle, tolerance=tolerance)
+    angle_rad = None if planes is None else _interpolate_plane_angle(true_gap, grid, planes)
+    rung = true_gap.solve(grid, load_N, start=start, angle_rad=angle_rad, tolerance=tolerance)
     check_ends(true_gap.placement, rung, true_gap.on(grid))
     if rung.status != "converged":
         raise ConvergenceError(
@@ -267,170 +335,223 @@ def _solve(
     return rung
 
 
-def _angle_below(true_gap: TrueGap, grid: ContactGrid, planes: Rung) -> Floats:
-    """Angle (ns,) in rad of the planes below the patches of another contact, at each column of a grid."""
+def _interpolate_plane_angle(true_gap: TrueGap, grid: ContactGrid, planes: Rung) -> Floats:
+    """Angle (ns,) in rad of the planes of another contact, at each column of a grid."""
     return np.asarray(np.interp(grid.s_mm, planes.grid.s_mm, angle_of_patches(true_gap.placement, planes)))
 
 
-def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Bounding box of the surface that comes together when the bodies approach rigidly by `reach`."""
+def _find_near_region(
+    true_gap: TrueGap, reach_mm: float, half: bool
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Bounding box of the surface that comes together for a rigid approach by `reach_mm`."""
     placement = true_gap.placement
-    profile, origin = placement.rail.profile, placement.first_arc_length_mm
-    height = 0.0 if placement.along is None else placement.along.height_mm
-    width = 1.3 * np.sqrt(2.0 * placement.wheel.rolling_radius_mm * (reach + height))
-    x = np.linspace(0.0 if half else -width, width, 15 if half else 29)
-    # the profile's own sides and junction steps lie beyond any contact of running wheels
-    s = np.arange(1e-6, profile.length_mm, _COARSE_STEP_S_MM) - origin
-    _, normals = placement.surface(0.0, s)
-    # nothing is near where the gap is twice as wide in the middle: a yawed wheel is lowest by a millimetre beside it
-    # surfaces that face away from the approach open when the bodies approach; gaps along their normals mean nothing
+    profile, origin_mm = placement.rail.profile, placement.first_arc_length_mm
+    height_mm = 0.0 if placement.along is None else placement.along.height_mm
+    width_mm = 1.3 * np.sqrt(2.0 * placement.wheel.rolling_radius_mm * (reach_mm + height_mm))
+    x_mm = np.linspace(0.0 if half else -width_mm, width_mm, 15 if half else 29)
+    # The sides of the profile and its junction steps lie outside any contact of running wheels.
+    s_mm = np.arange(1e-6, profile.length_mm, _COARSE_STEP_S_MM) - origin_mm
+    _, normals = placement.surface(0.0, s_mm)
+    # The surfaces are not near if the central gap is wider than twice the reach: a yawed wheel is lowest at a position
+    # that is a millimetre off the centre.
+    # Surfaces that face away from the approach open when the bodies approach; gaps along their normals mean nothing.
     closing = normals @ true_gap.direction
-    columns = np.flatnonzero((closing > 0.0) & (true_gap.gap(0.0, s) <= 2.0 * (reach + height)))
-    near = true_gap.gap(x[:, None], s[None, columns]) <= reach * closing[columns]
-    rows, columns = np.flatnonzero(near.any(axis=1)), columns[near.any(axis=0)]
+    columns = np.flatnonzero((closing > 0.0) & (true_gap.gap(0.0, s_mm) <= 2.0 * (reach_mm + height_mm)))
+    is_near = true_gap.gap(x_mm[:, None], s_mm[None, columns]) <= reach_mm * closing[columns]
+    rows, columns = np.flatnonzero(is_near.any(axis=1)), columns[is_near.any(axis=0)]
     if columns.size == 0:
-        return (-width, width), (-1.0, 1.0)
-    if columns[0] == 0 or columns[-1] == s.size - 1:
+        return (-width_mm, width_mm), (-1.0, 1.0)
+    if columns[0] == 0 or columns[-1] == s_mm.size - 1:
         raise InputError(
             f"the contact reaches the end of the running surface of rail {profile.name}; reduce the load or the"
             " lateral shift, or give a longer profile line"
         )
-    dx = x[1] - x[0]
-    return (x[rows[0]] - dx, x[rows[-1]] + dx), (s[columns[0]] - _COARSE_STEP_S_MM, s[columns[-1]] + _COARSE_STEP_S_MM)
+    spacing_mm = x_mm[1] - x_mm[0]
+    return (x_mm[rows[0]] - spacing_mm, x_mm[rows[-1]] + spacing_mm), (
+        s_mm[columns[0]] - _COARSE_STEP_S_MM,
+        s_mm[columns[-1]] + _COARSE_STEP_S_MM,
+    )
 
 
 def _fitted_grid(
     rung: Rung, nodes: int, room_mm: tuple[float, float] = (0.0, 0.0), *, most: int | None = None
 ) -> ContactGrid:
+    """Grid that fits a contact, with a number of nodes on its narrowest semi-axis.
+
+    If there would be too many nodes, the narrowest lobes have fewer.
+    """
     grid, sizes = rung.grid, lobe_sizes(rung)
-    (x_low, x_high), (s_low, s_high) = _bounds(rung)
-    followed = followed_mm(sizes)
-    step_x, step_s = (length / nodes for length in followed)
+    (x_low_mm, x_high_mm), (s_low_mm, s_high_mm) = _find_bounds(rung)
+    followed_lengths_mm = followed_mm(sizes)
+    spacing_x_mm, spacing_s_mm = (length / nodes for length in followed_lengths_mm)
     models = 1 if grid.half else 2
-    asked, full = models * (most or MOST_NODES), models * MOST_NODES
-    area = (x_high - x_low) * (s_high - s_low) / (step_x * step_s)
-    if area > _ONE_BAND * full and len(parts := _far_apart(rung)) > 1:
-        banded = _grid_in_bands(rung, parts, nodes)
-        if math.prod(banded.shape) <= asked:
-            return banded
-    # the least lobes get fewer nodes where all of them would be too many, large ones where that is not enough
-    for limit, of_large in ((asked, nodes), (full, nodes), (full, FEWEST_NODES)):
-        for rim in _RIMS:
-            fewer = min(max(1.0, rim * math.sqrt(area / limit)), nodes / FEWEST_NODES)
-            along_x, across = (
-                max(step, min(fewer * step, min(large) / of_large))
-                for step, large in zip((step_x, step_s), zip(*sizes.large, strict=True), strict=True)
+    requested_limit, largest_limit = models * (most or MOST_NODES), models * MOST_NODES
+    node_count = (x_high_mm - x_low_mm) * (s_high_mm - s_low_mm) / (spacing_x_mm * spacing_s_mm)
+    if node_count > _ONE_BAND * largest_limit and len(patches := _split_distant_patches(rung)) > 1:
+        banded_grid = _make_grid_in_bands(rung, patches, nodes)
+        if math.prod(banded_grid.shape) <= requested_limit:
+            return banded_grid
+    # The smallest lobes have fewer nodes if all nodes would be too many. Large lobes have fewer nodes if that is not
+    # sufficient.
+    for limit, large_lobe_nodes in ((requested_limit, nodes), (largest_limit, nodes), (largest_limit, FEWEST_NODES)):
+        for step_factor in _STEP_FACTORS:
+            coarsening = min(max(1.0, step_factor * math.sqrt(node_count / limit)), nodes / FEWEST_NODES)
+            step_x_mm, step_s_mm = (
+                max(step_mm, min(coarsening * step_mm, min(large_lengths_mm) / large_lobe_nodes))
+                for step_mm, large_lengths_mm in zip(
+                    (spacing_x_mm, spacing_s_mm), zip(*sizes.large, strict=True), strict=True
+                )
             )
-            room_x, room_s = (max(3.0 * step, room) for step, room in zip((along_x, across), room_mm, strict=True))
-            first_x = 0.0 if grid.half else x_low - room_x
-            first_s = s_low - room_s
-            count_x = int(np.ceil((x_high + room_x - first_x) / along_x))
-            count_s = int(np.ceil((s_high + room_s - first_s) / across))
-            if count_x * count_s <= full:
+            room_x_mm, room_s_mm = (
+                max(3.0 * step_mm, least_room_mm)
+                for step_mm, least_room_mm in zip((step_x_mm, step_s_mm), room_mm, strict=True)
+            )
+            first_x_mm = 0.0 if grid.half else x_low_mm - room_x_mm
+            first_s_mm = s_low_mm - room_s_mm
+            count_x = int(np.ceil((x_high_mm + room_x_mm - first_x_mm) / step_x_mm))
+            count_s = int(np.ceil((s_high_mm + room_s_mm - first_s_mm) / step_s_mm))
+            if count_x * count_s <= largest_limit:
                 return ContactGrid(
-                    x_mm=np.asarray(first_x + along_x * np.arange(count_x + 1)),
-                    s_mm=np.asarray(first_s + across * np.arange(count_s + 1)),
+                    x_mm=np.asarray(first_x_mm + step_x_mm * np.arange(count_x + 1)),
+                    s_mm=np.asarray(first_s_mm + step_s_mm * np.arange(count_s + 1)),
                     half=grid.half,
                 )
-    lobe = FEWEST_NODES * across
+    lobe_mm = FEWEST_NODES * step_s_mm
     raise ConvergenceError(
-        f"a lobe of the contact is {lobe:.2g} mm from its peak to a valley, in a patch {s_high - s_low:.1f} mm wide:"
-        f" nodes that follow it would be {count_x} by {count_s}, and at most {full} are solved, which"
-        f" {lobe * count_x * count_s / full:.2g} mm or more need; give a lateral shift 0.2 mm beside it, or another"
-        " load"
+        f"a lobe of the contact is {lobe_mm:.2g} mm from its peak to a valley, in a patch"
+        f" {s_high_mm - s_low_mm:.1f} mm wide: nodes that follow it would be {count_x} by {count_s},"
+        f" and at most {largest_limit} are solved, which"
+        f" {lobe_mm * count_x * count_s / largest_limit:.2g} mm or more need; give a lateral shift 0.2 mm"
+        " beside it, or another load"
     )
 
 
-def _grid_in_bands(rung: Rung, parts: Sequence[Rung], nodes: int) -> ContactGrid:
-    """A band for each of several patches far apart, whose nodes follow its own lobes across.
+def _make_grid_in_bands(rung: Rung, patches: Sequence[Rung], nodes: int) -> ContactGrid:
+    """Grid with a band for each of several distant patches, with nodes for its lobes.
 
-    Fewer nodes, but some, are below lobes that are narrower than others by `_FINEST`, and along x, where all bands have
-    the same rows, below patches with little load. Steps across are whole numbers of the least one, so that nodes of all
-    bands lie on one line of equal steps.
+    Lobes that are narrower than other lobes by `_LEAST_RESOLVED_FRACTION` have fewer nodes, and patches with little
+    load have fewer nodes along x, where all bands have equal rows. Lateral steps are whole multiples of the least step,
+    so that the nodes of all bands lie on an equally spaced line.
     """
-    (x_low, x_high), half, large_s = _bounds(rung)[0], rung.grid.half, min(size[1] for size in lobe_sizes(rung).large)
-    followed = [followed_mm(lobe_sizes(part)) for part in parts]
-    loads = [float(part.pressure_MPa.sum(axis=0) @ rung.grid.weights) for part in parts]
-    counts = [nodes if load >= LESSER_LOAD * sum(loads) else FEWEST_NODES for load in loads]
-    along_x = min(size[0] / count for size, count in zip(followed, counts, strict=True))
-    first_x = 0.0 if half else x_low - 3.0 * along_x
-    count_x = int(np.ceil((x_high + 3.0 * along_x - first_x) / along_x))
-    ends = [_bounds(part)[1] for part in parts]
-    steps = [
-        min(max(across, _FINEST * large_s) / nodes, 0.5 * (high - low) / FEWEST_NODES)
-        for (_, across), (low, high) in zip(followed, ends, strict=True)
+    (x_low_mm, x_high_mm), half, large_width_mm = (
+        _find_bounds(rung)[0],
+        rung.grid.half,
+        min(size[1] for size in lobe_sizes(rung).large),
+    )
+    followed_lengths_mm = [followed_mm(lobe_sizes(patch)) for patch in patches]
+    loads = [float(patch.pressure_MPa.sum(axis=0) @ rung.grid.weights) for patch in patches]
+    counts = [nodes if load >= SMALL_LOAD_FRACTION * sum(loads) else FEWEST_NODES for load in loads]
+    step_x_mm = min(size[0] / count for size, count in zip(followed_lengths_mm, counts, strict=True))
+    first_x_mm = 0.0 if half else x_low_mm - 3.0 * step_x_mm
+    count_x = int(np.ceil((x_high_mm + 3.0 * step_x_mm - first_x_mm) / step_x_mm))
+    ends_mm = [_find_bounds(patch)[1] for patch in patches]
+    steps_mm = [
+        min(max(width_mm, _LEAST_RESOLVED_FRACTION * large_width_mm) / nodes, 0.5 * (high_mm - low_mm) / FEWEST_NODES)
+        for (_, width_mm), (low_mm, high_mm) in zip(followed_lengths_mm, ends_mm, strict=True)
     ]
-    least, lines = min(steps), []
-    for part, step, (low, high) in zip(parts, steps, ends, strict=True):
-        own = least * math.floor(step / least * (1.0 + 1e-9))
-        # where a coarser node was free the contact may begin
-        room = max(_RIM * own, float(part.grid.cells_mm[part.pressure_MPa.any(axis=0)].max()))
-        first = own * math.floor((low - room) / own)
-        lines.append(np.asarray(first + own * np.arange(math.ceil((high + room - first) / own) + 1)))
-    return in_bands(np.asarray(first_x + along_x * np.arange(count_x + 1)), lines, half=half)
+    least_step_mm, bands_mm = min(steps_mm), []
+    for patch, step_mm, (low_mm, high_mm) in zip(patches, steps_mm, ends_mm, strict=True):
+        band_step_mm = least_step_mm * math.floor(step_mm / least_step_mm * (1.0 + 1e-9))
+        # The contact may begin where a coarser node was free.
+        room_mm = max(_RIM_NODES * band_step_mm, float(patch.grid.cells_mm[patch.pressure_MPa.any(axis=0)].max()))
+        first_mm = band_step_mm * math.floor((low_mm - room_mm) / band_step_mm)
+        bands_mm.append(
+            np.asarray(
+                first_mm + band_step_mm * np.arange(math.ceil((high_mm + room_mm - first_mm) / band_step_mm) + 1)
+            )
+        )
+    return in_bands(np.asarray(first_x_mm + step_x_mm * np.arange(count_x + 1)), bands_mm, half=half)
 
 
 def followed_mm(sizes: LobeSizes) -> tuple[float, float]:
-    """Half length along x and half width across of the least lobes that nodes are made for."""
-    along_x, across = (
-        max(min(every), _FINEST * min(large))
-        for every, large in zip(zip(*sizes.every, strict=True), zip(*sizes.large, strict=True), strict=True)
+    """Half length and half width of the smallest lobes that the nodes resolve.
+
+    Parameters
+    ----------
+    sizes
+        Sizes of the lobes of a contact.
+
+    Returns
+    -------
+    tuple of float
+        Half length and half width in mm.
+    """
+    length_mm, width_mm = (
+        max(min(all_mm), _LEAST_RESOLVED_FRACTION * min(large_mm))
+        for all_mm, large_mm in zip(zip(*sizes.every, strict=True), zip(*sizes.large, strict=True), strict=True)
     )
-    return along_x, across
+    return length_mm, width_mm
 
 
-def _patch_of(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
-    (x_low, x_high), (s_low, s_high) = _bounds(rung)
-    semi_axis_x, semi_axis_s = semi_axes_of_elements_mm(rung)
+def _make_expected_patch(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
+    """Expected patch from its half-space contact."""
+    (x_low_mm, x_high_mm), (s_low_mm, s_high_mm) = _find_bounds(rung)
+    semi_axis_x_mm, semi_axis_s_mm = semi_axes_of_elements_mm(rung)
     return ExpectedPatch(
-        x_low_mm=x_low,
-        x_high_mm=x_high,
-        s_low_mm=s_low,
-        s_high_mm=s_high,
-        semi_axis_x_mm=semi_axis_x,
-        semi_axis_s_mm=semi_axis_s,
+        x_low_mm=x_low_mm,
+        x_high_mm=x_high_mm,
+        s_low_mm=s_low_mm,
+        s_high_mm=s_high_mm,
+        semi_axis_x_mm=semi_axis_x_mm,
+        semi_axis_s_mm=semi_axis_s_mm,
         true_gap=true_gap,
         half_space=rung,
-        parts=_parts(rung, semi_axis_s),
+        parts=_make_parts(rung, semi_axis_s_mm),
     )
 
 
-def _parts(rung: Rung, semi_axis_s: float) -> tuple[ExpectedPart, ...]:
-    """Patches far apart, from the gauge side on; `semi_axis_s` across sizes the elements of the narrowest."""
-    found = []
-    for alone in _far_apart(rung):
-        own, (_, (s_low, s_high)) = semi_axes_of_elements_mm(alone), _bounds(alone)
-        part = ExpectedPart(s_low_mm=s_low, s_high_mm=s_high, larger=max(1.0, own[1] / semi_axis_s), semi_axes_mm=own)
-        found.append(part)
-    return tuple(found)
+def _make_parts(rung: Rung, semi_axis_s_mm: float) -> tuple[ExpectedPart, ...]:
+    """Distant patches, from the gauge side on.
+
+    `semi_axis_s_mm` is the half width for the elements below the narrowest patch.
+    """
+    parts = []
+    for patch in _split_distant_patches(rung):
+        semi_axes_mm, (_, (s_low_mm, s_high_mm)) = semi_axes_of_elements_mm(patch), _find_bounds(patch)
+        expected_part = ExpectedPart(
+            s_low_mm=s_low_mm,
+            s_high_mm=s_high_mm,
+            larger=max(1.0, semi_axes_mm[1] / semi_axis_s_mm),
+            semi_axes_mm=semi_axes_mm,
+        )
+        parts.append(expected_part)
+    return tuple(parts)
 
 
-def _far_apart(rung: Rung) -> list[Rung]:
-    """The contact of each of several patches far apart by itself, from the gauge side on."""
-    # in least cells, of which rounding makes no part
+def _split_distant_patches(rung: Rung) -> list[Rung]:
+    """Contact of each of several distant patches alone, from the gauge side on."""
+    # In units of the least cell, rounded so that rounding errors do not separate patches.
     ends = np.round((rung.grid.s_mm - rung.grid.s_mm[0]) / rung.grid.steps_mm[1] + 0.5 * rung.grid.weights, 6)
     starts = np.round(ends - rung.grid.weights, 6)
-    below = np.flatnonzero(rung.pressure_MPa.any(axis=0))
-    parts: list[tuple[int, int]] = []
-    for patch in np.split(below, np.flatnonzero(starts[below[1:]] - ends[below[:-1]] > _SEEN_APART) + 1):
-        first, last = int(patch[0]), int(patch[-1])
-        # joined to those before it as long as the surface between is too short
-        while parts and starts[first] - ends[parts[-1][1]] <= 0.5 * _FAR_APART * max(
-            ends[last] - starts[first], ends[parts[-1][1]] - starts[parts[-1][0]]
+    loaded_columns = np.flatnonzero(rung.pressure_MPa.any(axis=0))
+    column_ranges: list[tuple[int, int]] = []
+    for patch_columns in np.split(
+        loaded_columns, np.flatnonzero(starts[loaded_columns[1:]] - ends[loaded_columns[:-1]] > _SEPARATION_CELLS) + 1
+    ):
+        first, last = int(patch_columns[0]), int(patch_columns[-1])
+        # A patch is joined to the patches before it as long as the surface between them is too short.
+        while column_ranges and starts[first] - ends[column_ranges[-1][1]] <= 0.5 * _SEPARATION_RATIO * max(
+            ends[last] - starts[first], ends[column_ranges[-1][1]] - starts[column_ranges[-1][0]]
         ):
-            first = parts.pop()[0]
-        parts.append((first, last))
+            first = column_ranges.pop()[0]
+        column_ranges.append((first, last))
     columns = np.arange(rung.grid.s_mm.size)
-    inside = [(columns >= first) & (columns <= last) for first, last in parts]
-    return [replace(rung, pressure_MPa=np.where(own, rung.pressure_MPa, 0.0)) for own in inside]
+    is_in_patch = [(columns >= first) & (columns <= last) for first, last in column_ranges]
+    return [
+        replace(rung, pressure_MPa=np.where(is_in_own_columns, rung.pressure_MPa, 0.0))
+        for is_in_own_columns in is_in_patch
+    ]
 
 
-def _bounds(rung: Rung) -> tuple[tuple[float, float], tuple[float, float]]:
+def _find_bounds(rung: Rung) -> tuple[tuple[float, float], tuple[float, float]]:
     """Bounding box of the contact, along x and across."""
-    x, s, cells, p = rung.grid.x_mm, rung.grid.s_mm, rung.grid.cells_mm, rung.pressure_MPa
-    dx = rung.grid.steps_mm[0]
-    rows, columns = np.flatnonzero(p.any(axis=1)), np.flatnonzero(p.any(axis=0))
-    x_high = float(x[rows[-1]] + 0.5 * dx)
-    x_low = -x_high if rung.grid.half else float(x[rows[0]] - 0.5 * dx)
-    first, last = columns[0], columns[-1]
-    return (x_low, x_high), (float(s[first] - 0.5 * cells[first]), float(s[last] + 0.5 * cells[last]))
+    x_mm, s_mm, cells_mm, pressure = rung.grid.x_mm, rung.grid.s_mm, rung.grid.cells_mm, rung.pressure_MPa
+    spacing_x_mm = rung.grid.steps_mm[0]
+    rows, columns = np.flatnonzero(pressure.any(axis=1)), np.flatnonzero(pressure.any(axis=0))
+    x_high_mm = float(x_mm[rows[-1]] + 0.5 * spacing_x_mm)
+    x_low_mm = -x_high_mm if rung.grid.half else float(x_mm[rows[0]] - 0.5 * spacing_x_mm)
+    first_column, last_column = columns[0], columns[-1]
+    return (x_low_mm, x_high_mm), (
+        float(s_mm[first_column] - 0.5 * cells_mm[first_column]),
+        float(s_mm[last_column] + 0.5 * cells_mm[last_column]),
+    )

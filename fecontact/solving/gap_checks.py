@@ -1,4 +1,4 @@
-"""Checks of the gap that is solved: against the profiles' curvatures, and against the surfaces of both meshes."""
+"""Checks of the solved gap, with the profiles' curvatures and with the surfaces of both meshes."""
 
 from __future__ import annotations
 
@@ -15,32 +15,40 @@ from fecontact.fe.coupling import CoupledBodies
 from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement
 from fecontact.solving.true_gap import TrueGap, carried
 
-# Places between two neighbours of a node at which the profiles' curvatures are averaged.
-_PLACES = 401
+# Number of positions between two neighbours of a node at which the profiles' curvatures are averaged.
+_SAMPLE_COUNT = 401
 
 
 def gap_curvature_error(true_gap: TrueGap, grid: ContactGrid) -> float:
     """Largest error of the gap's second differences at the node nearest to the contact point.
 
-    The gap is the gap on the solved nodes. Its second difference across is the mean of the profiles' relative curvature
-    between both neighbours of the node, with weights that fall linearly from the node. The node is the nearest one
-    that has no curvature junction beside it. The slide of steep surfaces is left out; `gap_distance_error_mm` includes
-    it. Irregularities curve the gap along the track, therefore the gap over them is checked across only.
+    The gap is the gap on the solved nodes. Its lateral second difference is the mean of the profiles' relative
+    curvature between both neighbours of the node, with weights that decrease linearly from the node. The node is the
+    nearest node without a curvature junction beside it. The slide of steep surfaces is left out;
+    `gap_distance_error_mm` includes it. Irregularities curve the gap along the track; the gap over them is therefore
+    checked laterally only.
+
+    Parameters
+    ----------
+    true_gap
+        True gap.
+    grid
+        Grid of the solved nodes.
 
     Returns
     -------
     float
-        Relative to the largest curvature of the gap at the contact point.
+        Error relative to the largest curvature of the gap at the contact point (-).
     """
-    smooth = true_gap if true_gap.slide_mm == 0.0 else replace(true_gap, slide_mm=0.0)
-    gap = smooth.on(grid)
-    row = 0 if grid.half else _inner_nearest(grid.x_mm)
+    unslid_gap = true_gap if true_gap.slide_mm == 0.0 else replace(true_gap, slide_mm=0.0)
+    gap_mm = unslid_gap.on(grid)
+    row = 0 if grid.half else _nearest_inner_node(grid.x_mm)
     column = _column_at_contact_point(true_gap.placement, grid)
-    before, here, after = gap[row, column - 1 : column + 2]
-    step_x, step_s = grid.steps_mm[0], float(grid.s_mm[column + 1] - grid.s_mm[column])
-    along = (gap[row + 1, column] - 2.0 * here + gap[1 if grid.half else row - 1, column]) / step_x**2
-    across = (before - 2.0 * here + after) / step_s**2
-    expected_along, expected_across = _expected_curvatures(true_gap.placement, float(grid.s_mm[column]), step_s)
+    left_mm, centre_mm, right_mm = gap_mm[row, column - 1 : column + 2]
+    spacing_x_mm, spacing_s_mm = grid.steps_mm[0], float(grid.s_mm[column + 1] - grid.s_mm[column])
+    along = (gap_mm[row + 1, column] - 2.0 * centre_mm + gap_mm[1 if grid.half else row - 1, column]) / spacing_x_mm**2
+    across = (left_mm - 2.0 * centre_mm + right_mm) / spacing_s_mm**2
+    expected_along, expected_across = _expected_curvatures(true_gap.placement, float(grid.s_mm[column]), spacing_s_mm)
     errors = [across - expected_across]
     if true_gap.placement.along is None:
         errors.append(along - expected_along)
@@ -48,94 +56,117 @@ def gap_curvature_error(true_gap: TrueGap, grid: ContactGrid) -> float:
     return float(np.nan_to_num(np.abs(errors), nan=scale).max() / scale)
 
 
-def _inner_nearest(line: Floats) -> int:
+def _nearest_inner_node(positions_mm: Floats) -> int:
     """Number of the node nearest to 0 that has neighbours on both sides."""
-    return int(np.clip(np.argmin(np.abs(line)), 1, line.size - 2))
+    return int(np.clip(np.argmin(np.abs(positions_mm)), 1, positions_mm.size - 2))
 
 
 def _column_at_contact_point(placement: Placement, grid: ContactGrid) -> int:
-    """Column nearest to the contact point with no junction between its neighbours, if there is such a column.
+    """Column nearest to the contact point with no junction between its neighbours, if possible.
 
-    Published segments miss each other by 1e-7 mm and more where they meet: over steps of 0.02 mm that is 1e-3 of the
-    curvature and more.
+    Published segments miss each other by at least 1e-7 mm at their joints: over steps of 0.02 mm that is at least 1e-3
+    of the curvature.
     """
     starts = np.cumsum([0, *(band.s_mm.size for band in grid.bands)])
-    inner = np.concatenate([np.arange(low + 1, high - 1) for low, high in pairwise(starts)])
-    middles, places = grid.s_mm[inner], [junction.s_mm for junction in placement.junctions]
-    reaches = 2.0 * (grid.s_mm[inner + 1] - middles)
-    meets = [
-        bool(np.any(np.abs(np.subtract(places, middle)) < reach))
-        for middle, reach in zip(middles, reaches, strict=True)
+    inner_columns = np.concatenate([np.arange(start + 1, stop - 1) for start, stop in pairwise(starts)])
+    middles_mm, junctions_mm = grid.s_mm[inner_columns], [junction.s_mm for junction in placement.junctions]
+    reaches_mm = 2.0 * (grid.s_mm[inner_columns + 1] - middles_mm)
+    has_junction = [
+        bool(np.any(np.abs(np.subtract(junctions_mm, middle_mm)) < reach_mm))
+        for middle_mm, reach_mm in zip(middles_mm, reaches_mm, strict=True)
     ]
-    return int(inner[np.lexsort((np.abs(middles), meets))[0]])
+    return int(inner_columns[np.lexsort((np.abs(middles_mm), has_junction))[0]])
 
 
 def _expected_curvatures(placement: Placement, s_mm: float, step_mm: float) -> tuple[float, float]:
-    """Relative curvatures (1/mm) along and across at a place near the contact point, by the profiles alone."""
-    touch, curvature = placement.first, placement.first.curvature
-    offsets = np.linspace(-1.0, 1.0, _PLACES)
+    """Relative curvatures (1/mm) along and across near the contact point, by the profiles alone."""
+    contact_point, curvature = placement.first, placement.first.curvature
+    offsets = np.linspace(-1.0, 1.0, _SAMPLE_COUNT)
     weights = 1.0 - np.abs(offsets)
     rail, wheel = placement.rail.profile, placement.wheel.profile
-    rail_arcs = placement.first_arc_length_mm + s_mm + step_mm * offsets
-    wheel_arcs = float(wheel.arc_length(touch.wheel_u)) + s_mm + step_mm * offsets
-    on_wheel = wheel.evaluate(wheel.at_arc_length(wheel_arcs))
-    lateral = rail.convex_sign * rail.evaluate(rail.at_arc_length(rail_arcs)).curvature_per_mm
-    lateral = lateral + wheel.convex_sign * on_wheel.curvature_per_mm
-    # yaw adds a constant part of the rolling curvature
-    of_yaw = curvature.yy_per_mm - curvature.rail_per_mm - curvature.wheel_lateral_per_mm
-    middle = _PLACES // 2
-    rolling = np.cos(on_wheel.angle_rad[middle]) / (placement.wheel.rolling_radius_mm - on_wheel.z[middle])
+    rail_arcs_mm = placement.first_arc_length_mm + s_mm + step_mm * offsets
+    wheel_arcs_mm = float(wheel.arc_length(contact_point.wheel_u)) + s_mm + step_mm * offsets
+    wheel_points = wheel.evaluate(wheel.at_arc_length(wheel_arcs_mm))
+    lateral = rail.convex_sign * rail.evaluate(rail.at_arc_length(rail_arcs_mm)).curvature_per_mm
+    lateral = lateral + wheel.convex_sign * wheel_points.curvature_per_mm
+    # Yaw adds a constant fraction of the rolling curvature.
+    yaw_curvature = curvature.yy_per_mm - curvature.rail_per_mm - curvature.wheel_lateral_per_mm
+    middle = _SAMPLE_COUNT // 2
+    rolling = np.cos(wheel_points.angle_rad[middle]) / (placement.wheel.rolling_radius_mm - wheel_points.z[middle])
     along = curvature.xx_per_mm + abs(rolling) - curvature.wheel_rolling_per_mm
-    return float(along), float(weights @ lateral / weights.sum() + of_yaw)
+    return float(along), float(weights @ lateral / weights.sum() + yaw_curvature)
 
 
-def solved_gap(true_gap: TrueGap, rung: Rung, added: Field) -> Field:
-    """Undeformed gap (nx, ns) in mm that a solved contact had, from its deformed gap.
+def recover_gap(true_gap: TrueGap, rung: Rung, added: Field) -> Field:
+    """Undeformed gap of a solved contact, from its deformed gap.
 
     Parameters
     ----------
+    true_gap
+        True gap with the contact modulus and the direction of the load.
     rung
-        Contact on a half-space in one plane.
+        Contact on a half-space in a single plane.
     added
-        Opening of finite bodies beyond a half-space, as in `TrueGap.solve`.
+        Opening of finite bodies minus opening of a half-space, as in `TrueGap.solve`.
+
+    Returns
+    -------
+    Field
+        Gap (nx, ns) in mm on the grid of the contact.
     """
     grid = rung.grid
     _, normals = true_gap.placement.surface(0.0, grid.s_mm)
-    closed = rung.approach_mm / true_gap.closing * (normals @ true_gap.direction)
-    opening = half_space_below(grid, true_gap.contact_modulus_MPa)(rung.pressure_MPa.ravel()).reshape(grid.shape)
-    return Field(grid=grid, values=rung.gap_mm + closed - opening - carried(added, grid.x_mm, grid.s_mm))
+    closing_mm = rung.approach_mm / true_gap.closing * (normals @ true_gap.direction)
+    opening_mm = half_space_below(grid, true_gap.contact_modulus_MPa)(rung.pressure_MPa.ravel()).reshape(grid.shape)
+    return Field(grid=grid, values=rung.gap_mm + closing_mm - opening_mm - carried(added, grid.x_mm, grid.s_mm))
 
 
 def gap_distance_error_mm(true_gap: TrueGap, gap: Field, bodies: CoupledBodies) -> float:
-    """Largest difference between the undeformed gap on solved nodes and the distance of both meshes' surfaces.
+    """Largest difference between the undeformed gap and the distance of both meshes' surfaces.
 
-    A cubic spline carries the gap to the wheel's nodes within the grid. Their distance from the rail is along the
-    rail's normals, and the rail's own nodes must lie on the surface that has these normals.
+    A cubic spline interpolates the gap at the wheel's nodes within the grid. Their distance from the rail is measured
+    along the rail's normals, and the rail's nodes must lie on the surface with these normals.
+
+    Parameters
+    ----------
+    true_gap
+        True gap with the slide.
+    gap
+        Undeformed gap in mm on the solved nodes.
+    bodies
+        Both coupled bodies with their meshes.
+
+    Returns
+    -------
+    float
+        Difference in mm.
     """
     placement, slide, grid = true_gap.placement, true_gap.slide_mm, gap.grid
-    on_rail, _ = placement.surface(bodies.grid.x_mm[:, None], bodies.grid.s_mm[None, :])
-    off_rail = bodies.rail.mesh.points[bodies.rail_nodes] - on_rail.reshape(-1, 3)
+    rail_surface, _ = placement.surface(bodies.grid.x_mm[:, None], bodies.grid.s_mm[None, :])
+    rail_offsets = bodies.rail.mesh.points[bodies.rail_nodes] - rail_surface.reshape(-1, 3)
     tangent = placement.first.tangent
     wheel_points = bodies.wheel.mesh.points[bodies.wheel_nodes]
-    # points beyond the grid may slide past the end of the rail's surface
-    unslid_s = placement.project(wheel_points)[:, 1]
-    wheel_points = wheel_points[(unslid_s >= grid.s_mm[0]) & (unslid_s <= grid.s_mm[-1])] - slide * tangent
-    x, s = placement.project(wheel_points).T
-    feet, normals = placement.surface(x, s)
+    # Points outside the grid may slide past the end of the rail's surface.
+    unslid_s_mm = placement.project(wheel_points)[:, 1]
+    wheel_points = wheel_points[(unslid_s_mm >= grid.s_mm[0]) & (unslid_s_mm <= grid.s_mm[-1])] - slide * tangent
+    x_mm, s_mm = placement.project(wheel_points).T
+    feet, normals = placement.surface(x_mm, s_mm)
     distance = ((wheel_points - feet) * normals).sum(axis=-1) + slide * (normals @ tangent)
-    smooth = gap.values - _opening_mm(placement, grid.x_mm[:, None], grid.s_mm[None, :])
-    differences, start = [np.abs(off_rail).ravel()], 0
+    smooth_gap_mm = gap.values - _opening_mm(placement, grid.x_mm[:, None], grid.s_mm[None, :])
+    differences, start = [np.abs(rail_offsets).ravel()], 0
     for band in grid.bands:
         columns = slice(start, start + band.s_mm.size)
         start = columns.stop
-        within = (x >= band.x_mm[0]) & (x <= band.x_mm[-1]) & (s >= band.s_mm[0]) & (s <= band.s_mm[-1])
-        at_nodes = RectBivariateSpline(band.x_mm, band.s_mm, smooth[:, columns]).ev(x[within], s[within])
-        differences.append(np.abs(at_nodes - distance[within]))
+        is_in_band = (x_mm >= band.x_mm[0]) & (x_mm <= band.x_mm[-1]) & (s_mm >= band.s_mm[0]) & (s_mm <= band.s_mm[-1])
+        gap_at_nodes_mm = RectBivariateSpline(band.x_mm, band.s_mm, smooth_gap_mm[:, columns]).ev(
+            x_mm[is_in_band], s_mm[is_in_band]
+        )
+        differences.append(np.abs(gap_at_nodes_mm - distance[is_in_band]))
     return float(np.nan_to_num(np.concatenate(differences), nan=OPEN_GAP_MM).max())
 
 
 def _opening_mm(placement: Placement, x: Floats, s: Floats) -> Floats:
-    """Part of the gap (mm) that irregularities add; the meshes are those of smooth bodies."""
+    """Contribution of irregularities to the gap (mm), which the meshes of smooth bodies lack."""
     if placement.along is None:
         return np.zeros(1)
     points, normals = placement.surface(x, s)

@@ -1,4 +1,4 @@
-"""Hertz's ellipses of a case at its position, under its load."""
+"""Hertz's ellipses at the position of a case, under its load."""
 
 from __future__ import annotations
 
@@ -11,32 +11,63 @@ from fecontact.placement.wheel_on_rail import Placement
 
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
-    """Hertz's ellipse at the first touch point under the case's load; at a junction the ellipse of its field side.
+    """Hertz's ellipse at the first contact point under the load of the case.
+
+    At a junction, the ellipse has the curvature of the field side.
+
+    Parameters
+    ----------
+    case
+        Case with load and material.
+    placement
+        Wheel on rail.
+
+    Returns
+    -------
+    HertzContact
+        Ellipse under the normal force of the case.
 
     Raises
     ------
     InputError
-        If the surfaces conform at the touch point, so that there is no ellipse.
+        If the surfaces conform at the contact point, so that there is no ellipse.
     """
-    touch = placement.first
+    contact_point = placement.first
     try:
         return hertz_from_hessian(
-            touch.curvature.hessian,
-            normal_force_N=case.load_N / float(touch.normal @ direction_of_case(case, placement)),
+            contact_point.curvature.hessian,
+            normal_force_N=case.load_N / float(contact_point.normal @ direction_of_case(case, placement)),
             contact_modulus_MPa=case.contact_modulus_MPa,
         )
     except InputError as error:
-        of_points = [p.name for p in (placement.rail.profile, placement.wheel.profile) if p.thinned() is not None]
-        if not of_points:
+        measured_names = [
+            profile.name
+            for profile in (placement.rail.profile, placement.wheel.profile)
+            if profile.thinned() is not None
+        ]
+        if not measured_names:
             raise
         raise InputError(
-            f"{error}; the line of {' and '.join(of_points)} goes through its points as they are: give"
+            f"{error}; the line of {' and '.join(measured_names)} goes through its points as they are: give"
             " --rail-filter-mm or --wheel-filter-mm a width, or look for a wrong point with `fecontact profiles`"
         ) from None
 
 
 def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
-    """Hertz at all touch points of a case, each with the whole load and all sharing it."""
+    """Hertz at all contact points of a case.
+
+    Parameters
+    ----------
+    case
+        Case with load and material.
+    placement
+        Wheel on rail.
+
+    Returns
+    -------
+    HertzPoints
+        Each contact point with the whole load, and all contact points sharing the load.
+    """
     return hertz_points(
         placement,
         case.load_N,

@@ -1,4 +1,4 @@
-"""Hertz's theory alone at a case's position: what a solution is compared with, in milliseconds."""
+"""Hertz's theory without finite elements, at the position of a case in milliseconds."""
 
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ from fecontact.solving.profile_variants import hertz_uncertainty
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HertzAlone:
-    """Hertz at a case's position.
+    """Hertz at the position of a case.
 
     Attributes
     ----------
+    case, placement
+        Case, and its wheel on its rail.
     hertz
-        At the first touch point under the case's load, at a junction with the curvature of its field side.
+        Ellipse at the first contact point under the load of the case; at a junction with the curvature of its field
+        side.
     points
-        At every touch point, with the whole load and all sharing it.
+        Hertz at every contact point, each with the whole load and all sharing the load.
     uncertainty_of_profile
-        What profiles given by points leave open of its peak pressure and semi-axes (relative); None for exact lines.
+        Relative uncertainty of peak pressure and semi-axes from measured profiles (-); None for exact profiles.
     """
 
     case: Case
@@ -38,10 +41,30 @@ class HertzAlone:
 def hertz_alone(case: Case) -> HertzAlone:
     """Place a case and evaluate Hertz.
 
+    Range of validity: a single patch of constant curvature on half-spaces; `solve` gives the deviation from finite
+    elements.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+
+    Returns
+    -------
+    HertzAlone
+        Ellipse, contact points and uncertainty from the profiles.
+
     Raises
     ------
     InputError
-        As `place_case` and `hertz_of_case` do.
+        As in `place_case` and `hertz_of_case`.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> from fecontact.solving.hertz_alone import hertz_alone
+    >>> round(hertz_alone(fecontact.Case()).hertz.p0_MPa)
+    773
     """
     placement = place_case(case)
     return HertzAlone(

@@ -1,4 +1,4 @@
-"""Sizes of the lobes of a contact, for which elements and pressure nodes are made."""
+"""Sizes of the lobes of a contact, for the sizes of elements and pressure nodes."""
 
 from __future__ import annotations
 
@@ -11,49 +11,72 @@ from numpy.typing import NDArray
 from fecontact.contact.grid import Rung
 from fecontact.contact.patch import standing_peaks
 
-# Elements are made for the lobe that carries most, and at most so many times too large for the narrowest one: what the
-# bodies add to a half-space is smooth below it, and its pressure is the nodes' matter. Measured at -0.5 mm and 5 mm of
-# S1002 on 60E1 1:40, 100 kN: all measures with 1.5 to 2.5 elements per semi-axis of the narrow lobe are within 0.1 % of
-# those with 6, for a tenth of the time; below that the load of the lobe moves.
-_NARROWER = 2.5
-# A lobe does not decide about the size of the elements at all if its peak is below this part of the highest one, or its
-# load below that part of the whole.
-_LESSER_PEAK = 0.5
-LESSER_LOAD = 0.1
-# The same for the nodes.
-_LEAST_LOAD = 0.002
-# A peak is a lobe of its own if the pressure falls by this part of the highest peak on both sides of it.
-_VALLEY = 0.05
-# On nodes that are made for the lobes a peak so few of them from its valley is a step or a corner of a surface, which
-# stays that few nodes wide on any: S1002 on 54E1 has one of half the highest peak 0.9 mm beside it at 4.07 mm, 50 kN.
+# Elements have the size for the lobe with the largest load, but at most this factor larger than for the narrowest lobe.
+# The difference between the bodies and a half-space is smooth below the narrowest lobe, and the nodes resolve its
+# pressure. Measured at -0.5 mm and 5 mm of S1002 on 60E1 1:40, 100 kN: all measures with 1.5 to 2.5 elements per
+# semi-axis of the narrow lobe are within 0.1 % of the measures with 6, for a tenth of the time. With fewer elements the
+# load of the lobe changes.
+_SIZE_RATIO_LIMIT = 2.5
+# A lobe does not affect the size of the elements if its peak is below this fraction of the highest peak, or if its load
+# is below that fraction of the whole load.
+_SMALL_PEAK = 0.5
+SMALL_LOAD_FRACTION = 0.1
+# Least load fraction of a lobe that affects the spacing of the nodes.
+_NODE_LEAST_LOAD = 0.002
+# A peak is a separate lobe if the pressure falls by this fraction of the highest peak on both of its sides.
+_VALLEY_DEPTH = 0.05
+# On nodes that resolve the lobes, a peak with fewer nodes between peak and valley is a step or a corner of a surface.
+# Its width in nodes stays that small on any grid: S1002 on 54E1 has such a peak with half the height of the highest
+# peak, 0.9 mm beside it, at 4.07 mm, 50 kN.
 _LEAST_NODES = 4
-# Nodes follow a shallower one too: 16 on the semi-axis of the rest read 0.015 of a valley of 0.047 beside a thin lobe.
-_LEAST_VALLEY = 0.01
+# The nodes also resolve shallower lobes: 16 nodes on the semi-axis of the main lobe give a valley of 0.015 instead of
+# 0.047 beside a thin lobe.
+_NODE_VALLEY_DEPTH = 0.01
 
 
 def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:
-    """Half length along x and smaller half width across that the elements below a contact are made for.
+    """Semi-axes for the size of the elements below a contact.
 
-    The contact is on nodes that follow its lobes.
+    The contact must be on nodes that resolve its lobes.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    tuple of float
+        Half length along x and smaller half width across in mm.
     """
     sizes = lobe_sizes(rung, least_nodes=_LEAST_NODES)
-    along_x, across = (min(main, _NARROWER * least) for main, least in zip(sizes.main, sizes.narrowest, strict=True))
-    return along_x, across
+    semi_axis_x_mm, semi_axis_s_mm = (
+        min(main_mm, _SIZE_RATIO_LIMIT * narrowest_mm)
+        for main_mm, narrowest_mm in zip(sizes.main, sizes.narrowest, strict=True)
+    )
+    return semi_axis_x_mm, semi_axis_s_mm
 
 
 def narrowest_semi_axes_mm(rung: Rung) -> tuple[float, float]:
-    """Half length along x and smaller half width across of the narrowest lobe of a contact, small ones left out.
+    """Semi-axes of the narrowest lobe of a contact, without small lobes.
 
-    The contact is on nodes that follow its lobes.
+    Half length along x and smaller half width across in mm. The contact must be on nodes that resolve its lobes.
     """
     return lobe_sizes(rung, least_nodes=_LEAST_NODES).narrowest
 
 
 @dataclass(frozen=True, kw_only=True)
 class LobeSizes:
-    """Half length along x and smaller half width across (mm) of lobes.
+    """Half lengths along x and smaller half widths of lobes, in mm.
 
-    Of all that nodes follow, of large ones, and of the one that carries most.
+    Attributes
+    ----------
+    every
+        Lobes that the nodes resolve.
+    large
+        Lobes that affect the size of the elements.
+    main
+        Lobe with the largest load.
     """
 
     every: list[tuple[float, float]]
@@ -62,13 +85,17 @@ class LobeSizes:
 
     @property
     def narrowest(self) -> tuple[float, float]:
-        """Least half length and least half width of large ones."""
+        """Smallest half length and smallest half width of the large lobes."""
         return min(size[0] for size in self.large), min(size[1] for size in self.large)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Lobe:
-    """Half length along x and smaller half width across (mm), height over the highest peak and part of the load."""
+    """Lobe of a contact.
+
+    Half length along x and smaller half width across (mm), height as a fraction of the highest peak, and load fraction
+    (-).
+    """
 
     size_mm: tuple[float, float]
     height: float
@@ -76,51 +103,71 @@ class _Lobe:
 
 
 def lobe_sizes(rung: Rung, *, least_nodes: int = 1) -> LobeSizes:
-    """Sizes of the lobes of a contact; what is narrower than so many nodes from peak to valley is part of another."""
-    lobes = _lobes(rung, _VALLEY, least_nodes)
-    every = _lobes(rung, _LEAST_VALLEY, least_nodes)
+    """Sizes of the lobes of a contact.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+    least_nodes
+        Smallest number of nodes from peak to valley; a narrower lobe is added to its neighbour.
+
+    Returns
+    -------
+    LobeSizes
+        Half lengths and half widths in mm.
+    """
+    lobes = _find_lobes(rung, _VALLEY_DEPTH, least_nodes)
+    shallow_lobes = _find_lobes(rung, _NODE_VALLEY_DEPTH, least_nodes)
     return LobeSizes(
-        every=[lobe.size_mm for lobe in every if lobe.height == 1.0 or lobe.part >= _LEAST_LOAD],
+        every=[lobe.size_mm for lobe in shallow_lobes if lobe.height == 1.0 or lobe.part >= _NODE_LEAST_LOAD],
         large=[
             lobe.size_mm
             for lobe in lobes
-            if lobe.height == 1.0 or (lobe.height >= _LESSER_PEAK and lobe.part >= LESSER_LOAD)
+            if lobe.height == 1.0 or (lobe.height >= _SMALL_PEAK and lobe.part >= SMALL_LOAD_FRACTION)
         ],
         main=max(lobes, key=lambda lobe: lobe.part).size_mm,
     )
 
 
-def _lobes(rung: Rung, valley: float, least_nodes: int) -> list[_Lobe]:
-    """Peaks across that stand out by a part of the highest one, each from valley to valley."""
-    p, dx, cells = rung.pressure_MPa, rung.grid.steps_mm[0], rung.grid.cells_mm
-    ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
-    line_load = np.concatenate(([0.0], p.sum(axis=0) * rung.grid.weights, [0.0]))
-    top, load = float(ridge.max()), float(line_load.sum())
-    peaks, _ = standing_peaks(ridge, valley)
-    ends = _ends(ridge, peaks)
-    wide = [k for k, (left, right) in enumerate(ends) if min(peaks[k] - left, right - peaks[k]) >= least_nodes]
+def _find_lobes(rung: Rung, valley_depth: float, least_nodes: int) -> list[_Lobe]:
+    """Find the lateral peaks that stand out by a fraction of the highest peak.
+
+    Each lobe extends from valley to valley.
+    """
+    pressure, spacing_x_mm, cells_mm = rung.pressure_MPa, rung.grid.steps_mm[0], rung.grid.cells_mm
+    ridge = np.concatenate(([0.0], pressure.max(axis=0), [0.0]))
+    line_load = np.concatenate(([0.0], pressure.sum(axis=0) * rung.grid.weights, [0.0]))
+    highest, load = float(ridge.max()), float(line_load.sum())
+    peaks, _ = standing_peaks(ridge, valley_depth)
+    ends = _find_ends(ridge, peaks)
+    wide = [
+        number
+        for number, (left, right) in enumerate(ends)
+        if min(peaks[number] - left, right - peaks[number]) >= least_nodes
+    ]
     if 0 < len(wide) < len(peaks):
         peaks = peaks[wide]
-        ends = _ends(ridge, peaks)
-    found = []
+        ends = _find_ends(ridge, peaks)
+    lobes = []
     for peak, (left, right) in zip(peaks, ends, strict=True):
-        rows = np.flatnonzero(p[:, peak - 1])
-        length = (rows[-1] + 0.5) * dx if rung.grid.half else 0.5 * (rows[-1] - rows[0] + 1) * dx
-        found.append(
+        rows = np.flatnonzero(pressure[:, peak - 1])
+        length = (rows[-1] + 0.5) * spacing_x_mm if rung.grid.half else 0.5 * (rows[-1] - rows[0] + 1) * spacing_x_mm
+        lobes.append(
             _Lobe(
-                size_mm=(length, min(peak - left, right - peak) * float(cells[peak - 1])),
-                height=float(ridge[peak]) / top,
+                size_mm=(length, min(peak - left, right - peak) * float(cells_mm[peak - 1])),
+                height=float(ridge[peak]) / highest,
                 part=float(line_load[left:right].sum()) / load,
             )
         )
-    return found
+    return lobes
 
 
-def _ends(ridge: NDArray[np.float64], peaks: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """Of every peak the valleys on both sides, or where the contact ends."""
+def _find_ends(ridge: NDArray[np.float64], peaks: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """Find both ends of every peak: valleys, or the ends of the contact."""
     zeros = np.flatnonzero(ridge == 0.0)
-    valleys = [int(low + np.argmin(ridge[low:high])) for low, high in pairwise(peaks)]
+    valleys = [int(left_peak + np.argmin(ridge[left_peak:right_peak])) for left_peak, right_peak in pairwise(peaks)]
     return [
-        (max(int(zeros[zeros < peak][-1]), before), min(int(zeros[zeros > peak][0]), after))
-        for peak, before, after in zip(peaks, [0, *valleys], [*valleys, ridge.size], strict=True)
+        (max(int(zeros[zeros < peak][-1]), left_valley), min(int(zeros[zeros > peak][0]), right_valley))
+        for peak, left_valley, right_valley in zip(peaks, [0, *valleys], [*valleys, ridge.size], strict=True)
     ]

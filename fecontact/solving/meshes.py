@@ -1,4 +1,4 @@
-"""The meshes of a position, the one owner of their factors: a load is solved on as many as its verdict takes."""
+"""Meshes of a position with their factors, and the refinement of a load."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from fecontact.fe.stress import nodal_stress
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lines import Lines
 from fecontact.judging.measures import patch_of
-from fecontact.judging.solved_load import Level, SolvedLoad, elements_off
+from fecontact.judging.solved_load import Level, SolvedLoad, has_faulty_elements
 from fecontact.judging.theory import Evidence, fails_for_certain, judge_hertz, no_mesh_decides
 from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.judging.verdict import worst_of
@@ -43,7 +43,7 @@ from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.cost import cpu_seconds
 from fecontact.solving.expected_patch import followed_mm
 from fecontact.solving.fine_zone import EDGE_ELEMENTS, MARGIN_ELEMENTS, Room, fine_zone, more_room
-from fecontact.solving.gap_checks import gap_curvature_error, gap_distance_error_mm, solved_gap
+from fecontact.solving.gap_checks import gap_curvature_error, gap_distance_error_mm, recover_gap
 from fecontact.solving.lobe_sizes import lobe_sizes
 from fecontact.solving.plane_angles import angle_of_normals
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
@@ -52,44 +52,75 @@ from fecontact.solving.profile_variants import lines_of_case
 from fecontact.solving.quadratic_gap import quadratic_rung
 from fecontact.solving.true_gap import TrueGap
 
-# --- One pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
+# --- A pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
 
-# How far beside the middle a second response is looked at, as a part of the zone's length and width: two thirds of the
-# way to the edge of the patch.
-_BESIDE = 0.15
+# Offset of a second unit response from the centre, as a fraction of the zone's length and width: two thirds of the way
+# to the edge of the patch.
+_OFFSET_FRACTION = 0.15
 _ENLARGEMENTS = 4
-# How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
-# Six elements per semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
-_LAYERS_THAT_YIELD = 1.2
-# Linear solutions that slides and stresses are taken from: the contact's own, which are better.
-_OF_SLIDES, _OF_STRESSES = 1e-3, 1e-7
-# Element sizes tried one after the other where a section's elements fold: another size is another mesh.
-_SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
+# Ratio of neighbouring layers if steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
+# With this ratio, six elements per semi-axis give the peak of a sphere within 0.2 %; with a ratio of 1.3 the peak is
+# 1 % too high.
+_YIELDING_LAYER_RATIO = 1.2
+# Tolerances of the linear solutions for slides and stresses. The solutions of the contact itself are used, which are
+# more accurate.
+_SLIDE_TOLERANCE, _STRESS_TOLERANCE = 1e-3, 1e-7
+# Factors on the element size that are tried in turn if the elements of a section fold: another size gives another mesh.
+_FOLDED_SIZE_FACTORS = (1.0, 0.97, 0.94, 0.91)
 
 
 def couple(
     case: Case, placement: Placement, zone: FineZone, clock: Clock, *, several_loads: bool = False
 ) -> CoupledBodies:
-    """Mesh both bodies, couple their surfaces, assemble and factorise them, for one load or for several."""
+    """Mesh both bodies, couple their surfaces, assemble and factorise their matrices.
+
+    Parameters
+    ----------
+    case
+        Case with materials, sizes and solver.
+    placement
+        Wheel on rail.
+    zone
+        Fine zone of both meshes.
+    clock
+        Clock of the steps.
+    several_loads
+        Whether the factors are used for several loads.
+
+    Returns
+    -------
+    CoupledBodies
+        Both bodies with their factors.
+
+    Raises
+    ------
+    NotEnoughMemory
+        If the meshes need more memory than the machine has.
+    NotCovered, FoldedMesh
+        If a body does not cover the zone, or if its elements fold.
+    """
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
-        ratio = _LAYERS_THAT_YIELD if case.may_yield else None
-        rail = rail_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=ratio)
-        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=ratio)
+        layer_ratio = _YIELDING_LAYER_RATIO if case.may_yield else None
+        rail = rail_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=layer_ratio)
+        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=layer_ratio)
         check_on_profiles(placement, rail, wheel)
-    # before the factors, which take longest: surfaces that do not face each other need none
+    # The surfaces are coupled before the factorisation, which takes longest: surfaces that do not face each other do
+    # not need it.
     with clock.step("couple"):
-        x = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
-        grid = ContactGrid(x_mm=x, s_mm=zone.s_mm, half=case.half)
-        _, normals = placement.surface(x[:, None], grid.s_mm[None, :])
+        x_mm = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
+        grid = ContactGrid(x_mm=x_mm, s_mm=zone.s_mm, half=case.half)
+        _, normals = placement.surface(x_mm[:, None], grid.s_mm[None, :])
         wheel_nodes = np.unique(wheel.surfaces["contact"])
-        local = np.full(len(wheel.points), -1)
-        local[wheel_nodes] = np.arange(wheel_nodes.size)
-        coupling = mortar_matrix(grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]])
-    # bodies that yield are solved many times for one load, and several patches twice a patch before the contact
-    # a whole body has a factor of each half
+        local_numbers = np.full(len(wheel.points), -1)
+        local_numbers[wheel_nodes] = np.arange(wheel_nodes.size)
+        coupling = mortar_matrix(
+            grid, placement.project(wheel.points[wheel_nodes]), local_numbers[wheel.surfaces["contact"]]
+        )
+    # Bodies that yield are solved many times for a load, and several patches are solved twice for each patch before the
+    # contact. A whole body has a factorisation of each half.
     factors = 1 if case.half else 2
-    path = choose_solver(
+    solver = choose_solver(
         case.solver,
         [mesh.unknowns // factors for mesh in (rail, wheel) for _ in range(factors)],
         several_loads=several_loads or case.may_yield or len(zone.bands) > 1,
@@ -99,8 +130,8 @@ def couple(
         with clock.step("assemble"):
             matrix = stiffness(assembled_part(mesh), material)
         with clock.step("factorise"):
-            bodies.append(elastic_body(mesh, material, path, matrix))
-        # the factor is what is kept
+            bodies.append(elastic_body(mesh, material, solver, matrix))
+        # Only the factorisation is needed from here on.
         del matrix
     rail_body, wheel_body = bodies
     return CoupledBodies(
@@ -117,7 +148,7 @@ def couple(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CoupledProblem:
-    """The contact problem of a position on one mesh, and what is known of its elements.
+    """Contact problem of a position on a pair of meshes, with its compliances.
 
     Attributes
     ----------
@@ -128,10 +159,10 @@ class CoupledProblem:
     model
         Compliance of the bodies, taken as equal at every node.
     elements, otherwise
-        Half-spaces as soft as the elements, by two ideas of what of a response is the elements'; the second one is None
-        where nobody asks it.
+        Half-spaces with the compliance of the elements, by two fits that separate the response of the elements from the
+        response of the bodies; the second fit is None where it is not needed.
     compliance_error
-        By how much the elements are softer than their material, the worst of all bands.
+        Relative error of the compliance of the elements (-), the largest of all bands.
     """
 
     bodies: ContactProblem
@@ -142,22 +173,51 @@ class CoupledProblem:
     compliance_error: float
 
     def with_gap(self, gap_mm: Floats) -> CoupledProblem:
-        """Contact of these bodies with another gap (n,)."""
+        """Contact of these bodies with another gap (n,) in mm."""
         return replace(
             self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
         )
 
     def solve(self, load_N: float, *, slid: Callable[[ContactSolution], Floats] | None = None) -> ContactSolution:
-        """Solve the contact on the half-space, and from there the contact of the bodies, which may slide."""
-        start = solve_contact(self.half_space, load_N).pressure_MPa
-        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start, slid=slid)
+        """Solve the contact of the bodies, starting from the contact on the half-space.
+
+        Parameters
+        ----------
+        load_N
+            Load in N.
+        slid
+            Function that returns the gap (n,) in mm after the slide of a solution; None without a slide.
+
+        Returns
+        -------
+        ContactSolution
+            Pressure and approach.
+        """
+        start_MPa = solve_contact(self.half_space, load_N).pressure_MPa
+        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start_MPa, slid=slid)
 
     def read(
         self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies
     ) -> tuple[Rung, Field, Field | None]:
-        """Rung of a solution on the elements' nodes, and what the bodies open more than a half-space of elements.
+        """Read the rung on the elements' nodes, and the opening beyond the elements.
 
-        The opening twice, by both ideas of what is the elements'.
+        Parameters
+        ----------
+        solution
+            Solution of the contact of the bodies.
+        true_gap
+            True gap with the direction of the load.
+        bodies
+            Coupled bodies with the grid of the nodes.
+
+        Returns
+        -------
+        nodal : Rung
+            Contact on the elements' nodes.
+        added : Field
+            Opening of the bodies minus opening of a half-space of elements, in mm.
+        otherwise : Field or None
+            This opening with the other fit; None where it is not needed.
         """
         nodal = Rung.of(
             bodies.grid,
@@ -165,21 +225,40 @@ class CoupledProblem:
             approach_mm=solution.approach_mm * true_gap.closing,
             upright=bodies.normals @ true_gap.placement.first.normal,
         )
-        opening = self.bodies.opening_mm(solution)
+        opening_mm = self.bodies.opening_mm(solution)
 
-        def beyond(elements: Compliance) -> Field:
-            return Field.of_nodes(bodies.grid, opening - elements(solution.pressure_MPa))
+        def subtract_elements(elements: Compliance) -> Field:
+            return Field.of_nodes(bodies.grid, opening_mm - elements(solution.pressure_MPa))
 
-        return nodal, beyond(self.elements), None if self.otherwise is None else beyond(self.otherwise)
+        return (
+            nodal,
+            subtract_elements(self.elements),
+            None if self.otherwise is None else subtract_elements(self.otherwise),
+        )
 
 
 def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool = True) -> CoupledProblem:
-    """Set up the contact of coupled bodies; costs one application of their compliance for each of their bands.
+    """Set up the contact problem of coupled bodies.
 
-    The other idea of what is the elements' costs as many of whole bodies, where it is asked.
+    The cost is an application of the compliance for each band of the bodies. For whole bodies, the other fit costs
+    another application for each band.
+
+    Parameters
+    ----------
+    true_gap
+        True gap with contact modulus and direction.
+    bodies
+        Coupled bodies with their grid.
+    otherwise
+        Whether the other fit is needed.
+
+    Returns
+    -------
+    CoupledProblem
+        Problem without a load.
     """
     grid, modulus = bodies.grid, true_gap.contact_modulus_MPa
-    of_bodies = ContactProblem(
+    body_problem = ContactProblem(
         compliance=bodies.compliance,
         within=bodies.compliance,
         gap_mm=grid.weighted_mean(true_gap.gap),
@@ -188,80 +267,106 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool
     )
     bands = Bands(grid=grid, columns=bodies.bands, contact_modulus_MPa=modulus)
     responses = bands.responses(bodies.compliance)
-    other: Compliance | None = None
+    other_fit: Compliance | None = None
     if otherwise:
-        # a yawed wheel's elements meet the rail's elements differently from place to place
-        others = responses if grid.half else bands.responses(bodies.compliance, beside=_BESIDE)
-        other = bands.together([one.half_space_of_elements(quartic=True) for one in others])
+        # The elements of a yawed wheel meet the elements of the rail differently at each place.
+        other_responses = responses if grid.half else bands.responses(bodies.compliance, beside=_OFFSET_FRACTION)
+        other_fit = bands.together([response.half_space_of_elements(quartic=True) for response in other_responses])
     return CoupledProblem(
-        bodies=of_bodies,
-        half_space=replace(of_bodies, compliance=bands.half_space(), within=None),
-        model=bands.together([one.model() for one in responses]),
-        elements=bands.together([one.half_space_of_elements() for one in responses]),
-        otherwise=other,
+        bodies=body_problem,
+        half_space=replace(body_problem, compliance=bands.half_space(), within=None),
+        model=bands.together([response.model() for response in responses]),
+        elements=bands.together([response.half_space_of_elements() for response in responses]),
+        otherwise=other_fit,
         compliance_error=_compliance_error(responses, true_gap.placement, bodies),
     )
 
 
 def _compliance_error(responses: Sequence[UnitResponse], placement: Placement, bodies: CoupledBodies) -> float:
-    """The error of the largest size of all bands; NaN where none is seen."""
-    across = bodies.normals[: bodies.grid.shape[1]]
-    angle = np.arctan2(-across[:, 1], across[:, 2])
+    """Error of the compliance with the largest magnitude of all bands; NaN without a measured error."""
+    normals = bodies.normals[: bodies.grid.shape[1]]
+    angle_rad = np.arctan2(-normals[:, 1], normals[:, 2])
     errors = (
-        one.compliance_error(angle[own], placement.side_mm(float(one.grid.s_mm[one.node[1]])))
-        for one, own in zip(responses, bodies.bands, strict=True)
+        response.compliance_error(angle_rad[columns], placement.side_mm(float(response.grid.s_mm[response.node[1]])))
+        for response, columns in zip(responses, bodies.bands, strict=True)
     )
     return max((error for error in errors if not math.isnan(error)), key=abs, default=math.nan)
 
 
 class CoupledMesh:
-    """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge.
+    """Bodies of a position on a pair of meshes, coupled once.
 
-    `room` is around the expected patch, `enlarged` how often it grew, and `stopped_by` the error that kept it from
-    growing.
+    The fine zone grows if a patch comes near its edge.
+
+    Attributes
+    ----------
+    room
+        Room around the expected patch.
+    enlarged
+        Number of enlargements of the zone.
+    growth_error
+        Error that prevented an enlargement; None without an error.
+    bodies
+        Coupled bodies with their factors.
+    plastic
+        Yielding bodies and their contact; None if no body has yielded.
     """
 
     def __init__(self, position: Position, coarser: float, room: Room | None = None) -> None:
-        """Make and couple both bodies; `coarser` multiplies the element sizes, `room` is what other meshes needed."""
+        """Make and couple both bodies.
+
+        `coarser` is a factor on the element sizes, and `room` is the room that other meshes needed.
+        """
         self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
         self._position, self._coarser = position, coarser
         self.room = room or Room()
         self.enlarged = 0
-        self.stopped_by: InputError | None = None
+        self.growth_error: InputError | None = None
         try:
             bodies = self._couple(self.room)
         except InputError:
             if self.room == Room():
                 raise
-            # other elements may do without
+            # Elements of this size may not need the room.
             self.room = Room()
             bodies = self._couple(self.room)
-        self._take(bodies)
+        self._set_bodies(bodies)
 
     def solve(self, position: Position) -> Level:
-        """Contact of the position's load between the bodies, and whether the patch is at the edge of the zone."""
+        """Solve the contact of the position's load between the bodies.
+
+        Parameters
+        ----------
+        position
+            Position under the load.
+
+        Returns
+        -------
+        Level
+            Contact, also with yielding bodies, and whether the patch is at the edge of the zone.
+        """
         while True:
             self.bodies.forget()
             with position.clock.step("contact"):
                 true_gap, problem, solution = self._contact(position)
-                nodal, added, otherwise = problem.read(solution, true_gap, self.bodies)
+                nodal, added, other_fit = problem.read(solution, true_gap, self.bodies)
             position = replace(position, true_gap=true_gap)
-            more = self._more_room(position, nodal, added)
-            at_edge, larger = more != self.room, None
+            room = self._more_room(position, nodal, added)
+            at_edge, larger_bodies = room != self.room, None
             if at_edge and self.enlarged < _ENLARGEMENTS:
                 try:
-                    larger = self._couple(more)
+                    larger_bodies = self._couple(room)
                 except InputError as error:
-                    self.stopped_by = error
-            if larger is None:
-                level = self._level(position, nodal, (added, otherwise), at_edge=at_edge)
-                return self._with_yield(position, problem, solution, level)
+                    self.growth_error = error
+            if larger_bodies is None:
+                level = self._level(position, nodal, (added, other_fit), at_edge=at_edge)
+                return self._add_yield(position, problem, solution, level)
             self.bodies.close()
-            self._take(larger)
-            self.room, self.enlarged = more, self.enlarged + 1
+            self._set_bodies(larger_bodies)
+            self.room, self.enlarged = room, self.enlarged + 1
 
     def _contact(self, position: Position) -> tuple[TrueGap, CoupledProblem, ContactSolution]:
-        """Gap with the slide of the bodies on a steep surface, and the contact on the elements' nodes."""
+        """Solve the contact on the elements' nodes, with the slide on a steep surface."""
         problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
         if true_gap.slide_mm != self._position.true_gap.slide_mm:
             problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
@@ -269,25 +374,23 @@ class CoupledMesh:
             return true_gap, problem, problem.solve(position.case.load_N)
         gaps: list[tuple[TrueGap, Floats]] = []
 
-        def slid(solution: ContactSolution) -> Floats:
-            after = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
-            gaps.append((after, grid.weighted_mean(after.gap)))
+        def compute_slid_gap(solution: ContactSolution) -> Floats:
+            slid_gap = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
+            gaps.append((slid_gap, grid.weighted_mean(slid_gap.gap)))
             return gaps[-1][1]
 
-        solution = problem.solve(position.case.load_N, slid=slid)
+        solution = problem.solve(position.case.load_N, slid=compute_slid_gap)
         true_gap, gap_mm = gaps[-1]
         return true_gap, problem.with_gap(gap_mm), solution
 
-    def _with_yield(
-        self, position: Position, problem: CoupledProblem, solution: ContactSolution, level: Level
-    ) -> Level:
-        """A level with the first loading of bodies that may yield, on the nodes of its rungs."""
+    def _add_yield(self, position: Position, problem: CoupledProblem, solution: ContactSolution, level: Level) -> Level:
+        """Add the first loading of bodies that may yield to a level."""
         if not position.case.may_yield or level.status != "converged":
             return level
         load_N, true_gap = position.case.load_N, position.true_gap
 
-        def read(solved: ContactSolution, load_N: float) -> tuple[Rung, Rung]:
-            nodal, added, _ = problem.read(solved, true_gap, self.bodies)
+        def read_rungs(plastic_solution: ContactSolution, load_N: float) -> tuple[Rung, Rung]:
+            nodal, added, _ = problem.read(plastic_solution, true_gap, self.bodies)
             grid = grid_over(position.expected.half_space.grid, nodal)
             return nodal, true_gap.solve(grid, load_N, added=added, start=level.fe.pressure)
 
@@ -295,32 +398,35 @@ class CoupledMesh:
             elastic = (solution, level.nodal, level.fe)
             bodies = YieldingBodies.of(self.bodies, problem.bodies, problem.model, solution.pressure_MPa)
             is_coarse = self._coarser > 1.0
-            found = climb(bodies, elastic, load_N, read, sparing=is_coarse)
+            result = climb(bodies, elastic, load_N, read_rungs, sparing=is_coarse)
             if is_coarse:
-                found = with_variants(found, bodies, elastic, load_N, read)
-        self.plastic = None if found.contact is None else (bodies, found.contact)
-        return replace(level, yielded=found.yielded)
+                result = with_variants(result, bodies, elastic, load_N, read_rungs)
+        self.plastic = None if result.contact is None else (bodies, result.contact)
+        return replace(level, yielded=result.yielded)
 
     def _slide_mm(self, true_gap: TrueGap, solution: ContactSolution) -> float:
-        """How far the wheel goes along the rail below the patch, less what both bodies give way to it there."""
+        """Distance that the wheel moves along the rail below the patch.
+
+        The tangential deformation of both bodies there is subtracted.
+        """
         tangent = true_gap.placement.first.tangent
         force = self.bodies.grid.whole_area_mm2() * solution.pressure_MPa
-        parting = self.bodies.parting(solution.pressure_MPa, _OF_SLIDES) @ tangent
-        gives_way = float(force @ parting) / float(force.sum())
-        return solution.approach_mm * float(true_gap.direction @ tangent) - gives_way
+        parting_mm = self.bodies.parting(solution.pressure_MPa, _SLIDE_TOLERANCE) @ tangent
+        yielding_mm = float(force @ parting_mm) / float(force.sum())
+        return solution.approach_mm * float(true_gap.direction @ tangent) - yielding_mm
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
-        """Room of the zone: more where the contact comes near its edge or goes on beyond it, else what there is."""
-        more = more_room(self.room, nodal, position.expected, self.bodies.bands)
-        beyond = position.true_gap.overlaps_beyond(nodal, added)
-        if beyond is None:
-            return more
-        low, high = beyond
-        s = nodal.grid.s_mm
+        """Room of the zone, enlarged where the contact comes near its edge or continues beyond it."""
+        larger_room = more_room(self.room, nodal, position.expected, self.bodies.bands)
+        overlap_mm = position.true_gap.find_overlap_beyond(nodal, added)
+        if overlap_mm is None:
+            return larger_room
+        low_mm, high_mm = overlap_mm
+        s_mm = nodal.grid.s_mm
         return replace(
-            more,
-            s_low=more.s_low + max(0.0, float(s[0]) - low),
-            s_high=more.s_high + max(0.0, high - float(s[-1])),
+            larger_room,
+            s_low=larger_room.s_low + max(0.0, float(s_mm[0]) - low_mm),
+            s_high=larger_room.s_high + max(0.0, high_mm - float(s_mm[-1])),
         )
 
     def close(self) -> None:
@@ -328,39 +434,46 @@ class CoupledMesh:
         self.bodies.close()
 
     def _couple(self, room: Room) -> CoupledBodies:
-        """Couple the bodies over the expected patch and a margin, a narrower one where a head bears no wider one."""
-        step_s = self._coarser * self._position.element_size_mm[1]
-        too_wide: NotCovered | FoldedMesh | None = None
-        for less in range(MARGIN_ELEMENTS - EDGE_ELEMENTS + 1):
-            narrower = replace(room, s_low=room.s_low - less * step_s, s_high=room.s_high - less * step_s)
-            try:
-                return self._couple_over(narrower)
-            except (NotCovered, FoldedMesh) as error:
-                too_wide = too_wide or error
-        assert too_wide is not None
-        raise too_wide
+        """Couple the bodies over the expected patch and a margin.
 
-    def _couple_over(self, room: Room) -> CoupledBodies:
+        The margin is narrower if a head does not have the width for it.
+        """
+        width_mm = self._coarser * self._position.element_size_mm[1]
+        first_error: NotCovered | FoldedMesh | None = None
+        for columns in range(MARGIN_ELEMENTS - EDGE_ELEMENTS + 1):
+            narrower_room = replace(
+                room, s_low=room.s_low - columns * width_mm, s_high=room.s_high - columns * width_mm
+            )
+            try:
+                return self._couple_with_sizes(narrower_room)
+            except (NotCovered, FoldedMesh) as error:
+                first_error = first_error or error
+        assert first_error is not None
+        raise first_error
+
+    def _couple_with_sizes(self, room: Room) -> CoupledBodies:
+        """Couple the bodies over a room, with smaller elements if elements fold."""
         position = self._position
-        folded: FoldedMesh | None = None
-        for factor in _SIZES_IF_FOLDED:
-            step_x, step_s = (factor * self._coarser * step for step in position.element_size_mm)
-            zone = fine_zone(position.expected, (step_x, step_s), room)
+        first_error: FoldedMesh | None = None
+        for factor in _FOLDED_SIZE_FACTORS:
+            length_mm, width_mm = (factor * self._coarser * size_mm for size_mm in position.element_size_mm)
+            zone = fine_zone(position.expected, (length_mm, width_mm), room)
             try:
                 return couple(
                     position.case, position.placement, zone, position.clock, several_loads=position.several_loads
                 )
             except FoldedMesh as error:
-                folded = folded or error
-        assert folded is not None
-        raise folded
+                first_error = first_error or error
+        assert first_error is not None
+        raise first_error
 
-    def _take(self, bodies: CoupledBodies) -> None:
+    def _set_bodies(self, bodies: CoupledBodies) -> None:
         self.bodies = bodies
         with self._position.clock.step("contact"):
             self._problem = coupled_problem(self._position.true_gap, bodies, otherwise=self._coarser <= 1.0)
 
     def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field | None], *, at_edge: bool) -> Level:
+        """Make the level of a solved contact, with the contact on finer nodes."""
         bodies = self.bodies
         with position.clock.step("resolve"):
             half_space, gap, load_N = position.expected.half_space, position.true_gap, position.case.load_N
@@ -368,16 +481,16 @@ class CoupledMesh:
             fe = gap.solve(grid, load_N, added=added[0], start=half_space.pressure)
             if gap.overlaps_between(fe, added[0]):
                 fe = gap.solve(fe.even().grid, load_N, added=added[0], start=fe.pressure)
-            otherwise = None
+            other_fit = None
             if added[1] is not None:
-                # nearly the one before it
-                otherwise = gap.solve(fe.grid, load_N, added=added[1], start=fe.pressure)
+                # The contact is nearly equal to the contact before.
+                other_fit = gap.solve(fe.grid, load_N, added=added[1], start=fe.pressure)
         meshes = (bodies.rail.mesh, bodies.wheel.mesh)
         force_balance, moment_balance = bodies.balance(nodal.pressure_MPa.ravel())
         return Level(
             nodal=nodal,
             fe=fe,
-            otherwise=otherwise,
+            otherwise=other_fit,
             compliance_error=self._problem.compliance_error,
             degrees_of_freedom={mesh.name: mesh.unknowns for mesh in meshes},
             elements={mesh.name: len(mesh.hexes) for mesh in meshes},
@@ -386,57 +499,87 @@ class CoupledMesh:
             moment_balance=moment_balance,
             enlarged=self.enlarged,
             at_edge=at_edge,
-            gap_distance_error_mm=gap_distance_error_mm(gap, solved_gap(gap, fe, added[0]), bodies),
+            gap_distance_error_mm=gap_distance_error_mm(gap, recover_gap(gap, fe, added[0]), bodies),
         )
 
 
 def grid_over(fine: ContactGrid, nodal: Rung) -> ContactGrid:
-    """A grid with the steps and the places of a finer one, over a contact on elements and two of them around it."""
+    """Grid with the steps and positions of a finer grid, over a contact on elements.
+
+    It also covers two elements around the contact.
+
+    Parameters
+    ----------
+    fine
+        Finer grid.
+    nodal
+        Contact on the elements' nodes.
+
+    Returns
+    -------
+    ContactGrid
+        Grid with the bands of the finer grid.
+    """
     rows, columns = (np.flatnonzero(nodal.pressure_MPa.any(axis=axis)) for axis in (1, 0))
-    x = _line_over(fine.x_mm, nodal.grid.x_mm, rows, from_plane=nodal.grid.half)
+    x_mm = _extend_axis(fine.x_mm, nodal.grid.x_mm, rows, from_plane=nodal.grid.half)
     if len(bands := fine.bands) == 1:
-        return ContactGrid(x_mm=x, s_mm=_line_over(fine.s_mm, nodal.grid.s_mm, columns), half=fine.half)
-    middles = [0.5 * (before.s_mm[-1] + after.s_mm[0]) for before, after in pairwise(bands)]
-    owner = np.searchsorted(middles, nodal.grid.s_mm[columns])
-    lines = [_band_over(band.s_mm, nodal.grid.s_mm, columns[owner == k]) for k, band in enumerate(bands)]
-    return in_bands(x, lines, half=fine.half)
+        return ContactGrid(x_mm=x_mm, s_mm=_extend_axis(fine.s_mm, nodal.grid.s_mm, columns), half=fine.half)
+    middles_mm = [0.5 * (left_band.s_mm[-1] + right_band.s_mm[0]) for left_band, right_band in pairwise(bands)]
+    band_numbers = np.searchsorted(middles_mm, nodal.grid.s_mm[columns])
+    bands_mm = [
+        _extend_band(band.s_mm, nodal.grid.s_mm, columns[band_numbers == number]) for number, band in enumerate(bands)
+    ]
+    return in_bands(x_mm, bands_mm, half=fine.half)
 
 
-def _band_over(fine: Floats, coarse: Floats, covered: NDArray[np.int64]) -> Floats:
-    """A band, and what a contact on elements covers beside it, up to its own width at either end."""
-    if covered.size == 0:
-        return fine
-    step, line = float(fine[1] - fine[0]), _line_over(fine, coarse, covered)
-    more = [min(max(0, round(by / step)), fine.size) for by in (fine[0] - line[0], line[-1] - fine[-1])]
-    return np.asarray(fine[0] + step * np.arange(-more[0], fine.size + more[1]))
+def _extend_band(fine_mm: Floats, coarse_mm: Floats, columns: NDArray[np.int64]) -> Floats:
+    """Extend a band over a contact on elements, by at most its width at either end."""
+    if columns.size == 0:
+        return fine_mm
+    step_mm, extended_mm = float(fine_mm[1] - fine_mm[0]), _extend_axis(fine_mm, coarse_mm, columns)
+    added_nodes = [
+        min(max(0, round(excess_mm / step_mm)), fine_mm.size)
+        for excess_mm in (fine_mm[0] - extended_mm[0], extended_mm[-1] - fine_mm[-1])
+    ]
+    return np.asarray(fine_mm[0] + step_mm * np.arange(-added_nodes[0], fine_mm.size + added_nodes[1]))
 
 
-def _line_over(fine: Floats, coarse: Floats, covered: NDArray[np.int64], *, from_plane: bool = False) -> Floats:
-    first, last = max(int(covered[0]) - 2, 0), min(int(covered[-1]) + 2, coarse.size - 1)
-    step = float(fine[1] - fine[0])
-    low = 0 if from_plane else math.ceil((float(coarse[first]) - float(fine[0])) / step)
-    high = math.floor((float(coarse[last]) - float(fine[0])) / step)
-    return np.asarray(fine[0] + step * np.arange(low, high + 1))
+def _extend_axis(fine_mm: Floats, coarse_mm: Floats, columns: NDArray[np.int64], *, from_plane: bool = False) -> Floats:
+    """Positions in the steps of a finer axis, over the covered columns and two more at either end."""
+    first, last = max(int(columns[0]) - 2, 0), min(int(columns[-1]) + 2, coarse_mm.size - 1)
+    step_mm = float(fine_mm[1] - fine_mm[0])
+    low_number = 0 if from_plane else math.ceil((float(coarse_mm[first]) - float(fine_mm[0])) / step_mm)
+    high_number = math.floor((float(coarse_mm[last]) - float(fine_mm[0])) / step_mm)
+    return np.asarray(fine_mm[0] + step_mm * np.arange(low_number, high_number + 1))
 
 
-# --- The meshes of a position, the one owner of their factors: a load is solved on as many as its verdict takes.
+# --- Meshes of a position, which own their factors: the verdict decides on the number of meshes for a load.
 
-# The case's own mesh, a coarser one, and three refinements.
+# Mesh of the case, a coarser mesh, and three refinements.
 _MOST_MESHES = 5
-# Where the elements' own nodes are to know the verdict too.
-_MOST_FOR_EVIDENCE = 6
-# Elements that the finest meshes of every named resolution have on the semi-axis that they are made for.
+# Number of meshes if the verdict on the elements' nodes is needed too.
+_MOST_EVIDENCE_MESHES = 6
+# Number of elements on the semi-axis for which they are made, on the finest meshes of every named resolution.
 _FEWEST_ELEMENTS = 4
-# A lobe on its last nodes is measured a little differently than on those that they were made for.
-_MOST_OF_NODES = 0.7
+# Fraction of the requested nodes below which a lobe counts as poorly resolved. A lobe is measured slightly differently
+# on its last nodes than on the nodes for which they were made.
+_NODE_SHORTAGE_FRACTION = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolvedBodies:
-    """Both bodies of the finest meshes under a load, and the displacements (n, 3) in mm of their nodes.
+    """Both bodies of the finest meshes under a load, with their displacements.
 
-    Base held and driver held: the rigid approach is not in them. Displacements are elastic; `yielded` has arrays at the
-    nodes of a body that has yielded (`yielding.nodal_fields`).
+    Base and driver are fixed: the rigid approach is not included. Displacements are elastic.
+
+    Attributes
+    ----------
+    coupled
+        Coupled bodies with their meshes.
+    displacement_mm
+        Displacements (n, 3) in mm of the nodes, by body.
+    yielded
+        Arrays at the nodes of a body that has yielded (`plastic_contact.nodal_fields`).
     """
 
     coupled: CoupledBodies
@@ -451,41 +594,51 @@ class SolvedBodies:
 
 
 class Meshes:
-    """The meshes of a position, each made when it is first needed and solved for any number of loads.
+    """Meshes of a position, made on demand and solved for any number of loads.
 
     Parameters
     ----------
     position
-        Its expected patch decides about zone and element size of all meshes.
+        Position; its expected patch decides on zone and element size of all meshes.
     keep
-        Whether the factors stay for further loads until `close`. If not, they go as soon as a load is solved, and
-        `bodies` belong to its finest meshes.
+        Whether the factors are kept for further loads until `close`. If not, they are released when a load is solved,
+        and `bodies` belong to its finest meshes.
     """
 
     def __init__(self, position: Position, *, keep: bool = False) -> None:
-        """Make no mesh yet."""
+        """Start without any mesh."""
         self.position = position
         self.bodies: SolvedBodies | None = None
         self._keep = keep
         self._meshes: dict[float, CoupledMesh] = {}
         self._not_enlarged: list[InputError] = []
         self._room = Room()
-        self._took: dict[float, float] = {}
+        self._seconds_by_factor: dict[float, float] = {}
 
     def solve(self, position: Position) -> SolvedLoad:
-        """Solve a position's load on two meshes; refine while the verdict is open and the limit allows.
+        """Solve a position's load on two meshes, and refine while the verdict is UNRESOLVED.
 
-        It is the position of the meshes, or the same one under another load.
+        Refinement ends at the limit of unknowns.
+
+        Parameters
+        ----------
+        position
+            Position of the meshes, under any load.
+
+        Returns
+        -------
+        SolvedLoad
+            Contacts on all mesh levels, with the half-space and the profile variants.
         """
         case, placement = position.case, position.placement
         with position.clock.step("expect the patch"):
             lines = lines_of_case(case, placement)
         self._not_enlarged, self._room = [], Room()
         levels = [self._level(position, 1.0)]
-        levels.append(self._level(position, MESH_RATIO, self._left_s(levels, coarser_degrees_of_freedom(levels[0]))))
-        stop: InputError | None = None
-        while stop is None and is_open(case, levels, placement, lines, position.expected.half_space):
-            stop = self._refine(position, levels)
+        levels.append(self._level(position, MESH_RATIO, self._left_s(levels, estimate_coarser_unknowns(levels[0]))))
+        stop_error: InputError | None = None
+        while stop_error is None and is_open(case, levels, placement, lines, position.expected.half_space):
+            stop_error = self._refine(position, levels)
         with position.clock.step("ladder"):
             hertz = hertz_from_hessian(
                 placement.first.curvature.hessian,
@@ -500,23 +653,37 @@ class Meshes:
                 quadratic=quadratic_rung(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
                 lines=lines,
                 limits=(
-                    *_limits(position, levels),
+                    *_iterate_limits(position, levels),
                     *(f"the contact zone cannot be enlarged: {error}" for error in self._not_enlarged),
-                    *(() if stop is None else (f"refinement stopped: {stop}",)),
+                    *(() if stop_error is None else (f"refinement stopped: {stop_error}",)),
                 ),
-                short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop)),
+                short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop_error)),
                 gap_curvature_error=gap_curvature_error(position.true_gap, position.expected.half_space.grid),
             )
 
-    def bodies_of(self, solved: SolvedLoad) -> SolvedBodies:
-        """Both bodies of the finest meshes under the load that was solved last."""
+    def recover_bodies(self, solved_load: SolvedLoad) -> SolvedBodies:
+        """Both bodies of the finest meshes under the load that was solved last.
+
+        Parameters
+        ----------
+        solved_load
+            Load that was solved last.
+
+        Returns
+        -------
+        SolvedBodies
+            Bodies with their displacements.
+        """
         if self._keep:
-            self._recover(self._meshes[MESH_RATIO ** (2 - len(solved.levels))], solved.levels[0])
+            self._recover(self._meshes[MESH_RATIO ** (2 - len(solved_load.levels))], solved_load.levels[0])
         assert self.bodies is not None
         return self.bodies
 
     def drop_enlarged(self) -> None:
-        """Release meshes that grew under a load, so that the next load begins as it would by itself."""
+        """Release meshes that grew under a load.
+
+        The result of the next load is then independent of the loads before it.
+        """
         for coarser in [coarser for coarser, mesh in self._meshes.items() if mesh.room != Room()]:
             self._meshes.pop(coarser).close()
 
@@ -527,52 +694,66 @@ class Meshes:
         self._meshes.clear()
 
     def _refine(self, position: Position, levels: list[Level]) -> InputError | None:
-        """Put a level on finer meshes before the others, or say why there is none."""
+        """Insert a level on finer meshes before the other levels, or return the reason against it."""
         case = position.case
-        expected = finer_degrees_of_freedom(levels)
-        if expected > case.most_unknowns:
+        expected_unknowns = estimate_finer_unknowns(levels)
+        if expected_unknowns > case.most_unknowns:
             return InputError(
-                f"the next meshes would have about {expected} of at most {case.most_unknowns} degrees of freedom"
+                f"the next meshes would have about {expected_unknowns} of at most {case.most_unknowns}"
+                " degrees of freedom"
             )
         try:
-            levels.insert(0, self._level(position, MESH_RATIO ** (1 - len(levels)), self._left_s(levels, expected)))
+            levels.insert(
+                0,
+                self._level(position, MESH_RATIO ** (1 - len(levels)), self._left_s(levels, expected_unknowns)),
+            )
         except InputError as error:
             return error
         return None
 
-    def _level(self, position: Position, coarser: float, left_s: float | None = None) -> Level:
-        clock, begun = position.clock, time.perf_counter()
-        clock.stage = _stage(position.case, coarser, left_s)
+    def _level(self, position: Position, coarser: float, seconds_left: float | None = None) -> Level:
+        """Solve a level and measure its wall time."""
+        clock, start_seconds = position.clock, time.perf_counter()
+        clock.stage = _describe_stage(position.case, coarser, seconds_left)
         try:
             return self._solved(position, coarser)
         finally:
             clock.stage = ""
-            self._took[coarser] = time.perf_counter() - begun
+            self._seconds_by_factor[coarser] = time.perf_counter() - start_seconds
 
     def _left_s(self, levels: Sequence[Level], degrees_of_freedom: float) -> float | None:
-        """Seconds that meshes of so many unknowns take by what the finest ones took; None where bodies yield."""
-        finest = sum(levels[0].degrees_of_freedom.values())
-        took = self._took[min(self._took)]
-        return None if self.position.case.may_yield else took * cpu_seconds(degrees_of_freedom) / cpu_seconds(finest)
+        """Estimated seconds for a number of unknowns, from the time of the finest meshes.
+
+        None if bodies may yield.
+        """
+        finest_unknowns = sum(levels[0].degrees_of_freedom.values())
+        finest_seconds = self._seconds_by_factor[min(self._seconds_by_factor)]
+        return (
+            None
+            if self.position.case.may_yield
+            else finest_seconds * cpu_seconds(degrees_of_freedom) / cpu_seconds(finest_unknowns)
+        )
 
     def _solved(self, position: Position, coarser: float) -> Level:
+        """Solve a level on its meshes, which are made if they do not exist yet."""
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser, self._room)
         level = replace(mesh.solve(position), more_nodes=position.more_nodes, turned_force=position.turned_force)
         self._room = mesh.room
-        if mesh.stopped_by is not None:
-            self._not_enlarged.append(mesh.stopped_by)
+        if mesh.growth_error is not None:
+            self._not_enlarged.append(mesh.growth_error)
         if self._keep:
             self._meshes[coarser] = mesh
             return level
-        # the coarse mesh comes second, a refinement after it
+        # The coarse mesh is solved second, a refinement after it.
         if self.bodies is None or coarser < 1.0:
             self._recover(mesh, level)
         mesh.close()
         return level
 
     def _recover(self, mesh: CoupledMesh, level: Level) -> None:
+        """Recover the displacements of both bodies."""
         with self.position.clock.step("recover"):
-            rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel(), tolerance=_OF_STRESSES)
+            rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel(), tolerance=_STRESS_TOLERANCE)
             self.bodies = SolvedBodies(
                 coupled=mesh.bodies,
                 displacement_mm={"rail": rail, "wheel": wheel},
@@ -581,86 +762,149 @@ class Meshes:
 
 
 def _turned(position: Position) -> Rung | None:
-    """The half-space of several lobes with each pressure along its own normal; None for a single lobe."""
+    """Half-space of several lobes with each pressure along the normal at its place.
+
+    None for a single lobe.
+    """
     rung = position.expected.half_space
     if len(patch_of(rung).lobes) == 1:
         return None
-    angle = angle_of_normals(position.placement, rung.grid.s_mm)
-    return position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure, angle_rad=angle)
+    angle_rad = angle_of_normals(position.placement, rung.grid.s_mm)
+    return position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure, angle_rad=angle_rad)
 
 
-def _stage(case: Case, coarser: float, left_s: float | None) -> str:
-    """Which meshes are under way, and how long they take, for those who wait."""
+def _describe_stage(case: Case, coarser: float, seconds_left: float | None) -> str:
+    """Description of the present meshes and of their remaining time, for waiting users."""
     if coarser == 1.0:
         return "first meshes"
-    left = "" if left_s is None else f", about {max(left_s, 1.0):.0f} s left"
+    time_left = "" if seconds_left is None else f", about {max(seconds_left, 1.0):.0f} s left"
     if coarser > 1.0:
-        return f"coarser meshes, for the uncertainty{left}"
-    # by all evidence finer ones follow also where the verdict is decided and that of the elements' own nodes is not
-    open_one = "the verdict, or that of the elements by themselves," if case.refine == "evidence" else "the verdict"
-    return f"finer meshes, because {open_one} is open{left}{' if these decide it' * bool(left)}"
+        return f"coarser meshes, for the uncertainty{time_left}"
+    # With refine = "evidence", finer meshes also follow if the verdict is decided and the verdict on the elements'
+    # nodes is not.
+    open_verdict = "the verdict, or that of the elements by themselves," if case.refine == "evidence" else "the verdict"
+    return f"finer meshes, because {open_verdict} is open{time_left}{' if these decide it' * bool(time_left)}"
 
 
-def _limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
-    """What is to be said where there are few elements or nodes for the patch."""
-    semi_axes = (position.expected.semi_axis_x_mm, position.expected.semi_axis_s_mm)
-    sizes = levels[0].nodal.grid.steps_mm
-    count, size, semi_axis = min((axis / size, size, axis) for axis, size in zip(semi_axes, sizes, strict=True))
-    # by sizes that were given
+def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
+    """Sentence on each shortage of elements or nodes for the patch."""
+    semi_axes_mm = (position.expected.semi_axis_x_mm, position.expected.semi_axis_s_mm)
+    sizes_mm = levels[0].nodal.grid.steps_mm
+    count, size_mm, semi_axis_mm = min(
+        (axis_mm / size_mm, size_mm, axis_mm) for axis_mm, size_mm in zip(semi_axes_mm, sizes_mm, strict=True)
+    )
+    # This is possible with given element sizes.
     if count < _FEWEST_ELEMENTS:
         yield (
-            f"elements of {size:.2f} mm are only {count:.1f} to the patch's semi-axis of {semi_axis:.2f} mm;"
+            f"elements of {size_mm:.2f} mm are only {count:.1f} to the patch's semi-axis of {semi_axis_mm:.2f} mm;"
             f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure"
         )
-    rung, wanted = position.expected.half_space, position.case.nodes_a_semi_axis
-    least = zip(followed_mm(lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
-    count, length = min((length / step, length) for length, step in least)
-    # as many as the case asks for would be too many
-    if count <= _MOST_OF_NODES * wanted:
+    rung, requested = position.expected.half_space, position.case.nodes_a_semi_axis
+    lengths_and_steps = zip(followed_mm(lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
+    count, length_mm = min((length_mm / step_mm, length_mm) for length_mm, step_mm in lengths_and_steps)
+    # The number of nodes of the case would be too many.
+    if count <= _NODE_SHORTAGE_FRACTION * requested:
         yield (
-            f"a lobe of {length:.2g} mm has {count:.0f} pressure nodes in place of {wanted}: in so wide a patch more"
-            " would be too many; its own peak and load are known less well than is stated"
+            f"a lobe of {length_mm:.2g} mm has {count:.0f} pressure nodes in place of {requested}: in so wide a patch"
+            " more would be too many; its own peak and load are known less well than is stated"
         )
 
 
 def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None, half_space: Rung) -> bool:
-    """Whether the verdict on a load is open and another pair of meshes may decide it.
+    """Whether another pair of meshes may decide an UNRESOLVED verdict on a load.
 
-    If `Case.refine` is "evidence", the verdict on the elements' own nodes counts, too. Elements that are too coarse for
-    their place look too soft or too stiff; finer ones look so only if they are.
+    If `Case.refine` is "evidence", the verdict on the elements' nodes counts, too. Elements that are too coarse for
+    their place appear too soft or too stiff; finer elements appear so only if they are.
+
+    Parameters
+    ----------
+    case
+        Case with criteria and refinement.
+    levels
+        Mesh levels, the finest first.
+    placement
+        Wheel on rail.
+    lines
+        Theories on the profile variants; None for exact profiles.
+    half_space
+        Contact of the true gap on the half-space.
+
+    Returns
+    -------
+    bool
+        False if the largest number of meshes is reached, or if a level has not converged.
     """
-    most = _MOST_FOR_EVIDENCE if case.refine == "evidence" else _MOST_MESHES
-    if any(level.status != "converged" for level in levels) or len(levels) == most:
+    most_meshes = _MOST_EVIDENCE_MESHES if case.refine == "evidence" else _MOST_MESHES
+    if any(level.status != "converged" for level in levels) or len(levels) == most_meshes:
         return False
-    asked: tuple[Evidence, ...] = ("fe", "elements") if case.refine == "evidence" else ("fe",)
-    hopeless = {
-        by: no_mesh_decides(case, levels, placement, lines, by=by, refinements=most - len(levels)) for by in asked
+    evidences: tuple[Evidence, ...] = ("fe", "elements") if case.refine == "evidence" else ("fe",)
+    is_undecidable = {
+        evidence: no_mesh_decides(case, levels, placement, lines, by=evidence, refinements=most_meshes - len(levels))
+        for evidence in evidences
     }
-    if elements_off(levels):
-        # of numbers that are not right only the lines that points allow say that no mesh decides
-        seen = lines is None or not all(hopeless.values())
-        return seen and not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
-    return any(_open_by(by, case, levels, placement, lines) for by in asked if not hopeless[by])
+    if has_faulty_elements(levels):
+        # If the numbers are wrong, only the profile variants show that no mesh decides.
+        may_be_decided = lines is None or not all(is_undecidable.values())
+        return may_be_decided and not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
+    return any(
+        _is_unresolved(evidence, case, levels, placement, lines)
+        for evidence in evidences
+        if not is_undecidable[evidence]
+    )
 
 
-def _open_by(by: Evidence, case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
-    return worst_of(judge_hertz(case, levels, placement, lines, by=by)).answer == "UNRESOLVED"
+def _is_unresolved(
+    evidence: Evidence, case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None
+) -> bool:
+    """Whether the verdict on Hertz is UNRESOLVED by the given evidence."""
+    return worst_of(judge_hertz(case, levels, placement, lines, by=evidence)).answer == "UNRESOLVED"
 
 
 def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:
-    """Whether a new solution would go on where a stored one, as it is judged now, leaves the verdict open."""
-    solved = load.solved
-    affordable = finer_degrees_of_freedom(solved.levels) <= load.case.most_unknowns
-    return affordable and is_open(load.case, solved.levels, placement, solved.lines, solved.half_space)
+    """Whether a new solution would refine a stored load with an UNRESOLVED verdict.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+    placement
+        Wheel on rail.
+
+    Returns
+    -------
+    bool
+        False if the next meshes would have too many unknowns.
+    """
+    solved_load = load.solved
+    is_affordable = estimate_finer_unknowns(solved_load.levels) <= load.case.most_unknowns
+    return is_affordable and is_open(
+        load.case, solved_load.levels, placement, solved_load.lines, solved_load.half_space
+    )
 
 
-def coarser_degrees_of_freedom(level: Level) -> float:
-    """Degrees of freedom to expect of the coarser meshes: graded ones grow with about the square of MESH_RATIO."""
+def estimate_coarser_unknowns(level: Level) -> float:
+    """Expected degrees of freedom of the coarser meshes.
+
+    Graded meshes grow with about the square of MESH_RATIO.
+    """
     return sum(level.degrees_of_freedom.values()) / MESH_RATIO**2
 
 
-def finer_degrees_of_freedom(levels: Sequence[Level]) -> int:
-    """Degrees of freedom to expect of the next finer meshes: graded ones grow less than with the cube of MESH_RATIO."""
-    fine, coarse = (sum(level.degrees_of_freedom.values()) for level in levels[:2])
-    # the uniform zone grows faster than the rest, so that the ratio grows too
-    return int(fine * min((fine / coarse) ** 1.2, MESH_RATIO**3))
+def estimate_finer_unknowns(levels: Sequence[Level]) -> int:
+    """Expected degrees of freedom of the next finer meshes.
+
+    Graded meshes grow less than with the third power of MESH_RATIO.
+
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first.
+
+    Returns
+    -------
+    int
+        Degrees of freedom of both bodies.
+    """
+    fine_unknowns, coarse_unknowns = (sum(level.degrees_of_freedom.values()) for level in levels[:2])
+    # The uniform zone grows faster than the rest, so that the ratio increases too.
+    return int(fine_unknowns * min((fine_unknowns / coarse_unknowns) ** 1.2, MESH_RATIO**3))

@@ -1,4 +1,4 @@
-"""Placement of a case's wheel on its rail, alone or in a wheelset, also with loaded wheels."""
+"""Placement of a case's wheel on its rail, alone or in a wheelset."""
 
 from __future__ import annotations
 
@@ -29,24 +29,54 @@ from fecontact.profiles.resolve import (
 )
 from fecontact.solving.loaded_wheelset import place_loaded_wheelset
 
-# --- The wheel of a case on its rail, alone or in a wheelset; fast enough for tables.
+# --- Placement of the wheel of a case on its rail, alone or in a wheelset; fast enough for tables.
 
 
 def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
-    """Put the wheel of a case on its rail; `rail` and `wheel` replace the case's profiles if given.
+    """Put the wheel of a case on its rail.
+
+    Parameters
+    ----------
+    case
+        Case with profiles and position.
+    rail, wheel
+        Profiles in place of the profiles of the case; None for the profiles of the case.
+
+    Returns
+    -------
+    Placement
+        Wheel on rail, with irregularities if the case has any.
 
     Raises
     ------
     InputError
         For profiles that cannot be read, positions in which the wheel does not run on the rail, and edges of an
         irregularity under the wheel.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> from fecontact.solving.placing import place_case
+    >>> round(place_case(fecontact.Case(lateral_shift_mm=4.0)).first.rail_y_mm, 1)
+    -13.8
     """
     placement = _place_smooth(case, rail, wheel)
     return with_irregularities(placement, case.irregularities, case.distance_mm) if case.irregularities else placement
 
 
 def placed_or_why(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement | str:
-    """As `place_case`, or why the wheel cannot run there."""
+    """Placement of a case, or the reason why the wheel cannot run there.
+
+    Parameters
+    ----------
+    case, rail, wheel
+        As in `place_case`.
+
+    Returns
+    -------
+    Placement or str
+        Placement, or the problem in words.
+    """
     try:
         return place_case(case, rail=rail, wheel=wheel)
     except (InputError, ConvergenceError) as error:
@@ -56,22 +86,38 @@ def placed_or_why(case: Case, *, rail: Profile | None = None, wheel: Profile | N
 def place_at_shifts(
     case: Case, shifts_mm: Sequence[float], *, rail: Profile | None = None, wheel: Profile | None = None
 ) -> dict[float, Placement | str]:
-    """As `placed_or_why` at many shifts, for which the shift of the case is left out; a free wheelset is made once."""
+    """Place a case at several shifts; the wheelset is set up once if it is free.
+
+    Parameters
+    ----------
+    case
+        Case with profiles; its lateral shift is ignored.
+    shifts_mm
+        Lateral shifts in mm.
+    rail, wheel
+        As in `place_case`.
+
+    Returns
+    -------
+    dict of float to Placement or str
+        Placement or problem by the shift.
+    """
     if case.roll != "touching" or case.irregularities:
         return {
-            shift: placed_or_why(replace(case, lateral_shift_mm=shift), rail=rail, wheel=wheel) for shift in shifts_mm
+            shift_mm: placed_or_why(replace(case, lateral_shift_mm=shift_mm), rail=rail, wheel=wheel)
+            for shift_mm in shifts_mm
         }
     wheelset = replace(wheelset_of_case(case, rail=rail, wheel=wheel), asked=case.side)
     return {
-        shift: f"lateral shift {shift:g} mm of the wheelset: {placed}"
-        if isinstance(placed, str)
-        else placed.side(case.side)
-        for shift, placed in positions_at(wheelset, shifts_mm, case.yaw_rad).items()
+        shift_mm: f"lateral shift {shift_mm:g} mm of the wheelset: {position}"
+        if isinstance(position, str)
+        else position.side(case.side)
+        for shift_mm, position in positions_at(wheelset, shifts_mm, case.yaw_rad).items()
     }
 
 
 def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Placement:
-    """The placement by the profiles alone, without irregularities."""
+    """Placement by the profiles alone, without irregularities."""
     if case.roll != "given":
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
     if not case.opposite.is_mirror_image:
@@ -80,22 +126,32 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
         rail or resolve_rail(case.rail, case.rail_file),
-        wheel or _with_radius_note(case_wheel.profile, case.wheel, case.rolling_radius_mm),
+        wheel or _add_radius_note(case_wheel.profile, case.wheel, case.rolling_radius_mm),
         inclination_rad=_inclination_rad(case, case.rail),
         lateral_shift_mm=case.lateral_shift_mm,
         roll_rad=case.roll_rad,
         yaw_rad=case.yaw_rad,
         rolling_radius_mm=float(case_wheel.rolling_radius_mm or case.rolling_radius_mm),
-        track=_track(case, case.rail),
+        track=_adapt_track(case, case.rail),
         side=case.side,
         flange_climb=case.flange_climb,
     )
 
 
 def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> PlacedWheelset:
-    """Set the wheelset of a case on its rails for the wheel of its side; `rail` and `wheel` as in `place_case`.
+    """Set the wheelset of a case on its rails for the wheel of its side.
 
     The other wheel may climb its rail, up to the top of its flange.
+
+    Parameters
+    ----------
+    case, rail, wheel
+        As in `place_case`.
+
+    Returns
+    -------
+    PlacedWheelset
+        Both wheels on their rails.
 
     Raises
     ------
@@ -110,7 +166,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
     except InputError as error:
         if makes_a_wheelset(case.rail, case.wheel):
             raise
-        # a case that was derived from another case has the other case's roll
+        # A case that was derived from another case has the other case's roll.
         raise InputError(
             f"roll is {case.roll!r}, but {case.wheel} on {case.rail} has no place in the track where both wheels could"
             " touch: circles, cylinders and crane rails have no wheelset; give roll = 'given'"
@@ -118,52 +174,73 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
 
 
 def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
-    """Both wheels of a case over both rails; the opposite side is the mirror image if nothing else is given."""
+    """Both wheels of a case over both rails.
+
+    The opposite side is the mirror image if nothing else is given.
+
+    Parameters
+    ----------
+    case, rail, wheel
+        As in `place_case`.
+
+    Returns
+    -------
+    Wheelset
+        Left and right pair of wheel and rail.
+    """
     _refuse_unused_readings(case, rail, wheel)
-    other = case.opposite
-    own = _pair(case, Opposite(), rail, wheel)
-    if other.is_mirror_image:
-        return Wheelset.of(own, own)
-    across = _pair(case, other, None if other.rail else rail, None if other.wheel else wheel)
-    return Wheelset.of(own, across) if case.side == "left" else Wheelset.of(across, own)
+    opposite = case.opposite
+    pair = _make_pair(case, Opposite(), rail, wheel)
+    if opposite.is_mirror_image:
+        return Wheelset.of(pair, pair)
+    opposite_pair = _make_pair(case, opposite, None if opposite.rail else rail, None if opposite.wheel else wheel)
+    return Wheelset.of(pair, opposite_pair) if case.side == "left" else Wheelset.of(opposite_pair, pair)
 
 
 def _refuse_unused_readings(case: Case, rail: Profile | None, wheel: Profile | None) -> None:
-    """Refuse options of profile files that no profile of the case uses; profiles that are handed in are not read."""
+    """Refuse options of profile files that the profiles of the case do not use.
+
+    Given profiles are not read.
+    """
     if rail is None:
         refuse_unused_reading("rail", filter(None, (case.rail, case.opposite.rail)), case.rail_file)
     if wheel is None:
         refuse_unused_reading("wheel", filter(None, (case.wheel, case.opposite.wheel)), case.wheel_file)
 
 
-def _pair(case: Case, side: Opposite, rail_line: Profile | None, wheel_line: Profile | None) -> Pair:
-    """The pair of a side; the case gives what the side leaves open, and a side's radius overrides its wheel's text."""
-    rail, wheel = side.rail or case.rail, side.wheel or case.wheel
-    resolved = resolve_wheel(wheel, case.wheel_file)
-    of_text = resolved.rolling_radius_mm or (radius_of_file_mm(side.wheel) if side.wheel else None)
-    radius_mm = side.rolling_radius_mm or of_text or case.rolling_radius_mm
+def _make_pair(case: Case, side: Opposite, rail_profile: Profile | None, wheel_profile: Profile | None) -> Pair:
+    """Pair of wheel and rail on a side.
+
+    The case supplies the missing inputs of the side. A radius of the side overrides the radius in the text of its
+    wheel.
+    """
+    rail_spec, wheel_spec = side.rail or case.rail, side.wheel or case.wheel
+    resolved_wheel = resolve_wheel(wheel_spec, case.wheel_file)
+    text_radius_mm = resolved_wheel.rolling_radius_mm or (radius_of_file_mm(side.wheel) if side.wheel else None)
+    radius_mm = side.rolling_radius_mm or text_radius_mm or case.rolling_radius_mm
     return pair_of(
-        rail_line or resolve_rail(rail, case.rail_file),
-        wheel_line or _with_radius_note(resolved.profile, wheel, radius_mm),
-        inclination_rad=_inclination_rad(case, rail),
+        rail_profile or resolve_rail(rail_spec, case.rail_file),
+        wheel_profile or _add_radius_note(resolved_wheel.profile, wheel_spec, radius_mm),
+        inclination_rad=_inclination_rad(case, rail_spec),
         rolling_radius_mm=float(radius_mm),
-        track=_track(case, rail),
+        track=_adapt_track(case, rail_spec),
         flange_climb=case.flange_climb,
     )
 
 
-def _with_radius_note(wheel: Profile, spec: str, radius_mm: float) -> Profile:
-    """A wheel with a note if the header of its file contradicts the rolling radius."""
+def _add_radius_note(wheel: Profile, spec: str, radius_mm: float) -> Profile:
+    """Add a note to a wheel if the header of its file contradicts the rolling radius."""
     note = radius_note(spec, radius_mm)
     return replace(wheel, notes=(*wheel.notes, note)) if note else wheel
 
 
 def _inclination_rad(case: Case, rail: str) -> float:
-    """Inclination of a rail: a circle has none, since its crown is wherever it is highest."""
+    """Inclination of a rail; 0 for a circle, which has its crown at its highest point."""
     return 0.0 if rail.lower().startswith(CIRCLE) else case.inclination_rad
 
 
-def _track(case: Case, rail: str) -> Track:
+def _adapt_track(case: Case, rail: str) -> Track:
+    """Track of a case, adapted to a rail without a gauge face."""
     track = case.track
     if has_no_gauge_face(rail) and track.rail_crown_y_mm is None:
         return replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
@@ -171,7 +248,20 @@ def _track(case: Case, rail: str) -> Track:
 
 
 def roll_of_case(case: Case, placement: Placement) -> float:
-    """Roll (rad) of the wheelset, computed or given by the case; a positive roll lifts the left wheel."""
+    """Roll of the wheelset, computed or given by the case.
+
+    Parameters
+    ----------
+    case
+        Case with roll and side.
+    placement
+        Wheel on rail.
+
+    Returns
+    -------
+    float
+        Roll in rad; a positive roll lifts the left wheel.
+    """
     if case.roll == "given":
         return case.roll_rad
     _, sine, cosine = placement.wheel.axes[2]

@@ -11,55 +11,87 @@ from fecontact.contact.grid import Rung
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.true_gap import TrueGap
 
-#
-# Meshes do not depend on them: elements are made for a contact in one plane, and finite bodies know their own surfaces.
+# Meshes do not depend on these angles: elements are made for a contact in a single plane, and finite bodies have their
+# true surfaces.
 
 
 def angle_of_patches(placement: Placement, rung: Rung) -> Floats:
-    """Angle (ns,) in rad of the plane below each node: of its patch, across to the patch's resultant force.
+    """Angle of the plane below each column of nodes.
 
-    Between separate patches the nearer patch's plane counts; a single patch has one plane everywhere.
+    The plane of a patch is perpendicular to its resultant force. Between separate patches the plane of the nearer patch
+    is used; a single patch has a single plane.
+
+    Parameters
+    ----------
+    placement
+        Wheel on rail.
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    ndarray of shape (ns,)
+        Angle in rad.
     """
-    line_load, s = rung.pressure_MPa.sum(axis=0), rung.grid.s_mm
-    below = np.flatnonzero(line_load)
-    patches = np.split(below, np.flatnonzero(np.diff(below) > 1) + 1)
-    angle = angle_of_normals(placement, s)
+    line_load, s_mm = rung.pressure_MPa.sum(axis=0), rung.grid.s_mm
+    loaded_columns = np.flatnonzero(line_load)
+    patches = np.split(loaded_columns, np.flatnonzero(np.diff(loaded_columns) > 1) + 1)
+    angle = angle_of_normals(placement, s_mm)
     planes = [
-        np.arctan2((line_load * np.sin(angle))[own].sum(), (line_load * np.cos(angle))[own].sum()) for own in patches
+        np.arctan2((line_load * np.sin(angle))[columns].sum(), (line_load * np.cos(angle))[columns].sum())
+        for columns in patches
     ]
-    middles = [0.5 * (s[before[-1]] + s[after[0]]) for before, after in pairwise(patches)]
-    return np.array(planes)[np.searchsorted(middles, s)]
+    middles_mm = [0.5 * (s_mm[left_patch[-1]] + s_mm[right_patch[0]]) for left_patch, right_patch in pairwise(patches)]
+    return np.array(planes)[np.searchsorted(middles_mm, s_mm)]
 
 
 def angle_of_normals(placement: Placement, s_mm: Floats) -> Floats:
-    """Angle (ns,) in rad of the rail's normals at arc lengths from first touch (mm)."""
+    """Angle (ns,) in rad of the rail's normals at arc lengths from first contact (mm)."""
     _, normals = placement.surface(0.0, s_mm)
     return np.asarray(np.arctan2(-normals[:, 1], normals[:, 2]))
 
 
 def turned_force(true_gap: TrueGap, rung: Rung) -> float:
-    """Relative excess of the force along the normal at a patch's weighted centre over that at first touch.
+    """Relative excess of the force along the normal at a patch's weighted centre.
 
-    Both are planes in which codes put a contact as a whole: CONTACT takes the first one, weighted by how far the
-    undeformed bodies overlap. 49E1 with EN13715_1in40, 1:20, 6.24 mm, 138 kN: 0.67 and 0.52 rad, 176.1 and 158.9 kN.
-    CONTACT has 174.7 kN and a peak that is 3.0 % higher than here, where each pressure has its own normal in the
-    equilibrium (164.4 kN). On a tread both are one. Separate patches have a plane each: 0.
+    The reference is the force along the normal at first contact. Codes use either plane for a contact as a whole:
+    CONTACT uses the weighted centre, with the overlap of the undeformed bodies as weight. 49E1 with EN13715_1in40,
+    1:20, 6.24 mm, 138 kN: 0.67 and 0.52 rad, 176.1 and 158.9 kN. CONTACT has 174.7 kN and a peak that is 3.0 % higher
+    than here, where each pressure acts along the normal at its place in the equilibrium (164.4 kN). On a tread both
+    planes are equal.
+
+    Parameters
+    ----------
+    true_gap
+        True gap with the direction of the load.
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    float
+        Relative excess (-); 0 for separate patches, which have a plane each.
     """
     placement, grid = true_gap.placement, rung.grid
-    below = np.flatnonzero(rung.pressure_MPa.any(axis=0))
-    if np.any(np.diff(below) > 1):
+    loaded_columns = np.flatnonzero(rung.pressure_MPa.any(axis=0))
+    if np.any(np.diff(loaded_columns) > 1):
         return 0.0
-    # undeformed bodies overlap beside the patch, too: 1.4 times as far where both are round
-    step, count = grid.steps_mm[1], below.size
-    s = grid.s_mm[below[0]] + step * np.arange(-count, 2 * count)
-    x = np.concatenate([grid.x_mm, grid.x_mm[-1] + grid.steps_mm[0] * np.arange(1, grid.x_mm.size)])
-    x = x if grid.half else np.concatenate([(2.0 * grid.x_mm[0] - x[::-1])[: grid.x_mm.size], x])
-    _, normals = placement.surface(0.0, s)
+    # Undeformed bodies also overlap outside the patch: up to 1.4 times as far if both are round.
+    spacing_s_mm, count = grid.steps_mm[1], loaded_columns.size
+    s_mm = grid.s_mm[loaded_columns[0]] + spacing_s_mm * np.arange(-count, 2 * count)
+    x_mm = np.concatenate([grid.x_mm, grid.x_mm[-1] + grid.steps_mm[0] * np.arange(1, grid.x_mm.size)])
+    x_mm = x_mm if grid.half else np.concatenate([(2.0 * grid.x_mm[0] - x_mm[::-1])[: grid.x_mm.size], x_mm])
+    _, normals = placement.surface(0.0, s_mm)
     depth_mm = rung.approach_mm / true_gap.closing * (normals @ true_gap.direction)
-    overlap = np.nan_to_num(np.maximum(depth_mm - true_gap.gap(x[:, None], s), 0.0)).sum(axis=0)
-    # up to where the bodies part: beyond it another place may be near, which carries nothing
-    parted = np.flatnonzero(overlap == 0.0)
-    first, last = max(parted[parted < count], default=-1) + 1, min(parted[parted >= 2 * count], default=s.size)
-    weighted = s[first:last] @ overlap[first:last] / overlap[first:last].sum()
-    _, turned = placement.surface(0.0, weighted)
-    return float(placement.first.normal @ true_gap.direction / (turned @ true_gap.direction) - 1.0)
+    overlap = np.nan_to_num(np.maximum(depth_mm - true_gap.gap(x_mm[:, None], s_mm), 0.0)).sum(axis=0)
+    # The range ends where the bodies separate: beyond it they may come near again without carrying load.
+    free_columns = np.flatnonzero(overlap == 0.0)
+    first_column, last_column = (
+        max(free_columns[free_columns < count], default=-1) + 1,
+        min(free_columns[free_columns >= 2 * count], default=s_mm.size),
+    )
+    centre_s_mm = (
+        s_mm[first_column:last_column] @ overlap[first_column:last_column] / overlap[first_column:last_column].sum()
+    )
+    _, centre_normal = placement.surface(0.0, centre_s_mm)
+    return float(placement.first.normal @ true_gap.direction / (centre_normal @ true_gap.direction) - 1.0)

@@ -1,8 +1,8 @@
-"""Contact of bodies that yield: pressure and plastic strain found together, on the elastic factors.
+"""Contact of bodies that yield: pressure and plastic strain solved together, on the elastic factors.
 
 The load rises from first yield in steps. In each step pressure and plastic strain are corrected together until neither
-changes: the bodies answer both through their elastic stiffness, the pressure follows from a model of their compliance
-as in `contact.solver`, and the plastic strain from the law of the material.
+changes. The bodies respond to both through their elastic stiffness, the pressure follows from a model of their
+compliance as in `contact.solver`, and the plastic strain from the law of the material.
 """
 
 from __future__ import annotations
@@ -39,34 +39,42 @@ from fecontact.fe.stress import (
 from fecontact.judging.measures import MEASURES, measures_of
 from fecontact.judging.yielded import YIELD_BAND, PathPoint, Yielded, YieldedBody
 
-# Arrays of rail and wheel; a body without a yield stress has no elements that may yield, and arrays without rows.
+# Arrays of rail and wheel. A body without a yield stress does not have elements that may yield; its arrays have no
+# rows.
 Pair = tuple[Floats, ...]
 
 STEPS = 4
-"""Load steps from first yield to the load; with half of them the peak moves by 1 % at 2.5 times the yield stress."""
+"""Number of load steps from first yield to the load.
+
+With half of them the peak changes by 1 % at 2.5 times the yield stress.
+"""
 # Relative change of pressure and plastic strain by the last correction: the peak is then within 5e-5.
 TOLERANCE = 1e-4
-# Of the linear solutions of a correction, as a part of the forces: nearly always one step from the last solutions
-# leaves less, and the peak moves by 2e-11.
+# Tolerance of the linear solutions of a correction, as a fraction of the forces. Nearly always a single iteration from
+# the last solutions leaves a smaller residual, and the peak changes by 2e-11.
 _LINEAR_TOLERANCE = 1e-6
 _MOST_CORRECTIONS = 60
-_DEPTH = 6
-# Elements may yield if their elastic stress exceeds this part of the yield stress: yielding elements shed stress to
+_MIXTURE_DEPTH = 6
+# Elements may yield if their elastic stress exceeds this fraction of the yield stress: yielding elements shed stress to
 # their neighbours.
-_MAY_YIELD = 0.4
-# The climb begins with the largest stress at the Gauss points at this part of the yield stress.
-_BELOW_YIELD = 0.95
-# Tolerance of elastic solutions on the way, of which only peak stress and pressure are used.
-_ON_THE_WAY = 1e-5
+_YIELD_ZONE_FRACTION = 0.4
+# The climb begins with the largest stress at the Gauss points at this fraction of the yield stress.
+_START_FRACTION = 0.95
+# Tolerance of elastic solutions on the load path, of which only peak stress and pressure are used.
+_INTERMEDIATE_TOLERANCE = 1e-5
 _SEARCHES = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlasticContact:
-    """A contact between bodies that have yielded, under one load of the climb.
+    """Contact between bodies that have yielded, under a load of the climb.
 
     Attributes
     ----------
+    load_N
+        Load in N.
+    solution
+        Pressure and approach.
     states
         Plastic state in the zones of rail and wheel.
     strains
@@ -76,7 +84,7 @@ class PlasticContact:
     corrections
         Number of corrections; each costs a back-substitution for each body.
     change
-        Relative change of pressure and plastic strain by the last correction.
+        Relative change of pressure and plastic strain by the last correction (-).
     """
 
     load_N: float
@@ -90,10 +98,16 @@ class PlasticContact:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class YieldingBodies:
-    """Two coupled bodies, of which one or both may yield, and the contact between them.
+    """Two coupled bodies and their contact; at least one body may yield.
 
     Attributes
     ----------
+    coupled
+        Coupled bodies with their factors.
+    problem
+        Contact problem of the elastic bodies.
+    model
+        Compliance of the bodies, taken as equal at every node.
     zones
         Elements of rail and wheel that may yield.
     """
@@ -107,57 +121,143 @@ class YieldingBodies:
     def of(
         cls, coupled: CoupledBodies, problem: ContactProblem, model: Compliance, pressure_MPa: Floats
     ) -> YieldingBodies:
-        """Bodies with zones of the elements that may yield up to the load of an elastic pressure (n,)."""
+        """Make bodies with zones of the elements that may yield.
+
+        Parameters
+        ----------
+        coupled
+            Coupled bodies with their factors.
+        problem, model
+            Contact problem of the elastic bodies, and model of their compliance.
+        pressure_MPa
+            Elastic pressure (n,) under the largest load.
+
+        Returns
+        -------
+        YieldingBodies
+            Bodies without plastic strain.
+        """
         displacements = coupled.displacements(pressure_MPa, tolerance=_LINEAR_TOLERANCE)
-        zones = (_zone(body, u) for body, u in zip((coupled.rail, coupled.wheel), displacements, strict=True))
+        zones = (
+            _find_zone(body, displacements_mm)
+            for body, displacements_mm in zip((coupled.rail, coupled.wheel), displacements, strict=True)
+        )
         return cls(coupled=coupled, problem=problem, model=model, zones=tuple(zones))
 
     def with_yield(self, factor: float) -> YieldingBodies:
-        """The bodies with yield stresses multiplied by a factor."""
+        """Bodies with yield stresses multiplied by a factor."""
         zones = (replace(zone, law=replace(zone.law, yield_MPa=factor * zone.law.yield_MPa)) for zone in self.zones)
         return replace(self, zones=tuple(zones))
 
     def elastic(self, load_N: float, start_MPa: Floats) -> PlasticContact:
-        """The elastic contact under a load, for pressure and stresses on the way."""
+        """Elastic contact under a load, for pressure and stresses on the load path.
+
+        Parameters
+        ----------
+        load_N
+            Load in N.
+        start_MPa
+            Pressure (n,) from which the iterations start.
+
+        Returns
+        -------
+        PlasticContact
+            Contact without plastic strain.
+        """
         return self.virgin(
             load_N,
-            solve_by_correction(self.problem, load_N, self.model, start_MPa=start_MPa, tolerance=_ON_THE_WAY),
+            solve_by_correction(
+                self.problem, load_N, self.model, start_MPa=start_MPa, tolerance=_INTERMEDIATE_TOLERANCE
+            ),
         )
 
     def virgin(self, load_N: float, solution: ContactSolution) -> PlasticContact:
-        """An elastic solution as a contact without plastic strain."""
-        u = self.coupled.displacements(solution.pressure_MPa, tolerance=_LINEAR_TOLERANCE)
+        """Elastic solution as a contact without plastic strain.
+
+        Parameters
+        ----------
+        load_N
+            Load in N.
+        solution
+            Elastic solution.
+
+        Returns
+        -------
+        PlasticContact
+            Contact with strains and displacements.
+        """
+        displacements_mm = self.coupled.displacements(solution.pressure_MPa, tolerance=_LINEAR_TOLERANCE)
         states = tuple(zone.none() for zone in self.zones)
         return PlasticContact(
-            load_N=load_N, solution=solution, states=states, strains=self._strains(u), displacements_mm=u
+            load_N=load_N,
+            solution=solution,
+            states=states,
+            strains=self._strains(displacements_mm),
+            displacements_mm=displacements_mm,
         )
 
     def yield_used(self, contact: PlasticContact) -> tuple[float, ...]:
-        """Largest von Mises stress over yield stress at a Gauss point of rail and of wheel; 0 without yield stress."""
+        """Largest von Mises stress divided by yield stress at a Gauss point of each body.
+
+        Parameters
+        ----------
+        contact
+            Contact with strains and plastic states.
+
+        Returns
+        -------
+        tuple of float
+            Ratio (-) of rail and wheel; 0 without a yield stress.
+        """
         return tuple(
             float(zone.law.von_mises(strains, state).max(initial=0.0)) / zone.law.yield_MPa
             for zone, strains, state in zip(self.zones, contact.strains, contact.states, strict=True)
         )
 
     def first_yield(self, loaded: PlasticContact) -> PlasticContact:
-        """The elastic contact just below first yield, from a contact under a larger load, by secants of the logarithms.
+        """Find the elastic contact just below first yield, by secants of the logarithms.
 
-        If the search fails, the last contact is returned, and `_arrived` is false for a climb from it.
+        If the search fails, the last contact is returned, and `_has_arrived` is false for a climb from it.
+
+        Parameters
+        ----------
+        loaded
+            Contact under a larger load.
+
+        Returns
+        -------
+        PlasticContact
+            Contact without plastic strain.
         """
-        power, before, here = 1.0 / 3.0, None, loaded
+        exponent, previous, contact = 1.0 / 3.0, None, loaded
         for _ in range(_SEARCHES):
-            used = max(self.yield_used(here))
-            if before is not None:
-                power = math.log(used / before[1]) / math.log(here.load_N / before[0])
-            if before is not None and _is_below_yield(used):
+            utilisation = max(self.yield_used(contact))
+            if previous is not None:
+                exponent = math.log(utilisation / previous[1]) / math.log(contact.load_N / previous[0])
+            if previous is not None and _is_below_yield(utilisation):
                 break
-            before = (here.load_N, used)
-            load_N = here.load_N * (_BELOW_YIELD / used) ** (1.0 / power)
-            here = self.elastic(load_N, here.solution.pressure_MPa)
-        return here
+            previous = (contact.load_N, utilisation)
+            load_N = contact.load_N * (_START_FRACTION / utilisation) ** (1.0 / exponent)
+            contact = self.elastic(load_N, contact.solution.pressure_MPa)
+        return contact
 
     def climb(self, start: PlasticContact, load_N: float, steps: int = STEPS) -> list[PlasticContact]:
-        """Contacts under loads that rise in equal steps from a start to a load, without the start."""
+        """Solve contacts under loads that rise in equal steps from a start to a load.
+
+        Parameters
+        ----------
+        start
+            Contact at first yield.
+        load_N
+            Last load in N.
+        steps
+            Number of steps.
+
+        Returns
+        -------
+        list of PlasticContact
+            Contacts without the start; the list ends with the first contact that does not converge.
+        """
         contacts = [start]
         for next_N in np.linspace(start.load_N, load_N, steps + 1)[1:]:
             contacts.append(self._step(contacts[-1], float(next_N)))
@@ -166,148 +266,191 @@ class YieldingBodies:
         return contacts[1:]
 
     def unloaded(self, contact: PlasticContact) -> Pair:
-        """Displacements (nodes, 3) in mm of both bodies by their plastic strain alone, without load."""
-        forces = self._forces(_strains_of(contact.states))
+        """Displacements of both bodies by their plastic strain alone, without load.
+
+        Arrays (nodes, 3) in mm.
+        """
+        forces = self._plastic_forces(_plastic_strains(contact.states))
         return self.coupled.displacements(np.zeros_like(contact.solution.pressure_MPa), forces)
 
     def holds(self, contact: PlasticContact) -> bool:
-        """Whether nothing yields outside the zones, and no pressure reaches the edge of the pressure nodes."""
+        """Whether the zones and the pressure nodes are large enough for a contact.
+
+        No element may yield outside the zones, and no pressure may reach the edge of the pressure nodes.
+
+        Parameters
+        ----------
+        contact
+            Contact under the last load.
+
+        Returns
+        -------
+        bool
+            True if both are large enough.
+        """
         pressure = contact.solution.pressure_MPa.reshape(self.coupled.grid.shape)
-        at_edge = bool(pressure[-1].any() or pressure[:, [0, -1]].any())
+        is_at_edge = bool(pressure[-1].any() or pressure[:, [0, -1]].any())
         if not self.coupled.grid.half:
-            at_edge = at_edge or bool(pressure[0].any())
+            is_at_edge = is_at_edge or bool(pressure[0].any())
         meshes = (self.coupled.rail.mesh, self.coupled.wheel.mesh)
-        return not at_edge and not any(
-            _yields_beside(zone, mesh, u)
-            for zone, mesh, u in zip(self.zones, meshes, contact.displacements_mm, strict=True)
+        return not is_at_edge and not any(
+            _has_yielded_outside(zone, mesh, displacements_mm)
+            for zone, mesh, displacements_mm in zip(self.zones, meshes, contact.displacements_mm, strict=True)
         )
 
     def _step(self, start: PlasticContact, load_N: float) -> PlasticContact:
-        """The contact under another load, from the plastic state of a contact."""
-        coupled, cheap = self.coupled, replace(self.problem, compliance=self.model, within=None)
-        packing = self._packing(start.solution.pressure_MPa)
-        p = start.solution.pressure_MPa * (load_N / start.load_N)
-        plastic = _strains_of(start.states)
-        solved: list[Floats] = []
+        """Solve the contact under another load, from the plastic state of a contact."""
+        coupled, model_problem = self.coupled, replace(self.problem, compliance=self.model, within=None)
+        packing = self._make_packing(start.solution.pressure_MPa)
+        pressure_MPa = start.solution.pressure_MPa * (load_N / start.load_N)
+        plastic_strains = _plastic_strains(start.states)
+        solutions: list[Floats] = []
         changes: list[Floats] = []
         corrections = 0
         while True:
             corrections += 1
-            u = coupled.displacements(p, self._forces(plastic), tolerance=_LINEAR_TOLERANCE)
-            opening = coupled.opening(*u)
-            inner = replace(cheap, gap_mm=self.problem.gap_mm + opening - self.model(p))
-            solution = solve_contact(inner, load_N, start_MPa=p, tolerance=0.01 * TOLERANCE)
-            strains = self._strains(u)
-            states = self._flow(start, strains)
-            # input and output of this correction
-            old = packing.pack(p, plastic)
-            new = packing.pack(solution.pressure_MPa, _strains_of(states))
-            change = packing.change(old, new)
-            done = change < TOLERANCE
-            if done or corrections == _MOST_CORRECTIONS:
+            displacements_mm = coupled.displacements(
+                pressure_MPa, self._plastic_forces(plastic_strains), tolerance=_LINEAR_TOLERANCE
+            )
+            opening_mm = coupled.opening(*displacements_mm)
+            model_gap_problem = replace(
+                model_problem, gap_mm=self.problem.gap_mm + opening_mm - self.model(pressure_MPa)
+            )
+            solution = solve_contact(model_gap_problem, load_N, start_MPa=pressure_MPa, tolerance=0.01 * TOLERANCE)
+            strains = self._strains(displacements_mm)
+            states = self._update_states(start, strains)
+            # Input and output of this correction.
+            input_vector = packing.pack(pressure_MPa, plastic_strains)
+            output_vector = packing.pack(solution.pressure_MPa, _plastic_strains(states))
+            change = packing.change(input_vector, output_vector)
+            is_done = change < TOLERANCE
+            if is_done or corrections == _MOST_CORRECTIONS:
                 return PlasticContact(
                     load_N=load_N,
-                    solution=replace(solution, status="converged" if done else "not converged"),
+                    solution=replace(solution, status="converged" if is_done else "not converged"),
                     states=states,
                     strains=strains,
-                    displacements_mm=u,
+                    displacements_mm=displacements_mm,
                     corrections=corrections,
                     change=change,
                 )
-            solved, changes = [*solved, new][-_DEPTH - 1 :], [*changes, new - old][-_DEPTH - 1 :]
-            p, plastic = packing.unpack(mixture(solved, changes))
-            p = np.maximum(p, 0.0)
-            p = p * (load_N / self.problem.load_N(p))
+            solutions, changes = (
+                [*solutions, output_vector][-_MIXTURE_DEPTH - 1 :],
+                [*changes, output_vector - input_vector][-_MIXTURE_DEPTH - 1 :],
+            )
+            pressure_MPa, plastic_strains = packing.unpack(mixture(solutions, changes))
+            pressure_MPa = np.maximum(pressure_MPa, 0.0)
+            pressure_MPa = pressure_MPa * (load_N / self.problem.load_N(pressure_MPa))
 
-    def _forces(self, plastic: Pair) -> Pair:
+    def _plastic_forces(self, plastic: Pair) -> Pair:
         return tuple(zone.forces(strain) for zone, strain in zip(self.zones, plastic, strict=True))
 
     def _strains(self, displacements: Pair) -> Pair:
-        return tuple(zone.strains(u) for zone, u in zip(self.zones, displacements, strict=True))
-
-    def _flow(self, start: PlasticContact, strains: Pair) -> tuple[PlasticState, ...]:
         return tuple(
-            zone.law.flow(first, last, state)
-            for zone, first, last, state in zip(self.zones, start.strains, strains, start.states, strict=True)
+            zone.strains(displacements_mm) for zone, displacements_mm in zip(self.zones, displacements, strict=True)
         )
 
-    def _packing(self, pressure: Floats) -> _Packing:
-        """Weights that turn pressures and plastic strains into energies; both are of the whole contact."""
-        unit = np.zeros_like(pressure)
+    def _update_states(self, start: PlasticContact, strains: Pair) -> tuple[PlasticState, ...]:
+        return tuple(
+            zone.law.flow(first_strains, last_strains, state)
+            for zone, first_strains, last_strains, state in zip(
+                self.zones, start.strains, strains, start.states, strict=True
+            )
+        )
+
+    def _make_packing(self, pressure: Floats) -> _Packing:
+        """Weights that turn pressures and plastic strains into energies of the whole contact."""
+        unit_pressure = np.zeros_like(pressure)
         highest = int(np.argmax(pressure))
-        unit[highest] = 1.0
-        both = math.sqrt(2.0) if self.coupled.grid.half else 1.0
+        unit_pressure[highest] = 1.0
+        symmetry_factor = math.sqrt(2.0) if self.coupled.grid.half else 1.0
         return _Packing(
-            pressure=np.sqrt(self.problem.area_mm2 * float(self.model(unit)[highest])),
-            plastic=tuple(both * zone.weights for zone in self.zones),
+            pressure=np.sqrt(self.problem.area_mm2 * float(self.model(unit_pressure)[highest])),
+            plastic=tuple(symmetry_factor * zone.weights for zone in self.zones),
         )
 
 
-def _is_below_yield(used: float) -> bool:
-    return _BELOW_YIELD**2 < used <= 1.0
+def _is_below_yield(utilisation: float) -> bool:
+    """Whether the largest stress is in the range from which a climb starts."""
+    return _START_FRACTION**2 < utilisation <= 1.0
 
 
-def _zone(body: ElasticBody, displacements: Floats) -> PlasticZone:
-    """Elements of a body that may yield, from displacements (n, 3) of the elastic body."""
+def _find_zone(body: ElasticBody, displacements: Floats) -> PlasticZone:
+    """Find the elements of a body that may yield, from elastic displacements (n, 3)."""
     law = PlasticLaw.of(body.material)
-    whole = PlasticZone.of(body.mesh, law, np.arange(len(body.mesh.hexes)))
-    stress = law.von_mises(whole.strains(displacements), whole.none()).max(axis=1)
-    return whole.part(stress > _MAY_YIELD * law.yield_MPa)
+    all_elements = PlasticZone.of(body.mesh, law, np.arange(len(body.mesh.hexes)))
+    stress_MPa = law.von_mises(all_elements.strains(displacements), all_elements.none()).max(axis=1)
+    return all_elements.part(stress_MPa > _YIELD_ZONE_FRACTION * law.yield_MPa)
 
 
-def _yields_beside(zone: PlasticZone, mesh: BodyMesh, displacements: Floats) -> bool:
+def _has_yielded_outside(zone: PlasticZone, mesh: BodyMesh, displacements: Floats) -> bool:
     """Whether elements outside a zone yield."""
-    beside = np.setdiff1d(np.arange(len(mesh.hexes)), zone.elements)
-    others = PlasticZone.of(mesh, zone.law, beside)
-    stress = zone.law.von_mises(others.strains(displacements), others.none())
-    return bool(np.any(stress > zone.law.yield_MPa))
+    outside_elements = np.setdiff1d(np.arange(len(mesh.hexes)), zone.elements)
+    outside_zone = PlasticZone.of(mesh, zone.law, outside_elements)
+    stress_MPa = zone.law.von_mises(outside_zone.strains(displacements), outside_zone.none())
+    return bool(np.any(stress_MPa > zone.law.yield_MPa))
 
 
-def _strains_of(states: tuple[PlasticState, ...]) -> Pair:
+def _plastic_strains(states: tuple[PlasticState, ...]) -> Pair:
     return tuple(state.strain for state in states)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Packing:
-    """Pressure (n,) and plastic strain of both bodies as one vector, each with its weights."""
+    """Pressure (n,) and plastic strain of both bodies as a single vector, with weights."""
 
     pressure: Floats
     plastic: Pair
 
     def pack(self, pressure: Floats, plastic: Pair) -> Floats:
+        """Join pressure (n,) and plastic strains of both bodies in a weighted vector."""
         strains = ((weight * strain).ravel() for weight, strain in zip(self.plastic, plastic, strict=True))
         return np.concatenate([self.pressure * pressure, *strains])
 
     def unpack(self, vector: Floats) -> tuple[Floats, Pair]:
-        start = self.pressure.size
-        middle = start + 9 * self.plastic[0].size
+        """Split a vector into pressure (n,) and plastic strains of both bodies."""
+        pressure_end = self.pressure.size
+        rail_end = pressure_end + 9 * self.plastic[0].size
         plastic = (
-            part.reshape(*weight.shape[:2], 3, 3) / weight
-            for part, weight in zip((vector[start:middle], vector[middle:]), self.plastic, strict=True)
+            vector_part.reshape(*weight.shape[:2], 3, 3) / weight
+            for vector_part, weight in zip(
+                (vector[pressure_end:rail_end], vector[rail_end:]), self.plastic, strict=True
+            )
         )
-        return vector[:start] / self.pressure, tuple(plastic)
+        return vector[:pressure_end] / self.pressure, tuple(plastic)
 
     def change(self, old: Floats, new: Floats) -> float:
-        """Relative change of the pressure, to its peak, or of the plastic strain, in energy; the larger of both."""
-        n = self.pressure.size
-        p, q = old[:n] / self.pressure, new[:n] / self.pressure
-        size = float(np.linalg.norm(new[n:]))
-        of_strain = float(np.linalg.norm(new[n:] - old[n:])) / size if size > 0.0 else 0.0
-        return max(float(np.abs(q - p).max() / q.max()), of_strain)
+        """Relative change of pressure or plastic strain, the larger of both.
+
+        The change of the pressure is relative to its peak; the change of the plastic strain is a ratio of energy norms.
+        """
+        count = self.pressure.size
+        old_pressure, new_pressure = old[:count] / self.pressure, new[:count] / self.pressure
+        strain_norm = float(np.linalg.norm(new[count:]))
+        strain_change = float(np.linalg.norm(new[count:] - old[count:])) / strain_norm if strain_norm > 0.0 else 0.0
+        return max(float(np.abs(new_pressure - old_pressure).max() / new_pressure.max()), strain_change)
 
 
-# --- The rung of bodies that yield: the climb from first yield to a load, read on the nodes of the elastic rungs.
+# --- Rung of bodies that yield: the climb from first yield to a load, read on the nodes of the elastic rungs.
 
-# Reads a contact, elastic or not, under a load: its rungs on the elements' nodes and on finer nodes.
+# Function that reads a contact, elastic or not, under a load: its rungs on the elements' nodes and on finer nodes.
 Read = Callable[[ContactSolution, float], tuple[Rung, Rung]]
 
 # Indices of tensors (3, 3) in the order of stresses.
-_ORDER = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+_STRESS_INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Climb:
-    """Outcome for bodies that may yield: the rung and its contact; None if nothing yields."""
+    """Result of a climb: the plastic rung and its contact.
+
+    Attributes
+    ----------
+    yielded
+        First loading of the bodies.
+    contact
+        Contact under the last load; None if no body yields.
+    """
 
     yielded: Yielded
     contact: PlasticContact | None
@@ -317,40 +460,51 @@ def climb(
     bodies: YieldingBodies,
     elastic: tuple[ContactSolution, Rung, Rung],
     load_N: float,
-    read: Read,
+    read_rungs: Read,
     *,
     sparing: bool,
 ) -> Climb:
-    """Load bodies up to a load; not converged if the climb does not reach it, or first yield was not found.
+    """Load bodies from first yield up to a load.
 
     Parameters
     ----------
+    bodies
+        Bodies that may yield.
     elastic
-        The elastic solution under this load, and its rungs on the elements' nodes and on finer nodes.
+        Elastic solution under this load, and its rungs on the elements' nodes and on finer nodes.
+    load_N
+        Load in N.
+    read_rungs
+        Function that reads the rungs of a solution under a load.
     sparing
-        Leaves out what is computed on a single mesh only: the path, half as many steps, other yield stresses.
+        Whether the results for a single mesh level are left out: the path, half as many steps, other yield stresses.
+
+    Returns
+    -------
+    Climb
+        Not converged if the climb does not reach the load, or if first yield was not found.
     """
     solution, nodal, fe = elastic
     loaded = bodies.virgin(load_N, solution)
     if max(bodies.yield_used(loaded)) <= 1.0:
-        rungs = Yielded(fe=fe, nodal=nodal, bodies=_bodies(bodies, loaded, loaded, None), by_band={})
-        return Climb(yielded=rungs, contact=None)
+        yielded = Yielded(fe=fe, nodal=nodal, bodies=_yielded_bodies(bodies, loaded, loaded, None), by_band={})
+        return Climb(yielded=yielded, contact=None)
     start = bodies.first_yield(loaded)
-    way = bodies.climb(start, load_N)
-    last = way[-1]
-    on_nodes, on_finer = read(last.solution, load_N)
-    if not _arrived(bodies, start, last):
-        on_nodes = replace(on_nodes, status="not converged")
-    rungs = Yielded(
-        fe=on_finer,
-        nodal=on_nodes,
-        bodies=_bodies(bodies, start, loaded, last),
-        path=() if sparing else _path(bodies, way, (fe, on_finer), read),
+    path_contacts = bodies.climb(start, load_N)
+    last_contact = path_contacts[-1]
+    nodal_rung, fe_rung = read_rungs(last_contact.solution, load_N)
+    if not _has_arrived(bodies, start, last_contact):
+        nodal_rung = replace(nodal_rung, status="not converged")
+    yielded = Yielded(
+        fe=fe_rung,
+        nodal=nodal_rung,
+        bodies=_yielded_bodies(bodies, start, loaded, last_contact),
+        path=() if sparing else _make_path(bodies, path_contacts, (fe, fe_rung), read_rungs),
         fewer_steps=None,
         by_band={},
-        imprint_mm=float(bodies.coupled.opening(*bodies.unloaded(last)).max()),
+        imprint_mm=float(bodies.coupled.opening(*bodies.unloaded(last_contact)).max()),
     )
-    return Climb(yielded=rungs, contact=last)
+    return Climb(yielded=yielded, contact=last_contact)
 
 
 def with_variants(
@@ -358,27 +512,40 @@ def with_variants(
     bodies: YieldingBodies,
     elastic: tuple[ContactSolution, Rung, Rung],
     load_N: float,
-    read: Read,
+    read_rungs: Read,
 ) -> Climb:
-    """A climb repeated with half as many steps and with other yield stresses, for which coarse meshes are good enough.
+    """Repeat a climb with fewer steps and with different yield stresses.
 
-    Not converged if a repetition does not find first yield or reach the load: stated errors depend on all of them.
+    Coarse meshes are accurate enough for these repetitions.
+
+    Parameters
+    ----------
+    climbed
+        Result of the climb.
+    bodies, elastic, load_N, read_rungs
+        As in `climb`.
+
+    Returns
+    -------
+    Climb
+        Not converged if a repetition does not find first yield or does not reach the load: stated errors depend on all
+        of them.
     """
     if climbed.contact is None:
         return climbed
     solution, _, fe = elastic
-    found: dict[float, Rung] = {}
+    rung_by_factor: dict[float, Rung] = {}
     nodal = climbed.yielded.nodal
     for factor in (1.0, 1.0 - YIELD_BAND, 1.0 + YIELD_BAND):
-        other = bodies.with_yield(factor)
-        loaded = other.virgin(load_N, solution)
-        if max(other.yield_used(loaded)) <= 1.0:
-            found[factor] = fe
+        varied_bodies = bodies.with_yield(factor)
+        loaded = varied_bodies.virgin(load_N, solution)
+        if max(varied_bodies.yield_used(loaded)) <= 1.0:
+            rung_by_factor[factor] = fe
             continue
-        start = other.first_yield(loaded)
-        way = other.climb(start, load_N, STEPS // 2)
-        found[factor] = read(way[-1].solution, load_N)[1]
-        if not _arrived(other, start, way[-1]):
+        start = varied_bodies.first_yield(loaded)
+        path_contacts = varied_bodies.climb(start, load_N, STEPS // 2)
+        rung_by_factor[factor] = read_rungs(path_contacts[-1].solution, load_N)[1]
+        if not _has_arrived(varied_bodies, start, path_contacts[-1]):
             nodal = replace(nodal, status="not converged")
     names = {1.0 - YIELD_BAND: "lower", 1.0: "given", 1.0 + YIELD_BAND: "higher"}
     return replace(
@@ -386,128 +553,156 @@ def with_variants(
         yielded=replace(
             climbed.yielded,
             nodal=nodal,
-            fewer_steps=found[1.0],
-            by_band={names[factor]: _steps(fe, rung) for factor, rung in found.items()},
+            fewer_steps=rung_by_factor[1.0],
+            by_band={names[factor]: _steps(fe, rung) for factor, rung in rung_by_factor.items()},
         ),
     )
 
 
-def _arrived(bodies: YieldingBodies, start: PlasticContact, last: PlasticContact) -> bool:
-    """Whether a climb, which ends with the first contact that fails, went from first yield to its load."""
+def _has_arrived(bodies: YieldingBodies, start: PlasticContact, last: PlasticContact) -> bool:
+    """Whether a climb went from first yield to its load.
+
+    The last contact of a climb is the first contact that fails.
+    """
     converged = start.solution.status == last.solution.status == "converged"
     return converged and _is_below_yield(max(bodies.yield_used(start))) and bodies.holds(last)
 
 
-def _path(
-    bodies: YieldingBodies, way: Sequence[PlasticContact], last: tuple[Rung, Rung], read: Read
+def _make_path(
+    bodies: YieldingBodies, path_contacts: Sequence[PlasticContact], last_rungs: tuple[Rung, Rung], read_rungs: Read
 ) -> tuple[PathPoint, ...]:
-    """Yielding and elastic bodies under every load of the way; `last` has the rungs of both under the last load."""
+    """Yielding and elastic bodies under every load of the path.
+
+    `last_rungs` has the rungs of both under the last load.
+    """
     points = []
-    for one in way:
-        pair = last
-        if one is not way[-1]:
-            elastic = bodies.elastic(one.load_N, one.solution.pressure_MPa).solution
-            pair = (read(elastic, one.load_N)[1], read(one.solution, one.load_N)[1])
+    for contact in path_contacts:
+        rungs = last_rungs
+        if contact is not path_contacts[-1]:
+            elastic = bodies.elastic(contact.load_N, contact.solution.pressure_MPa).solution
+            rungs = (read_rungs(elastic, contact.load_N)[1], read_rungs(contact.solution, contact.load_N)[1])
         points.append(
             PathPoint(
-                load_N=one.load_N,
-                steps=_steps(*pair),
-                largest_strain=max(float(state.equivalent.max(initial=0.0)) for state in one.states),
-                corrections=one.corrections,
-                change=one.change,
+                load_N=contact.load_N,
+                steps=_steps(*rungs),
+                largest_strain=max(float(state.equivalent.max(initial=0.0)) for state in contact.states),
+                corrections=contact.corrections,
+                change=contact.change,
             )
         )
     return tuple(points)
 
 
 def _steps(elastic: Rung, plastic: Rung) -> dict[str, float]:
-    before, after = measures_of(elastic).as_dict(), measures_of(plastic).as_dict()
-    return {name: after[name] / before[name] - 1.0 for name in MEASURES}
+    """Relative change of each measure from elastic to plastic bodies (-)."""
+    elastic_measures, plastic_measures = measures_of(elastic).as_dict(), measures_of(plastic).as_dict()
+    return {name: plastic_measures[name] / elastic_measures[name] - 1.0 for name in MEASURES}
 
 
-def _bodies(
+def _yielded_bodies(
     bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact, last: PlasticContact | None
 ) -> dict[str, YieldedBody]:
-    """Yield of each body that may yield: first yield, from elastic contacts near it and under the load, and extent.
+    """Yield of each body that may yield: load of first yield, and extent of the plastic zone.
 
-    First yield follows from the Gauss points. Stress at the nodes is a mean of the adjacent elements, which is too low
-    below a narrow patch; it is used only if a body is so far from yield that it has no zone.
+    First yield follows from elastic contacts near it and under the load, at the Gauss points. Stress at the nodes is a
+    mean of the adjacent elements, which is too low below a narrow patch; it is used only if a body is so far from yield
+    that it does not have a zone.
     """
-    extents: dict[str, YieldedBody] = {}
-    power, at_points = _power(bodies, start, loaded), bodies.yield_used(start)
-    for k, body in enumerate((bodies.coupled.rail, bodies.coupled.wheel)):
-        law = bodies.zones[k].law
+    yielded_bodies: dict[str, YieldedBody] = {}
+    exponent, point_utilisations = _stress_exponent(bodies, start, loaded), bodies.yield_used(start)
+    for number, body in enumerate((bodies.coupled.rail, bodies.coupled.wheel)):
+        law = bodies.zones[number].law
         if math.isinf(law.yield_MPa):
             continue
-        elastic = nodal_stress(body, start.displacements_mm[k])
-        used = at_points[k] or stress_peak(body.mesh, elastic).von_mises_MPa / law.yield_MPa
-        at_first = YieldedBody(
+        stress_MPa = nodal_stress(body, start.displacements_mm[number])
+        utilisation = point_utilisations[number] or stress_peak(body.mesh, stress_MPa).von_mises_MPa / law.yield_MPa
+        yielded_body = YieldedBody(
             yield_MPa=law.yield_MPa,
             tangent_MPa=body.material.tangent_MPa,
-            first_yield_N=start.load_N * used ** (-1.0 / power),
+            first_yield_N=start.load_N * utilisation ** (-1.0 / exponent),
         )
-        extents[body.mesh.name] = (
-            at_first if last is None else _extent(at_first, body.mesh, bodies.zones[k], last.states[k])
+        yielded_bodies[body.mesh.name] = (
+            yielded_body
+            if last is None
+            else _measure_extent(yielded_body, body.mesh, bodies.zones[number], last.states[number])
         )
-    return extents
+    return yielded_bodies
 
 
-def _power(bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact) -> float:
-    """Power of the load with which stress rises from first yield; a third, as below an ellipse, if it is not known."""
+def _stress_exponent(bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact) -> float:
+    """Exponent of the load in the stress above first yield.
+
+    It is a third, as below an ellipse, if it cannot be measured.
+    """
     if start is loaded:
         return 1.0 / 3.0
-    rises = max(bodies.yield_used(loaded)) / max(bodies.yield_used(start))
-    return math.log(rises) / math.log(loaded.load_N / start.load_N)
+    stress_ratio = max(bodies.yield_used(loaded)) / max(bodies.yield_used(start))
+    return math.log(stress_ratio) / math.log(loaded.load_N / start.load_N)
 
 
-def _extent(one: YieldedBody, mesh: BodyMesh, zone: PlasticZone, state: PlasticState) -> YieldedBody:
-    """Extent of the yielded part of a body, from its Gauss points."""
+def _measure_extent(yielded_body: YieldedBody, mesh: BodyMesh, zone: PlasticZone, state: PlasticState) -> YieldedBody:
+    """Extent of the plastic zone of a body, from its Gauss points."""
     strain = state.equivalent.ravel()
-    flowed = strain > 0.0
-    if not np.any(flowed):
-        return one
-    values = np.prod(1.0 + CORNER_SIGNS[:, None, :] * CORNER_SIGNS[None] / np.sqrt(3.0), axis=2) / 8.0
-    points = np.einsum("gc,mcd->mgd", values, mesh.points[zone.nodes]).reshape(-1, 3)[flowed]
-    # down from the surface along the block's lines
-    top, below = (mesh.points[mesh.block_nodes[..., layer].ravel()] for layer in (0, 1))
-    inward = (below - top) / np.linalg.norm(below - top, axis=1, keepdims=True)
-    _, nearest = cKDTree(top).query(points)
-    depth = np.einsum("nd,nd->n", points - top[nearest], inward[nearest])
-    most = int(np.argmax(strain[flowed]))
+    has_flowed = strain > 0.0
+    if not np.any(has_flowed):
+        return yielded_body
+    shape_values = np.prod(1.0 + CORNER_SIGNS[:, None, :] * CORNER_SIGNS[None] / np.sqrt(3.0), axis=2) / 8.0
+    points = np.einsum("gc,mcd->mgd", shape_values, mesh.points[zone.nodes]).reshape(-1, 3)[has_flowed]
+    # Depths are measured from the surface along the lines of the block.
+    surface_points, lower_points = (mesh.points[mesh.block_nodes[..., layer].ravel()] for layer in (0, 1))
+    inward = (lower_points - surface_points) / np.linalg.norm(lower_points - surface_points, axis=1, keepdims=True)
+    _, nearest = cKDTree(surface_points).query(points)
+    depth_mm = np.einsum("nd,nd->n", points - surface_points[nearest], inward[nearest])
+    largest = int(np.argmax(strain[has_flowed]))
     return replace(
-        one,
+        yielded_body,
         largest_strain=float(strain.max()),
-        x_mm=float(points[most, 0]),
-        y_mm=float(points[most, 1]),
-        depth_mm=float(depth[most]),
-        top_mm=float(depth.min()),
-        bottom_mm=float(depth.max()),
-        volume_mm3=(2.0 if mesh.half else 1.0) * float(zone.volumes_mm3.ravel()[flowed].sum()),
+        x_mm=float(points[largest, 0]),
+        y_mm=float(points[largest, 1]),
+        depth_mm=float(depth_mm[largest]),
+        top_mm=float(depth_mm.min()),
+        bottom_mm=float(depth_mm.max()),
+        volume_mm3=(2.0 if mesh.half else 1.0) * float(zone.volumes_mm3.ravel()[has_flowed].sum()),
     )
 
 
 def nodal_fields(bodies: YieldingBodies, contact: PlasticContact) -> Mapping[str, Mapping[str, Floats]]:
     """Arrays at the nodes of each body that may yield.
 
-    `equivalent_plastic_strain` (n,), `von_mises_plastic_MPa` (n,) under the load, and `imprint_mm` (n, 3):
-    displacements that remain without load, with base and driver held.
+    Parameters
+    ----------
+    bodies
+        Bodies that may yield.
+    contact
+        Contact under the load.
+
+    Returns
+    -------
+    dict of str to dict of str to ndarray
+        By body: `equivalent_plastic_strain` (n,), `von_mises_plastic_MPa` (n,) under the load, and `imprint_mm` (n, 3):
+        displacements that remain without load, with base and driver fixed.
     """
-    found: dict[str, Mapping[str, Floats]] = {}
-    alone = bodies.unloaded(contact)
-    for k, body in enumerate((bodies.coupled.rail, bodies.coupled.wheel)):
-        zone, state = bodies.zones[k], contact.states[k]
+    fields_by_body: dict[str, Mapping[str, Floats]] = {}
+    imprint_mm = bodies.unloaded(contact)
+    for number, body in enumerate((bodies.coupled.rail, bodies.coupled.wheel)):
+        zone, state = bodies.zones[number], contact.states[number]
         if not math.isinf(zone.law.yield_MPa):
-            found[body.mesh.name] = _fields(body, zone, state, contact.displacements_mm[k]) | {"imprint_mm": alone[k]}
-    return found
+            fields_by_body[body.mesh.name] = _compute_nodal_fields(
+                body, zone, state, contact.displacements_mm[number]
+            ) | {"imprint_mm": imprint_mm[number]}
+    return fields_by_body
 
 
-def _fields(body: ElasticBody, zone: PlasticZone, state: PlasticState, displacements: Floats) -> dict[str, Floats]:
+def _compute_nodal_fields(
+    body: ElasticBody, zone: PlasticZone, state: PlasticState, displacements: Floats
+) -> dict[str, Floats]:
+    """Plastic strain and von Mises stress at the nodes of a body."""
     cells = len(body.mesh.hexes)
-    equivalent, relaxed = np.zeros((cells, 8, 1)), np.zeros((cells, 8, 6))
+    equivalent, stress_relaxation = np.zeros((cells, 8, 1)), np.zeros((cells, 8, 6))
     equivalent[zone.elements, :, 0] = state.equivalent
-    for column, (i, j) in enumerate(_ORDER):
-        relaxed[zone.elements, :, column] = 2.0 * zone.law.shear_MPa * state.strain[..., i, j]
+    for column, (i, j) in enumerate(_STRESS_INDICES):
+        stress_relaxation[zone.elements, :, column] = 2.0 * zone.law.shear_MPa * state.strain[..., i, j]
     return {
         "equivalent_plastic_strain": mean_at_nodes(body.mesh, equivalent)[:, 0],
-        "von_mises_plastic_MPa": von_mises(nodal_stress(body, displacements, relaxed)),
+        "von_mises_plastic_MPa": von_mises(nodal_stress(body, displacements, stress_relaxation)),
     }

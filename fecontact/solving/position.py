@@ -1,4 +1,4 @@
-"""A case at its position before it is solved: the wheel on the rail, and the patch that is expected."""
+"""Position of a case before its solution: the wheel on the rail, and the expected patch."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fecontact.judging.solved_load import changes_on_more_nodes
 from fecontact.packages import require_finite_elements
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.element_sizes import element_size_mm, element_width_mm
-from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, on_fewer_nodes, on_more_nodes
+from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, on_more_nodes, solve_on_fewer_nodes
 from fecontact.solving.hertz import direction_of_case, hertz_of_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.plane_angles import turned_force
@@ -29,20 +29,32 @@ from fecontact.solving.true_gap import TOLERANCE, TrueGap
 
 Progress = Callable[[str], None]
 MOST_YIELD = 5.0
-"""Elastic peak pressure over the yield stress up to which a first loading is solved."""
-# Nodes on which peak, area and valley are read once more, over those of the case: 96 in place of 32, for 0.1 to 2 s. A
-# strip of the patch beyond a junction that is narrower than the steps is not there on 48 either (60E1 upright with
-# EN15302_H, -0.31 mm, 158.5 kN: 0.69 % of the area, of which 48 show 0.14 and 96 show 0.66 %).
-_MORE_NODES = 3.0
-# What is looked at on fewer nodes, where more would be too many.
-_FEWER_NODES = 1.5
+"""Largest ratio of elastic peak pressure to yield stress at which a first loading is solved."""
+# Number of nodes for a second reading of peak, area and valley, divided by the number of the case: 96 instead of 32,
+# for 0.1 to 2 s. If the strip of the patch beyond a junction is narrower than the grid spacing, 48 nodes do not show it
+# either (60E1 upright with EN15302_H, -0.31 mm, 158.5 kN: 0.69 % of the area, of which 48 nodes show 0.14 and 96 nodes
+# show 0.66 %).
+_NODE_FACTOR = 3.0
+# Factor on the grid spacing for the reading on fewer nodes, if more nodes would be too many.
+_COARSER_SPACING_FACTOR = 1.5
 
 
 class Clock:
-    """Wall seconds and memory by step."""
+    """Wall seconds and memory of each step.
+
+    Attributes
+    ----------
+    stage
+        Stage of the solution, in words; empty without a stage.
+    seconds, memory_MB
+        Wall seconds, and resident memory in MB after each step, by the name of the step.
+    """
 
     def __init__(self, progress: Progress | None) -> None:
-        """`progress` hears the name of each step as it begins, after the `stage` and a colon if there is one."""
+        """Start without any step.
+
+        `progress` is called with the name of each step as it begins, after the `stage` and a colon if there is a stage.
+        """
         self.stage = ""
         self.seconds: dict[str, float] = {}
         self.memory_MB: dict[str, float] = {}
@@ -50,7 +62,13 @@ class Clock:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Time what is done inside under a name."""
+        """Measure time and memory of the enclosed code under a name.
+
+        Parameters
+        ----------
+        name
+            Name of the step.
+        """
         if self._progress is not None:
             self._progress(f"{self.stage}: {name}" if self.stage else name)
         start = time.perf_counter()
@@ -60,20 +78,26 @@ class Clock:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
 
-    def taken(self) -> dict[str, float]:
-        """Seconds by step since they were taken the last time."""
+    def take_seconds(self) -> dict[str, float]:
+        """Return the seconds of each step since the last call."""
         seconds, self.seconds = self.seconds, {}
         return seconds
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Position:
-    """What all meshes and loads of a position share; case and expected patch are those that the meshes are made for.
+    """Common properties of all meshes and loads of a position.
 
     Attributes
     ----------
+    case, expected
+        Case and expected patch for which the meshes are made.
+    true_gap
+        True gap under the load.
     element_size_mm
-        Along x and across, of the finest meshes that are made at first.
+        Length and width of the elements of the first meshes.
+    clock
+        Clock of the steps.
     several_loads
         Whether the meshes serve more loads than the case's load.
     """
@@ -86,88 +110,127 @@ class Position:
     several_loads: bool = False
 
     def for_load(self, load_N: float) -> Position:
-        """The position under a load, with the meshes that it asks for."""
+        """Position under another load, with the meshes for that load.
+
+        Parameters
+        ----------
+        load_N
+            Load in N.
+
+        Returns
+        -------
+        Position
+            This position if the load is equal.
+        """
         if load_N == self.case.load_N:
             return self
-        return _expecting(replace(self.case, load_N=load_N), self.placement, self.clock)
+        return _expect_position(replace(self.case, load_N=load_N), self.placement, self.clock)
 
     def widest_element_mm(self, low_mm: float, high_mm: float) -> float:
-        """Largest width across of the elements below what lies between two places of the surface."""
-        below = [part for part in self.expected.parts if part.s_low_mm <= high_mm and part.s_high_mm >= low_mm]
-        return max((element_width_mm(self.element_size_mm, part) for part in below), default=math.inf)
+        """Largest width of the elements below a lateral range of the surface in mm.
+
+        `low_mm` and `high_mm` are positions in mm from the first contact point; inf without elements.
+        """
+        patches = [patch for patch in self.expected.parts if patch.s_low_mm <= high_mm and patch.s_high_mm >= low_mm]
+        return max((element_width_mm(self.element_size_mm, patch) for patch in patches), default=math.inf)
 
     @property
     def placement(self) -> Placement:
-        """Where both bodies stand."""
+        """Wheel on rail."""
         return self.true_gap.placement
 
     @cached_property
     def more_nodes(self) -> dict[str, float]:
-        """What more nodes change of the half-space; nothing where no junction lies below and there is no valley.
+        """Relative change of the half-space on more nodes (-).
 
-        Where more nodes would be too many, or find no contact, it is what these change of fewer ones. A lobe that does
-        not get all of its nodes may be read less well in all measures.
+        It is empty without a junction below the patch and without a valley. If more nodes would be too many, or if the
+        contact is not found on them, the change is taken from fewer nodes to these nodes. A lobe without all of its
+        nodes may be read less accurately in all measures.
         """
         expected, clock = self.expected, self.clock
         rung = expected.half_space
-        below = any(expected.s_low_mm < one.s_mm < expected.s_high_mm for one in self.placement.junctions)
-        if not below and patch_of(rung).valley == 0.0:
+        has_junction = any(
+            expected.s_low_mm < junction.s_mm < expected.s_high_mm for junction in self.placement.junctions
+        )
+        if not has_junction and patch_of(rung).valley == 0.0:
             return {}
-        nodes = round(_MORE_NODES * self.case.nodes_a_semi_axis)
+        nodes = round(_NODE_FACTOR * self.case.nodes_a_semi_axis)
         with clock.step("resolve"), suppress(ConvergenceError):
             return changes_on_more_nodes(rung, on_more_nodes(expected, self.case.load_N, nodes=nodes))
         with clock.step("resolve"), suppress(ConvergenceError):
-            fewer = on_fewer_nodes(expected, self.case.load_N, fewer=_FEWER_NODES)
-            return changes_on_more_nodes(fewer, rung, MEASURES)
+            coarser_rung = solve_on_fewer_nodes(expected, self.case.load_N, fewer=_COARSER_SPACING_FACTOR)
+            return changes_on_more_nodes(coarser_rung, rung, MEASURES)
         return {}
 
     @cached_property
     def turned_force(self) -> float:
-        """By how much the force differs along another normal, relative (`plane_angles.turned_force`)."""
+        """Relative difference of the force along another normal (`plane_angles.turned_force`)."""
         return turned_force(self.expected.true_gap, self.expected.half_space)
 
 
 def position_of(case: Case, *, progress: Progress | None = None) -> Position:
-    """Place a case and expect its patch.
+    """Place a case and estimate its patch.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+    progress
+        Called with the name of each step as it begins.
+
+    Returns
+    -------
+    Position
+        Position with its expected patch.
 
     Raises
     ------
     InputError
-        As `solve` does.
+        As in `solve`.
     """
     clock = Clock(progress)
-    # what is not there is said before any work
+    # Missing packages are reported before any work.
     require_finite_elements()
     choose_solver(case.solver)
     with clock.step("place"):
         placement = place_case(case)
-    return _expecting(case, placement, clock)
+    return _expect_position(case, placement, clock)
 
 
-# A patch with so few nodes on its narrowest semi-axis is within 5 % of one with 32 nodes (five loads of 10 to 100 MN on
-# 60E1) and takes a tenth of the time. Hertz's ellipse is at least half as long as the patch.
-ROUGH_NODES, _ROUGH, _LONG = 8, 1.1, 0.5
+# A patch with this number of nodes on its narrowest semi-axis is within 5 % of a patch with 32 nodes (five loads of 10
+# to 100 MN on 60E1) and takes a tenth of the time. Hertz's ellipse is at least half as long as the patch.
+ROUGH_NODES, _ROUGH_LENGTH_RATIO, _ELLIPSE_LENGTH_RATIO = 8, 1.1, 0.5
 
 
 def refuse_too_long(case: Case, placement: Placement) -> None:
-    """Refuse a patch that is far longer than the bodies before it is known well, which takes seconds.
+    """Refuse a patch that is much longer than the bodies.
+
+    The check comes before the patch is solved accurately, which takes seconds.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+    placement
+        Wheel on rail.
 
     Raises
     ------
     InputError
-        As meshes of the bodies would, if the patch is a tenth longer than they are.
+        As for meshes of the bodies, if the patch is a tenth longer than the bodies.
     """
-    half_length = case.size.at_radius(placement.wheel.rolling_radius_mm).half_length_mm
+    half_length_mm = case.size.at_radius(placement.wheel.rolling_radius_mm).half_length_mm
     hertz = hertz_of_case(case, placement)
-    if hertz.extent_x_mm / 2.0 < _LONG * half_length:
+    if hertz.extent_x_mm / 2.0 < _ELLIPSE_LENGTH_RATIO * half_length_mm:
         return
-    true_gap, guess = true_gap_of_case(case, placement), 1.1 * hertz.approach_mm
-    rough = expected_patch(true_gap, case.load_N, half=case.half, nodes=ROUGH_NODES, guess_mm=guess)
-    if (reach := max(rough.x_high_mm, -rough.x_low_mm)) > _ROUGH * half_length:
-        raise too_short("the rail's half length", half_length, f"about {reach:.0f}")
+    true_gap, guess_mm = true_gap_of_case(case, placement), 1.1 * hertz.approach_mm
+    rough_patch = expected_patch(true_gap, case.load_N, half=case.half, nodes=ROUGH_NODES, guess_mm=guess_mm)
+    if (reach_mm := max(rough_patch.x_high_mm, -rough_patch.x_low_mm)) > _ROUGH_LENGTH_RATIO * half_length_mm:
+        raise too_short("the rail's half length", half_length_mm, f"about {reach_mm:.0f}")
 
 
-def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
+def _expect_position(case: Case, placement: Placement, clock: Clock) -> Position:
+    """Position of a placed case, with its expected patch and element size."""
     with clock.step("expect the patch"):
         refuse_too_long(case, placement)
         _, expected = expect_on_half_space(case, placement)
@@ -188,14 +251,32 @@ def expect_on_half_space(
     most: int | None = None,
     tolerance: float = TOLERANCE,
 ) -> tuple[HertzContact, ExpectedPatch]:
-    """Hertz's ellipse of a case and the half-space under its true gap: all that can be said without finite elements.
+    """Hertz's ellipse of a case, and the half-space contact of its true gap.
 
-    `nodes` on the narrowest semi-axis are the case's if not given, `most` and `tolerance` as in `expected_patch`.
+    These are all results without finite elements.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+    placement
+        Wheel on rail; placed here if None.
+    nodes
+        Number of nodes on the narrowest semi-axis; None for the number of the case.
+    most, tolerance
+        As in `expected_patch`.
+
+    Returns
+    -------
+    hertz : HertzContact
+        Ellipse at the first contact point.
+    expected : ExpectedPatch
+        Expected patch with its half-space contact.
 
     Raises
     ------
     InputError
-        As `place_case` and `hertz_of_case` do, and if the patch reaches the end of the running surface.
+        As in `place_case` and `hertz_of_case`, and if the patch reaches the end of the running surface.
     ConvergenceError
         If the patch grows without bound.
     """
@@ -211,17 +292,24 @@ def expect_on_half_space(
         tolerance=tolerance,
     )
     refuse_fully_plastic(case, float(expected.half_space.pressure_MPa.max()))
-    # elements whose size is given have it everywhere
+    # Elements of a given size have this size everywhere.
     return hertz, expected if isinstance(case.resolution, str) else expected.joined()
 
 
 def refuse_fully_plastic(case: Case, p_max_MPa: float) -> None:
-    """Refuse yield stresses so low that strains and rotations are large.
+    """Refuse low yield stresses that would cause large strains and rotations.
+
+    Parameters
+    ----------
+    case
+        Case with the yield stresses.
+    p_max_MPa
+        Elastic peak pressure in MPa.
 
     Raises
     ------
     InputError
-        If the peak of the elastic pressure is beyond `MOST_YIELD` times a yield stress.
+        If the elastic peak pressure is more than `MOST_YIELD` times a yield stress.
     """
     for name, material in (("rail", case.rail_material), ("wheel", case.wheel_material)):
         if material.yield_MPa is not None and p_max_MPa > MOST_YIELD * material.yield_MPa:
@@ -234,7 +322,7 @@ def refuse_fully_plastic(case: Case, p_max_MPa: float) -> None:
 
 
 def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:
-    """The gap of a case, the half-space below it and the direction of its load."""
+    """True gap of a case, with the half-space and the direction of the load."""
     return TrueGap(
         placement=placement, contact_modulus_MPa=case.contact_modulus_MPa, direction=direction_of_case(case, placement)
     )

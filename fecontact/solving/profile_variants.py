@@ -1,4 +1,4 @@
-"""A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space."""
+"""Case on each profile variant of its measured profiles: effect on Hertz and on the half-space."""
 
 from __future__ import annotations
 
@@ -19,92 +19,146 @@ from fecontact.solving.hertz import hertz_of_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
-# Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32. Where a
-# narrow lobe would ask for more nodes than these in all it has fewer. The tolerance leaves 1e-4 of the pressure.
-_NODES_A_LINE, _MOST_A_LINE, _TOLERANCE_OF_A_LINE = 16, 40_000, 1e-5
+# Deviations shift between variants because of the profiles, and 16 nodes per semi-axis read these shifts as accurately
+# as 32. If a narrow lobe would need more nodes in total than this limit, it has fewer. The tolerance causes an error of
+# 1e-4 of the pressure.
+_VARIANT_NODES, _MOST_VARIANT_NODES, _VARIANT_TOLERANCE = 16, 40_000, 1e-5
 OWN_LINE = "own line"
-# Of the scatter of four draws about the own line, for 95 %.
-_STUDENT = 2.78
+# Student's factor for the scatter of four noise samples about the reference variant, for 95 %.
+_STUDENT_FACTOR = 2.78
 Value = TypeVar("Value")
 
 
 def lines_of_case(case: Case, placement: Placement) -> Lines | None:
-    """Every theory against the half-space, on the own line and on all others that points allow; None of exact lines."""
+    """Compare every theory with the half-space on each profile variant.
 
-    def on_line(label: str, placed: Placement) -> OnLine:
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+    placement
+        Wheel on rail with the reference variant.
+
+    Returns
+    -------
+    Lines or None
+        Theories on the reference variant and on all other variants; None for exact profiles.
+    """
+
+    def judge_variant(label: str, variant_placement: Placement) -> OnLine:
         _, expected = expect_on_half_space(
-            case, placed, nodes=_NODES_A_LINE, most=_MOST_A_LINE, tolerance=_TOLERANCE_OF_A_LINE
+            case, variant_placement, nodes=_VARIANT_NODES, most=_MOST_VARIANT_NODES, tolerance=_VARIANT_TOLERANCE
         )
-        return judge_line(label, case, placed, expected.half_space)
+        return judge_line(label, case, variant_placement, expected.half_space)
 
-    found = _on_lines(case, placement, on_line)
-    if not found:
+    results = _evaluate_variants(case, placement, judge_variant)
+    if not results:
         return None
-    own, *others = (OnLine(label=label) if one is None else one for label, one in found.items())
-    return Lines(own=own, others=tuple(others))
+    reference, *variants = (OnLine(label=label) if result is None else result for label, result in results.items())
+    return Lines(own=reference, others=tuple(variants))
 
 
 def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | None:
-    """What profiles given by points leave open of Hertz's peak pressure and semi-axes, relative, by closed forms alone.
+    """Relative uncertainty of Hertz's peak pressure and semi-axes from measured profiles.
 
-    The largest change by another filter or nominal, and the scatter by other noise for 95 %, as independent errors.
-    None where both are exact lines; NaN where another line does not come into contact.
+    The uncertainty is found in closed form. It combines the largest change by another filter or nominal profile with
+    the scatter by other noise for 95 %, as independent errors.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, position and load.
+    placement
+        Wheel on rail with the reference variant.
+
+    Returns
+    -------
+    dict of str to float or None
+        Relative uncertainty (-) by the name of the measure. None if both profiles are exact; NaN if a variant does not
+        come into contact.
     """
 
-    def read(_: str, placed: Placement) -> dict[str, float]:
-        hertz = hertz_of_case(case, placed)
+    def read_hertz(_: str, variant_placement: Placement) -> dict[str, float]:
+        hertz = hertz_of_case(case, variant_placement)
         return {"p_max_MPa": hertz.p0_MPa, "a_mm": hertz.extent_x_mm / 2.0, "b_mm": hertz.extent_y_mm / 2.0}
 
-    found = _on_lines(case, placement, read)
-    if not found:
+    variants = _evaluate_variants(case, placement, read_hertz)
+    if not variants:
         return None
-    own = read(OWN_LINE, placement)
+    reference = read_hertz(OWN_LINE, placement)
 
-    def left_open(name: str, value: float) -> float:
-        by = {label: math.nan if one is None else one[name] / value - 1.0 for label, one in found.items()}
-        drawn = np.array([change for label, change in by.items() if is_drawn(label)])
-        smoothed = np.abs([change for label, change in by.items() if not is_drawn(label)]).max()
-        scatter = math.sqrt(float(np.mean(drawn**2))) if drawn.size else 0.0
-        return math.hypot(float(smoothed), _STUDENT * scatter)
+    def combine_changes(name: str, value: float) -> float:
+        changes = {label: math.nan if sizes is None else sizes[name] / value - 1.0 for label, sizes in variants.items()}
+        noise_changes = np.array([change for label, change in changes.items() if is_drawn(label)])
+        filter_change = np.abs([change for label, change in changes.items() if not is_drawn(label)]).max()
+        scatter = math.sqrt(float(np.mean(noise_changes**2))) if noise_changes.size else 0.0
+        return math.hypot(float(filter_change), _STUDENT_FACTOR * scatter)
 
-    return {name: left_open(name, value) for name, value in own.items()}
+    return {name: combine_changes(name, value) for name, value in reference.items()}
 
 
-def _on_lines(case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]) -> dict[str, Value | None]:
-    """Something of the case on its own line and on every other one by its label; empty of exact lines.
+def _evaluate_variants(
+    case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]
+) -> dict[str, Value | None]:
+    """Evaluate a function on the reference variant and on every other variant, by label.
 
-    The same filter is taken for rail and wheel, and None stands for lines that do not come into contact.
+    Rail and wheel have equal filters on a variant. None is the value of a variant that does not come into contact. The
+    result is empty for exact profiles.
     """
     rail, wheel = placement.rail.profile, placement.wheel.profile
     rails, wheels = lines_by_label(rail), lines_by_label(wheel)
     labels = dict.fromkeys([*rails, *wheels])
-    own = _own_label(rail, wheel)
+    reference_label = _reference_label(rail, wheel)
 
-    def with_lines(label: str) -> Value | None:
+    def evaluate_variant(label: str) -> Value | None:
         try:
             return evaluate(label, place_case(case, rail=rails.get(label, rail), wheel=wheels.get(label, wheel)))
         except (InputError, ConvergenceError):
             return None
 
-    return {own: evaluate(own, placement), **{label: with_lines(label) for label in labels}} if labels else {}
+    return (
+        {reference_label: evaluate(reference_label, placement), **{label: evaluate_variant(label) for label in labels}}
+        if labels
+        else {}
+    )
 
 
-def _own_label(rail: Profile, wheel: Profile) -> str:
-    """What the own line is, where rail and wheel were smoothed alike."""
-    made = {_filter(p.measured.filter_mm, p.measured.nominal) for p in (rail, wheel) if p.measured is not None}
-    return made.pop() if len(made) == 1 else OWN_LINE
+def _reference_label(rail: Profile, wheel: Profile) -> str:
+    """Label of the reference variant: its filter if rail and wheel have equal filters."""
+    labels = {
+        _filter_label(profile.measured.filter_mm, profile.measured.nominal)
+        for profile in (rail, wheel)
+        if profile.measured is not None
+    }
+    return labels.pop() if len(labels) == 1 else OWN_LINE
 
 
-def _filter(filter_mm: float, nominal: str) -> str:
+def _filter_label(filter_mm: float, nominal: str) -> str:
     return f"{FILTER} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
 
 
 def lines_by_label(profile: Profile) -> dict[str, Profile]:
-    """Lines that the points of a profile allow beside its own by their labels, as they are through either half."""
+    """Profile variants of a measured profile by label, without the reference variant.
+
+    For a profile that passes through its points unsmoothed, the variants are the profiles through either half of the
+    points.
+
+    Parameters
+    ----------
+    profile
+        Reference variant.
+
+    Returns
+    -------
+    dict of str to Profile
+        Empty for an exact profile.
+    """
     if profile.measured is None:
-        halves = {f"half {k + 1} of the points": profile.thinned(k) for k in (0, 1)}
-        return {label: line for label, line in halves.items() if line is not None}
+        halves = {f"half {number + 1} of the points": profile.thinned(number) for number in (0, 1)}
+        return {label: half for label, half in halves.items() if half is not None}
     return {
-        f"{NOISE} {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
-        for one in other_lines(profile)
+        f"{NOISE} {variant.draw + 1}"
+        if variant.draw >= 0
+        else _filter_label(variant.filter_mm, variant.nominal): variant.profile
+        for variant in other_lines(profile)
     }

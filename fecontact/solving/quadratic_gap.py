@@ -1,4 +1,4 @@
-"""Hertz's own gap on a discrete half-space: the error of the pressure nodes alone."""
+"""Hertz's quadratic gap on a discrete half-space: the error of the pressure nodes alone."""
 
 from __future__ import annotations
 
@@ -10,21 +10,43 @@ from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.placement.poses import TouchPoint
 
-# How far its grid reaches beyond Hertz's ellipse.
+# Half size of the grid divided by the semi-axis of Hertz's ellipse.
 _REACH = 1.2
 
 
-def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes: int = 16) -> Rung:
-    """Solve the quadratic gap at a touch point on a half-space under Hertz's normal force; `nodes` per semi-axis."""
-    hx, hs = (0.5 * extent / nodes for extent in (hertz.extent_x_mm, hertz.extent_y_mm))
+def quadratic_rung(contact_point: TouchPoint, hertz: HertzContact, *, half: bool, nodes: int = 16) -> Rung:
+    """Solve the quadratic gap at a contact point on a half-space.
+
+    Parameters
+    ----------
+    contact_point
+        Contact point with the curvatures of the gap.
+    hertz
+        Hertz's ellipse, with normal force and contact modulus.
+    half
+        Whether the grid covers only x >= 0, by symmetry.
+    nodes
+        Number of nodes per semi-axis.
+
+    Returns
+    -------
+    Rung
+        Solved contact.
+    """
+    spacing_x_mm, spacing_s_mm = (0.5 * extent / nodes for extent in (hertz.extent_x_mm, hertz.extent_y_mm))
     count = int(np.ceil(_REACH * nodes))
-    # a third of a step beside the ellipse's centre: no node lies where the symmetry would favour it
-    s = np.asarray(hs * (np.arange(-count, count + 1) + 1.0 / 3.0))
-    x = np.asarray(hx * (np.arange(0, count + 1) if half else np.arange(-count, count + 1)))
-    own = ContactGrid(x_mm=x, s_mm=s, half=half)
-    h = touch.curvature
-    gap = 0.5 * h.xx_per_mm * x[:, None] ** 2 + h.xy_per_mm * x[:, None] * s + 0.5 * h.yy_per_mm * s**2
-    problem = half_space_problem(own, gap.ravel(), contact_modulus_MPa=hertz.contact_modulus_MPa)
-    start = hertz.pressure_MPa(x[:, None], s).ravel()
-    solution = solve_contact(problem, hertz.normal_force_N, start_MPa=start)
-    return Rung.of(own, solution, approach_mm=solution.approach_mm)
+    # The grid is shifted by a third of its spacing from the centre of the ellipse, so that symmetry does not favour any
+    # node.
+    s_mm = np.asarray(spacing_s_mm * (np.arange(-count, count + 1) + 1.0 / 3.0))
+    x_mm = np.asarray(spacing_x_mm * (np.arange(0, count + 1) if half else np.arange(-count, count + 1)))
+    grid = ContactGrid(x_mm=x_mm, s_mm=s_mm, half=half)
+    curvature = contact_point.curvature
+    gap_mm = (
+        0.5 * curvature.xx_per_mm * x_mm[:, None] ** 2
+        + curvature.xy_per_mm * x_mm[:, None] * s_mm
+        + 0.5 * curvature.yy_per_mm * s_mm**2
+    )
+    problem = half_space_problem(grid, gap_mm.ravel(), contact_modulus_MPa=hertz.contact_modulus_MPa)
+    start_MPa = hertz.pressure_MPa(x_mm[:, None], s_mm).ravel()
+    solution = solve_contact(problem, hertz.normal_force_N, start_MPa=start_MPa)
+    return Rung.of(grid, solution, approach_mm=solution.approach_mm)

@@ -1,4 +1,4 @@
-"""Geometry of a case's wheelset on its rails over the lateral shift; it needs no finite elements."""
+"""Geometry of a case's wheelset on its rails over the lateral shift, without finite elements."""
 
 from __future__ import annotations
 
@@ -15,23 +15,40 @@ from fecontact.solving.placing import wheelset_of_case
 
 
 def geometry(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
-    """The wheelset of a case at many shifts; shift, roll and side of the case are ignored.
+    """Contact functions of the wheelset of a case at several shifts.
 
-    >>> import fecontact
-    >>> found = fecontact.geometry(fecontact.Case(), [0.0, 5.0])
-    >>> round(1e3 * found.positions[5.0].roll_rad, 2)
-    0.34
+    Shift, roll and side of the case are ignored.
+
+    Parameters
+    ----------
+    case
+        Case with profiles, track and yaw.
+    shifts_mm
+        Lateral shifts in mm.
+
+    Returns
+    -------
+    ContactFunctions
+        Positions and functions of the shift.
 
     Raises
     ------
     InputError
-        If the wheelset can stand at none of the shifts; the message gives the possible shifts.
+        If the wheelset cannot stand at any of the shifts; the message gives the possible shifts.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> functions = fecontact.geometry(fecontact.Case(), [0.0, 5.0])
+    >>> round(1e3 * functions.positions[5.0].roll_rad, 2)
+    0.34
     """
     wheelset = wheelset_of_case(case)
-    found = contact_functions(wheelset, shifts_mm, case.yaw_rad)
-    if all(isinstance(placed, str) for placed in found.positions.values()):
-        why = next(iter(found.positions.values()))
+    functions = contact_functions(wheelset, shifts_mm, case.yaw_rad)
+    if all(isinstance(position, str) for position in functions.positions.values()):
+        problem = next(iter(functions.positions.values()))
         raise InputError(
-            f"the wheelset can stand at none of the shifts: {why}; {possible_wheelset_shifts(wheelset, case.yaw_rad)}"
+            f"the wheelset can stand at none of the shifts: {problem};"
+            f" {possible_wheelset_shifts(wheelset, case.yaw_rad)}"
         )
-    return found
+    return functions
