@@ -45,5 +45,5 @@ def test_every_rail_of_the_library_is_smoothed_towards_itself(name, cant, cut):
     # turned as it stands, to what noise of 0.005 mm over a head of 70 mm leaves
     assert line.measured.held.registration.turn_rad == pytest.approx(-math.atan(cant), abs=1e-4)
     # that is outwards, and its mirror image is as in the track
-    other = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=PLAIN)
-    assert [any("--rail-mirror yes" in note for note in one.notes) for one in (line, other)] == [cant > 0.0, False]
+    mirrored = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=PLAIN)
+    assert [any("--rail-mirror yes" in note for note in rail.notes) for rail in (line, mirrored)] == [cant > 0.0, False]

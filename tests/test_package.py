@@ -59,22 +59,22 @@ def test_archives_hold_the_files_that_are_no_modules(tmp_path, monkeypatch, kind
     monkeypatch.chdir(ROOT)
     if kind == "wheel":
         with ZipFile(tmp_path / buildapi.build_wheel(os.fspath(tmp_path))) as archive:
-            held = set(archive.namelist())
+            files = set(archive.namelist())
     else:
         name = buildapi.build_sdist(os.fspath(tmp_path))
         assert name == f"fecontact-{fecontact.__version__}.tar.gz"
         with tarfile.open(tmp_path / name) as archive:
-            held = {name.partition("/")[2] for name in archive.getnames()}
+            files = {name.partition("/")[2] for name in archive.getnames()}
         # it can be tested
-        assert held >= {
+        assert files >= {
             "tests/test_package.py",
             "studies/first_light.py",
             "Makefile",
             "noxfile.py",
             "requirements.lock",
         }
-        assert held >= {name for name in tracked_files() if not name.startswith(".") or name.startswith(".ci/")}
-    assert held >= WANTED
+        assert files >= {name for name in tracked_files() if not name.startswith(".") or name.startswith(".ci/")}
+    assert files >= WANTED
 
 
 # what an sdist lacks is seen by what it holds
@@ -91,7 +91,7 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
         "import fecontact; print(fecontact.__file__); from fecontact.cli import call;"
         "call(['hertz', '--shift', '3', '--json'])"
     )
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
@@ -99,7 +99,7 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
         cwd=elsewhere,
         env={**os.environ, "PYTHONPATH": os.fspath(site)},
     )
-    where, _, record = done.stdout.partition("\n")
+    where, _, record = process.stdout.partition("\n")
     assert Path(where).is_relative_to(site)
     # as here, where the profiles come from the repository
     assert json.loads(record)["ellipses"][0]["p_max_MPa"] == pytest.approx(1578.47, abs=0.01)
@@ -108,8 +108,8 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
 def test_every_package_that_is_imported_is_declared_and_locked():
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     extras = declared["optional-dependencies"]
-    needed = [*declared["dependencies"], *extras["cluster"], *extras["fleet"]]
-    names = {re.match(r"[\w.-]+", one)[0].lower() for one in needed}
+    requirements = [*declared["dependencies"], *extras["cluster"], *extras["fleet"]]
+    names = {re.match(r"[\w.-]+", requirement)[0].lower() for requirement in requirements}
     imported = {
         (node.module if isinstance(node, ast.ImportFrom) else alias.name).partition(".")[0]
         for path in (ROOT / "fecontact").rglob("*.py")
@@ -162,8 +162,8 @@ def test_what_cites_and_tells_of_changes_is_of_this_version():
     # the schema wants each once
     assert sorted(cited["keywords"]) == sorted(set(project["keywords"]))
     # keys that the schema does not know are refused by those who read the file
-    known = {"cff-version", "message", "title", "abstract", "type", "version", "date-released", "license", "authors"}
-    assert set(cited) == known | {"keywords"}
+    keys = {"cff-version", "message", "title", "abstract", "type", "version", "date-released", "license", "authors"}
+    assert set(cited) == keys | {"keywords"}
     first = re.search(r"^## (\S+), (\d{4}-\d\d-\d\d)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
     assert first is not None
     assert first.groups() == (fecontact.__version__, cited["date-released"].isoformat())
@@ -173,8 +173,8 @@ def test_without_mkl_multigrid_solves_the_same(solved):
     pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--resolution", "2,1.8"]
     solve = ["solve", *pair, "--refine", "never", "--json"]
     code = f"import sys; sys.modules['pypardiso'] = None\nfrom fecontact.cli import call\ncall({solve!r})"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    without = json.loads(done.stdout)
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    without = json.loads(process.stdout)
     shape = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
     result = solved(Case(**shape, resolution=(2.0, 1.8), refine="never"))
     assert without["solver"]["path"] == "amg"

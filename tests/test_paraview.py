@@ -45,17 +45,17 @@ def head(script: Path) -> dict:
 
 
 def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, elliptic_quick):
-    found = head(write_view(study))
+    header = head(write_view(study))
     touch = elliptic_quick.placement.first
-    assert found["FILES"] == ["study.pvd"]
-    assert found["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
+    assert header["FILES"] == ["study.pvd"]
+    assert header["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
     peak = max(elliptic_quick.comparison.fe.p_max_MPa, elliptic_quick.hertz.p0_MPa)
-    stress = max(one.von_mises_MPa for one in elliptic_quick.von_mises.values())
+    stress = max(stress_field.von_mises_MPa for stress_field in elliptic_quick.von_mises.values())
     # the next round hundred, so that no case is beyond it
-    assert 0.0 <= found["PRESSURE_MPA"] - peak < 100.0
-    assert 0.0 <= found["VON_MISES_MPA"] - stress < 100.0
-    assert found["PRESSURE_MPA"] % 100.0 == 0.0
-    assert found["SIZE_MM"] == pytest.approx(elliptic_quick.comparison.fe.extent_x_mm, rel=0.02)
+    assert 0.0 <= header["PRESSURE_MPA"] - peak < 100.0
+    assert 0.0 <= header["VON_MISES_MPA"] - stress < 100.0
+    assert header["PRESSURE_MPA"] % 100.0 == 0.0
+    assert header["SIZE_MM"] == pytest.approx(elliptic_quick.comparison.fe.extent_x_mm, rel=0.02)
     assert str(study) not in (study / "view.py").read_text("utf-8")
 
 
@@ -107,12 +107,12 @@ def checked(study: Path, pictures: Path) -> subprocess.CompletedProcess:
 @pytest.mark.slow
 def test_paraview_reads_integrates_and_shows_the_whole_ellipse(study, tmp_path):
     write_view(study)
-    done = checked(study, tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr[-2000:]
-    assert "all as it should be" in done.stdout
-    parts = [float(part) for part in re.findall(r"([0-9.]+) % of Hertz's ellipse", done.stdout)]
-    assert len(parts) == 4
-    assert min(parts) > 99.0
+    process = checked(study, tmp_path)
+    assert process.returncode == 0, process.stdout + process.stderr[-2000:]
+    assert "all as it should be" in process.stdout
+    shares = [float(share) for share in re.findall(r"([0-9.]+) % of Hertz's ellipse", process.stdout)]
+    assert len(shares) == 4
+    assert min(shares) > 99.0
     assert sorted(path.name for path in tmp_path.glob("*.png")) == [
         f"{name}_{shift}mm_{width}.png"
         for name in ("pressure", "stress")
@@ -133,9 +133,9 @@ def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_
     script.write_text(
         script.read_text("utf-8").replace("shown.FontSize, shown.Color = 11", "shown.FontSize, shown.Color = 40")
     )
-    done = checked(folder, pictures)
-    assert done.returncode == 1
-    parts = [float(part) for part in re.findall(r"([0-9.]+) % of Hertz's ellipse is seen", done.stdout)]
-    assert len(parts) == 2
-    assert max(parts) < 20.0
-    assert done.stdout.count("text touches the border") == 4
+    process = checked(folder, pictures)
+    assert process.returncode == 1
+    shares = [float(share) for share in re.findall(r"([0-9.]+) % of Hertz's ellipse is seen", process.stdout)]
+    assert len(shares) == 2
+    assert max(shares) < 20.0
+    assert process.stdout.count("text touches the border") == 4

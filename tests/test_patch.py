@@ -129,13 +129,13 @@ def test_a_patch_that_goes_on_beyond_its_grid_ends_with_the_last_cells(low, high
     """Half a step beyond their nodes: the closed form of an ellipse between two lines."""
     x, s, p = sampled(20, offset=(0.2, 0.4))
     line, axis = (x, A) if along_x else (s, B)
-    kept = (line >= low * axis) & (line <= high * axis)
-    one, other = (kept, slice(None)) if along_x else (slice(None), kept)
-    part = field(x[one], s[other], p[one][:, other])
+    is_inside = (line >= low * axis) & (line <= high * axis)
+    rows, columns = (is_inside, slice(None)) if along_x else (slice(None), is_inside)
+    cut_field = field(x[rows], s[columns], p[rows][:, columns])
     half_step = 0.5 * float(line[1] - line[0])
-    ends = np.clip([line[kept][0] - half_step, line[kept][-1] + half_step], -axis, axis) / axis
+    ends = np.clip([line[is_inside][0] - half_step, line[is_inside][-1] + half_step], -axis, axis) / axis
     lower, upper = (u * math.sqrt(1.0 - u**2) + math.asin(u) for u in ends)
-    patch = measure_patch(part)
+    patch = measure_patch(cut_field)
     # lines between nodes round off the corners at the cut: 0.3 to 1.3 of the cells are reached, of 400 to 1200
     cell = float((x[1] - x[0]) * (s[1] - s[0]))
     assert patch.area_mm2 == pytest.approx(A * B * (upper - lower), abs=1.5 * cell)
@@ -143,7 +143,7 @@ def test_a_patch_that_goes_on_beyond_its_grid_ends_with_the_last_cells(low, high
     assert extent == pytest.approx(axis * (ends[1] - ends[0]), rel=1e-3)
     if not along_x:
         cuts = (-np.inf, 0.3 * B), (0.3 * B, np.inf)
-        assert sum(area_between(part, *cut) for cut in cuts) == pytest.approx(patch.area_mm2, rel=1e-9)
+        assert sum(area_between(cut_field, *cut) for cut in cuts) == pytest.approx(patch.area_mm2, rel=1e-9)
 
 
 def test_a_patch_that_reaches_the_end_of_its_grid_is_measured_alike_wherever_that_lies():
@@ -151,10 +151,10 @@ def test_a_patch_that_reaches_the_end_of_its_grid_is_measured_alike_wherever_tha
     # both ends lie half a step beyond the last node
     s = 0.1 * np.arange(40.0)
     p = np.sqrt(np.maximum(1.0 - (x[:, None] / 2.0) ** 2 - ((s - 1.95) / 2.0) ** 2, 0.0))
-    one, moved = (
-        measure_patch(Field(grid=ContactGrid(x_mm=x, s_mm=s + by, half=True), values=p)) for by in (0.0, 40.0)
+    patch, displaced = (
+        measure_patch(Field(grid=ContactGrid(x_mm=x, s_mm=s + offset, half=True), values=p)) for offset in (0.0, 40.0)
     )
-    assert (moved.area_mm2, moved.extent_y_mm) == pytest.approx((one.area_mm2, one.extent_y_mm), rel=1e-9)
+    assert (displaced.area_mm2, displaced.extent_y_mm) == pytest.approx((patch.area_mm2, patch.extent_y_mm), rel=1e-9)
 
 
 def test_patches_of_a_few_nodes():
@@ -212,9 +212,9 @@ def solved_hertz(
 
 
 def check_exact(rung: Rung, hertz: HertzContact, limits: dict[str, float]) -> None:
-    found = deviations(rung, hertz)
-    assert {name: value for name, value in found.items() if abs(value) > limits[name]} == {}
-    assert (found["valley"], found["separate_load"], patch_of(rung).pieces) == (0.0, 0.0, 1)
+    deviation = deviations(rung, hertz)
+    assert {name: value for name, value in deviation.items() if abs(value) > limits[name]} == {}
+    assert (deviation["valley"], deviation["separate_load"], patch_of(rung).pieces) == (0.0, 0.0, 1)
     assert len(patch_of(rung).lobes) == 1
 
 
@@ -290,8 +290,8 @@ def test_standing_peaks_are_those_of_scipy():
         ranked = ridge.copy()
         ranked[peaks] *= 1.0 + 1e-9 * np.arange(peaks.size)
         prominences = peak_prominences(ranked, peaks)[0] / ridge.max()
-        found, valley = standing_peaks(ridge, 0.05)
-        assert found.tolist() == peaks[prominences >= 0.05].tolist()
+        tops, valley = standing_peaks(ridge, 0.05)
+        assert tops.tolist() == peaks[prominences >= 0.05].tolist()
         assert valley == np.sort(prominences)[:-1].max(initial=0.0)
 
 
@@ -311,19 +311,19 @@ class Ellipsoid:
     def force(self) -> float:
         return 2.0 / 3.0 * math.pi * self.a * self.b * self.p0
 
-    def at(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
+    def pressure(self, x: np.ndarray, s: np.ndarray) -> np.ndarray:
         inside = 1.0 - (x[:, None] / self.a) ** 2 - ((s[None, :] - self.middle) / self.b) ** 2
         return self.p0 * np.sqrt(np.maximum(0.0, inside))
 
 
 def summed(lobes: tuple[Ellipsoid, ...], x: np.ndarray, s: np.ndarray) -> np.ndarray:
-    return sum((lobe.at(x, s) for lobe in lobes), np.zeros((x.size, s.size)))
+    return sum((lobe.pressure(x, s) for lobe in lobes), np.zeros((x.size, s.size)))
 
 
 def cell_means(lobes: tuple[Ellipsoid, ...], step: tuple[float, float], offset: tuple[float, float], reach: float):
     """Pressure in the mean over the cells of a full grid, 9 by 9 points each."""
-    k = [math.ceil(reach / one) for one in step]
-    x, s = (one * (np.arange(-n, n + 1) + off) for one, n, off in zip(step, k, offset, strict=True))
+    k = [math.ceil(reach / spacing) for spacing in step]
+    x, s = (spacing * (np.arange(-n, n + 1) + off) for spacing, n, off in zip(step, k, offset, strict=True))
     places = (np.arange(9) + 0.5) / 9.0 - 0.5
     fine = summed(lobes, (x[:, None] + step[0] * places).ravel(), (s[:, None] + step[1] * places).ravel())
     return field(x, s, fine.reshape(x.size, 9, s.size, 9).mean(axis=(1, 3)))
@@ -338,11 +338,11 @@ def moments_of(lobes: tuple[Ellipsoid, ...]) -> tuple[float, float, float]:
     return centre, math.sqrt(share @ a**2), math.sqrt(share @ (b**2 + 5.0 * (middle - centre) ** 2))
 
 
-def misplaced_by_quadrature(lobes: tuple[Ellipsoid, ...], other: Ellipsoid) -> float:
+def misplaced_by_quadrature(lobes: tuple[Ellipsoid, ...], reference: Ellipsoid) -> float:
     """Half the integral of the difference over the force, on 2000 by 2000 points."""
     x, s = (np.linspace(-reach, reach, 2001) for reach in (12.0, 24.0))
-    one, two = summed(lobes, x, s), other.at(x, s)
-    return float(0.5 * np.abs(one / one.sum() - two / two.sum()).sum())
+    pressure, reference_pressure = summed(lobes, x, s), reference.pressure(x, s)
+    return float(0.5 * np.abs(pressure / pressure.sum() - reference_pressure / reference_pressure.sum()).sum())
 
 
 def hertz_beside(lobes: tuple[Ellipsoid, ...]) -> tuple[HertzContact, Ellipsoid]:
@@ -371,9 +371,9 @@ def test_planted_lobes(lobes, seed):
     # of cell means: measured 0.03 %
     assert patch.p_max_MPa == pytest.approx(high.p0, rel=5e-4)
     # between touching ones the lowest cell has no more than the mean beside the touch, a root over one step
-    beside = max(lobe.p0 * 2.0 / 3.0 * math.sqrt(2.0 * STEP[1] / lobe.b) for lobe in lobes)
+    valley = max(lobe.p0 * 2.0 / 3.0 * math.sqrt(2.0 * STEP[1] / lobe.b) for lobe in lobes)
     fall = low.p0 / high.p0
-    assert fall - (beside / high.p0 if lobes is TOUCHING else 0.0) - 5e-3 < patch.valley < fall + 5e-3
+    assert fall - (valley / high.p0 if lobes is TOUCHING else 0.0) - 5e-3 < patch.valley < fall + 5e-3
     share = high.force / (low.force + high.force)
     # a cell over the touch counts to one side: measured 0.1 %
     assert [lobe.force_share for lobe in patch.lobes] == pytest.approx([share, 1.0 - share], abs=2e-3)
@@ -383,10 +383,10 @@ def test_planted_lobes(lobes, seed):
     assert patch.centre_x_mm == pytest.approx(0.0, abs=2e-3)
     assert (patch.a_mm, patch.b_mm) == pytest.approx((a, b), rel=1e-3)
     hertz, ellipsoid = hertz_beside(lobes)
-    found = misfit_of(rung, hertz)
-    assert found.misplaced_load == pytest.approx(misplaced_by_quadrature(lobes, ellipsoid), abs=2e-3)
-    assert found.centre_over_b == patch.centre_y_mm / hertz.b_mm
-    assert (found.valley, found.separate_load) == (patch.valley, patch.separate_load)
+    misfit = misfit_of(rung, hertz)
+    assert misfit.misplaced_load == pytest.approx(misplaced_by_quadrature(lobes, ellipsoid), abs=2e-3)
+    assert misfit.centre_over_b == patch.centre_y_mm / hertz.b_mm
+    assert (misfit.valley, misfit.separate_load) == (patch.valley, patch.separate_load)
     if lobes is APART:
         # by hand: forces are as 8 * 800 to 9 * 1000
         assert patch.pieces == 2
@@ -454,27 +454,27 @@ def test_lobes_with_the_moments_of_one_ellipse_are_told_from_it(offset):
     lobes = (Ellipsoid(-b, hertz.a_mm, b, p0), Ellipsoid(b, hertz.a_mm, b, p0))
     assert moments_of(lobes) == pytest.approx((0.0, hertz.a_mm, hertz.b_mm), rel=1e-12)
     rung = rung_of(cell_means(lobes, (hertz.a_mm / 16.3, b / 16.6), offset, 1.2 * hertz.a_mm))
-    found = deviations(rung, hertz)
-    assert abs(found["a_mm"]) < 1e-3
-    assert abs(found["b_mm"]) < 1e-3
-    assert abs(found["centre_over_b"]) < 1e-3
+    deviation = deviations(rung, hertz)
+    assert abs(deviation["a_mm"]) < 1e-3
+    assert abs(deviation["b_mm"]) < 1e-3
+    assert abs(deviation["centre_over_b"]) < 1e-3
     # the lobes are sqrt(6) / 2 = 1.22 as high
-    assert found["p_max_MPa"] == pytest.approx(2.0 / math.sqrt(6.0) - 1.0, abs=2e-3)
+    assert deviation["p_max_MPa"] == pytest.approx(2.0 / math.sqrt(6.0) - 1.0, abs=2e-3)
     # they fall to nothing between them but for the cells there, whose mean is 2/3 sqrt(2/16) at most
-    assert 0.76 < found["valley"] < 0.9
-    whole = Ellipsoid(0.0, hertz.a_mm, hertz.b_mm, hertz.p0_MPa)
-    assert found["misplaced_load"] == pytest.approx(misplaced_by_quadrature(lobes, whole), abs=2e-3)
-    assert min(found["valley"], found["misplaced_load"]) > 1.5 * Criteria().misplaced
+    assert 0.76 < deviation["valley"] < 0.9
+    ellipsoid = Ellipsoid(0.0, hertz.a_mm, hertz.b_mm, hertz.p0_MPa)
+    assert deviation["misplaced_load"] == pytest.approx(misplaced_by_quadrature(lobes, ellipsoid), abs=2e-3)
+    assert min(deviation["valley"], deviation["misplaced_load"]) > 1.5 * Criteria().misplaced
 
 
 def test_a_shifted_ellipse_is_off_centre_and_not_misplaced():
     hertz = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=100e3, contact_modulus_MPa=MODULUS)
     lobes = (Ellipsoid(0.4 * hertz.b_mm, hertz.a_mm, hertz.b_mm, hertz.p0_MPa),)
     rung = rung_of(cell_means(lobes, (hertz.a_mm / 16.3, hertz.b_mm / 16.6), (0.2, 0.4), 10.0))
-    found = misfit_of(rung, hertz)
-    assert found.centre_over_b == pytest.approx(0.4, abs=3e-4)
-    assert found.misplaced_load < 2e-3
-    assert found.valley == found.separate_load == 0.0
+    misfit = misfit_of(rung, hertz)
+    assert misfit.centre_over_b == pytest.approx(0.4, abs=3e-4)
+    assert misfit.misplaced_load < 2e-3
+    assert misfit.valley == misfit.separate_load == 0.0
 
 
 @pytest.mark.parametrize("ratio", [0.7, 1.05, 1.4])
@@ -487,8 +487,8 @@ def test_the_load_of_a_wider_ellipse_is_misplaced_by_what_quadrature_says(ratio)
     assert misfit_of(rung, hertz).misplaced_load == pytest.approx(exact, abs=2e-3)
     # the same from a grid that ends beside the contact, inside Hertz's ellipse or outside
     columns = np.flatnonzero(rung.pressure_MPa.any(axis=0))
-    part = slice(columns[0] - 1, columns[-1] + 2)
-    trimmed = rung_of(field(rung.grid.x_mm, rung.grid.s_mm[part], rung.pressure_MPa[:, part]))
+    near = slice(columns[0] - 1, columns[-1] + 2)
+    trimmed = rung_of(field(rung.grid.x_mm, rung.grid.s_mm[near], rung.pressure_MPa[:, near]))
     assert misfit_of(trimmed, hertz).misplaced_load == pytest.approx(misfit_of(rung, hertz).misplaced_load, abs=1e-9)
 
 
@@ -532,49 +532,53 @@ def test_a_measure_is_one_entry():
     rung, hertz = solved_ellipse()
     patch = patch_of(rung)
     assert patch == measure_patch(rung.pressure)
-    names, beside = (tuple(entry.name for entry in fields(kind)) for kind in (Measures, Misfit))
+    names, misfit_names = (tuple(field.name for field in fields(kind)) for kind in (Measures, Misfit))
     assert tuple(READINGS) == MEASURES == names
-    assert beside == MISFITS == ("centre_over_b", "valley", "separate_load", "misplaced_load")
+    assert misfit_names == MISFITS == ("centre_over_b", "valley", "separate_load", "misplaced_load")
     # each entry says itself how it is read: nothing else needs to know its name
-    told = {"of_contact", "of_theory", "floor", "cut_planes", "meshes", "of_skew", "noise"}
-    assert all(set(entry.metadata) == told for entry in (*fields(Measures), *fields(Misfit)))
-    assert {entry.name: entry.metadata["floor"] for entry in (*fields(Measures), *fields(Misfit))} == FLOORS
+    keys = {"of_contact", "of_theory", "floor", "cut_planes", "meshes", "of_skew", "noise"}
+    assert all(set(field.metadata) == keys for field in (*fields(Measures), *fields(Misfit)))
+    assert {field.name: field.metadata["floor"] for field in (*fields(Measures), *fields(Misfit))} == FLOORS
     fe, analytic, misfit = measures_of(rung), hertz_measures(hertz), misfit_of(rung, hertz)
     assert tuple(fe.as_dict()) == tuple(analytic.as_dict()) == names
-    assert tuple(misfit.as_dict()) == beside
-    found = deviations(rung, hertz)
-    assert tuple(found) == (*names, *beside)
-    for entry in fields(Measures):
-        of_contact, of_hertz = READINGS[entry.name]
-        assert getattr(fe, entry.name) == fe.as_dict()[entry.name] == of_contact(patch, rung)
-        assert getattr(analytic, entry.name) == analytic.as_dict()[entry.name] == of_hertz(hertz)
-        assert found[entry.name] == pytest.approx(of_hertz(hertz) / of_contact(patch, rung) - 1.0, rel=1e-12)
-    for entry in fields(Misfit):
+    assert tuple(misfit.as_dict()) == misfit_names
+    deviation = deviations(rung, hertz)
+    assert tuple(deviation) == (*names, *misfit_names)
+    for field in fields(Measures):
+        of_contact, of_hertz = READINGS[field.name]
+        assert getattr(fe, field.name) == fe.as_dict()[field.name] == of_contact(patch, rung)
+        assert getattr(analytic, field.name) == analytic.as_dict()[field.name] == of_hertz(hertz)
+        assert deviation[field.name] == pytest.approx(of_hertz(hertz) / of_contact(patch, rung) - 1.0, rel=1e-12)
+    for field in fields(Misfit):
         assert (
-            found[entry.name]
-            == getattr(misfit, entry.name)
-            == entry.metadata["of_contact"](patch, rung, Approximation.of(hertz))
+            deviation[field.name]
+            == getattr(misfit, field.name)
+            == field.metadata["of_contact"](patch, rung, Approximation.of(hertz))
         )
 
 
 def test_comparison_is_made_of_the_same_readings():
     rung, hertz = solved_ellipse()
-    found = compare(rung, hertz)
-    assert (found.fe, found.hertz, found.patch) == (measures_of(rung), hertz_measures(hertz), patch_of(rung))
-    assert found.deviation == deviations(rung, hertz)
+    comparison = compare(rung, hertz)
+    assert (comparison.fe, comparison.hertz, comparison.patch) == (
+        measures_of(rung),
+        hertz_measures(hertz),
+        patch_of(rung),
+    )
+    assert comparison.deviation == deviations(rung, hertz)
     # 6 nodes per semi-axis: measured 3.5 %
-    assert found.pressure_l2 < 0.045
-    assert found.overlap > 0.97
+    assert comparison.pressure_l2 < 0.045
+    assert comparison.overlap > 0.97
 
 
 def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatch):
     """Of circles of 2 and 3 mm about one point: 1.3 million nodes had 83 million points, and took 5 s."""
-    asked, fine = [], comparison.zoom
+    sizes, fine = [], comparison.zoom
 
     def counted(values, factors, **how):
-        found = fine(values, factors, **how)
-        asked.append(found.size)
-        return found
+        fine_values = fine(values, factors, **how)
+        sizes.append(fine_values.size)
+        return fine_values
 
     monkeypatch.setattr(comparison, "zoom", counted)
     hertz = replace(hertz_ellipse(1e-3, 1e-3, normal_force_N=1e3, contact_modulus_MPa=115e3), a_mm=2.0, b_mm=2.0)
@@ -583,8 +587,8 @@ def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatc
         p = 1000.0 * np.sqrt(np.maximum(1.0 - (line[:, None] ** 2 + line**2) / 9.0, 0.0))
         pressure = Field(grid=ContactGrid(x_mm=line, s_mm=line, half=False), values=p)
         assert comparison._overlap(pressure, hertz) == pytest.approx(4.0 / 9.0, rel=2e-3)
-    assert asked[0] > 50 * 121**2
-    assert asked[1] < 4.2e6
+    assert sizes[0] > 50 * 121**2
+    assert sizes[1] < 4.2e6
 
 
 # --- the expected patch -----------------------------------------------------------------------------------------
@@ -655,14 +659,16 @@ def test_expected_peak_of_the_standard_pair(shift, peak):
 
 
 def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
-    one = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=0.01))
-    other = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=-0.01))
+    patch = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=0.01))
+    opposite = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=-0.01))
     # the grid starts at one end, so that the mirrored one lies otherwise by up to a step
-    step = one.semi_axis_x_mm / 16.0
-    assert one.x_low_mm == pytest.approx(-other.x_high_mm, abs=step)
-    assert one.x_high_mm == pytest.approx(-other.x_low_mm, abs=step)
-    assert one.s_low_mm == pytest.approx(other.s_low_mm, abs=one.semi_axis_s_mm / 16.0)
-    assert measures_of(one.half_space).p_max_MPa == pytest.approx(measures_of(other.half_space).p_max_MPa, rel=5e-3)
+    step = patch.semi_axis_x_mm / 16.0
+    assert patch.x_low_mm == pytest.approx(-opposite.x_high_mm, abs=step)
+    assert patch.x_high_mm == pytest.approx(-opposite.x_low_mm, abs=step)
+    assert patch.s_low_mm == pytest.approx(opposite.s_low_mm, abs=patch.semi_axis_s_mm / 16.0)
+    assert measures_of(patch.half_space).p_max_MPa == pytest.approx(
+        measures_of(opposite.half_space).p_max_MPa, rel=5e-3
+    )
 
 
 def test_first_guess_does_not_matter():
@@ -688,7 +694,7 @@ def test_a_valley_is_shared_where_it_is_lowest(offset, hollow):
     p = np.sqrt(np.maximum(1.0 - x[:, None] ** 2 - s**2, 0.0)) * (1.0 + hollow * s**2)
     force = p.sum(axis=0)
     first, last = lobe_windows(p)
-    shares = [float(force[one.columns] @ one.parts / force.sum()) for one in (first, last)]
+    shares = [float(force[window.columns] @ window.parts / force.sum()) for window in (first, last)]
     assert sum(shares) == pytest.approx(1.0, rel=1e-12)
     assert shares[0] == pytest.approx(0.5, abs=1e-4)
     assert first.high == last.low == pytest.approx(84.0 - offset, abs=0.02)

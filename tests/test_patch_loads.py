@@ -31,14 +31,14 @@ def judged_of(position: Position) -> JudgedLoad:
 
 
 def test_healthy_elements_share_the_load_as_the_finer_nodes_do(position):
-    judged = judged_of(position)
-    assert judged.geometry.pieces == 2
-    (loads,) = compare_patch_loads(judged.solved.levels)
+    load = judged_of(position)
+    assert load.geometry.pieces == 2
+    (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference < 0.6 * PATCH_LOADS_LIMIT
     # the bodies change the part of the load by 0.01: what both are unsure of is less than that
     assert loads.uncertainty < 0.006
-    assert judged.status == "converged"
-    assert not any("separate patches" in warning for warning in judged.warnings)
+    assert load.status == "converged"
+    assert not any("separate patches" in warning for warning in load.warnings)
 
 
 @pytest.mark.parametrize(
@@ -57,11 +57,11 @@ def test_a_wrong_part_of_the_bodies_is_seen_by_the_loads_on_patches(position, mo
         return plain(self, grid, load_N, added=field, **how)
 
     monkeypatch.setattr(TrueGap, "solve", wrong)
-    judged = judged_of(position)
-    (loads,) = compare_patch_loads(judged.solved.levels)
+    load = judged_of(position)
+    (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference == pytest.approx(difference, rel=0.15)
-    assert (judged.status, judged.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")
-    (warning,) = (text for text in judged.warnings if text.startswith("separate patches"))
+    assert (load.status, load.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")
+    (warning,) = (text for text in load.warnings if text.startswith("separate patches"))
     assert f"{loads.on_elements:.2%}" in warning
     assert f"{loads.on_finer_nodes:.2%}" in warning
 

@@ -48,7 +48,7 @@ def highest_point(rail: RailPose) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(
-    ("name", "inclination", "crown", "beyond"),
+    ("name", "inclination", "crown", "crown_beyond"),
     [
         # Crown and highest point from the track centre at 1435 mm gauge, measured 14 mm below the highest point.
         ("60E1", INCLINATION_40, 753.035, 7.497),
@@ -56,13 +56,13 @@ def highest_point(rail: RailPose) -> tuple[float, float]:
         ("60E2", INCLINATION_40, 753.000, 4.997),
     ],
 )
-def test_rail_is_set_to_gauge(name, inclination, crown, beyond):
+def test_rail_is_set_to_gauge(name, inclination, crown, crown_beyond):
     rail = place_rail(load(name), inclination, Track())
     top_y, top_z = highest_point(rail)
     # published to 0.001 mm
     assert rail.crown_y_mm == pytest.approx(crown, abs=6e-4)
     # published along the tilted head and rounded: 60E2 has 200 sin cos = 4.9969 instead of the exact 200 sin = 4.9984
-    assert top_y - rail.crown_y_mm == pytest.approx(beyond, abs=2e-3)
+    assert top_y - rail.crown_y_mm == pytest.approx(crown_beyond, abs=2e-3)
     # the golden section finds the flat top to about 1e-6 mm in y, so its height to rounding
     assert top_z == pytest.approx(0.0, abs=1e-10)
 
@@ -249,10 +249,10 @@ def test_manchester_right_wheel(shift, yaw_mrad, position, angle):
 def test_manchester_left_wheel(shift, yaw_mrad, position, angle):
     left, _ = wheelset(shift, 1e-3 * yaw_mrad)
     touch = left.first
-    found = touch.y_mm - highest_point(left.rail)[0]
+    place = touch.y_mm - highest_point(left.rail)[0]
     # the reference is the centre of the patch, which the falling curvature of the tread draws to the gauge side by up
     # to 0.28 mm; its angle is the rail's own at that centre
-    assert -0.01 < found - position < 0.30
+    assert -0.01 < place - position < 0.30
     y_centre = position + highest_point(left.rail)[0]
     at_centre = float(left.rail.section(left.rail.parameter_at_y(y_centre))[2])
     # the file gives four decimals
@@ -265,11 +265,11 @@ def test_manchester_left_wheel(shift, yaw_mrad, position, angle):
 def gap_over_plane(pair: Placement):
     """The gap along the normal at first touch, at places x, t of the tangent plane there."""
 
-    def at(x, t):
+    def gap_at(x, t):
         _, points = pair.over_tangent_plane(t)
         return pair.gap_over_plane(points + np.asarray(x)[..., None] * np.array([1.0, 0.0, 0.0]))
 
-    return at
+    return gap_at
 
 
 def test_gap_of_a_circle_under_a_cylinder_in_closed_form():
@@ -395,13 +395,13 @@ def test_touch_at_a_junction_has_a_curvature_for_each_side():
 @pytest.mark.parametrize(("shift", "roll"), [(-4.0, 0.0), (6.0, 1e-3)])
 def test_opposite_yaw_mirrors_the_gap(shift, roll):
     x, s = np.linspace(-15.0, 15.0, 13)[:, None], np.linspace(-4.0, 4.0, 9)[None, :]
-    one = standard_pair(shift, roll_rad=roll, yaw_rad=0.01)
-    other = standard_pair(shift, roll_rad=roll, yaw_rad=-0.01)
-    np.testing.assert_allclose(one.gap(x, s), other.gap(-x, s), atol=1e-10)
-    assert one.first.x_mm == pytest.approx(-other.first.x_mm, abs=1e-9)
-    assert one.first.curvatures[0].xy_per_mm == pytest.approx(-other.first.curvatures[0].xy_per_mm, rel=1e-6)
+    placement = standard_pair(shift, roll_rad=roll, yaw_rad=0.01)
+    opposite = standard_pair(shift, roll_rad=roll, yaw_rad=-0.01)
+    np.testing.assert_allclose(placement.gap(x, s), opposite.gap(-x, s), atol=1e-10)
+    assert placement.first.x_mm == pytest.approx(-opposite.first.x_mm, abs=1e-9)
+    assert placement.first.curvatures[0].xy_per_mm == pytest.approx(-opposite.first.curvatures[0].xy_per_mm, rel=1e-6)
     # and yaw does change the gap, by x s R k tan(g) at least
-    assert np.abs(one.gap(x, s) - other.gap(x, s)).max() > 1e-3
+    assert np.abs(placement.gap(x, s) - opposite.gap(x, s)).max() > 1e-3
 
 
 def test_without_yaw_the_gap_is_even_in_x():
@@ -472,8 +472,8 @@ def test_points_beside_a_head_project_on_its_corner_and_side(side):
         load("A100"), cylinder_wheel(), inclination_rad=0.0, rolling_radius_mm=400.0, track=Track(rail_crown_y_mm=750.0)
     )
     z_centre = math.sqrt(490.0**2 - 40.0**2) - 500.0
-    beside = np.array([[0.0, 750.0 + side * 52.0, 0.0]])
-    (_, s), *_ = pair.project(beside)
+    points = np.array([[0.0, 750.0 + side * 52.0, 0.0]])
+    (_, s), *_ = pair.project(points)
     ((_, y, z),), _ = pair.surface(np.zeros(1), np.array([s]))
     away = math.hypot(12.0, z_centre)
     assert (y - 750.0, z) == pytest.approx((side * (40.0 + 120.0 / away), z_centre - 10.0 * z_centre / away), abs=1e-6)
@@ -539,8 +539,8 @@ def test_an_upright_flange_is_a_flange():
     track = Track()
     rail = circular_rail_head(300.0, half_width_mm=30.0)
     options = {"inclination_rad": 0.0, "rolling_radius_mm": 460.0}
-    found = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
-    assert found.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
+    placement = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
+    assert placement.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
 
 
 def flat_wheel_on(*segments) -> Placement:
@@ -576,10 +576,10 @@ def test_a_circle_has_no_inclination(radius_mm):
     case = Case(rail=f"circle:{radius_mm:g}", wheel="cylinder:460")
     assert case.inclination_rad == pytest.approx(1.0 / 40.0, rel=1e-3)
     for of_case in (case, replace(case, roll="given"), replace(case, inclination_rad=0.0)):
-        placed = place_case(of_case)
-        assert placed.rail.inclination_rad == 0.0
-        assert placed.first.rail_y_mm == pytest.approx(0.0, abs=1e-6)
-        assert placed.first.contact_angle_rad == pytest.approx(0.0, abs=1e-9)
+        placement = place_case(of_case)
+        assert placement.rail.inclination_rad == 0.0
+        assert placement.first.rail_y_mm == pytest.approx(0.0, abs=1e-6)
+        assert placement.first.contact_angle_rad == pytest.approx(0.0, abs=1e-9)
 
 
 def test_possible_shifts_leave_out_those_between_that_are_not():

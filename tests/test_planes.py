@@ -36,16 +36,16 @@ RAILS = [UIC60.rail, pytest.param("60E1", marks=pytest.mark.slow)]
 
 
 @cache
-def at(rail):
+def place_on(rail):
     """Two patches on a rail, before any finite element."""
     return position_of(replace(UIC60, rail=rail, roll_rad=UIC60.roll_rad if rail == UIC60.rail else 0.0))
 
 
 @cache
-def in_one_plane(rail):
+def solve_in_one_plane(rail):
     """The same contact with all normals parallel."""
-    rung = at(rail).expected.half_space
-    return at(rail).true_gap.solve(rung.grid, UIC60.load_N, start=rung.pressure)
+    rung = place_on(rail).expected.half_space
+    return place_on(rail).true_gap.solve(rung.grid, UIC60.load_N, start=rung.pressure)
 
 
 # --- the compliance ---------------------------------------------------------------------------------------------
@@ -59,12 +59,12 @@ def parting_under_a_force(offset_mm, materials):
     """
     x, y = offset_mm
     r = np.hypot(x, y)
-    moved = []
+    displacements = []
     for material, along in zip(materials, (-1.0, 1.0), strict=True):
         young, nu = material.young_MPa, material.poisson
         towards = (1 + nu) * (1 - 2 * nu) / (2 * np.pi * young * r)
-        moved.append(np.array([-towards * x / r, -towards * y / r, along * (1 - nu**2) / (np.pi * young * r)]))
-    return moved[1] - moved[0]
+        displacements.append(np.array([-towards * x / r, -towards * y / r, along * (1 - nu**2) / (np.pi * young * r)]))
+    return displacements[1] - displacements[0]
 
 
 @pytest.mark.parametrize("offset_x", [0.0, 7.0])
@@ -73,14 +73,14 @@ def test_a_far_force_opens_as_boussinesq_says(angle, offset_x):
     """A patch 12 mm away, in a plane at an angle and beside it along x: what its normal sees of both bodies."""
     step = 0.1
     grid = ContactGrid(x_mm=step * np.arange(-75, 76), s_mm=step * np.arange(-62, 63), half=False)
-    pressed, seen = (75, 1), (75 + round(offset_x / step), 121)
-    turned = np.tile(np.where(grid.s_mm < 0.0, 0.3, 0.3 + angle), grid.shape[0])
+    pressed, far_node = (75, 1), (75 + round(offset_x / step), 121)
+    angles = np.tile(np.where(grid.s_mm < 0.0, 0.3, 0.3 + angle), grid.shape[0])
     pressure = np.zeros(grid.shape)
     pressure[pressed] = 1.0 / step**2
 
     def opening(materials):
-        compliance = along_normals(half_space_below(grid, contact_modulus_MPa(*materials)), turned)
-        return compliance(pressure.ravel()).reshape(grid.shape)[seen]
+        compliance = along_normals(half_space_below(grid, contact_modulus_MPa(*materials)), angles)
+        return compliance(pressure.ravel()).reshape(grid.shape)[far_node]
 
     normal = np.array([0.0, -np.sin(angle), np.cos(angle)])
     # the cell is 0.1 mm wide, 12 mm away: (h / r)^2 / 12 of it
@@ -125,10 +125,10 @@ def test_a_circle_in_a_circle_opens_as_michell_says():
 
 def test_equal_planes_are_one_plane():
     grid = ContactGrid(x_mm=0.2 * np.arange(12), s_mm=0.3 * np.arange(-20, 21), half=True)
-    flat, pressure = half_space_below(grid, 115e3), np.random.default_rng(4).uniform(size=12 * 41)
+    compliance, pressure = half_space_below(grid, 115e3), np.random.default_rng(4).uniform(size=12 * 41)
     for angle in (0.0, 0.3, 1.2):
-        turned = along_normals(flat, np.full(pressure.size, angle))
-        np.testing.assert_allclose(turned(pressure), flat(pressure), rtol=1e-12)
+        compliance_along_normals = along_normals(compliance, np.full(pressure.size, angle))
+        np.testing.assert_allclose(compliance_along_normals(pressure), compliance(pressure), rtol=1e-12)
 
 
 def test_it_is_symmetric_and_positive():
@@ -145,16 +145,16 @@ def test_it_is_symmetric_and_positive():
 
 
 def test_each_patch_has_the_plane_of_its_force():
-    position = at(UIC60.rail)
+    position = place_on(UIC60.rail)
     rung, placement = position.expected.half_space, position.placement
     angle = angle_of_patches(placement, rung)
     corner, head = position.expected.parts
-    for part, degrees in ((corner, 17.1), (head, 7.7)):
-        own = (rung.grid.s_mm >= part.s_low_mm) & (rung.grid.s_mm <= part.s_high_mm)
-        assert np.ptp(angle[own]) == 0.0
-        assert np.degrees(angle[own][0]) == pytest.approx(degrees, abs=0.1)
-        normals = angle_of_normals(placement, rung.grid.s_mm[own])
-        assert normals.min() < angle[own][0] < normals.max()
+    for patch, degrees in ((corner, 17.1), (head, 7.7)):
+        is_in_patch = (rung.grid.s_mm >= patch.s_low_mm) & (rung.grid.s_mm <= patch.s_high_mm)
+        assert np.ptp(angle[is_in_patch]) == 0.0
+        assert np.degrees(angle[is_in_patch][0]) == pytest.approx(degrees, abs=0.1)
+        normals = angle_of_normals(placement, rung.grid.s_mm[is_in_patch])
+        assert normals.min() < angle[is_in_patch][0] < normals.max()
     middle = 0.5 * (corner.s_high_mm + head.s_low_mm)
     assert np.array_equal(angle == angle[0], rung.grid.s_mm < middle)
 
@@ -171,12 +171,12 @@ def test_one_patch_has_one_plane():
 
 def test_planes_from_coarser_nodes_are_those_of_the_contact_that_is_found():
     """Solved again in its own planes, it stays as it is; in one plane for all, it does not."""
-    true_gap, rung = at(UIC60.rail).true_gap, at(UIC60.rail).expected.half_space
+    true_gap, rung = place_on(UIC60.rail).true_gap, place_on(UIC60.rail).expected.half_space
     angle = angle_of_patches(true_gap.placement, rung)
     again = true_gap.solve(rung.grid, UIC60.load_N, angle_rad=angle)
     peak = rung.pressure_MPa.max()
     assert np.abs(again.pressure_MPa - rung.pressure_MPa).max() < 3e-5 * peak
-    assert np.abs(in_one_plane(UIC60.rail).pressure_MPa - rung.pressure_MPa).max() > 0.005 * peak
+    assert np.abs(solve_in_one_plane(UIC60.rail).pressure_MPa - rung.pressure_MPa).max() > 0.005 * peak
     # and nothing is cut off
     assert not rung.pressure_MPa[:, [0, -1]].any()
     assert not rung.pressure_MPa[-1].any()
@@ -185,15 +185,15 @@ def test_planes_from_coarser_nodes_are_those_of_the_contact_that_is_found():
 COARSER = 6
 
 
-def by_all_pairs(position, angle_of, *, chords):
+def loads_by_matrix(position, angle_of, *, chords):
     """Force and peak of both patches by a matrix between all nodes: in the mean over coarse grids beside one another.
 
     The peak of the small patch on one of them is up to 6e-4 off that mean.
     """
-    return np.mean([_by_all_pairs(position, angle_of, k, chords=chords) for k in range(COARSER)], axis=0)
+    return np.mean([_loads_on_coarse_grid(position, angle_of, k, chords=chords) for k in range(COARSER)], axis=0)
 
 
-def _by_all_pairs(position, angle_of, first, *, chords):
+def _loads_on_coarse_grid(position, angle_of, first, *, chords):
     """On a coarse grid that begins at a node: distances and angles of each pair."""
     rung, gap, placement = position.expected.half_space.even(), position.true_gap, position.placement
     grid = ContactGrid(x_mm=rung.grid.x_mm[::4], s_mm=rung.grid.s_mm[first::COARSER], half=True)
@@ -221,34 +221,34 @@ def _by_all_pairs(position, angle_of, first, *, chords):
     corner, head = position.expected.parts
     first = grid.s_mm < 0.5 * (corner.s_high_mm + head.s_low_mm)
     force = area.reshape(grid.shape) * pressure
-    return np.array([[force[:, own].sum(), pressure[:, own].max()] for own in (first, ~first)])
+    return np.array([[force[:, is_in_patch].sum(), pressure[:, is_in_patch].max()] for is_in_patch in (first, ~first)])
 
 
 def read_off(rung):
-    return np.array([[part.normal_force_N, part.rung.pressure_MPa.max()] for part in parts_of(rung)])
+    return np.array([[patch.normal_force_N, patch.rung.pressure_MPa.max()] for patch in parts_of(rung)])
 
 
 @pytest.mark.parametrize("rail", RAILS)
 def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
     """From one plane to a plane for each patch, and on to the normals of each node; what chords move of it."""
-    position, rung = at(rail), at(rail).expected.half_space
+    position, rung = place_on(rail), place_on(rail).expected.half_space
     corner, head = position.expected.parts
     middle = 0.5 * (corner.s_high_mm + head.s_low_mm)
     planes = np.unique(angle_of_patches(position.placement, rung))[::-1]
 
-    def of_patches(s):
+    def patch_angles(s):
         return np.where(s < middle, *planes)
 
-    def of_nodes(s):
+    def node_angles(s):
         return angle_of_normals(position.placement, s)
 
-    flat = by_all_pairs(position, np.zeros_like, chords=False)
-    own, turned = (by_all_pairs(position, angle, chords=False) for angle in (of_patches, of_nodes))
-    np.testing.assert_allclose(read_off(rung) / read_off(in_one_plane(rail)), own / flat, atol=1e-4)
-    np.testing.assert_allclose(read_off(_turned(position)) / read_off(rung), turned / own, atol=1e-4)
+    in_one_plane = loads_by_matrix(position, np.zeros_like, chords=False)
+    on_planes, along_nodes = (loads_by_matrix(position, angle, chords=False) for angle in (patch_angles, node_angles))
+    np.testing.assert_allclose(read_off(rung) / read_off(solve_in_one_plane(rail)), on_planes / in_one_plane, atol=1e-4)
+    np.testing.assert_allclose(read_off(_turned(position)) / read_off(rung), along_nodes / on_planes, atol=1e-4)
     # measured 0.04 % of the small patch's force and 0.01 % of its peak
-    on_chords = by_all_pairs(position, of_nodes, chords=True)
-    np.testing.assert_allclose(on_chords, turned, rtol=6e-4)
+    on_chords = loads_by_matrix(position, node_angles, chords=True)
+    np.testing.assert_allclose(on_chords, along_nodes, rtol=6e-4)
 
 
 @pytest.mark.parametrize(
@@ -260,22 +260,24 @@ def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
 )
 def test_what_planes_move(rail, forces, peaks):
     """Forces and peaks at the gauge corner and on the head: 9 and 10 degrees between both planes."""
-    moved = read_off(at(rail).expected.half_space) / read_off(in_one_plane(rail)) - 1.0
-    np.testing.assert_allclose(moved.T, [forces, peaks], atol=1e-4)
+    changes = read_off(place_on(rail).expected.half_space) / read_off(solve_in_one_plane(rail)) - 1.0
+    np.testing.assert_allclose(changes.T, [forces, peaks], atol=1e-4)
 
 
 def test_what_turned_normals_move_is_uncertain():
     """A part of the step from the half-space to the bodies, and of nothing else."""
-    position = at(UIC60.rail)
-    rung, turned = position.expected.half_space, _turned(position)
+    position = place_on(UIC60.rail)
+    rung, turned_rung = position.expected.half_space, _turned(position)
     plain = on_half_space(UIC60, position.placement, rung)
-    alone, judged = (judge_load(one, position.placement) for one in (plain, replace(plain, turned=turned)))
-    assert judged.uncertainty == alone.uncertainty
-    assert judged.ladder == alone.ladder
-    moved = {k: v / measures_of(rung).as_dict()[k] - 1.0 for k, v in measures_of(turned).as_dict().items()}
+    alone, with_turned = (
+        judge_load(solved_load, position.placement) for solved_load in (plain, replace(plain, turned=turned_rung))
+    )
+    assert with_turned.uncertainty == alone.uncertainty
+    assert with_turned.ladder == alone.ladder
+    changes = {k: v / measures_of(rung).as_dict()[k] - 1.0 for k, v in measures_of(turned_rung).as_dict().items()}
     # on the corner, whose normals turn by 7 degrees
-    assert moved["p_max_MPa"] == pytest.approx(-0.0017, abs=2e-4)
+    assert changes["p_max_MPa"] == pytest.approx(-0.0017, abs=2e-4)
     for name in ("p_max_MPa", "area_mm2", "b_mm"):
-        more = judged.bodies_step_uncertainty[name] - alone.bodies_step_uncertainty[name]
-        assert more == pytest.approx(abs(moved[name]), rel=1e-9)
-    assert replace(plain, turned=replace(turned, status="not converged")).status == "not converged"
+        increase = with_turned.bodies_step_uncertainty[name] - alone.bodies_step_uncertainty[name]
+        assert increase == pytest.approx(abs(changes[name]), rel=1e-9)
+    assert replace(plain, turned=replace(turned_rung, status="not converged")).status == "not converged"

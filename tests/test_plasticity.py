@@ -35,7 +35,7 @@ def strain(tensor) -> np.ndarray:
     return np.array(tensor, dtype=float)[None]
 
 
-def check_uniaxial(steel: Material, of: PlasticLaw) -> None:
+def check_uniaxial(steel: Material, plastic_law: PlasticLaw) -> None:
     """Compare a strain of 1 % along x with the bilinear curve in closed form."""
     total, young = 0.01, steel.young_MPa
     stress = steel.yield_MPa + steel.tangent_MPa * (total - steel.yield_MPa / young)
@@ -43,10 +43,10 @@ def check_uniaxial(steel: Material, of: PlasticLaw) -> None:
     plastic = total - stress / young
     across = -steel.poisson * stress / young - 0.5 * plastic
     way = strain(np.diag([total, across, across]))
-    state = of.flow(0.0 * way, way, PlasticState.none(1))
+    state = plastic_law.flow(0.0 * way, way, PlasticState.none(1))
     np.testing.assert_allclose(state.strain[0], plastic * np.diag([1.0, -0.5, -0.5]), atol=1e-14)
     assert state.equivalent[0] == pytest.approx(plastic, rel=1e-11)
-    assert of.von_mises(way, state)[0] == pytest.approx(stress, rel=1e-11)
+    assert plastic_law.von_mises(way, state)[0] == pytest.approx(stress, rel=1e-11)
 
 
 @pytest.mark.parametrize("tangent", [0.0, 4200.0, 21000.0])
@@ -78,15 +78,15 @@ def test_a_way_around_a_corner_stays_on_the_surface_and_dissipates():
     state, at, steel = PlasticState.none(40), np.zeros((40, 3, 3)), law()
     for _ in range(6):
         step = 0.002 * rng.standard_normal((40, 3, 3))
-        there = at + step + step.transpose(0, 2, 1)
-        new = steel.flow(at, there, state, substeps=50)
+        strain_at_end = at + step + step.transpose(0, 2, 1)
+        new = steel.flow(at, strain_at_end, state, substeps=50)
         # never beyond the surface that hardening has reached
         limit = steel.yield_MPa + steel.hardening_MPa * new.equivalent
-        assert np.all(steel.von_mises(there, new) <= limit * (1.0 + 1e-12))
+        assert np.all(steel.von_mises(strain_at_end, new) <= limit * (1.0 + 1e-12))
         assert np.all(new.equivalent >= state.equivalent)
         flowed = new.strain - state.strain
-        assert np.all(np.einsum("nij,nij->n", steel.stress(there, new), flowed) > -1e-9)
-        state, at = new, there
+        assert np.all(np.einsum("nij,nij->n", steel.stress(strain_at_end, new), flowed) > -1e-9)
+        state, at = new, strain_at_end
 
 
 def test_what_stays_elastic_has_no_plastic_strain_at_all():
@@ -140,10 +140,12 @@ def test_a_block_that_is_stretched_flows_as_a_point_does():
     gradient = np.diag([6e-3, -2e-3, -1e-3])
     total = zone.strains(mesh.points @ gradient)
     state = steel.flow(0.0 * total, total, zone.none())
-    one = steel.flow(0.0 * gradient[None], gradient[None], PlasticState.none(1))
-    np.testing.assert_allclose(state.strain, np.broadcast_to(one.strain[0], total.shape), atol=1e-16)
+    point_state = steel.flow(0.0 * gradient[None], gradient[None], PlasticState.none(1))
+    np.testing.assert_allclose(state.strain, np.broadcast_to(point_state.strain[0], total.shape), atol=1e-16)
     inner = stiffness(mesh, YIELDS) @ (mesh.points @ gradient).ravel() - zone.forces(state.strain).ravel()
-    stress = 2.0 * STEEL.shear_MPa * (gradient - one.strain[0]) + STEEL.lame_MPa * np.trace(gradient) * np.eye(3)
+    stress = 2.0 * STEEL.shear_MPa * (gradient - point_state.strain[0]) + STEEL.lame_MPa * np.trace(gradient) * np.eye(
+        3
+    )
     # the middle nodes have no force, and the sum over one end face is stress times its area projected
     area = np.einsum("mg,mgic->ic", zone.volumes_mm3, zone.gradients)
     assert np.abs(area.sum(axis=1)).max() < 1e-12
@@ -152,9 +154,9 @@ def test_a_block_that_is_stretched_flows_as_a_point_does():
     )
 
 
-def sphere(ratio: float, **more) -> Case:
+def sphere(ratio: float, **changes) -> Case:
     """A sphere on a plane, both of a steel that yields, under a peak pressure of so many yield stresses."""
-    steel = replace(STEEL, yield_MPa=P0 / ratio, **more)
+    steel = replace(STEEL, yield_MPa=P0 / ratio, **changes)
     return Case(
         rail=f"circle:{RADIUS:g}",
         wheel=f"cylinder:{RADIUS:g}",
@@ -246,12 +248,12 @@ def test_other_yield_stresses_that_do_not_converge_are_said(monkeypatch):
 @needs_factors
 def test_the_step_is_known_as_well_as_it_says(loaded):
     load = loaded.load
-    step, unsure = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty
+    step, uncertainty = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty
     for name, exact in (("p_max_MPa", 0.780), ("area_mm2", 1.073), ("approach_mm", 1.023)):
         # the table's own error besides
-        assert abs(step[name] - (exact - 1.0)) < unsure[name] + 0.004
+        assert abs(step[name] - (exact - 1.0)) < uncertainty[name] + 0.004
     # of meshes with 6 and 4 elements per semi-axis
-    assert 0.002 < unsure["p_max_MPa"] < 0.02
+    assert 0.002 < uncertainty["p_max_MPa"] < 0.02
     # a load of so many of first yield takes up 5 % of the peak (the table between 1.8 and 2.0 yield stresses)
     assert load.plastic.plastic_measure == "p_max_MPa"
     # the patch of that load has four elements per semi-axis
@@ -264,16 +266,16 @@ def test_the_step_is_known_as_well_as_it_says(loaded):
 def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
     """Meshes, or where these agree by chance elements of the patch; half of the load steps; the elements' own nodes."""
 
-    def level(by, fewer=None):
-        yielded = SimpleNamespace(fe=by, fewer_steps=fewer)
+    def level(change, change_in_fewer_steps=None):
+        yielded = SimpleNamespace(fe=change, fewer_steps=change_in_fewer_steps)
         return SimpleNamespace(yielded=yielded)
 
     monkeypatch.setattr(verdict, "_step", lambda level, rung, theory: {"p_max_MPa": rung, "area_mm2": -rung})
     monkeypatch.setattr(verdict, "_on_elements", lambda level: {"p_max_MPa": -0.203})
     monkeypatch.setattr(verdict, "_elements_a_semi_axis", lambda level: 8.0)
     # 1.6 of the step over the elements squared is 0.005 here
-    found = verdict._step_uncertainty([level(-0.2), level(-0.206, -0.2064)], None)
-    assert found == pytest.approx({"p_max_MPa": 0.006 + 0.5 * 0.0004 + 0.003 + 1e-4, "area_mm2": 0.0063})
+    uncertainty = verdict._step_uncertainty([level(-0.2), level(-0.206, -0.2064)], None)
+    assert uncertainty == pytest.approx({"p_max_MPa": 0.006 + 0.5 * 0.0004 + 0.003 + 1e-4, "area_mm2": 0.0063})
     alike = verdict._step_uncertainty([level(-0.2), level(-0.2001)], None)
     assert alike == pytest.approx({"p_max_MPa": 0.005 + 0.003 + 1e-4, "area_mm2": 0.0051})
     assert all(np.isnan(value) for value in verdict._step_uncertainty([level(-0.2)], None).values())
@@ -284,9 +286,9 @@ def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
 def test_with_four_elements_a_semi_axis_the_step_is_known_as_well_as_it_says():
     # two meshes put the area to 4 % of its step here, which is 7 % of it too small
     load = solve(replace(sphere(3.0), resolution="quick")).load
-    step, unsure = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty
+    step, uncertainty = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty
     for name, exact in (("p_max_MPa", 0.680), ("area_mm2", 1.156)):
-        assert abs(step[name] - (exact - 1.0)) < unsure[name]
+        assert abs(step[name] - (exact - 1.0)) < uncertainty[name]
 
 
 @needs_factors
@@ -327,59 +329,62 @@ def lobes(solved):
 
 @needs_factors
 @pytest.mark.parametrize(
-    ("used", "starts", "status"),
+    ("yield_utilisation", "starts", "status"),
     [(0.95, "converged", "converged"), (0.5, "converged", "not converged"), (0.95, "not converged", "not converged")],
     ids=["healthy", "the search failed", "the elastic contact failed"],
 )
-def test_a_variant_whose_first_yield_is_not_found_is_not_converged(used, starts, status, monkeypatch):
+def test_a_variant_whose_first_yield_is_not_found_is_not_converged(yield_utilisation, starts, status, monkeypatch):
     """Half as many steps, and other yield stresses: what is stated hangs on each."""
     nodal = SimpleNamespace(status="converged")
     monkeypatch.setattr(plastic_contact, "_steps", lambda *_: {})
-    monkeypatch.setattr(plastic_contact, "replace", lambda one, **changes: SimpleNamespace(**{**vars(one), **changes}))
+    monkeypatch.setattr(
+        plastic_contact, "replace", lambda instance, **changes: SimpleNamespace(**{**vars(instance), **changes})
+    )
     loaded, start, last = (
-        SimpleNamespace(solution=SimpleNamespace(status=one)) for one in ("converged", starts, "converged")
+        SimpleNamespace(solution=SimpleNamespace(status=status_of_contact))
+        for status_of_contact in ("converged", starts, "converged")
     )
     bodies = SimpleNamespace(
         virgin=lambda *_: loaded,
-        yield_used=lambda contact: (2.0, 0.0) if contact is loaded else (used, 0.0),
+        yield_used=lambda contact: (2.0, 0.0) if contact is loaded else (yield_utilisation, 0.0),
         first_yield=lambda _: start,
         climb=lambda *_: [last],
         holds=lambda _: True,
     )
     bodies.with_yield = lambda _: bodies
     climbed = SimpleNamespace(contact=last, yielded=SimpleNamespace(nodal=nodal))
-    found = plastic_contact.with_variants(climbed, bodies, (None, None, None), 1e5, lambda *_: (None, None))
-    assert found.yielded.nodal.status == status
+    with_variants = plastic_contact.with_variants(climbed, bodies, (None, None, None), 1e5, lambda *_: (None, None))
+    assert with_variants.yielded.nodal.status == status
 
 
 @pytest.mark.slow
 def test_first_yield_below_narrow_lobes_is_where_the_climb_yields(lobes):
-    found = lobes.load.plastic
-    first = found.yielded.first_yield_N
+    plastic = lobes.load.plastic
+    first = plastic.yielded.first_yield_N
     # on meshes made for 34 kN, which have three times as many elements below that patch: 31.0 kN ± 7 %, the climb to
     # 34 kN elastic up to 29.9 kN and with plastic strain at 31.9 kN; stress at the nodes would put it to 45.7 kN here
-    assert abs(first / 31.0e3 - 1.0) < found.first_yield_uncertainty < 0.25
-    assert all((point.load_N > first) == (point.largest_strain > 0.0) for point in found.yielded.path)
+    assert abs(first / 31.0e3 - 1.0) < plastic.first_yield_uncertainty < 0.25
+    assert all((point.load_N > first) == (point.largest_strain > 0.0) for point in plastic.yielded.path)
 
 
 @needs_factors
 def test_hertz_may_hold_by_cancellation(lobes):
     load = lobes.load
-    steps, found = load.ladder.steps, load.plastic
+    steps, plastic_load = load.ladder.steps, load.plastic
     shape, bodies, plastic = (
         steps[name]["p_max_MPa"] for name in ("quadratic_to_true_gap", "half_space_to_bodies", "bodies_to_plastic")
     )
     assert shape > 0.15 < -plastic
     assert (load.elastic_verdict.answer, load.verdict.answer) == ("FAILS", "HOLDS")
     # what Hertz is off is what all steps leave, of which finite bodies and elements are 2 %
-    (one,) = found.judgements.values()
-    left = (1.0 + shape) * (1.0 + plastic) * (1.0 + one.deviation["p_max_MPa"])
+    (judgement,) = plastic_load.judgements.values()
+    left = (1.0 + shape) * (1.0 + plastic) * (1.0 + judgement.deviation["p_max_MPa"])
     assert left == pytest.approx(1.0, abs=0.02)
     said = (
         f"HOLDS by cancellation of shape of the gap {1e2 * shape:+.1f} %, finite bodies {1e2 * bodies:+.1f} %,"
         f" plasticity {1e2 * plastic:+.1f} %"
     )
-    assert found.cancelling == said
+    assert plastic_load.cancelling == said
     assert any(said in warning for warning in load.warnings)
     assert load_row(load, lobes.placement)["plastic_hertz_cancelling"] == said
 
@@ -415,12 +420,12 @@ def test_fields_of_a_body_that_has_yielded(loaded):
 @pytest.mark.parametrize("yield_MPa", [1e6, P0 / 1.3])
 def test_what_does_not_yield_is_elastic_to_the_last_bit(yield_MPa, loaded):
     steel = replace(STEEL, yield_MPa=yield_MPa)
-    found = solve(replace(loaded.case, rail_material=steel, wheel_material=steel, resolution=(2.6, 2.6))).load
-    assert found.plastic.status == "converged"
-    assert found.level.yielded.fe is found.fe
-    assert not found.plastic.has_yielded
-    assert found.plastic.verdict.answer == found.verdict.answer
-    assert set(found.ladder.steps["bodies_to_plastic"].values()) == {0.0}
+    load = solve(replace(loaded.case, rail_material=steel, wheel_material=steel, resolution=(2.6, 2.6))).load
+    assert load.plastic.status == "converged"
+    assert load.level.yielded.fe is load.fe
+    assert not load.plastic.has_yielded
+    assert load.plastic.verdict.answer == load.verdict.answer
+    assert set(load.ladder.steps["bodies_to_plastic"].values()) == {0.0}
 
 
 @pytest.mark.parametrize(

@@ -79,10 +79,10 @@ def test_the_ending_chooses_the_reader(tmp_path):
 
 
 def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
-    read = []
+    paths = []
 
     def reader(path, kind, reading):
-        read.append((path, kind))
+        paths.append((path, kind))
         return load("S1002")
 
     monkeypatch.setitem(formats.READERS, ".mini", reader)
@@ -90,7 +90,7 @@ def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
     assert resolve_wheel(str(path)).profile is load("S1002")
     with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
         resolve_rail(str(path))
-    assert read == [(path, "wheel"), (path, "rail")]
+    assert paths == [(path, "wheel"), (path, "rail")]
 
 
 def test_descending_points_are_reversed_with_a_note():
@@ -183,13 +183,13 @@ def test_a_name_that_no_file_can_have_is_refused(reader):
 @pytest.mark.parametrize("sign", ["\n", "\x1b", "\u202e", "\u2028"])
 def test_a_name_that_would_turn_or_break_what_is_printed_is_refused(tmp_path, sign):
     """A profile's name stands in tables, pages and on the terminal."""
-    good, bad = (tmp_path / f"head{one}.txt" for one in ("", sign))
+    good, bad = (tmp_path / f"head{ending}.txt" for ending in ("", sign))
     for path in (good, bad):
         np.savetxt(path, np.column_stack(rail_points()))
     resolve_rail(str(good))
-    with pytest.raises(InputError, match=r"signs that are not shown, .*; rename the file") as told:
+    with pytest.raises(InputError, match=r"signs that are not shown, .*; rename the file") as error:
         resolve_rail(str(bad))
-    assert sign not in str(told.value)
+    assert sign not in str(error.value)
 
 
 def test_points_farther_away_than_numbers_are_fine_are_refused():

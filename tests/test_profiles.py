@@ -106,16 +106,16 @@ def test_what_is_joined_keeps_its_slopes_and_its_larger_steps(steps):
         Polynomial(coefficients=(0.0, 0.1), y_from=-20.0 + 10.0 * math.sqrt(0.5), y_to=5.0),
         Line(start=(5.0, 0.5 + steps[2]), end=(9.0, 0.7 + steps[2])),
     ]
-    made = joined(surface)
-    ends = [[one.evaluate(np.array([0.0, 1.0])) for one in of] for of in (surface, made)]
+    joined_surface = joined(surface)
+    ends = [[segment.evaluate(np.array([0.0, 1.0])) for segment in segments] for segments in (surface, joined_surface)]
     for before, after in zip(*ends, strict=True):
         assert after.y == pytest.approx(before.y, abs=1e-12)
         assert after.angle_rad == pytest.approx(before.angle_rad, abs=1e-9)
-    gaps = [[b.z[0] - a.z[1] for a, b in pairwise(of)] for of in ends]
+    gaps = [[b.z[0] - a.z[1] for a, b in pairwise(pieces)] for pieces in ends]
     for before, after in zip(*gaps, strict=True):
         closed = 1e-9 < abs(before) < 2e-4
         assert after == pytest.approx(0.0 if closed else before, abs=1e-12)
-    assert made[2] is surface[2]
+    assert joined_surface[2] is surface[2]
 
 
 def test_s1002_flange_tip():
@@ -229,10 +229,10 @@ def test_outlines_are_closed_and_tangent(name):
 def test_rails_are_mirror_symmetric(name):
     rail = load(name)
     u = np.linspace(0.0, len(rail.segments), 1001)
-    here, there = rail.evaluate(u), rail.evaluate(len(rail.segments) - u, "left")
-    assert np.abs(here.y + there.y).max() < 1e-12
-    assert np.abs(here.z - there.z).max() < 1e-12
-    assert np.abs(here.curvature_per_mm - there.curvature_per_mm).max() < 1e-14
+    points, mirrored = rail.evaluate(u), rail.evaluate(len(rail.segments) - u, "left")
+    assert np.abs(points.y + mirrored.y).max() < 1e-12
+    assert np.abs(points.z - mirrored.z).max() < 1e-12
+    assert np.abs(points.curvature_per_mm - mirrored.curvature_per_mm).max() < 1e-14
 
 
 def test_arc_length_of_arcs_is_radius_times_angle():
@@ -258,8 +258,8 @@ def test_at_arc_length_inverts_arc_length(name):
     profile = load(name)
     u = np.linspace(0.0, len(profile.segments), 997)
     assert profile.at_arc_length(profile.arc_length(u)) == pytest.approx(u, abs=1e-12)
-    beyond = profile.at_arc_length([-1.0, profile.length_mm + 1.0])
-    assert np.isnan(beyond).all()
+    outside = profile.at_arc_length([-1.0, profile.length_mm + 1.0])
+    assert np.isnan(outside).all()
 
 
 @given(
@@ -276,9 +276,9 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
         return (points.y - origin[0]) * math.cos(angle) + (points.z - origin[1]) * math.sin(angle)
 
     t = along(profile.evaluate(u))
-    found = profile.locate(t, angle_rad=angle, origin=origin)
+    place = profile.locate(t, angle_rad=angle, origin=origin)
     # NaN is right only where the line turns away from the observer, or on the narrower of two stretches
-    if np.isnan(found):
+    if np.isnan(place):
         sample = profile.evaluate(np.linspace(0.0, len(profile.segments), 4001))
         assert (sample.dy * math.cos(angle) + sample.dz * math.sin(angle)).min() < 0.05
     else:
@@ -286,7 +286,7 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
         # the steps between the published sections of wheels leave a hair of the axis without any point
         # elsewhere an end answers for 1e-9 mm beyond it
         slack = JOINT_GAP_MM if profile.kind == "wheel" and at_joint else 1.1e-9
-        assert along(profile.evaluate(found)) == pytest.approx(t, abs=slack)
+        assert along(profile.evaluate(place)) == pytest.approx(t, abs=slack)
 
 
 @given(name=st.sampled_from(RAILS), fraction=st.floats(0.0, 1.0), angle=st.floats(-0.04, 0.04))
@@ -297,8 +297,8 @@ def test_locate_inverts_evaluate_on_a_canted_rail(name, fraction, angle):
     u = fraction * len(rail.segments) if not vertical else 1.1 + fraction * (len(rail.segments) - 2.2)
     p = rail.evaluate(u)
     t = (p.y - 3.0) * math.cos(angle) + (p.z - 0.5) * math.sin(angle)
-    found = rail.locate(t, angle_rad=angle, origin=(3.0, 0.5))
-    q = rail.evaluate(found)
+    places = rail.locate(t, angle_rad=angle, origin=(3.0, 0.5))
+    q = rail.evaluate(places)
     assert math.hypot(p.y - q.y, p.z - q.z) < 1e-9
 
 
@@ -438,10 +438,10 @@ def test_a_copied_file_is_the_same_profile_until_it_is_changed(tmp_path):
         path.write_text(toml_text(name), "utf-8")
         copy = read_toml(path)
         assert copy.name == "mine"
-        own = load(name)
-        for read in ("kind", "segments", "outline", "source", "certainty", "notes"):
+        original = load(name)
+        for attribute in ("kind", "segments", "outline", "source", "certainty", "notes"):
             # also 300 and 300.0 are two things
-            assert repr(getattr(copy, read)) == repr(getattr(own, read))
+            assert repr(getattr(copy, attribute)) == repr(getattr(original, attribute))
     path.write_text(toml_text("54E1").replace("radii = [300.0,", "radii = [250.0,"), "utf-8")
     changed = resolve_rail(str(path))
     assert changed.curvature(0.0) == pytest.approx(1 / 250)
@@ -552,12 +552,12 @@ def test_a_rail_that_ends_above_the_gauge_names_the_options(tmp_path):
 def test_pieces_are_the_segments(name):
     profile, v = load(name), np.random.default_rng(3).random(400)
     for k, segment in enumerate(profile.segments):
-        exact, found = segment.evaluate(v), profile.evaluate(k + v)
-        assert np.hypot(exact.y - found.y, exact.z - found.z).max() < 5e-13
+        exact, on_profile = segment.evaluate(v), profile.evaluate(k + v)
+        assert np.hypot(exact.y - on_profile.y, exact.z - on_profile.z).max() < 5e-13
         speed = np.hypot(exact.dy, exact.dz)
         # by 1e-15; polynomials through the points themselves in place of the second derivatives lose nine digits
-        assert (np.hypot(exact.dy - found.dy, exact.dz - found.dz) / speed).max() < 5e-15
-        assert np.abs(exact.curvature_per_mm - found.curvature_per_mm).max() < 3e-14
+        assert (np.hypot(exact.dy - on_profile.dy, exact.dz - on_profile.dz) / speed).max() < 5e-15
+        assert np.abs(exact.curvature_per_mm - on_profile.curvature_per_mm).max() < 3e-14
     nodes, weights = np.polynomial.legendre.leggauss(40)
     lengths = []
     for segment in profile.segments:
@@ -574,9 +574,9 @@ def test_places_along_a_noisy_line_are_found_exactly(seed):
     y = np.sort(random.uniform(-35.0, 35.0, number)) + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.7), number)
     z = -(y**2) / 600.0 + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.3), number)
     pieces = Pieces.of([Spline(points=np.column_stack((y, z)))])
-    found = [along for angle in (0.0, 0.05, -0.4, 1.2) if (along := pieces.along(angle)) is not None]
-    assert found
-    for line in (pieces.arc, *found):
+    lines = [along for angle in (0.0, 0.05, -0.4, 1.2) if (along := pieces.along(angle)) is not None]
+    assert lines
+    for line in (pieces.arc, *lines):
         t = random.uniform(line.values[0], line.values[-1], 500)
         t = np.concatenate((t, line.values, line.values[1:] - 1e-12))
         # some rounding of coordinates of 40 mm, and of arcs of some hundred

@@ -71,17 +71,17 @@ def test_what_other_readings_say(solved, shift, answer, p, area, a, b, centre, v
     """At quick, with the default criteria; measured 0.3 in the sizes, 1.2 in the area, 1.3 in the valley at most."""
     result = solved(Case(lateral_shift_mm=shift, roll="given", **FIXED))
     check(result)
-    found = result.comparison.deviation
-    percent = {name: 100.0 * found[name] for name in found}
+    deviation = result.comparison.deviation
+    percent = {name: 100.0 * deviation[name] for name in deviation}
     # it read area and valley less sharply
     assert percent["p_max_MPa"] == pytest.approx(p, abs=0.5)
     assert percent["area_mm2"] == pytest.approx(area, abs=1.3)
     assert percent["a_mm"] == pytest.approx(a, abs=0.5)
     assert percent["b_mm"] == pytest.approx(b, abs=0.5)
-    assert found["centre_over_b"] == pytest.approx(centre, abs=0.01)
+    assert deviation["centre_over_b"] == pytest.approx(centre, abs=0.01)
     assert percent["valley"] == pytest.approx(valley, abs=1.5)
     assert percent["misplaced_load"] == pytest.approx(misplaced, abs=0.5)
-    assert found["separate_load"] == 0.0
+    assert deviation["separate_load"] == 0.0
     assert (result.verdict.answer, result.load.solved.levels[0].status) == (answer, "converged")
     assert len(result.comparison.patch.lobes) == (2 if valley else 1)
     # corrections of the calibrated half-space, to residuals of 1e-7 on the elements' nodes: measured 3
@@ -94,14 +94,14 @@ def test_hertz_fails_between_the_lobes_though_his_peak_is_right(load_N):
     """Half a millimetre from the centre, where both lobes are as high and Hertz's peak is right by chance."""
     result = solve(Case(lateral_shift_mm=-0.5, roll="given", load_N=load_N, **FIXED))
     check(result)
-    found = result.comparison.deviation
+    deviation = result.comparison.deviation
     # measured 2.7, 2.5 and 0.5 %
-    assert abs(found["p_max_MPa"]) < 0.05
+    assert abs(deviation["p_max_MPa"]) < 0.05
     assert result.verdict.answer == "FAILS"
     assert result.verdict.cause == "second lobe"
     assert {"b_mm", "centre_over_b", "valley", "misplaced_load"} <= set(result.verdict.failing)
     # measured 34, 35 and 36 %
-    assert found["valley"] == pytest.approx(0.35, abs=0.03)
+    assert deviation["valley"] == pytest.approx(0.35, abs=0.03)
     # strength alone has nothing against him
     assert result.verdict.each["p_max_MPa"] == "HOLDS"
 
@@ -169,12 +169,12 @@ def test_force_and_approach_of_a_rung_on_a_tilted_pair():
     assert p[-1].max() == p[:, [0, -1]].max() == 0.0
     _, normals = placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
 
-    def carried(direction: np.ndarray) -> float:
+    def force_along(direction: np.ndarray) -> float:
         """Trapezoidal sums of the pressure over both halves, along a direction."""
         return 2.0 * float(np.trapezoid(np.trapezoid(p * (normals @ direction), grid.s_mm, axis=1), grid.x_mm))
 
-    assert carried(vertical) == pytest.approx(case.load_N, rel=1e-8)
-    assert rung.normal_force_N == pytest.approx(carried(normal), rel=1e-12)
+    assert force_along(vertical) == pytest.approx(case.load_N, rel=1e-8)
+    assert rung.normal_force_N == pytest.approx(force_along(normal), rel=1e-12)
     # the normals below the patch hardly turn: nearly the load over the cosine
     assert rung.normal_force_N == pytest.approx(case.load_N / float(normal @ vertical), rel=1e-3)
     assert rung.normal_force_N > 1.0005 * case.load_N
@@ -218,7 +218,7 @@ def test_both_solver_paths_agree(solved):
 
 
 def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch):
-    known = peak_memory_MB()
+    memory_before_MB = peak_memory_MB()
     # as on Windows
     monkeypatch.setitem(sys.modules, "resource", None)
     with pytest.raises(ImportError):
@@ -230,7 +230,7 @@ def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch)
     assert peak_memory_MB() > 50.0
     monkeypatch.undo()
     assert result.effort.peak_memory_MB <= 1.01 * peak_memory_MB()
-    assert known <= peak_memory_MB()
+    assert memory_before_MB <= peak_memory_MB()
 
 
 def test_full_model_without_yaw_is_the_half_model(solved):
@@ -240,11 +240,11 @@ def test_full_model_without_yaw_is_the_half_model(solved):
     check(half)
     check(full)
     np.testing.assert_allclose(full.grid.s_mm, half.grid.s_mm, atol=1e-9)
-    p, middle, own = full.pressure_MPa, full.grid.x_mm.size // 2, half.load.fe
-    np.testing.assert_allclose(full.grid.x_mm[middle:], own.grid.x_mm, atol=1e-9)
+    p, middle, half_rung = full.pressure_MPa, full.grid.x_mm.size // 2, half.load.fe
+    np.testing.assert_allclose(full.grid.x_mm[middle:], half_rung.grid.x_mm, atol=1e-9)
     # so small a yaw leaves the sections as they are: measured 1.6e-5 (on the same meshes 1e-7, see test_mortar)
     np.testing.assert_allclose(p, p[::-1], atol=1e-7 * p.max())
-    np.testing.assert_allclose(p[middle:], own.pressure_MPa, atol=3e-5 * p.max())
+    np.testing.assert_allclose(p[middle:], half_rung.pressure_MPa, atol=3e-5 * p.max())
     assert full.comparison.fe.approach_mm == pytest.approx(half.comparison.fe.approach_mm, rel=1e-7)
 
 
@@ -292,7 +292,7 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
     return one(1.0 if wheel == "right" else -1.0, roll)
 
 
-def on_half_space(case: Case, placement: Placement) -> Measures:
+def solve_on_half_space(case: Case, placement: Placement) -> Measures:
     # of a normal load, from a guess of its own
     true_gap = true_gap_of_case(case, placement)
     assert (true_gap.direction == placement.first.normal).all()
@@ -304,18 +304,18 @@ def on_half_space(case: Case, placement: Placement) -> Measures:
 def test_manchester_on_the_half_space(wheel, shift, yaw, force, peak, approach):
     # the yaw of the file is left out here: it changes the peak by 0.2 % at most
     case = manchester_case(wheel, shift, 0.0, force)
-    found = on_half_space(case, place_case(case))
+    measures = solve_on_half_space(case, place_case(case))
     # the same physics as CONTACT's; both are discrete (its cells are 0.2 mm): measured 0.2 %
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 def test_manchester_on_the_half_space_with_yaw():
     wheel, shift, yaw, force, peak, approach = MANCHESTER[-1]
     case = manchester_case(wheel, shift, yaw, force)
-    found = on_half_space(case, place_case(case))
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    measures = solve_on_half_space(case, place_case(case))
+    assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 @pytest.mark.slow
@@ -342,8 +342,8 @@ def written_as_simpack(folder: Path) -> dict[str, str]:
     files = {}
     for body, name, ending in (("rail", "MBench_UIC60", ".prr"), ("wheel", "MBench_S1002", ".prw")):
         # 1:40 in rad, with z down
-        turned = {"rotate": -0.024994794} if body == "rail" else {}
-        text = simpack(*points_along(load(name), 0.25).T, body, **turned)
+        rotation = {"rotate": -0.024994794} if body == "rail" else {}
+        text = simpack(*points_along(load(name), 0.25).T, body, **rotation)
         path = folder / f"{name}{ending}"
         path.write_text(text, "utf-8")
         files[body] = str(path)
@@ -355,10 +355,10 @@ def test_manchester_from_files_on_the_half_space(tmp_path, row):
     wheel, shift, _, force, peak, approach = MANCHESTER[row]
     exact = manchester_case(wheel, shift, 0.0, force)
     case = replace(exact, **written_as_simpack(tmp_path), inclination_rad=0.0)
-    found, touch = on_half_space(case, place_case(case)), place_case(case).first
+    measures, touch = solve_on_half_space(case, place_case(case)), place_case(case).first
     assert touch.wheel_y_mm == pytest.approx(place_case(exact).first.wheel_y_mm, abs=2e-3)
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 @pytest.mark.slow

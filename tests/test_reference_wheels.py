@@ -130,13 +130,13 @@ def test_equivalent_conicity_is_that_of_the_standard(rail_a, pair):
         **{"rail": rail_a, "wheel": left, "inclination_rad": 0.0, "track": Track(gauge_depth_mm=GAUGE_DEPTH_MM)},
         opposite=Opposite(wheel=right, rolling_radius_mm=radius_mm),
     )
-    found = radius_difference(wheelset_of_case(case), -10.0, 10.0, rolls=False)
+    difference = radius_difference(wheelset_of_case(case), -10.0, 10.0, rolls=False)
     for amplitude, expected in conicities_of(pair).items():
         # the first touch of wheel B jumps at 3.00005 mm, from where the conicity rises as a square root: 0.058 at
         # 3.02 mm here, 0.025 at 3 mm
         at = 3.02 if (pair, amplitude) == ("E2", 3.0) else amplitude
-        allowed = min(0.5 * expected, 0.05) or 0.01
-        assert found.conicity(at) == pytest.approx(expected, rel=0.0, abs=allowed + 5e-4), amplitude
+        tolerance = min(0.5 * expected, 0.05) or 0.01
+        assert difference.conicity(at) == pytest.approx(expected, rel=0.0, abs=tolerance + 5e-4), amplitude
 
 
 def test_wheels_of_unequal_diameters_roll_about_the_shift_of_equal_radii(rail_a):
@@ -145,7 +145,7 @@ def test_wheels_of_unequal_diameters_roll_about_the_shift_of_equal_radii(rail_a)
         **{"rail": rail_a, "wheel": "EN15302_B", "inclination_rad": 0.0, "track": Track(gauge_depth_mm=GAUGE_DEPTH_MM)},
         opposite=Opposite(rolling_radius_mm=459.0),
     )
-    found = geometry(case, [0.0])
-    assert found.unrolled.equal_radii_mm == pytest.approx(-3.0, abs=1e-3)
-    assert found.conicities[0].unrolled == pytest.approx(0.660, abs=0.05)
-    assert [one.amplitude_mm for one in found.conicities] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    wheelset_geometry = geometry(case, [0.0])
+    assert wheelset_geometry.unrolled.equal_radii_mm == pytest.approx(-3.0, abs=1e-3)
+    assert wheelset_geometry.conicities[0].unrolled == pytest.approx(0.660, abs=0.05)
+    assert [conicity.amplitude_mm for conicity in wheelset_geometry.conicities] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]

@@ -24,23 +24,23 @@ def schedule(durations: list[float], workers: int) -> list[tuple[float, float]]:
     return spans
 
 
-def told(durations: list[float], workers: int) -> list[tuple[float, float, float]]:
+def remaining_times(durations: list[float], workers: int) -> list[tuple[float, float, float]]:
     """At the end of each job: what is told to be left, what a mean over all that is done would say, and what is."""
     spans = schedule(durations, workers)
     last = max(end for _, end in spans)
     lines = []
     for now in sorted({end for _, end in spans})[:-1]:
-        done = [end - begin for begin, end in spans if end <= now]
+        finished = [end - begin for begin, end in spans if end <= now]
         ages = [now - begin for begin, end in spans if begin <= now < end]
-        left = seconds_left(done, ages, len(spans) - len(done) - len(ages), workers)
+        left = seconds_left(finished, ages, len(spans) - len(finished) - len(ages), workers)
         assert left is not None
-        lines.append((left, now / len(done) * (len(spans) - len(done)), last - now))
+        lines.append((left, now / len(finished) * (len(spans) - len(finished)), last - now))
     return lines
 
 
 @pytest.mark.parametrize(("jobs", "workers"), [(9, 2), (10, 3), (4, 4), (7, 1), (13, 5)])
 def test_of_equal_jobs_the_time_left_is_exact(jobs, workers):
-    lines = told([12.0] * jobs, workers)
+    lines = remaining_times([12.0] * jobs, workers)
     assert [left for left, _, _ in lines] == pytest.approx([rest for _, _, rest in lines])
 
 
@@ -48,7 +48,7 @@ def test_of_equal_jobs_the_time_left_is_exact(jobs, workers):
 def test_of_jobs_that_are_alike_the_time_left_is_known_to_half_a_job(jobs, workers):
     """A mean over all that is done, which knows nothing of what is under way, is off by more than twice as much."""
     random = np.random.default_rng(1)
-    lines = [line for _ in range(100) for line in told(list(random.lognormal(2.0, 0.2, jobs)), workers)]
+    lines = [line for _ in range(100) for line in remaining_times(list(random.lognormal(2.0, 0.2, jobs)), workers)]
     off = np.mean([[abs(left - rest), abs(before - rest)] for left, before, rest in lines], axis=0)
     assert off[0] < 0.5 * np.exp(2.0)
     assert off[0] < 0.5 * off[1]
@@ -56,7 +56,7 @@ def test_of_jobs_that_are_alike_the_time_left_is_known_to_half_a_job(jobs, worke
 
 def test_the_last_jobs_are_not_told_to_begin_anew():
     # seconds of the nine positions of the first study, the slow ones in the middle
-    lines = told([6.5, 6.6, 6.2, 10.9, 12.6, 8.9, 12.4, 5.1, 5.3], 2)
+    lines = remaining_times([6.5, 6.6, 6.2, 10.9, 12.6, 8.9, 12.4, 5.1, 5.3], 2)
     assert [(round(left), round(rest)) for left, _, rest in lines[-2:]] == [(8, 6), (1, 1)]
 
 
@@ -76,10 +76,10 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
     ]
     heard: list[tuple[int, int, str]] = []
     # one of them was finished before, and is only to be read
-    by = SimpleNamespace(
+    engine = SimpleNamespace(
         reused=["f"], recomputed={}, crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
     )
-    report = _Report(jobs, by, None)
+    report = _Report(jobs, engine, None)
     report.under_way(["a", "b"])
     now[0] += 10.0
     report.done(Done(name="a", seconds=10.0))
@@ -124,28 +124,28 @@ def test_what_a_job_says_is_beside_its_folder_until_it_ends(tmp_path):
 def test_results_are_watched_with_the_time_that_is_left(monkeypatch):
     clock = iter([0.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("fecontact.jobs.remaining.time.monotonic", lambda: next(clock))
-    said = []
-    assert list(watched("abc", 3, lambda *one: said.append(one), "lines")) == ["a", "b", "c"]
-    assert said == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
+    calls = []
+    assert list(watched("abc", 3, lambda *arguments: calls.append(arguments), "lines")) == ["a", "b", "c"]
+    assert calls == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
     # where there is nothing to do there is nothing to say
-    assert list(watched("", 0, lambda *one: said.append(one), "lines")) == []
-    assert len(said) == 3
+    assert list(watched("", 0, lambda *arguments: calls.append(arguments), "lines")) == []
+    assert len(calls) == 3
 
 
 def test_meshes_say_how_long_they_take_by_what_the_finest_ones_took(monkeypatch):
     """A power of the unknowns, as the cost of a case before it is solved; nothing where steel yields."""
     clock = SimpleNamespace(stage="")
     position = SimpleNamespace(clock=clock, case=SimpleNamespace(may_yield=False, refine="auto"))
-    meshes, said = Meshes(position), []
+    meshes, stages = Meshes(position), []
     now = iter([0.0, 8.0, 8.0, 10.0, 10.0, 26.0, 26.0, 42.0])
     monkeypatch.setattr("fecontact.solving.meshes.time.perf_counter", lambda: next(now))
-    monkeypatch.setattr(meshes, "_solved", lambda position, coarser: said.append(clock.stage))
+    monkeypatch.setattr(meshes, "_solved", lambda position, coarser: stages.append(clock.stage))
     level = SimpleNamespace(degrees_of_freedom={"rail": 10_000, "wheel": 20_000})
     for coarser, unknowns in ((1.0, None), (1.5, 15_000.0), (1 / 1.5, 60_000.0)):
         meshes._level(position, coarser, unknowns and meshes._left_s([level], unknowns))
     position.case.refine = "evidence"
     meshes._level(position, 1 / 1.5)
-    assert said == [
+    assert stages == [
         "first meshes",
         f"coarser meshes, for the uncertainty, about {8.0 * 0.5**1.16:.0f} s left",
         f"finer meshes, because the verdict is open, about {8.0 * 2.0**1.16:.0f} s left if these decide it",

@@ -52,8 +52,8 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     rows.append(LOST)
     study_figure(rows, out / "study.png")
     write_tables("two", 3, rows, out / "study")
-    shown = ShownPair(row=rows[1], placement=elliptic_quick.placement)
-    write_study_report("two <shifts>", reported(out, rows), out, shown=shown, conclusion="It is as expected.")
+    pair = ShownPair(row=rows[1], placement=elliptic_quick.placement)
+    write_study_report("two <shifts>", reported(out, rows), out, shown=pair, conclusion="It is as expected.")
     return out
 
 
@@ -74,21 +74,25 @@ def test_the_answer_of_a_study_without_a_conclusion_stands_once(study, tmp_path)
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     shutil.copy(study / "study.svg", tmp_path)
     page = parsed(write_study_report("two", reported(study, rows), tmp_path))
-    head = [text_of(one) for one in page.iter("p")]
+    head = [text_of(paragraph) for paragraph in page.iter("p")]
     assert head[0].startswith("Hertz holds in 1 of 3 cases")
     assert head[1] == "Study two."
 
 
 def test_a_report_says_question_answer_and_reason(study):
     page = parsed(study / "report.html")
-    head = [text_of(one) for one in page.iter("p")]
+    head = [text_of(paragraph) for paragraph in page.iter("p")]
     # the pair, not the name of a file; and the conclusion first
     assert text_of(next(page.iter("h1"))) == "Rail circle:300 and wheel cylinder:460, 100 kN"
     assert head[0] == "It is as expected."
     assert head[1] == "two <shifts>: Hertz holds in 1 of 3 cases, fails in 0, is open in 1, 1 could not be used."
     assert head[2].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
-    assert [text_of(one) for one in page.iter("p") if "to decide it: --resolution standard" in text_of(one)]
-    titles = [text_of(one) for one in page.iter("h2")]
+    assert [
+        text_of(paragraph)
+        for paragraph in page.iter("p")
+        if "to decide it: --resolution standard" in text_of(paragraph)
+    ]
+    titles = [text_of(heading) for heading in page.iter("h2")]
     assert titles == ["Verdicts", "The pair", "Cases", "Meshes and solver", "Terms", "What made it"]
     lines = [[text_of(cell) for cell in line.iter("td")] for line in next(page.iter("table")).iter("tr")][1:]
     assert [line[:3] for line in lines] == [
@@ -98,20 +102,20 @@ def test_a_report_says_question_answer_and_reason(study):
 
 
 def test_the_picture_of_the_pair_says_which_case_it_shows(study):
-    words = [text_of(one) for one in parsed(study / "report.html").iter("figcaption")]
+    words = [text_of(caption) for caption in parsed(study / "report.html").iter("figcaption")]
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    used = [row.get("verdict_limit_used", 0.0) for row in rows]
-    assert used[1] == max(used) > used[0] > 0.0
-    case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({used[1]:.2f} times the limit)"
+    utilisations = [row.get("verdict_limit_used", 0.0) for row in rows]
+    assert utilisations[1] == max(utilisations) > utilisations[0] > 0.0
+    case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({utilisations[1]:.2f} times the limit)"
     # after that of the whole study
     assert words[1] == f"Section through the first touch point {case}."
 
 
 def test_every_measure_that_is_judged_is_defined(study):
     page = parsed(study / "report.html")
-    told = dict(zip(map(text_of, page.iter("dt")), map(text_of, page.iter("dd")), strict=True))
+    definitions = dict(zip(map(text_of, page.iter("dt")), map(text_of, page.iter("dd")), strict=True))
     for words in WORDS.values():
-        meaning = told[f"{words.short}: {words.title}"]
+        meaning = definitions[f"{words.short}: {words.title}"]
         # not its own name once more
         assert len(meaning) > 25
         assert words.title.lower() not in meaning.lower()
@@ -129,10 +133,10 @@ def test_numbers_of_a_report_are_those_of_the_result(study):
     record |= record["theories"]
     (verdicts, measures, *_, solver) = list(page.iter("table"))
     cells = [text_of(cell) for cell in verdicts.iter("td")][:8]
-    off, unsure = ({name: 1e2 * hertz[of][name] for name in hertz[of]} for of in ("deviation", "uncertainty"))
+    off, uncertainty = ({name: 1e2 * hertz[key][name] for name in hertz[key]} for key in ("deviation", "uncertainty"))
     nearest = "p_max_MPa"
-    assert cells[3] == f"peak pressure {off[nearest]:+.2f} % ± {unsure[nearest]:.2f} % (limit ±5 %)"
-    assert cells[5:7] == [f"{of['p_max_MPa']:.0f}" for of in (record["fe"], hertz)]
+    assert cells[3] == f"peak pressure {off[nearest]:+.2f} % ± {uncertainty[nearest]:.2f} % (limit ±5 %)"
+    assert cells[5:7] == [f"{measures_of_method['p_max_MPa']:.0f}" for measures_of_method in (record["fe"], hertz)]
     lines = {text_of(line[0]): [text_of(cell) for cell in line] for line in measures.iter("tr") if line[0].tag == "td"}
     peak = lines["peak pressure (MPa)"]
     assert [float(cell) for cell in peak[1:3]] == pytest.approx(
@@ -140,7 +144,7 @@ def test_numbers_of_a_report_are_those_of_the_result(study):
     )
     assert peak[3:] == [
         f"{off['p_max_MPa']:+.2f} %",
-        f"{unsure['p_max_MPa']:.2f} %",
+        f"{uncertainty['p_max_MPa']:.2f} %",
         "±5 %",
         "HOLDS",
     ]
@@ -166,15 +170,17 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     # the judged pressure that turns is in the one file
     assert (tmp_path / "one" / "report.html").stat().st_size < 5e6
     page = parsed(tmp_path / "one" / "report.html")
-    (decided,) = [text_of(one) for one in page.iter("p") if one.get("class") == "lead holds"]
+    (decided,) = [text_of(paragraph) for paragraph in page.iter("p") if paragraph.get("class") == "lead holds"]
     assert re.fullmatch(
         r"Hertz HOLDS: (peak pressure -|misplaced load )0\.\d\d % ± 0\.\d\d % \(limit (±5|< 10) %\)", decided
     )
-    words = [text_of(one) for one in page.iter("figcaption")]
+    words = [text_of(caption) for caption in page.iter("figcaption")]
     # section, the case itself, and its relief: one point is no line over the shift
     assert len(words) == 3
     assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
-    (relief,) = [json.loads(text_of(one)) for one in page.iter("script") if one.get("type") == "application/json"]
+    (relief,) = [
+        json.loads(text_of(script)) for script in page.iter("script") if script.get("type") == "application/json"
+    ]
     x, y, z, pressure = (np.array(relief[name]) for name in ("x", "y", "z", "p"))
     # the peak that the page says elsewhere lies between nodes
     assert relief["peak_MPa"] == round(elliptic_quick.comparison.fe.p_max_MPa)
@@ -184,10 +190,10 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     carried = np.trapezoid(np.trapezoid(pressure.reshape(x.size, y.size), 300.0 * np.arctan2(y, z + 300.0)), x)
     assert carried == pytest.approx(100e3, rel=2e-3)
     # by a limit that the elements' own error comes near; with forces a stored case is judged in test_load
-    given = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
-    assert call([*given, "--misplaced-load-percent", "0.01"]) == 0
+    command_again = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
+    assert call([*command_again, "--misplaced-load-percent", "0.01"]) == 0
     page = parsed(tmp_path / "again" / "report.html")
-    assert next(text_of(one) for one in page.iter("p")).startswith("Hertz UNRESOLVED: misplaced load")
+    assert next(text_of(paragraph) for paragraph in page.iter("p")).startswith("Hertz UNRESOLVED: misplaced load")
     # the picture is not the one of the old verdict
     assert "(limit < 0.01 %)" in text_of(page)
     assert {path.name for path in (tmp_path / "again").iterdir()} == {
@@ -197,10 +203,10 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
 
 @pytest.mark.slow
 def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
-    found = assert_readable(study / "report.html", tmp_path)
-    assert found["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
-    assert len(found["pictures"]) == 5
-    assert not any(is_open for _, is_open in found["folded"])
+    faults = assert_readable(study / "report.html", tmp_path)
+    assert faults["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
+    assert len(faults["pictures"]) == 5
+    assert not any(is_open for _, is_open in faults["folded"])
 
 
 def test_a_relief_turns_in_a_browser(elliptic_quick, tmp_path):
@@ -218,10 +224,10 @@ def test_a_relief_turns_in_a_browser(elliptic_quick, tmp_path):
       }));
     })));</script></body>"""
     page.write_text(style.page("relief", [picture]).replace("</body>", check), "utf-8")
-    found = shown(page, 800, tmp_path)
-    assert found["console"] == []
-    assert found["requests"] == []
-    assert found["content_width"] == 800
+    faults = shown(page, 800, tmp_path)
+    assert faults["console"] == []
+    assert faults["requests"] == []
+    assert faults["content_width"] == 800
 
 
 def test_the_browser_finds_what_is_wrong(tmp_path):
@@ -234,31 +240,31 @@ def test_the_browser_finds_what_is_wrong(tmp_path):
             "<script>console.error('planted')</script></body>",
         )
     )
-    found = shown(page, 400, tmp_path)
-    assert found["content_width"] > 400
-    assert found["pictures"][0][1] == 0
-    assert found["requests"] == ["http://127.0.0.1:9/no.png"]
-    assert [line for line in found["console"] if "planted" in line]
+    faults = shown(page, 400, tmp_path)
+    assert faults["content_width"] > 400
+    assert faults["pictures"][0][1] == 0
+    assert faults["requests"] == ["http://127.0.0.1:9/no.png"]
+    assert [line for line in faults["console"] if "planted" in line]
 
 
 @pytest.mark.slow
 def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
-    other = tmp_path / "other"
-    shutil.copytree(study, other)
-    document = json.loads((other / "study.json").read_text("utf-8"))
+    other_study = tmp_path / "other"
+    shutil.copytree(study, other_study)
+    document = json.loads((other_study / "study.json").read_text("utf-8"))
     document["rows"][0]["fe_p_max_MPa"] *= 1.03
     del document["sha256"]
-    write_csv(document["rows"], other / "study.csv")
-    write_sealed(other / "study.json", document, [other / "study.csv"])
+    write_csv(document["rows"], other_study / "study.csv")
+    write_sealed(other_study / "study.json", document, [other_study / "study.csv"])
     page = tmp_path / "comparison.html"
-    assert call(["compare", str(study), str(other), "--out", str(tmp_path)]) == 1
-    found = assert_readable(page, tmp_path)
-    texts = [text for text, _, _ in found["cells"]]
+    assert call(["compare", str(study), str(other_study), "--out", str(tmp_path)]) == 1
+    faults = assert_readable(page, tmp_path)
+    texts = [text for text, _, _ in faults["cells"]]
     # what differs is seen, by a name that can be read; all that is equal is folded away
     assert texts[:3] == ["fe_p_max_MPa", "1/3", "-1 mm, 100 kN"]
     assert len(texts) == 8 + 7
-    assert len(found["folded"]) == 4
-    assert not any(is_open for _, is_open in found["folded"])
+    assert len(faults["folded"]) == 4
+    assert not any(is_open for _, is_open in faults["folded"])
 
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
@@ -266,7 +272,7 @@ def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     monkeypatch.setattr("fecontact.outputs.study_report.MOST_PICTURES", 1)
     monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
     page = parsed(write_study_report("few", reported(study, rows), study))
-    assert [text_of(one) for one in page.iter("h3")] == [
+    assert [text_of(heading) for heading in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
     ]
     assert "1 of 3 cases, those that use most of a limit; all are in cases/ID/case.png." in text_of(page)
