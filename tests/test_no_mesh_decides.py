@@ -1,4 +1,7 @@
-"""Meshes are refined only where finer ones may decide: what none takes away is counted first."""
+"""Refinement only if finer meshes may decide the verdict.
+
+Errors that no mesh removes are counted first.
+"""
 
 from dataclasses import replace
 
@@ -15,7 +18,10 @@ from fecontact.solving.meshes import is_open
 
 
 def solved_with_limit(result, share):
-    """The elliptic test with a limit of the area this part of what no mesh takes away beside its deviation."""
+    """Solve the elliptic test with a limit of the area near its deviation.
+
+    The distance of the limit from the deviation is `share` times the errors that no mesh removes.
+    """
     off = result.load.judgements["hertz"].deviation["area_mm2"]
     left = (FLOORS["area_mm2"] + CUT_PLANES["area_mm2"] + IN_COMMON["area_mm2"]) * (1.0 + off)
     criteria = Criteria(area=abs(off) + share * left, judged_by=("area",))
@@ -33,7 +39,7 @@ def test_a_limit_nearer_than_what_no_mesh_takes_away_is_decided_by_none(elliptic
 def test_what_meshes_know_badly_may_be_decided_by_finer_ones(elliptic_quick):
     solved_load, placement = solved_with_limit(elliptic_quick, 0.5), elliptic_quick.placement
     fine, coarse = solved_load.levels
-    # the coarser meshes have another area by 3 %
+    # the area on the coarser meshes is 3 % larger
     wide = replace(coarse.fe, grid=replace(coarse.fe.grid, x_mm=1.03 * coarse.fe.grid.x_mm))
     levels = (fine, replace(coarse, fe=wide))
     assert not no_mesh_decides(solved_load.case, levels, placement, None)
@@ -45,7 +51,7 @@ def test_a_verdict_that_no_mesh_decides_says_so_and_names_no_resolution(elliptic
     load = judge_load(solved_load, elliptic_quick.placement)
     record = result_record(replace(elliptic_quick, load=load))
     remedy = what_would_decide(record)
-    # half of what reading and cut planes leave, 0.2 and 0.19 %
+    # half of the errors of reading (0.2 %) and of cut planes (0.19 %)
     assert remedy.startswith("no finer mesh decides it: it is 0.19 % beside its limit")
     assert "leave 0.39 % open" in remedy
     load = judge_load(solved_with_limit(elliptic_quick, 1.03), elliptic_quick.placement)

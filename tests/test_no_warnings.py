@@ -1,4 +1,4 @@
-"""Commands without a mesh over the library, with each warning of the arithmetic as an error."""
+"""Commands without a mesh on pairs of the library: each arithmetic warning is an error."""
 
 import contextlib
 import math
@@ -18,7 +18,7 @@ from fecontact.solving.alone import table_lines
 from fecontact.solving.placing import place_case
 from fecontact.solving.wheelset_geometry import geometry
 
-# the dearest ones
+# probability of the most expensive calls
 RARELY = {"half_space": 0.25, "place": 0.25, "geometry": 0.1}
 
 
@@ -63,7 +63,7 @@ def evaluate_all(case: Case, draw: random.Random) -> int:
 def test_no_pair_of_the_library_warns(seed, count):
     draw = random.Random(seed)
     answers = [evaluate_all(case, draw) for case in draw_cases(seed, count)]
-    # most are placed
+    # most pairs can be placed
     assert sum(count_of_case > 0 for count_of_case in answers) > 0.5 * count
 
 
@@ -73,7 +73,7 @@ def test_a_half_space_below_a_flange_that_runs_along_a_direction_does_not_warn()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         measures = fecontact.theory(case, "half_space")
-    # far below all directions that the patch needs: the strips have the same peak
+    # the flange is far below all directions that the patch needs: the strip method has the same peak
     assert measures["p_max_MPa"] == pytest.approx(fecontact.theory(case, "strip")["p_max_MPa"], rel=0.02)
 
 

@@ -1,4 +1,7 @@
-"""Pressure nodes in bands of their own widths, for patches far apart: half-space, readings, places between them."""
+"""Pressure nodes in bands of different widths, for patches far apart.
+
+Tests of the half-space, of the readings and of the places between bands.
+"""
 
 from dataclasses import replace
 
@@ -28,7 +31,7 @@ def along(half):
 
 
 def test_cells_between_bands_grow_by_two_fifths_from_both_and_none_is_left_out():
-    # by hand, the smaller of both next cells first
+    # computed by hand: the smaller of the two next cells is added first
     expected = np.cumsum([0.0, 1.4, 1.4**2, 1.4**3, 1.4**4])
     assert _growing(0.0, 20.0, 1.0, 2.0) == pytest.approx([*expected, 20.0 - 2.8, 20.0])
     for length, first, last in ((300.0, 1.0, 1.1), (57.0, 0.3, 4.0), (3.0, 1.0, 2.0)):
@@ -36,7 +39,7 @@ def test_cells_between_bands_grow_by_two_fifths_from_both_and_none_is_left_out()
         assert ends - 5.0 == pytest.approx(length - mirrored[::-1])
         widths = np.array([first, *np.diff(ends), last])
         steps = widths[1:] / widths[:-1]
-        # all but the one in the middle, which has what is left
+        # all cells except the middle cell, which fills the remaining width
         middle = int(np.argmax(widths))
         assert steps[: middle - 1] == pytest.approx(1.4)
         assert steps[middle + 1 :] == pytest.approx(1.0 / 1.4)
@@ -44,7 +47,7 @@ def test_cells_between_bands_grow_by_two_fifths_from_both_and_none_is_left_out()
 
 
 def columns(between):
-    """Of three bands on one line of equal steps, narrow, wide and narrow."""
+    """Columns of three bands (narrow, wide, narrow) on a line of equal steps."""
     first, second = 30, 120
     return np.concatenate(
         [
@@ -91,7 +94,7 @@ def test_too_few_places_between_bands_are_seen(monkeypatch):
 
 
 def three_bands(half=False):
-    """Three bands of steps 1, 3 and 2 times the least one."""
+    """Three bands with steps of 1, 3 and 2 times the smallest step."""
     x = along(half)
     lines = [STEP_MM * k * np.arange(n) + s for k, n, s in ((1, 30, -3.0), (3, 60, 0.0), (2, 30, 12.0))]
     return in_bands(x, lines, half=half)
@@ -104,7 +107,7 @@ def test_bands_of_unequal_steps_are_symmetric_and_positive(has_turned_normals):
     area = grid.whole_area_mm2()
     for _ in range(3):
         p, q = rng.normal(size=(2, *grid.shape))
-        # where nodes have their whole cells
+        # only where nodes have complete cells
         p[[0, -1]] = q[[0, -1]] = 0.0
         p, q = p.ravel(), q.ravel()
         assert inner(area * p, compliance(q)) == pytest.approx(inner(area * q, compliance(p)), rel=1e-9, abs=1e-9)
@@ -134,14 +137,17 @@ def test_bands_that_come_together_are_one_grid():
 
 @pytest.mark.parametrize(("apart", "bands"), [(3.9, 1), (4.1, 2)])
 def test_bands_lie_four_of_both_their_steps_apart(apart, bands):
-    # nearer ones leave no room for cells that grow on both sides, by 1.4 a cell
+    # closer bands leave no room for cells that grow on both sides, by a factor of 1.4 per cell
     first = 0.1 * np.arange(20)
     grid = in_bands(along(True), [first, first[-1] + 0.3 * apart + 0.2 * np.arange(20)], half=True)
     assert (1 if grid.widths_mm is None else 2) == bands
 
 
 def ellipsoids(grid, patches):
-    """Pressure (nx, ns) of patches (middle, a, b, peak), in the mean over the nodes' cells."""
+    """Pressure (nx, ns) of ellipsoidal patches, averaged over the cells of the nodes.
+
+    Each patch is (middle, a, b, peak).
+    """
     x, pressure = grid.x_mm[:, None], np.zeros(grid.shape)
     for middle, a, b, peak in patches:
         places = (np.arange(9) - 4.0) / 9.0
@@ -175,7 +181,7 @@ def test_patches_on_bands_are_measured_as_they_are(half):
 
 
 def test_a_contact_on_bands_is_a_theory_of_itself():
-    """Pressures of cells, forces, and what is beside a theory whose patch lies where no nodes are."""
+    """Pressures of cells, forces, and a theory with a patch between the nodes."""
     grid = three_bands()
     rung = rung_with(grid, ellipsoids(grid, PATCHES))
     theory = of_rung(rung)
@@ -183,7 +189,7 @@ def test_a_contact_on_bands_is_a_theory_of_itself():
     pressure, again, weights = theory.beside(rung)
     np.testing.assert_allclose(again, pressure, atol=1e-9)
     assert (pressure * weights).sum() * np.diff(grid.x_mm)[0] * STEP_MM == pytest.approx(rung.normal_force_N, rel=1e-9)
-    # in the strip from 8.925 to 11.95 mm
+    # this patch is in the strip from 8.925 to 11.95 mm, which has no nodes
     hertz = hertz_from_hessian(np.diag([0.01, 0.05]), normal_force_N=3e3, contact_modulus_MPa=MODULUS_MPa)
     elsewhere = replace(theory, patches=(ellipse(hertz, (0.0, 10.4)),))
     _, between, weights = elsewhere.beside(rung)
@@ -218,13 +224,13 @@ def test_outputs_have_equal_steps_with_the_same_force():
     assert float(even.grid.whole_area_mm2() @ even.pressure_MPa.ravel()) == pytest.approx(rung.normal_force_N, rel=1e-9)
     nodes = np.rint((grid.s_mm - grid.s_mm[0]) / STEP_MM).astype(int)
     np.testing.assert_allclose(even.pressure_MPa[:, nodes], rung.pressure_MPa, rtol=1e-9, atol=1e-7)
-    # strips between bands count for nothing
-    # (measured 0.005 beside 0.002 on nodes of equal steps; with a strip's cell counted to a band it is 0.1 and more)
+    # strips between bands carry no pressure
+    # (measured 0.005, compared with 0.002 on equal steps; at least 0.1 if the cell of a strip belongs to a band)
     assert misfit(even, rung) < 8e-3
 
 
 def two_bodies(grid, narrower=1.0):
-    """Contact of two bumps far apart, the second one narrow."""
+    """Contact of two bumps far apart; the second bump is narrow."""
     x, s = grid.x_mm[:, None], grid.s_mm[None, :]
     wide, narrow = s**2 / 600.0, 0.004 + narrower**2 * (s - 12.0) ** 2 / 40.0
     gap_mm = (x**2 / 900.0 + np.minimum(wide, narrow)).ravel()
@@ -238,7 +244,7 @@ def solve_two_bodies(problem):
 
 
 def test_the_contact_on_bands_is_the_one_on_a_grid():
-    """With the same nodes, to the solver's tolerance."""
+    """Equal nodes give equal pressures, to the solver's tolerance."""
     full_grid = ContactGrid(x_mm=0.12 * np.arange(45), s_mm=0.08 * np.arange(-60, 176), half=True)
     columns_of_bands = np.r_[0:121, 195:226]
     bands = replace(full_grid, s_mm=full_grid.s_mm[columns_of_bands], widths_mm=np.full(columns_of_bands.size, 0.08))
@@ -252,7 +258,10 @@ def test_the_contact_on_bands_is_the_one_on_a_grid():
 
 
 def test_a_narrow_patch_on_nodes_of_its_own_costs_no_iterations():
-    """22 as on nodes that are all alike, and 117 without the nodes' stiffness; the pressure is the same."""
+    """Iterations: 22 as on equal nodes, and 117 without the stiffness of the nodes.
+
+    The pressure is the same.
+    """
     lines = [0.08 * np.arange(-60, 61), 12.0 + 0.01 * np.arange(-16, 17)]
     problem = two_bodies(in_bands(0.12 * np.arange(45), lines, half=True), narrower=8.0)
     solution, plain = solve_two_bodies(problem), solve_two_bodies(replace(problem, stiffness=None))
@@ -266,20 +275,23 @@ FAR_APART = Case(lateral_shift_mm=5.0, load_N=50e3)
 
 
 def test_patches_far_apart_are_solved_in_bands_as_on_one_grid(monkeypatch):
-    """Gauge corner and head of S1002 on 60E1: a third of the nodes, all measures within what reading leaves open."""
+    """Gauge corner and head of S1002 on 60E1: a third of the nodes suffices.
+
+    All measures agree within the error of reading.
+    """
     _, bands = expect_on_half_space(FAR_APART)
     monkeypatch.setattr(expected_patch, "_ONE_BAND", np.inf)
     _, single_grid = expect_on_half_space(FAR_APART)
     assert (len(bands.half_space.grid.bands), len(single_grid.half_space.grid.bands)) == (2, 1)
     assert bands.half_space.grid.s_mm.size < 0.4 * single_grid.half_space.grid.s_mm.size
     measures, measures_on_grid = (measures_of(expected.half_space).as_dict() for expected in (bands, single_grid))
-    # read off other nodes: the area by 5.6e-4, of 2.5e-3 that reading it leaves open
+    # other nodes change the area by 5.6e-4; the error of reading the area is 2.5e-3
     for name, limit in {"p_max_MPa": 6e-5, "area_mm2": 1e-3, "a_mm": 1e-4, "b_mm": 1e-5, "extent_x_mm": 3e-3}.items():
         assert measures[name] == pytest.approx(measures_on_grid[name], rel=limit)
 
 
 def test_a_narrow_patch_far_away_has_all_of_its_nodes(monkeypatch):
-    """One grid over both would be too large, and have fewer of them."""
+    """A single grid over both patches would be too large, and its nodes too few."""
     step = expect_on_half_space(FAR_APART)[1].half_space.grid.steps_mm[1]
     monkeypatch.setattr(expected_patch, "MOST_NODES", 10_000)
     assert expect_on_half_space(FAR_APART)[1].half_space.grid.steps_mm[1] == pytest.approx(step)
@@ -292,7 +304,7 @@ def test_a_contact_between_bands_is_seen():
     _, expected = expect_on_half_space(FAR_APART)
     gap, rung = expected.true_gap, expected.half_space
     assert not gap.overlaps_between(rung)
-    # an approach that no pressure between them bears
+    # with this approach, the bodies overlap between the bands, where no pressure acts
     assert gap.overlaps_between(replace(rung, approach_mm=3.0 * rung.approach_mm))
 
 
@@ -304,7 +316,7 @@ def test_bands_follow_what_elements_carry_beside_them():
     pressure[6:11, (coarse.s_mm > 12.4) & (coarse.s_mm < 16.1)] = 1.0
     over = grid_over(grid, rung_with(coarse, pressure))
     ends = [(band.s_mm[0], band.s_mm[-1]) for band in over.bands]
-    # no further than its own width, two elements beyond the contact, and on the places of its own nodes
+    # a band extends by at most its width, ends two elements beyond the contact, and continues the places of its nodes
     np.testing.assert_allclose(ends, [(-3.5, -1.05), (0.0, 8.85), (11.5, 17.0)], atol=0.11)
     for band, before in zip(over.bands, grid.bands, strict=True):
         assert band.steps_mm[1] == pytest.approx(before.steps_mm[1])

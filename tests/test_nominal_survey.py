@@ -26,7 +26,7 @@ def measured(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
     return points[points[:, 1] > points[:, 1].max() - CUT_MM] if cut else points
 
 
-# the five of 17 that a filter by the middles of both heads missed oftenest, and the benchmark's own rail
+# the 5 of 17 rails that a filter by the middles of both heads missed most often, and the rail of the benchmark
 @pytest.mark.parametrize(("cant", "cut"), [(CANTS[1], True), (CANTS[2], False)])
 @pytest.mark.parametrize("name", ["60E1", "60E2", "A65", "54E4", "56E1", "MBench_UIC60"])
 def test_the_nominal_of_a_canted_rail_is_found(name, cant, cut):
@@ -42,8 +42,8 @@ def test_every_rail_of_the_library_is_smoothed_towards_itself(name, cant, cut):
     assert nearest(points, "rail")[0].name == name
     line = profile_from_points(*points.T, kind="rail", name="p", reading=PLAIN)
     assert line.measured.nominal == name
-    # turned as it stands, to what noise of 0.005 mm over a head of 70 mm leaves
+    # its rotation, within the error that noise of 0.005 mm leaves on a head of 70 mm
     assert line.measured.held.registration.turn_rad == pytest.approx(-math.atan(cant), abs=1e-4)
-    # that is outwards, and its mirror image is as in the track
+    # the cant is outwards, and the mirror image is canted as in the track
     mirrored = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=PLAIN)
     assert [any("--rail-mirror yes" in note for note in rail.notes) for rail in (line, mirrored)] == [cant > 0.0, False]

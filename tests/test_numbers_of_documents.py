@@ -1,4 +1,4 @@
-"""Numbers in sentences of the README and the guide are those of data that are stored in the repository."""
+"""Comparison of numbers in the README and the guide with data of the repository."""
 
 import csv
 from itertools import groupby
@@ -35,11 +35,14 @@ class Map:
         self.cells = [row for row in rows if row["status"] != "tried for the limit"]
 
     def shifts_with_verdict(self, verdict: str) -> list[float]:
-        """Shifts with one verdict at all loads."""
+        """Shifts with this verdict at all loads."""
         return [shift for shift, rows in self.by_shift.items() if {row["verdict"] for row in rows} == {verdict}]
 
     def limits_kN(self) -> dict[float, float]:
-        """The load up to which Hertz holds, at each shift that has one."""
+        """Largest load (kN) at which Hertz holds, by shift.
+
+        Shifts without such a load are left out.
+        """
         limits = {}
         for shift, rows in self.by_shift.items():
             verdicts = [row["verdict"] for row in rows]

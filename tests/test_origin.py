@@ -1,4 +1,4 @@
-"""No verdict on doubtful geometry: origins of own profiles that are refused, in every format, and what settles them."""
+"""Refusals of profile files with a doubtful origin, in every format, and their remedies."""
 
 import json
 import math
@@ -74,7 +74,7 @@ def test_a_wheel_counted_from_the_back_of_its_flange_is_refused_until_its_tape_c
         resolve_wheel(path)
     settled = resolve_wheel(path, Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
     y = np.linspace(-30.0, 40.0, 29)
-    # chords of 0.3 mm in TOML, digits of 1e-6 mm elsewhere
+    # TOML: error of chords of 0.3 mm; other formats: digits of 1e-6 mm
     assert settled.height(y) == pytest.approx(load("S1002").height(y), abs=1e-3 if ending == ".toml" else 2e-5)
 
 
@@ -115,13 +115,13 @@ def test_a_height_at_the_tape_circle_is_refused_until_it_is_settled(tmp_path, en
     for reading, height in ((2.0, 0.0), (0.0, 2.0)):
         settled = resolve_wheel(path, Reading(tape_circle_z_mm=reading, filter_mm=0.0)).profile
         assert settled.height(0.0) == pytest.approx(height, abs=1e-4)
-    # what instruments leave is a note
+    # small offsets of instruments give only a note
     little = resolve_wheel(wheel_file(tmp_path, ending, 0.0, -0.3), Reading(filter_mm=0.0)).profile
     assert any("at z = -0.3 mm, not 0" in note for note in little.notes)
 
 
 def canted_rail(folder, ending, *, mirrored, one_in=20.0):
-    """A 60E1 that is canted to the track centre in its file, or its mirror image."""
+    """Write a 60E1 that is canted to the track centre, or its mirror image."""
     y, z = points_of("60E1").T
     c, s = np.cos(np.arctan(1.0 / one_in)), np.sin(np.arctan(1.0 / one_in))
     y, z = y * c - z * s, y * s + z * c
@@ -168,7 +168,7 @@ def test_the_given_place_of_a_crown_is_that_of_the_crown_and_not_of_the_origin(t
         track = Track(rail_crown_y_mm=750.0)
         from_file, library = (place_rail(profile, inclination, track) for profile in (displaced, load("60E1")))
         across = np.linspace(725.0, 775.0, 26)
-        # the crown is found to 0.02 mm
+        # the position of the crown is accurate to 0.02 mm
         assert from_file.height_at_y(across) == pytest.approx(library.height_at_y(across), abs=0.02)
 
 
@@ -225,7 +225,7 @@ def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
     assert place_case(Case(rail=str(tmp_path / "rail.csv"))).first.rail_y_mm == pytest.approx(
         place_case(Case()).first.rail_y_mm, abs=0.01
     )
-    # on the tread a gap is refused still
+    # a gap on the tread is refused
     y, z = points_of("S1002", 0.5).T
     is_measured = (y < 10.0) | (y > 17.0)
     save_csv(tmp_path / "wheel.csv", y[is_measured], z[is_measured])
@@ -234,7 +234,10 @@ def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
 
 
 def test_an_ellipse_that_does_not_fit_on_its_bodies_is_noted(tmp_path, capsys):
-    """A groove of R 81 that is 40 mm wide on a head of R 80: under 100 kN b is 22.6 mm."""
+    """A groove of R 81 and 40 mm width on a head of R 80.
+
+    Under 100 kN, b is 22.6 mm.
+    """
     reach = math.asin(20.0 / 81.0)
     ends = [f"[{side * 20.0}, {81.0 * math.cos(reach) - 81.0!r}]" for side in (-1.0, 1.0)]
     (tmp_path / "groove.toml").write_text(

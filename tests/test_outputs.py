@@ -1,4 +1,4 @@
-"""What is written, read back by other readers: pyvista, meshio, csv, json."""
+"""Written files, read back by independent readers: pyvista, meshio, csv, json."""
 
 import csv
 import io
@@ -212,7 +212,7 @@ def test_a_case_survives_json(case):
 
 
 def test_these_cases_differ_from_the_defaults_in_every_field():
-    # a library is none any more once rail and wheel are found in it
+    # `library` is resolved to None when rail and wheel are found in it
     names_of_fields = [field.name for field in fields(Case) if field.name != "library"]
     assert all(any(getattr(CASES[0], name) != getattr(case, name) for case in CASES) for name in names_of_fields)
 
@@ -234,19 +234,19 @@ def test_a_wrong_case_record_is_refused(change):
 
 
 def test_a_result_record_is_plain_and_has_the_inputs(record, elliptic_quick):
-    # a quarter of an element more than `quick` says, and a mesh that is 1.5 times as coarse
+    # a quarter of an element more than the size of `quick`, and a mesh that is 1.5 times coarser
     assert record["solver"]["elements_a_semi_axis"] == pytest.approx([4.25, 4.25 / 1.5])
     assert record["solver"]["elements_a_semi_axis_of_narrowest_lobe"] == record["solver"]["elements_a_semi_axis"]
-    # a single ellipse carries the load: several are no theory of their own
+    # a single ellipse carries the load: theories with several ellipses do not apply
     assert list(record["theories"]) == [name for name in THEORIES if name not in ("hertz_gauge", "multi_hertz")]
-    # no mesh tells how uncertain the approach is
+    # the uncertainty of the approach cannot be found with meshes
     measures = [name for name in (*MEASURES, *MISFITS) if name != "approach_mm"]
     assert list(record["theories"]["hertz"]["uncertainty"]) == measures
-    # json_text refuses anything that is not plain; what is no number (no junction on this head) is null
+    # json_text refuses values that are not plain; infinity (no junction on this head) becomes null
     plain = json.loads(json_text(record), parse_constant=pytest.fail)
     assert plain["geometry"].pop("junction_distance_mm") is None
     assert plain["fe"] == record["fe"]
-    # beside its inputs the roll as it stands
+    # besides the inputs, the record has the actual roll
     inputs = dict(record["case"])
     assert inputs.pop("roll_mrad") == 0.0
     assert case_from_record(inputs) == elliptic_quick.case
@@ -305,7 +305,7 @@ def test_a_row_comes_back_with_what_json_does_not_have(elliptic_row, tmp_path):
     assert math.isnan(stored.pop("fe_a_mm"))
     assert stored == {key: value for key, value in row.items() if key != "fe_a_mm"}
     assert list(stored) == [key for key in row if key != "fe_a_mm"]
-    # plain JSON, for readers that know no NaN
+    # plain JSON, for readers that do not accept NaN
     text = (tmp_path / "row.json").read_text("utf-8")
     assert json.loads(text, parse_constant=pytest.fail)["versions"]["numpy"] == np.__version__
     write_text(tmp_path / "row.json", text.replace(ROW_SCHEMA, "fecontact/row/0"))
@@ -351,7 +351,10 @@ def test_a_row_is_flat_and_in_the_units_of_its_keys(record, elliptic_row):
 
 
 def test_hertz_alone_names_every_touch_point_of_a_position():
-    """60E1 and S1002 at 0 mm touch at 0.2 mm, and 8.5 um higher beyond the R80 junction."""
+    """60E1 and S1002 at 0 mm: contact points on both sides of the R80 junction.
+
+    They touch at 0.2 mm; the second place, beyond the junction, is 8.5 um higher.
+    """
     record = hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))
     assert json.loads(json_text(record))["schema"] == "fecontact/hertz/2"
     assert [e["touch_point"] for e in record["ellipses"]] == [0, 1]
@@ -401,19 +404,19 @@ def test_field_data_are_few_and_on_the_pressure_alone(vtk_folder, elliptic_quick
     assert set(field_data.keys()) == {*numbers, "version", "annotation"}
     assert {name: float(field_data[name][0]) for name in numbers} == pytest.approx(numbers)
     annotation = next(iter(field_data["annotation"]))
-    # a view beside ParaView's panels has room for so many letters in a window of 1000 pixels
+    # largest number of letters that fit beside ParaView's panels in a window of 1000 pixels
     assert max(map(len, annotation.splitlines())) <= 40
     said = " ".join(annotation.split())
     assert said.startswith(
         "rail circle:300, wheel cylinder:460; shift +0.00 mm; vertical load 100 kN Hertz HOLDS: near"
     )
     assert " +- 0." in said
-    # meshio ends the process on a text, so this line is the test
+    # meshio ends the process if it reads a text, so reading is the test
     assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
 
 
 def test_paraview_shows_the_judged_contact(vtk_folder, elliptic_quick):
-    """The block `pressure` has the nodes and the peak of the verdict, `elements` those of the displacements."""
+    """Blocks: `pressure` on the nodes of the verdict, `elements` on the nodes of the displacements."""
     level = elliptic_quick.load.level
     for name, rung in (("pressure", level.fe), ("elements", level.nodal)):
         nx, ns = rung.grid.shape
@@ -425,7 +428,10 @@ def test_paraview_shows_the_judged_contact(vtk_folder, elliptic_quick):
 
 
 def test_components_have_names_and_are_those_of_a_known_stress(elliptic_quick, tmp_path):
-    """A uniform strain with six different components, by Hooke's law: in the file each is where its name says."""
+    """Stress of a uniform strain with six different components, by Hooke's law.
+
+    In the file, each component is under its name.
+    """
     bodies = elliptic_quick.bodies
     body = bodies.coupled.rail
     strain = 1e-4 * np.array([[1.0, 0.7, 0.3], [0.7, -2.0, 0.5], [0.3, 0.5, 4.0]])
@@ -458,7 +464,7 @@ def test_the_contact_lies_above_the_rail_by_a_hair_and_the_line_on_its_relief(vt
     np.testing.assert_allclose(height_mm(placement, surface.points), 1e-3, atol=1e-7)
     line = pyvista.read(vtk_folder / "hertz_ellipse.vtp")
     assert (line.n_cells, line.n_points) == (180, 181)
-    # x and s of the line are those of the ellipse
+    # the line follows the ellipse in x and s
     hertz, (x, s) = elliptic_quick.hertz, placement.project(np.asarray(line.points, dtype=float)).T
     np.testing.assert_allclose((x / hertz.a_mm) ** 2 + (s / hertz.b_mm) ** 2, 1.0, rtol=1e-6)
     # a ray from above meets the line before the relief
@@ -490,7 +496,7 @@ def surface_on_elements(result):
 
 
 def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(elliptic_quick):
-    """It would be cut off otherwise: its integral is the force."""
+    """An ellipse that is not cut off: its integral is the force."""
     large = changed_hertz(
         elliptic_quick, b_mm=3.0 * elliptic_quick.hertz.b_mm, p0_MPa=elliptic_quick.hertz.p0_MPa / 3.0
     )
@@ -499,7 +505,7 @@ def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(ellip
     assert surface.n_points > solved_surface.n_points
     point_data = surface.point_data
     cell = np.prod(elliptic_quick.load.level.nodal.grid.steps_mm)
-    # 0.5 %: cells are flat projections of a surface that turns by 3 degrees at the end of this ellipse
+    # 0.5 %: the cells are flat, and the surface turns by 3 degrees up to the end of this ellipse
     assert cell * point_data["hertz_pressure_MPa"].sum() == pytest.approx(elliptic_quick.normal_force_N, rel=5e-3)
     is_outside = np.isnan(point_data["gap_mm"])
     assert is_outside.sum() == surface.n_points - solved_surface.n_points
@@ -536,7 +542,7 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
     point_data = surface.point_data
     x, s = elliptic_quick.placement.project(np.asarray(surface.points)).T
     at_nodes = elliptic_quick.hertz.pressure_MPa(x, s)
-    # away from the edge the mean over a cell differs by (h/a)^2 and more, h/a being 1/4.25 here
+    # away from the edge, the mean over a cell differs by at least (h/a)^2, where h/a is 1/4.25
     inside = at_nodes > 0.6 * at_nodes.max()
     assert inside.sum() > 30
     np.testing.assert_allclose(point_data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.055)
@@ -566,7 +572,7 @@ def test_a_half_body_is_mirrored_whole(vtk_folder, elliptic_quick, name):
     full_mesh = replace(mesh, points=np.asarray(body.points), hexes=body.cells.reshape(-1, 9)[:, 1:])
     assert mesh_volume(full_mesh) == pytest.approx(2.0 * mesh.volume_mm3, rel=1e-9)
     assert float(body.compute_cell_sizes().cell_data["Volume"].min()) > 0.0
-    # one shell: the halves share the nodes of the plane of symmetry
+    # a single shell: both halves share the nodes of the plane of symmetry
     assert body.extract_surface(algorithm="dataset_surface").n_open_edges == 0
     assert body.connectivity().cell_data["RegionId"].max() == 0
 
@@ -584,12 +590,12 @@ def test_the_whole_body_has_the_stress_of_its_own_displacement(vtk_folder, ellip
 
 
 def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
-    """The gap after the warp, from the written displacements alone, is nothing against the approach in the contact.
+    """Gap of the warped bodies, from the written displacements alone: small compared with the approach.
 
-    1 %: it is taken at nodes and between straight facets, the solver's in the mean around each node.
+    Limit 1 %: this gap is at nodes and between straight facets, the gap of the solver is a mean around each node.
     """
     result = elliptic_quick
-    # the displacements are those of the elements, and so are the nodes and the approach
+    # displacements, nodes and approach all belong to the elements
     nodal = result.load.level.nodal
     rail, wheel = (pyvista.read(vtk_folder / f"{name}.vtu") for name in ("rail", "wheel"))
     u_rail = rail.point_data["displacement_mm"][mesh_of(result, "rail").contact_nodes]
@@ -603,7 +609,7 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
     core = nodal.pressure_MPa > 0.3 * nodal.pressure_MPa.max()
     assert float(np.abs(gap[core]).max()) < 0.01 * nodal.approach_mm
     assert float(gap.min()) > -0.01 * nodal.approach_mm
-    # held below, driven above: the ends of the warp are rigid
+    # fixed below and driven above: the ends of the warped bodies are rigid
     fixed = rail.point_data["displacement_mm"][np.unique(mesh_of(result, "rail").surfaces["fixed"])]
     assert float(np.abs(fixed).max()) == 0
     driven = wheel.point_data["displacement_mm"][np.unique(mesh_of(result, "wheel").surfaces["driven"])]
@@ -650,7 +656,7 @@ def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tm
     assert [dataset.path for dataset in reader.datasets] == ["cases/a b/case.vtm", "cases/c&d/case.vtm"]
     reader.set_active_time_value(1.5)
     assert reader.read()[0].keys() == ["rail", "wheel", "pressure", "elements", "hertz_ellipse"]
-    # moved as a whole, it still opens
+    # after the whole folder is moved, the collection still opens
     folder_moved = tmp_path.rename(tmp_path.with_name("moved"))
     assert pyvista.get_reader(folder_moved / "study.pvd").read()[0]["rail"].n_cells > 0
 
@@ -670,7 +676,7 @@ def test_a_disk_that_refuses_a_file_is_an_error_with_its_name(elliptic_quick, tm
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
     try:
-        # written by VTK itself this ends the process
+        # VTK itself ends the process when it writes this
         with pytest.raises(OSError, match=r"rail\.vtu"):
             write_case_vtk(elliptic_quick, tmp_path)
     finally:
@@ -700,7 +706,7 @@ def test_msh_keeps_the_volume_and_every_surface_as_physical_groups(body_mesh, tm
     assert volume_of(file_mesh, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
     for name, quads in body_mesh.surfaces.items():
         blocks = [file_mesh.cells[i].data[c] for i, c in enumerate(file_mesh.cell_sets[name]) if len(c)]
-        # the reader puts the nodes in the order of their entities: compare places, not numbers
+        # the reader sorts the nodes by entity: compare places, not node numbers
         assert len(blocks) == 1
         np.testing.assert_allclose(file_mesh.points[blocks[0]], body_mesh.points[quads], atol=1e-12)
 
@@ -781,7 +787,7 @@ def table_text(rows: list[dict], width: int) -> list[str]:
 
 
 def wide_rows(record: dict, elliptic_row: dict) -> list[dict]:
-    """Rows whose cells are as long as they get, and one of each kind that must not be used."""
+    """Rows with the longest possible cells, and a row of each unusable kind."""
     wide = {
         "lateral_shift_mm": -12.25,
         "load_kN": 112.5,
@@ -820,7 +826,7 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(record, elli
         }[width]
     )
     heads = "".join(lines[1:3])
-    # each measure that may decide has its number where there is room
+    # each measure that may decide has a column if there is room
     assert width < 160 or all(words.short[:5] in heads for name, words in WORDS.items() if name in Criteria().limits)
     assert ("valley" in heads, "centre" in heads, "time" in heads) == (width > 80, width > 80, width > 120)
     assert all(head in heads for head in ("shift", "load", "area", "mispl.", "verdict", "fails by"))
@@ -836,7 +842,7 @@ def test_a_row_of_the_table_says_the_verdict_or_why_there_is_none(record, ellipt
     good, failing, *bad = (" ".join(line.split()) for line in lines[3:8])
     assert good.startswith(f"+0.00 100 {record['fe']['p_max_MPa']:.0f} ")
     assert good.endswith(" HOLDS 2")
-    # the measure that decided comes first, those without room are counted
+    # the deciding measure comes first; measures without room are counted
     assert failing.endswith(" FAILS b p_max area a +4 4")
     assert [row.split(" ", 2)[2] for row in bad][2].endswith("no result -")
     assert "not conv." in bad[0]
@@ -861,7 +867,7 @@ def test_the_list_of_failing_measures_has_the_room_that_there_is(elliptic_row):
     assert table_text([everything], 200)[3].split()[-11:-3] == [
         *("valley", "p_max", "area", "a", "b", "centre", "separate", "misplaced")
     ]
-    # without colours or a terminal, and whoever reads it: no codes
+    # without colours and without a terminal, the text has no escape codes
     assert "\x1b" not in "".join(table_text([everything], 120))
 
 
@@ -880,7 +886,7 @@ def judged_by(result: CaseResult, criteria: Criteria, **changes) -> dict:
 
 @pytest.fixture(scope="module")
 def flattened(elliptic_quick: CaseResult) -> CaseResult:
-    """The same force under a pressure that is flatter than Hertz's, and moved across: he is off in peak and place."""
+    """A flatter and displaced pressure with equal force: Hertz deviates in peak and centre."""
 
     def flat_rung(rung: Rung) -> Rung:
         assert not rung.pressure_MPa[:, -6:].any()
@@ -892,7 +898,7 @@ def flattened(elliptic_quick: CaseResult) -> CaseResult:
     levels = tuple(
         replace(
             level,
-            # the elements' own contact is no other one
+            # the contact on the elements' nodes is changed in the same way
             nodal=flat_rung(level.fe),
             fe=flat_rung(level.fe),
             otherwise=level.otherwise and flat_rung(level.otherwise),
@@ -937,7 +943,7 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
     lines, everything = shown_case(record, long=False), shown_case(record)
     assert len(lines) <= 25
     assert re.fullmatch(
-        # both are 1.3 % of their limit
+        # both deviations are 1.3 % of their limits
         r"Hertz HOLDS; nearest to its limit: (peak pressure -|misplaced load )0\.\d\d % ± 0\.\d\d % \(limit .* %\)",
         lines[0],
     )
@@ -953,7 +959,7 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
     assert float(numbers["hertz_stiffness_GN_per_m15"]) == pytest.approx(
         record["theories"][HERTZ]["stiffness_GN_per_m15"], rel=1e-5
     )
-    # each theory by its name, in both
+    # each theory has its name in both texts
     for theory in record["theories"]:
         assert [line for line in lines if THEORIES[theory].words in line], theory
 
@@ -976,13 +982,13 @@ def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     assert lines[0].startswith("Hertz UNRESOLVED; open: peak pressure -0.")
     assert "open on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in lines
     assert "to decide it: --resolution standard or fine, or --refine verdict" in lines
-    # where finer meshes were allowed, something else kept them away
+    # finer meshes were allowed, so the resolution is not the remedy
     refinable = shown_case(judged_by(elliptic_quick, strict, refine="verdict"))
     assert "to decide it: --resolution standard or fine" in refinable
     finest = shown_case(judged_by(elliptic_quick, strict, resolution="fine", refine="verdict"))
     sizes = ",".join(f"{size:.3g}" for size in record["solver"]["element_size_mm"].values())
     assert [line for line in finest if line.startswith(f"to decide it: --resolution with sizes below {sizes}")]
-    # meshes do not take away what the profiles leave open
+    # meshes do not remove the uncertainty of the profiles
     of_profile = {"uncertainty_of_profile": {"p_max_MPa": 0.004}, "verdict": record["verdict"] | {"cause": "profile"}}
     noisy = shown_case(record | of_profile)
     assert [line for line in noisy if "the deviation changes by 0.40 %" in line]
@@ -1024,7 +1030,7 @@ def test_measures_that_nobody_asks_for_are_shown_at_length_and_not_judged(ellipt
 
 
 def test_a_record_its_table_and_its_report_have_the_balance_of_both_bodies(elliptic_quick):
-    """Of the force and of the moment on the curved surfaces, each as it was solved."""
+    """Balance of the force and of the moment on the curved surfaces, as solved."""
     load = elliptic_quick.load
     # measured 1.5e-16 and 2.3e-11
     assert 0.0 <= load.level.force_balance < 1e-14
@@ -1065,7 +1071,7 @@ def test_hertz_and_profiles_print_their_numbers(capsys):
     text = capsys.readouterr().out
     for number in ("straight", "-10.425", "1722.", "S1002", "-26.0265"):
         assert number in text
-    # elsewhere than on a terminal no text is broken
+    # if the output is not a terminal, texts are not broken
     lines = [line.rstrip() for line in text.splitlines()]
     assert all(any(line.endswith(profile["source"]) for line in lines) for profile in library_record())
 
@@ -1075,7 +1081,7 @@ def test_every_measure_has_words_and_every_limit_its_unit():
     assert criteria_text(Criteria()) == (
         "p_max ±5 %, area ±10 %, a ±10 %, b ±10 %, centre ±0.15 b, valley < 10 %, separate < 0.1 %, misplaced < 10 %"
     )
-    # short names are those by which a user chooses
+    # users choose measures by these short names
     chosen = Criteria(judged_by=tuple(WORDS[name].short for name in Criteria().limits))
     assert chosen.limits == Criteria().limits
     assert criteria_text(Criteria(judged_by=("valley", "a"), a=1.25e-3)) == "a ±0.125 %, valley < 10 %"
@@ -1150,7 +1156,7 @@ def test_a_study_figure_has_a_line_for_each_load(elliptic_row, monkeypatch):
     assert [t.get_text() for t in peak.get_legend().get_texts()] == [
         "FE, 60 kN", "Hertz, 60 kN", "FE, 100 kN", "Hertz, 100 kN",
     ]  # fmt: skip
-    # the bands are the limits, and only those that are asked for
+    # the bands are the limits, only of the judged measures
     assert [abs(band.get_y()) for band in deviation.patches] == pytest.approx([30.0, 2.0])
     assert deviation.get_ylabel() == "Hertz against FE in %\n(bands: p_max ±2 %, area ±30 %)"
     _, strength, _ = drawn_lines(monkeypatch, rows, criteria=Criteria(judged_by=("strength",)))
@@ -1217,14 +1223,14 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened)
     assert judged_lines["centre"][-3:-1] == ["±0.15", "b"]
     # sizes of meshes are in the report
     assert "elements " not in text.replace("finite elements", "")
-    # in this font and size a line of so many characters ends at the right edge of the picture
+    # in this font and size, 60 characters reach the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 60
 
 
 def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened):
     images = {ax.get_title(): ax.images[0].get_array() for ax in case_axes(flattened) if ax.images}
     fe, hertz, difference = (images[name] for name in ("finite elements", "Hertz", "Hertz minus finite elements"))
-    # his peak is higher than any pressure of the elements
+    # Hertz's peak is higher than any pressure of the finite elements
     assert flattened.load.deviation["p_max_MPa"] > 0.3
     assert difference.ravel()[hertz.argmax()] > hertz.max() - fe.max() > 0.0
 
@@ -1257,7 +1263,7 @@ def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_qu
         assert (np.ptp(s), np.ptp(x)) == pytest.approx((hertz.extent_y_mm, hertz.extent_x_mm), rel=1e-3)
         (patch,) = [c for c in ax.collections if c.get_label() == "finite elements"]
         edge = np.vstack([path.vertices for path in patch.get_paths()])
-        # that of the measures is the mean of two such lines, half a node apart at either end
+        # the extent in the measures is the mean of two such outlines, which are half a node apart at each end
         step = max(elliptic_quick.grid.steps_mm)
         assert np.ptp(edge[:, 0]) == pytest.approx(fe.extent_y_mm, abs=step)
         assert np.ptp(edge[:, 1]) == pytest.approx(fe.extent_x_mm, abs=step)
@@ -1286,7 +1292,7 @@ def test_nothing_in_a_case_figure_hides_another_thing_or_is_cut_off(elliptic_qui
 
 
 def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(elliptic_quick):
-    # two lobes side by side: the pressure without its middle
+    # two lobes side by side: the pressure with a reduced middle
     pressure = elliptic_quick.load.fe.pressure
     middle = np.abs(pressure.grid.s_mm) < 0.5
     two = changed_fe(elliptic_quick, pressure_MPa=np.where(middle, 0.2, 1.0) * pressure.values)
@@ -1297,7 +1303,7 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
     assert [(t.get_text(), t.xy) for t in fe.texts] == [
         (str(k), pytest.approx(lobe.centre_mm[::-1])) for k, lobe in enumerate(lobes, start=1)
     ]
-    # words beside the picture, and the table on the terminal, name the same places and forces
+    # the text beside the picture and the table on the terminal have the same places and forces
     figure = blank_figure(15.0, 9.0)
     draw_case(figure, two.load, two.placement, PressureFields.of(two.load))
     labels = re.findall(r"lobe (\d), centre at rail y (\S+) mm: (\S+) MPa, (\S+) kN", figure.texts[-1].get_text())
@@ -1308,7 +1314,7 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
         for row in table.rows
     ]
     assert [label[1:] for label in labels] == in_table
-    # a wide patch has low maps, and a low picture
+    # a wide patch has flat maps and a flat picture
     heights = [case_inches(PressureFields.of(changed_hertz(elliptic_quick, b_mm=b).load))[1] for b in (3.0, 11.0, 40.0)]
     assert heights == sorted(heights, reverse=True)
     assert heights[-1] < 7.5
@@ -1327,7 +1333,7 @@ def test_verdicts_are_told_apart_in_grey():
     from fecontact.outputs.style import ANSWERS, SERIES
 
     levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
-    # Weber steps above 40 %: many times what the eye tells apart (2 %)
+    # relative steps (Weber) above 40 %: many times the smallest step that the eye can distinguish (2 %)
     assert all(light / dark > 1.4 for dark, light in pairwise(levels))
     assert len(set(ANSWER_MARKS.values())) == len(ANSWER_MARKS)
     assert len(set(SERIES)) == len(SERIES)
@@ -1344,7 +1350,7 @@ def test_error_bars_of_a_study_are_its_uncertainties(elliptic_row, monkeypatch):
 
     fe = elliptic_row["fe_p_max_MPa"]
     assert lengths(peak) == pytest.approx([0.0, 0.04 * fe, 0.08 * fe])
-    # in parts of the limit of 4 %
+    # relative to the limit of 4 %
     assert lengths(off) == pytest.approx([0.0, 1.0, 2.0])
 
 
@@ -1368,7 +1374,7 @@ def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, mon
     printed = text.getvalue()
     assert all(f" resolution {name} " in printed for name in ("quick", "fine"))
     peak, _, touch = drawn_lines(monkeypatch, rows)
-    # side by side in their order, at the one shift there would be a single place
+    # side by side in their order; by shift, all would be at the same place
     assert [tick.get_text() for tick in touch.get_xticklabels()] == ["quick", "fine"]
     (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
     assert list(line.get_xdata()) == [0.0, 1.0]
@@ -1397,7 +1403,7 @@ def test_importing_the_writers_loads_no_plotting_and_no_vtk():
 
 
 def rows_like(*rows):
-    # ids apart from what is given: the same case twice has one
+    # the id follows from the inputs: equal cases have equal ids
     base = {"rail": "60E1", "wheel": "S1002", "load_kN": 100.0, "inclination_rad": 0.025, "yaw_mrad": 0.0}
     base |= {"roll_mrad": 0.0, "resolution": "quick", "lateral_shift_mm": 0.0}
     return [base | row | {"id": str(sorted((base | row).items()))} for row in rows]
@@ -1435,7 +1441,7 @@ def rows_like(*rows):
             ],
             ["study_quick", "study_-0.5-0.4-"],
         ),
-        # single cases: a study of them has no series
+        # single cases: their study has no series
         (rows_like({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
     ],
 )
@@ -1469,7 +1475,7 @@ def test_series_of_the_same_name_do_not_overwrite_each_other(monkeypatch, tmp_pa
 
 def test_more_series_than_colours_are_drawn_without_names(elliptic_row, tmp_path):
     rows = [elliptic_row | {"rail": f"arcs:300/80@{k}"} for k in range(40)]
-    # matplotlib warns, and a warning is an error here, where a legend leaves no room for the axes
+    # matplotlib warns if a legend leaves no room for the axes; here a warning is an error
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         study_figure(rows, tmp_path / "study.png")

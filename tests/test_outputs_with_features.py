@@ -34,7 +34,7 @@ def test_each_feature_writes_its_files(shift, load, options, tmp_path, capsys):
     for name in ("case.png", "case.svg", "report.html", "result.json", "row.json", "pressure.vtp", "rail.vtu"):
         assert (tmp_path / name).stat().st_size > 0, name
     record, surface = json.loads((tmp_path / "result.json").read_text()), pyvista.read(tmp_path / "pressure.vtp")
-    # both say the same peak of elastic bodies
+    # both files have the same peak of elastic bodies
     elastic = float(surface.point_data["contact_pressure_MPa"].max())
     assert elastic == pytest.approx(record["fe"]["p_max_MPa"], rel=0.01)
     if "--yield-mpa" in options:

@@ -1,4 +1,7 @@
-"""The script that opens results in ParaView, and what ParaView makes of the files where it is installed."""
+"""The script that opens results in ParaView.
+
+If ParaView is installed, its pictures of the files are checked too.
+"""
 
 import json
 import os
@@ -25,7 +28,7 @@ from fecontact.solving.solve import CaseResult
 
 @pytest.fixture(scope="module")
 def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study of two shifts: one case, and the same one called by another shift."""
+    """A study of two shifts: a case, and its copy with a different shift in the name."""
     out = tmp_path_factory.mktemp("a study & more")
     rows = []
     for shift in (-1.0, 2.5):
@@ -51,7 +54,7 @@ def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, el
     assert header["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
     peak = max(elliptic_quick.comparison.fe.p_max_MPa, elliptic_quick.hertz.p0_MPa)
     stress = max(stress_field.von_mises_MPa for stress_field in elliptic_quick.von_mises.values())
-    # the next round hundred, so that no case is beyond it
+    # the next multiple of one hundred, so that no case exceeds it
     assert 0.0 <= header["PRESSURE_MPA"] - peak < 100.0
     assert 0.0 <= header["VON_MISES_MPA"] - stress < 100.0
     assert header["PRESSURE_MPA"] % 100.0 == 0.0
@@ -67,7 +70,7 @@ def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(s
     with pytest.raises(InputError, match="a map keeps no meshes"):
         write_view(tmp_path)
     assert call(["view", str(tmp_path)]) == 2
-    # cases that are no series: which folder to give
+    # cases without a series: the message names the folder to give
     shutil.copytree(folder, tmp_path / "cases" / "one")
     with pytest.raises(InputError, match=re.escape(f"such as {tmp_path / 'cases' / 'one'}")):
         write_view(tmp_path)
@@ -89,18 +92,18 @@ def pvpython() -> list[str]:
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         if shutil.which("xvfb-run") is None:
             pytest.skip("no screen, and no xvfb-run (Debian: apt-get install xvfb xauth)")
-        # ParaView tries a window first and closes it: a server that is left by its last client begins anew, and refuses
-        # whoever comes meanwhile
+        # ParaView first opens a window and closes it. A server restarts after its last client has left, and refuses
+        # clients during that time
         return ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "pvpython"]
     return ["pvpython"]
 
 
 def checked(study: Path, pictures: Path) -> subprocess.CompletedProcess:
-    """What the check in ParaView says of a study."""
-    # what Python this is must not be mixed with ParaView's own
+    """Run the check in ParaView on a study."""
+    # the environment of this Python must not reach ParaView's Python
     clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
     command = [*pvpython(), str(Path(__file__).with_name("paraview_check.py")), str(study), str(pictures)]
-    # from another folder: the script's paths are its own
+    # from a different folder: the paths are relative to the script
     return subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=pictures, env=clean, check=False)
 
 

@@ -1,4 +1,7 @@
-"""Patches at different contact angles: each presses on a half-space of its own, and on the others along its normal."""
+"""Patches at different contact angles, each on a separate half-space.
+
+Each patch also presses on the half-spaces of the other patches, along its normal.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -22,7 +25,7 @@ from fecontact.solving.position import position_of
 
 STEEL = Material(young_MPa=210e3, poisson=0.28)
 ALUMINIUM = Material(young_MPa=70e3, poisson=0.33)
-# The gauge corner and the top of the head touch, 17 and 8 degrees steep; the first of them leads to the other.
+# The gauge corner (17 degrees) and the top of the head (8 degrees) touch; the corner is the first contact.
 UIC60 = Case(
     rail="MBench_UIC60",
     inclination_rad=atan(1 / 40),
@@ -43,7 +46,7 @@ def place_on(rail):
 
 @cache
 def solve_in_one_plane(rail):
-    """The same contact with all normals parallel."""
+    """Solve the contact with all normals parallel."""
     rung = place_on(rail).expected.half_space
     return place_on(rail).true_gap.solve(rung.grid, UIC60.load_N, start=rung.pressure)
 
@@ -52,7 +55,9 @@ def solve_in_one_plane(rail):
 
 
 def parting_under_a_force(offset_mm, materials):
-    """What the upper surface moves more than the lower one (3,), under 1 N between both along z, from it to (x, y).
+    """Relative displacement (3,) of the upper and the lower surface under 1 N between them.
+
+    The force acts along z, at the distance (x, y).
 
     Boussinesq's displacements of a surface for each body: (1 - nu^2) / (pi E r) along the force, and towards it
     (1 + nu) (1 - 2 nu) / (2 pi E r) (Johnson 1985, eq. 3.18).
@@ -70,7 +75,10 @@ def parting_under_a_force(offset_mm, materials):
 @pytest.mark.parametrize("offset_x", [0.0, 7.0])
 @pytest.mark.parametrize("angle", [0.0, 0.16, 1.0])
 def test_a_far_force_opens_as_boussinesq_says(angle, offset_x):
-    """A patch 12 mm away, in a plane at an angle and beside it along x: what its normal sees of both bodies."""
+    """Opening along the normal of a patch 12 mm away.
+
+    The plane of the patch is at an angle. The patch may also be displaced along x. Both bodies contribute.
+    """
     step = 0.1
     grid = ContactGrid(x_mm=step * np.arange(-75, 76), s_mm=step * np.arange(-62, 63), half=False)
     pressed, far_node = (75, 1), (75 + round(offset_x / step), 121)
@@ -83,10 +91,10 @@ def test_a_far_force_opens_as_boussinesq_says(angle, offset_x):
         return compliance(pressure.ravel()).reshape(grid.shape)[far_node]
 
     normal = np.array([0.0, -np.sin(angle), np.cos(angle)])
-    # the cell is 0.1 mm wide, 12 mm away: (h / r)^2 / 12 of it
+    # the cell is 0.1 mm wide and 12 mm away: relative error (h / r)^2 / 12
     steel = parting_under_a_force((offset_x, 12.0), (STEEL, STEEL))
     assert opening((STEEL, STEEL)) == pytest.approx(steel @ normal, rel=1e-5)
-    # unlike materials: Dundurs' second constant times the sine, of the direction from one to the other, is left out
+    # different materials: Dundurs' second constant times the sine of the direction between the patches is left out
     terms = [((1 - 2 * m.poisson) / m.shear_MPa, (1 - m.poisson) / m.shear_MPa) for m in (STEEL, ALUMINIUM)]
     beta = (terms[0][0] - terms[1][0]) / (2.0 * (terms[0][1] + terms[1][1]))
     assert abs(beta) > 0.1
@@ -96,10 +104,11 @@ def test_a_far_force_opens_as_boussinesq_says(angle, offset_x):
 
 
 def test_a_circle_in_a_circle_opens_as_michell_says():
-    """Plane strain, both of one radius and material, pressed on by cos(n t): exact solutions of disc and hole.
+    """Disc in a hole under a pressure cos(n t), in plane strain.
 
-    With the chord's logarithm below normals of each place, for all that is neither a rigid motion (n = 1) nor a uniform
-    one (n = 0). Stresses and displacements of Michell's functions: Barber (2010), tables 8.1 and 9.1.
+    Both have the same radius and material. The logarithm of the chord, along the normals of each place, agrees with the
+    exact solutions of disc and hole, except for the rigid motion (n = 1) and the uniform motion (n = 0). Stresses and
+    displacements of Michell's functions: Barber (2010), tables 8.1 and 9.1.
     """
     count, nu, shear = 4096, 0.28, 82e3
     kappa = 3.0 - 4.0 * nu
@@ -109,7 +118,7 @@ def test_a_circle_in_a_circle_opens_as_michell_says():
     of_log = np.divide(np.pi, waves, out=np.zeros_like(waves), where=waves > 0.0)
 
     def chords(pressure):
-        # of a line load, with 1 / E* of both: 2 / (pi E*) times the logarithm
+        # displacement by a line load, with 1 / E* of both bodies: 2 / (pi E*) times the logarithm
         return 2.0 * (1.0 - nu) / (np.pi * shear) * np.fft.irfft(np.fft.rfft(pressure) * of_log, count)
 
     for n in (2, 3, 7, 40):
@@ -160,7 +169,10 @@ def test_each_patch_has_the_plane_of_its_force():
 
 
 def test_one_patch_has_one_plane():
-    """To the last bit, and no normals of its own to turn where it is a single lobe."""
+    """The plane of a single patch is constant to the last bit.
+
+    A single lobe has no normals to turn.
+    """
     position = position_of(Case(lateral_shift_mm=-4.0, roll="given", resolution="quick"))
     rung = position.expected.half_space
     assert np.ptp(angle_of_patches(position.placement, rung)) == 0.0
@@ -170,14 +182,14 @@ def test_one_patch_has_one_plane():
 
 
 def test_planes_from_coarser_nodes_are_those_of_the_contact_that_is_found():
-    """Solved again in its own planes, it stays as it is; in one plane for all, it does not."""
+    """The contact stays as it is in its planes, and changes in a common plane."""
     true_gap, rung = place_on(UIC60.rail).true_gap, place_on(UIC60.rail).expected.half_space
     angle = angle_of_patches(true_gap.placement, rung)
     again = true_gap.solve(rung.grid, UIC60.load_N, angle_rad=angle)
     peak = rung.pressure_MPa.max()
     assert np.abs(again.pressure_MPa - rung.pressure_MPa).max() < 3e-5 * peak
     assert np.abs(solve_in_one_plane(UIC60.rail).pressure_MPa - rung.pressure_MPa).max() > 0.005 * peak
-    # and nothing is cut off
+    # the pressure is not cut off at the edge of the grid
     assert not rung.pressure_MPa[:, [0, -1]].any()
     assert not rung.pressure_MPa[-1].any()
 
@@ -186,15 +198,19 @@ COARSER = 6
 
 
 def loads_by_matrix(position, angle_of, *, chords):
-    """Force and peak of both patches by a matrix between all nodes: in the mean over coarse grids beside one another.
+    """Force and peak of both patches by a matrix between all nodes.
 
-    The peak of the small patch on one of them is up to 6e-4 off that mean.
+    Mean over coarse grids that are displaced by a node. On a single coarse grid, the peak of the small patch differs
+    from this mean by up to 6e-4.
     """
     return np.mean([_loads_on_coarse_grid(position, angle_of, k, chords=chords) for k in range(COARSER)], axis=0)
 
 
 def _loads_on_coarse_grid(position, angle_of, first, *, chords):
-    """On a coarse grid that begins at a node: distances and angles of each pair."""
+    """Force and peak on a coarse grid, from distances and angles of node pairs.
+
+    The grid begins at the node `first`.
+    """
     rung, gap, placement = position.expected.half_space.even(), position.true_gap, position.placement
     grid = ContactGrid(x_mm=rung.grid.x_mm[::4], s_mm=rung.grid.s_mm[first::COARSER], half=True)
     (step_x, step_s), rows = grid.steps_mm, grid.x_mm.size
@@ -207,7 +223,7 @@ def _loads_on_coarse_grid(position, angle_of, first, *, chords):
     kernel = love_influence(x, away, step_x, step_s) / (np.pi * gap.contact_modulus_MPa)
     kernel *= np.cos(angle[:, None] - angle)
     i = np.arange(rows)
-    # the mirrored pressure acts as well, but for the row on the plane of symmetry
+    # the mirrored pressure acts too, except for the row on the plane of symmetry
     matrix = kernel[np.abs(i[:, None] - i)] + np.where((i > 0)[:, None, None], kernel[i[:, None] + i], 0.0)
     matrix = matrix.transpose(0, 2, 1, 3).reshape(grid.nodal_area_mm2().size, -1)
     area = grid.whole_area_mm2()
@@ -230,7 +246,10 @@ def read_off(rung):
 
 @pytest.mark.parametrize("rail", RAILS)
 def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
-    """From one plane to a plane for each patch, and on to the normals of each node; what chords move of it."""
+    """Changes from a single plane to a plane per patch, and to normals per node.
+
+    The effect of chords is checked too.
+    """
     position, rung = place_on(rail), place_on(rail).expected.half_space
     corner, head = position.expected.parts
     middle = 0.5 * (corner.s_high_mm + head.s_low_mm)
@@ -275,7 +294,7 @@ def test_what_turned_normals_move_is_uncertain():
     assert with_turned.uncertainty == alone.uncertainty
     assert with_turned.ladder == alone.ladder
     changes = {k: v / measures_of(rung).as_dict()[k] - 1.0 for k, v in measures_of(turned_rung).as_dict().items()}
-    # on the corner, whose normals turn by 7 degrees
+    # the peak is on the corner, where the normals turn by 7 degrees
     assert changes["p_max_MPa"] == pytest.approx(-0.0017, abs=2e-4)
     for name in ("p_max_MPa", "area_mm2", "b_mm"):
         increase = with_turned.bodies_step_uncertainty[name] - alone.bodies_step_uncertainty[name]

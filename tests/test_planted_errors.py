@@ -46,7 +46,7 @@ from fecontact.solving.quadratic_gap import quadratic_rung
 from fecontact.solving.solve import solve
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine="never")
-# Of healthy elements here 0.26 %, with four of them a semi-axis; a planted fault stands on top of it.
+# Healthy elements have 0.26 % here, with four elements per semi-axis; a planted fault is added to it.
 HEALTHY = 0.004
 
 
@@ -56,7 +56,7 @@ def position() -> Position:
 
 
 def compliance_error(position: Position) -> float:
-    """What a solve sees of its elements, on its first mesh."""
+    """Compliance error of the elements on the first mesh of a solve."""
     zone = fine_zone(position.expected, position.element_size_mm)
     bodies = couple(position.case, position.placement, zone, position.clock)
     try:
@@ -69,7 +69,7 @@ def compliance_error(position: Position) -> float:
 
 
 def plant_material(monkeypatch, **changes: Callable[[float], float]) -> None:
-    """Both bodies are assembled with other constants than those of the case."""
+    """Assemble both bodies with material constants that differ from the case."""
     plain = meshes.stiffness
 
     def assembled(mesh, material):
@@ -89,7 +89,7 @@ def poisson(value: float) -> Callable[..., None]:
 
 
 def mortar(factor: float) -> Callable[..., None]:
-    """The wheel gets so many times the force, and its motion counts as many times."""
+    """Multiply the force on the wheel and its motion by a factor."""
 
     def plant(monkeypatch) -> None:
         plain = meshes.mortar_matrix
@@ -135,9 +135,9 @@ def test_healthy_elements_are_those_of_their_material(position):
         pytest.param(modulus(1.03), 0.03, id="3 % too soft"),
         pytest.param(modulus(1.2), 0.2, id="20 % too soft"),
         pytest.param(modulus(1.0 / 1.03), -0.03 / 1.03, id="3 % too stiff"),
-        # 1 - nu^2 of the half-space below a pressure
+        # the compliance of a half-space below a pressure has the factor 1 - nu^2
         pytest.param(poisson(0.25), (1.0 - 0.25**2) / (1.0 - 0.3**2) - 1.0, id="Poisson 0.25 for 0.3"),
-        # of one of two equal bodies, in its force and in its motion
+        # the fault is in the force and in the motion of a single body of two equal bodies
         pytest.param(mortar(1.03), 0.5 * (1.03**2 - 1.0), id="mortar weights 3 %"),
     ],
 )
@@ -154,9 +154,9 @@ def test_a_layer_left_out_is_seen(position, monkeypatch):
 
 
 def test_elements_that_lock_are_seen_by_their_own_contact(monkeypatch):
-    """Poisson 0.49 for 0.3: a stiffer material and what locking does to the far field cancel there by chance.
+    """Poisson 0.49 for 0.3: in the far field, material and locking cancel by chance.
 
-    With six elements per semi-axis, that is; with four of them the far field sees 6 %.
+    The material is stiffer. They cancel with six elements per semi-axis; with four, the far field has an error of 6 %.
     """
     position = position_of(replace(ROUND, resolution=(7.16 / 6.25, 5.39 / 6.25)))
     poisson(0.49)(monkeypatch)
@@ -168,15 +168,18 @@ def test_elements_that_lock_are_seen_by_their_own_contact(monkeypatch):
 
 
 def test_elements_that_lock_are_seen_though_their_material_is_right():
-    """Nearly incompressible bodies: the fine pressure is right within 0.1 %, that of the elements 2.6 % too high."""
+    """Nearly incompressible bodies: the pressure on the elements is 2.6 % too high.
+
+    The fine pressure is right within 0.1 %.
+    """
     rubber = replace(STEEL, poisson=0.49)
     assert abs(compliance_error(position_of(replace(ROUND, rail_material=rubber, wheel_material=rubber)))) > 0.05
 
 
 def tongue(thickness_mm: int) -> Position:
-    """Head of a switch tongue under a wheel that is flat across, as in study 08."""
+    """Position of a switch tongue under a laterally flat wheel, as in study 08."""
     rail = Path(__file__).parents[1] / "studies" / "profiles" / f"switch_tongue_{thickness_mm}.toml"
-    # its crown under the tape circle
+    # the crown is below the tape circle
     return position_of(
         replace(
             ROUND,
@@ -190,7 +193,7 @@ def tongue(thickness_mm: int) -> Position:
 
 def test_the_side_of_a_head_begins_where_its_corner_has_turned_by_a_sixth_of_a_circle():
     placement = tongue(20).placement
-    # a crown of 300 mm up to corners whose centres lie 5 mm (radius 5) and 8 mm (radius 2) beside its middle
+    # a crown of R 300 up to two corners: centres 5 mm (radius 5) and 8 mm (radius 2) from the middle
     for s, centre, radius in ((0.0, 8.0, 2.0), (-1.0, 5.0, 5.0)):
         on_crown, angle = math.asin(centre / (300.0 - radius)), s / 300.0
         away = math.copysign(1.0, s or 1.0)
@@ -199,16 +202,20 @@ def test_the_side_of_a_head_begins_where_its_corner_has_turned_by_a_sixth_of_a_c
 
 
 def test_what_is_not_told_from_the_sides_of_a_narrow_head_is_not_seen():
-    """Healthy elements would be read as 19 % too soft on a tongue of 20 mm; 0.7 % are on 30 mm.
+    """No compliance check of the elements on a narrow head.
 
-    With four elements per semi-axis a head of 25 mm is narrow for them too, and is not seen; with six 1.1 % were read.
+    On a tongue of 20 mm, healthy elements would appear 19 % too soft; on 30 mm, 0.7 %. With four elements per
+    semi-axis, a head of 25 mm is too narrow too, and is not checked; with six, the error was 1.1 %.
     """
     assert math.isnan(compliance_error(tongue(20)))
     assert abs(compliance_error(tongue(30))) < 0.75 * COMPLIANCE_LIMIT
 
 
 def test_on_a_gauge_corner_the_compliance_is_not_read_but_stated():
-    """Healthy elements were read as 5.6 % too stiff there with six, 2.3 % with nine on a semi-axis."""
+    """Uncertainty in place of a compliance check on a gauge corner.
+
+    There, healthy elements appeared 5.6 % too stiff with six, 2.3 % with nine elements per semi-axis.
+    """
     corner = Case(
         rail="50E6",
         wheel="EN15302_H",
@@ -220,14 +227,14 @@ def test_on_a_gauge_corner_the_compliance_is_not_read_but_stated():
     assert math.isnan(compliance_error(position_of(corner)))
     values = {name: (1.0, 1.0) for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm")}
     unseen, exact = Solved(compliance_error=math.nan), Solved()
-    # bodies softer by 5 % move the peak by 0.1 %, half-widths by 0.075, the area by 0.225 %
+    # bodies that are 5 % softer change the peak by 0.1 %, the half-widths by 0.075 % and the area by 0.225 %
     for name, change in (("p_max_MPa", 0.02), ("area_mm2", 0.045), ("a_mm", 0.015), ("b_mm", 0.015)):
         increase = step_uncertainty(name, values[name], unseen) - step_uncertainty(name, values[name], exact)
         assert increase >= 0.05 * change
 
 
 def test_a_layer_left_out_of_a_narrow_head_is_not_healthy(monkeypatch):
-    """Its response is not described either: nothing is said, rather than that it is right."""
+    """No compliance error is reported, because the response of this head is not described."""
     fault_of_rail(remove_layer)(monkeypatch)
     assert not abs(compliance_error(tongue(20))) < COMPLIANCE_LIMIT
 
@@ -260,10 +267,10 @@ def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(monkeypatch
         return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
 
     monkeypatch.setattr(meshes, "coupled_problem", planted)
-    # three elements per semi-axis are enough for that
+    # three elements per semi-axis suffice here
     coarse = position_of(replace(ROUND, resolution=(2.4, 2.2)))
     load = judge_load(Meshes(coarse).solve(coarse), coarse.placement)
-    # the patch runs to the edge, and what the elements carry is elsewhere altogether
+    # the patch reaches the edge, and the pressure on the elements is at a completely different place
     assert load.status != "converged"
     assert load.verdict.answer == "UNRESOLVED"
     assert load.level.misfit > 0.5
@@ -273,10 +280,13 @@ def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(monkeypatch
 
 
 def test_the_elements_say_by_themselves_what_hertz_is_worth(elliptic_quick):
-    """Their own nodes against Hertz's closed form, which is exact here: by measures read here, not by the judge's."""
+    """Contact on the elements' nodes against Hertz's closed form, which is exact here.
+
+    The measures are computed here, independent of the judge.
+    """
     load = elliptic_quick.load
     judgement, nodal = load.by_elements, load.level.nodal
-    # where the edge of the patch is, is a matter of chance on four elements per semi-axis
+    # with four elements per semi-axis, the position of the edge of the patch is random
     assert judgement.verdict.each == dict.fromkeys(load.case.criteria.limits, "HOLDS") | {"area_mm2": "UNRESOLVED"}
     x = nodal.pressure.whole().grid.x_mm
     rows = nodal.pressure.whole().values.sum(axis=1)
@@ -284,14 +294,14 @@ def test_the_elements_say_by_themselves_what_hertz_is_worth(elliptic_quick):
     assert load.hertz.a_mm / own_a - 1.0 == pytest.approx(judgement.deviation["a_mm"], abs=1e-3)
     for name, off in judgement.deviation.items():
         if name != "approach_mm":
-            # Hertz is exact but for the depth of the bodies (0.15 %): what he is off by is the elements' own error
+            # Hertz is exact except for the depth of the bodies (0.15 %): his deviation is the error of the elements
             assert abs(off) < judgement.uncertainty[name] + 0.0015
 
 
 @pytest.mark.parametrize(("refine", "open_"), [("verdict", False), ("evidence", True)])
 def test_evidence_keeps_a_verdict_open_that_the_own_nodes_do_not_know(elliptic_quick, refine, open_):
     solved_load = elliptic_quick.load.solved
-    # the finer nodes know the peak to 0.3 %, the elements' own to 1.3 %
+    # uncertainty of the peak: 0.3 % on the finer nodes, 1.3 % on the elements' nodes
     case = replace(solved_load.case, refine=refine, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
     assert is_open(case, solved_load.levels, elliptic_quick.placement, None, solved_load.half_space) is open_
     load = judge_load(replace(solved_load, case=case), elliptic_quick.placement)
@@ -300,7 +310,7 @@ def test_evidence_keeps_a_verdict_open_that_the_own_nodes_do_not_know(elliptic_q
 
 @pytest.mark.slow
 def test_evidence_refines_until_the_own_nodes_know_or_the_budget_is_reached(monkeypatch):
-    # the own nodes of the first meshes know the peak to 0.9 %, those of the next ones to 0.7 %
+    # uncertainty of the peak on the elements' nodes: 0.9 % for the first meshes, 0.7 % for the next meshes
     case = replace(ROUND, refine="evidence", criteria=Criteria(p_max=0.008, judged_by=("p_max",)))
     load = solve(case).load
     assert load.by_elements.verdict.answer == "HOLDS"
@@ -360,7 +370,10 @@ def test_elements_beside_a_near_side_are_not_called_soft():
 
 @pytest.mark.parametrize("factor", [1.015, 1.03, 1.2])
 def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_quick, monkeypatch, factor):
-    """Elements too soft by a factor: the fine pressure and their own, against those of healthy ones."""
+    """Elements too soft by a factor, compared with healthy elements.
+
+    Both the fine pressure and the pressure on the elements are compared.
+    """
     plain = CoupledBodies._parting
     monkeypatch.setattr(CoupledBodies, "_parting", lambda self, rail, wheel: factor * plain(self, rail, wheel))
     load = judge_load(Meshes(position).solve(position), position.placement)
@@ -380,13 +393,13 @@ def test_a_half_space_along_turning_normals_has_no_error_but_its_own(factor):
     turning = along_normals(half_space_below(grid, 115e3), np.tile(angle, grid.shape[0]))
     response = UnitResponse.of(lambda p: factor * turning(p), grid, contact_modulus_MPa=115e3)
     assert response.compliance_error(angle) == pytest.approx(factor - 1.0, abs=1e-6)
-    # as if they were parallel, it would be seen as stiffer
+    # with parallel normals, it would appear stiffer
     assert response.compliance_error(0.0 * angle) < factor - 1.0 - 0.005
 
 
 @pytest.mark.parametrize(("turn_rad", "is_read"), [(0.29, True), (0.31, False)])
 def test_elements_are_not_read_where_normals_turn_by_more_than_three_tenths(turn_rad, is_read):
-    """Over as many nodes as are looked at: 11 to each side of the grid."""
+    """Turn of the normals over the checked nodes: 11 to each side of the grid."""
     grid = ContactGrid(x_mm=0.5 * np.arange(13), s_mm=0.4 * np.arange(-11.0, 12.0), half=True)
     angle = turn_rad / 11.0 * np.arange(-11.0, 12.0)
     turning = along_normals(half_space_below(grid, 115e3), np.tile(angle, grid.shape[0]))
@@ -420,7 +433,7 @@ def judged_of(case: Case) -> JudgedLoad:
 
 
 def test_healthy_references_agree_and_centres_are_as_far_apart_as_both_are_unsure(elliptic_quick):
-    # the area is read worst: 1.4e-3, of which a tenth counts; a within 2e-4
+    # the area has the largest error: 1.4e-3, of which a tenth counts; a is within 2e-4
     assert reference_error(elliptic_quick.load.ladder, elliptic_quick.placement) < 0.3 * REFERENCE_LIMIT
     assert apart(elliptic_quick.load.solved.levels) < 0.4
 
@@ -431,7 +444,7 @@ def apart(levels) -> float:
 
 @pytest.mark.parametrize("aside_mm", [0.2, -0.2])
 def test_elements_whose_gap_lies_beside_are_off(monkeypatch, aside_mm):
-    """Peak and half-widths stay; only the centre of pressure tells."""
+    """Peak and half-widths stay; only the centre of pressure changes."""
     plain = meshes.coupled_problem
 
     def planted(true_gap, bodies, **how):
@@ -446,7 +459,7 @@ def test_elements_whose_gap_lies_beside_are_off(monkeypatch, aside_mm):
 
 
 def test_an_influence_of_the_half_space_that_is_wrong_is_seen_by_hertz(elliptic_quick):
-    """2 % of the influence are 1.3 % of the peak on Hertz's own gap."""
+    """On Hertz's gap, 2 % of the influence change the peak by 1.3 %."""
     solved_load, placement = elliptic_quick.load.solved, elliptic_quick.placement
     wrong = Material(young_MPa=0.98 * STEEL.young_MPa, poisson=STEEL.poisson)
     hertz = hertz_from_hessian(
@@ -470,7 +483,7 @@ def test_an_influence_of_the_half_space_that_is_wrong_is_seen_by_hertz(elliptic_
     ],
 )
 def test_an_ellipse_of_hertz_with_a_wrong_size_is_seen_by_the_half_space(elliptic_quick, monkeypatch, changes, error):
-    """The peak, which is right, does not tell."""
+    """Detection by the size of the ellipse: the peak is right."""
     plain = ladder.hertz_measures
 
     def wrong(hertz):
@@ -479,7 +492,7 @@ def test_an_ellipse_of_hertz_with_a_wrong_size_is_seen_by_the_half_space(ellipti
 
     monkeypatch.setattr(ladder, "hertz_measures", wrong)
     load = judge_load(elliptic_quick.load.solved, elliptic_quick.placement)
-    # the healthy half-space is up to 0.03 % off
+    # the healthy half-space deviates by up to 0.03 %
     assert reference_error(load.ladder, elliptic_quick.placement) == pytest.approx(error, abs=4e-4)
     assert (load.status, load.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
 
@@ -502,7 +515,10 @@ def test_curvatures_of_the_gap_are_those_of_the_profiles(rail, shift_mm, yaw_rad
 
 
 def test_verdicts_that_contradict_leave_the_load_unusable(elliptic_quick):
-    """Own nodes whose peak is 1.8 % too high, less than their elements may be off, and Hertz may be off by 0.6 %."""
+    """A peak 1.8 % too high on the elements' nodes; the limit is 0.6 %.
+
+    1.8 % is less than the limit of the elements.
+    """
     solved_load, placement = elliptic_quick.load.solved, elliptic_quick.placement
     levels = tuple(
         replace(level, nodal=replace(level.nodal, pressure_MPa=1.018 * level.nodal.pressure_MPa))

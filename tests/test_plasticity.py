@@ -56,7 +56,7 @@ def test_uniaxial_stress_follows_the_tangent_modulus(tangent):
 
 
 def test_a_wrong_slope_of_hardening_is_seen():
-    # the tangent modulus taken for the plastic one
+    # the tangent modulus in place of the plastic modulus
     steel = replace(STEEL, yield_MPa=450.0, tangent_MPa=21000.0)
     wrong = replace(law(steel), hardening_MPa=steel.tangent_MPa)
     with pytest.raises(AssertionError):
@@ -80,7 +80,7 @@ def test_a_way_around_a_corner_stays_on_the_surface_and_dissipates():
         step = 0.002 * rng.standard_normal((40, 3, 3))
         strain_at_end = at + step + step.transpose(0, 2, 1)
         new = steel.flow(at, strain_at_end, state, substeps=50)
-        # never beyond the surface that hardening has reached
+        # the stress is never beyond the hardened yield surface
         limit = steel.yield_MPa + steel.hardening_MPa * new.equivalent
         assert np.all(steel.von_mises(strain_at_end, new) <= limit * (1.0 + 1e-12))
         assert np.all(new.equivalent >= state.equivalent)
@@ -122,10 +122,10 @@ def test_a_uniform_plastic_strain_leaves_a_free_block_without_stress():
     plastic = np.array([[2e-3, 5e-4, 0.0], [5e-4, -1.5e-3, 3e-4], [0.0, 3e-4, -5e-4]])
     forces = zone.forces(np.broadcast_to(plastic, (*zone.volumes_mm3.shape, 3, 3)))
     size = np.abs(forces).max()
-    # no force and no moment on the whole
+    # total force and total moment are zero
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-10 * size)
     np.testing.assert_allclose(np.cross(mesh.points, forces).sum(axis=0), 0.0, atol=1e-9 * size)
-    # u = plastic . x is what the block does
+    # the displacement of the block is u = plastic . x
     u = mesh.points @ plastic
     np.testing.assert_allclose(stiffness(mesh, YIELDS) @ u.ravel(), forces.ravel(), atol=1e-9 * size)
     np.testing.assert_allclose(zone.strains(u), np.broadcast_to(plastic, zone.strains(u).shape), atol=1e-15)
@@ -134,7 +134,7 @@ def test_a_uniform_plastic_strain_leaves_a_free_block_without_stress():
 
 
 def test_a_block_that_is_stretched_flows_as_a_point_does():
-    # a uniform strain beyond yield: nodal forces are those of the stress of one point
+    # a uniform strain beyond yield: the nodal forces follow from the stress of a single point
     mesh, steel = block(), law()
     zone = PlasticZone.of(mesh, steel, np.arange(len(mesh.hexes)))
     gradient = np.diag([6e-3, -2e-3, -1e-3])
@@ -146,7 +146,7 @@ def test_a_block_that_is_stretched_flows_as_a_point_does():
     stress = 2.0 * STEEL.shear_MPa * (gradient - point_state.strain[0]) + STEEL.lame_MPa * np.trace(gradient) * np.eye(
         3
     )
-    # the middle nodes have no force, and the sum over one end face is stress times its area projected
+    # the middle nodes have no force; the sum over an end face is the stress times the projected area
     area = np.einsum("mg,mgic->ic", zone.volumes_mm3, zone.gradients)
     assert np.abs(area.sum(axis=1)).max() < 1e-12
     np.testing.assert_allclose(
@@ -155,7 +155,10 @@ def test_a_block_that_is_stretched_flows_as_a_point_does():
 
 
 def sphere(ratio: float, **changes) -> Case:
-    """A sphere on a plane, both of a steel that yields, under a peak pressure of so many yield stresses."""
+    """A sphere on a plane, both of yielding steel.
+
+    `ratio` is the peak pressure of Hertz divided by the yield stress.
+    """
     steel = replace(STEEL, yield_MPa=P0 / ratio, **changes)
     return Case(
         rail=f"circle:{RADIUS:g}",
@@ -180,8 +183,9 @@ def loaded():
 needs_factors = pytest.mark.skipif(not pardiso_available(), reason="minutes by multigrid")
 
 
-# Peak, area and approach over those of elastic bodies, largest plastic strain E / Y: axisymmetric elements, 32 a radius
-# (each known to 0.3, 0.5, 0.2 %). Reached here with six elements per semi-axis: 0.3, 0.3, 0.1 % and 2 %.
+# Peak, area and approach relative to elastic bodies, and largest plastic strain times E / Y, from axisymmetric
+# elements, 32 per radius (peak, area and approach accurate to 0.3, 0.5, 0.2 %). Errors here with six elements per
+# semi-axis: 0.3, 0.3, 0.1 % and 2 %.
 @needs_factors
 def test_a_sphere_at_two_and_a_half_times_its_yield_stress(loaded):
     level = loaded.load.level
@@ -192,10 +196,10 @@ def test_a_sphere_at_two_and_a_half_times_its_yield_stress(loaded):
     assert after.extent_x_mm / before.extent_x_mm == pytest.approx(np.sqrt(1.073), rel=0.006)
     for body in level.yielded.bodies.values():
         assert body.largest_strain * STEEL.young_MPa / body.yield_MPa == pytest.approx(0.867, rel=0.06)
-    # both bodies are alike
+    # both bodies are equal
     rail, wheel = level.yielded.bodies.values()
     assert rail.largest_strain == pytest.approx(wheel.largest_strain, rel=0.04)
-    # Johnson (1985), section 4.2: 1.613 of the yield stress at nu 0.3; four elements per semi-axis lie below that patch
+    # Johnson (1985), section 4.2: 1.613 times the yield stress at nu 0.3; this patch has four elements per semi-axis
     exact = FORCE * (1.613 / 2.5) ** 3
     assert rail.first_yield_N == pytest.approx(exact, rel=0.06)
     assert abs(rail.first_yield_N / exact - 1.0) < loaded.load.plastic.first_yield_uncertainty < 0.2
@@ -250,21 +254,24 @@ def test_the_step_is_known_as_well_as_it_says(loaded):
     load = loaded.load
     step, uncertainty = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty
     for name, exact in (("p_max_MPa", 0.780), ("area_mm2", 1.073), ("approach_mm", 1.023)):
-        # the table's own error besides
+        # plus the error of the table
         assert abs(step[name] - (exact - 1.0)) < uncertainty[name] + 0.004
-    # of meshes with 6 and 4 elements per semi-axis
+    # from meshes with 6 and 4 elements per semi-axis
     assert 0.002 < uncertainty["p_max_MPa"] < 0.02
-    # a load of so many of first yield takes up 5 % of the peak (the table between 1.8 and 2.0 yield stresses)
+    # the load at which plasticity changes the peak by 5 % (in the table between 1.8 and 2.0 yield stresses)
     assert load.plastic.plastic_measure == "p_max_MPa"
     # the patch of that load has four elements per semi-axis
     assert load.plastic.plastic_load_N == pytest.approx(1.5 * FORCE / 3.723, rel=0.08)
     low, high = load.plastic.band["p_max_MPa"]
-    # d ln p / d ln Y is 0.72 there; told by 4 elements per semi-axis
+    # d ln p / d ln Y is 0.72 there; computed with 4 elements per semi-axis
     assert np.log((1 + high) / (1 + low)) / np.log(1.15 / 0.85) == pytest.approx(0.72, abs=0.2)
 
 
 def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
-    """Meshes, or where these agree by chance elements of the patch; half of the load steps; the elements' own nodes."""
+    """Contributions of the meshes, of the load steps and of the elements' nodes.
+
+    Where the meshes agree by chance, the number of elements in the patch counts. Of the load steps, half counts.
+    """
 
     def level(change, change_in_fewer_steps=None):
         yielded = SimpleNamespace(fe=change, fewer_steps=change_in_fewer_steps)
@@ -284,7 +291,7 @@ def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
 @pytest.mark.slow
 @needs_factors
 def test_with_four_elements_a_semi_axis_the_step_is_known_as_well_as_it_says():
-    # two meshes put the area to 4 % of its step here, which is 7 % of it too small
+    # by two meshes, the uncertainty of the area is 4 % of its step here; the step is 7 % too small
     load = solve(replace(sphere(3.0), resolution="quick")).load
     step, uncertainty = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty
     for name, exact in (("p_max_MPa", 0.680), ("area_mm2", 1.156)):
@@ -297,8 +304,8 @@ def test_verdicts_of_elastic_and_of_yielding_bodies_stand_side_by_side(loaded):
     assert loaded.elastic_verdict.answer == load.elastic_verdict.answer == "HOLDS"
     assert loaded.verdict.answer == load.verdict.answer == load.plastic.verdict.answer == "FAILS"
     assert load.verdict.cause == "plasticity"
-    said = " ".join(load.warnings)
-    assert "shakedown, residual stress, friction and repeated passes are not in it" in said
+    text = " ".join(load.warnings)
+    assert "shakedown, residual stress, friction and repeated passes are not in it" in text
     record, row = load_record(load), load_row(load, loaded.placement)
     assert "repeated passes are not in it" in row["verdict_warnings"]
     assert record["plastic"]["hertz"]["verdict"]["answer"] == row["plastic_hertz_verdict_answer"] == "FAILS"
@@ -309,7 +316,10 @@ def test_verdicts_of_elastic_and_of_yielding_bodies_stand_side_by_side(loaded):
 
 @pytest.fixture(scope="module")
 def lobes(solved):
-    """S1002 on 60E1 where two narrow lobes carry, below a limit of the peak that both steps of it are beyond."""
+    """S1002 on 60E1 with two narrow lobes and a limit of the peak.
+
+    Both steps of the peak exceed this limit.
+    """
     steel = replace(YIELDS, yield_MPa=350.0)
     criteria = Criteria(p_max=0.15, judged_by=("strength",))
     return solved(
@@ -319,7 +329,7 @@ def lobes(solved):
             roll="given",
             rail_material=steel,
             wheel_material=steel,
-            # three elements per semi-axis of the expected patch, a quarter fewer than of quick
+            # three elements per semi-axis of the expected patch, a quarter fewer than with quick
             resolution=(1.58, 1.43),
             refine="never",
             criteria=criteria,
@@ -334,7 +344,10 @@ def lobes(solved):
     ids=["healthy", "the search failed", "the elastic contact failed"],
 )
 def test_a_variant_whose_first_yield_is_not_found_is_not_converged(yield_utilisation, starts, status, monkeypatch):
-    """Half as many steps, and other yield stresses: what is stated hangs on each."""
+    """Variants with half the steps and with other yield stresses.
+
+    The stated uncertainty depends on each of them.
+    """
     nodal = SimpleNamespace(status="converged")
     monkeypatch.setattr(plastic_contact, "_steps", lambda *_: {})
     monkeypatch.setattr(
@@ -361,8 +374,8 @@ def test_a_variant_whose_first_yield_is_not_found_is_not_converged(yield_utilisa
 def test_first_yield_below_narrow_lobes_is_where_the_climb_yields(lobes):
     plastic = lobes.load.plastic
     first = plastic.yielded.first_yield_N
-    # on meshes made for 34 kN, which have three times as many elements below that patch: 31.0 kN ± 7 %, the climb to
-    # 34 kN elastic up to 29.9 kN and with plastic strain at 31.9 kN; stress at the nodes would put it to 45.7 kN here
+    # meshes for 34 kN have three times as many elements below that patch: 31.0 kN ± 7 %; when the load rises to 34 kN,
+    # it is elastic up to 29.9 kN, with plastic strain at 31.9 kN. From the stress at nodes, it would be 45.7 kN here
     assert abs(first / 31.0e3 - 1.0) < plastic.first_yield_uncertainty < 0.25
     assert all((point.load_N > first) == (point.largest_strain > 0.0) for point in plastic.yielded.path)
 
@@ -376,17 +389,17 @@ def test_hertz_may_hold_by_cancellation(lobes):
     )
     assert shape > 0.15 < -plastic
     assert (load.elastic_verdict.answer, load.verdict.answer) == ("FAILS", "HOLDS")
-    # what Hertz is off is what all steps leave, of which finite bodies and elements are 2 %
+    # the deviation of Hertz is the sum of all steps, of which finite bodies and elements are 2 %
     (judgement,) = plastic_load.judgements.values()
     left = (1.0 + shape) * (1.0 + plastic) * (1.0 + judgement.deviation["p_max_MPa"])
     assert left == pytest.approx(1.0, abs=0.02)
-    said = (
+    text = (
         f"HOLDS by cancellation of shape of the gap {1e2 * shape:+.1f} %, finite bodies {1e2 * bodies:+.1f} %,"
         f" plasticity {1e2 * plastic:+.1f} %"
     )
-    assert plastic_load.cancelling == said
-    assert any(said in warning for warning in load.warnings)
-    assert load_row(load, lobes.placement)["plastic_hertz_cancelling"] == said
+    assert plastic_load.cancelling == text
+    assert any(text in warning for warning in load.warnings)
+    assert load_row(load, lobes.placement)["plastic_hertz_cancelling"] == text
 
 
 @needs_factors
@@ -407,7 +420,7 @@ def test_fields_of_a_body_that_has_yielded(loaded):
     body = loaded.load.level.yielded.bodies["rail"]
     strain_at_nodes = fields["equivalent_plastic_strain"]
     assert 0.9 * body.largest_strain < strain_at_nodes.max() <= body.largest_strain
-    # where it has yielded well inside, the stress is the yield stress
+    # well inside the yielded zone, the stress is the yield stress
     inside = strain_at_nodes > 0.8 * body.largest_strain
     np.testing.assert_allclose(fields["von_mises_plastic_MPa"][inside], body.yield_MPa, rtol=0.05)
     # the imprint of both bodies is 0.118 of Hertz's approach

@@ -1,4 +1,4 @@
-"""Profile files as programs and instruments write them: what is read, what is refused, and the way back."""
+"""Profile files of programs and instruments: reading, refusals and writing."""
 
 import os
 import pickle
@@ -67,11 +67,14 @@ def test_simpack_units_are_honoured(write, factor, unit_mm):
 
 
 def test_simpack_shifts_rotates_bounds_mirrors_and_inverts_in_this_order(write):
-    """Undone by hand in the opposite order: the file's own numbers say that shifting comes before rotating."""
+    """The operations, undone by hand in the opposite order.
+
+    The numbers of the file show that shifting comes before rotating.
+    """
     y, z = head()
     down = np.column_stack((y, -z))
     keep = (down[:, 0] >= -30.25) & (down[:, 0] <= 20.25)
-    # what the file must hold so that its keys make `down` of it: mirror last, so undone first
+    # points of the file that its keys turn into `down`: mirroring is last, so it is undone first
     turn, shift = 0.03, np.array([2.5, -1.25])
     raw = down * [-1.0, 1.0]
     c, s = np.cos(turn), np.sin(turn)
@@ -83,8 +86,8 @@ def test_simpack_shifts_rotates_bounds_mirrors_and_inverts_in_this_order(write):
     rail = resolve_rail(str(write("a.prr", text)), AS_IS)
     points = points_along(rail)
     assert points == pytest.approx(np.column_stack((y, z))[keep], abs=1e-9)
-    for said in ("shifted by", "rotated by 30 mrad", "left out", "mirrored in y"):
-        assert any(said in note for note in rail.notes)
+    for words in ("shifted by", "rotated by 30 mrad", "left out", "mirrored in y"):
+        assert any(words in note for note in rail.notes)
 
 
 @pytest.mark.parametrize(
@@ -175,9 +178,12 @@ def test_miniprof_headers_in_quotes_count_as_those_without(write):
 
 
 def instrument_text(kind, first="ProgramName=MiniProf for Windows\nProgramVer=2.43.73", taper="70.0000", blank="\n"):
-    """A library profile as MiniProf for Windows 2.43 writes a measured one: see the reader for where that is known."""
+    """Text of a library profile in the format of MiniProf for Windows 2.43.
+
+    The source of this format is named in the reader.
+    """
     points = points_along(load("S1002" if kind == "wheel" else "60E1"))
-    # into the depth of the body; a wheel from the field side, and X from the back of its flange
+    # Y grows into the body; the points of a wheel start at the field side, and X starts at the back of the flange
     x, y = (points[::-1, 0] + 70.0, -points[::-1, 1]) if kind == "wheel" else (points[:, 0], -points[:, 1])
     keys = [
         first, "MPSerNo=1197", "Xoffset=0.0000", "Yoffset=0.0000", "RefPoint1=0.0000, 0.0000", "ColumnDef=X,Y",
@@ -190,11 +196,11 @@ def instrument_text(kind, first="ProgramName=MiniProf for Windows\nProgramVer=2.
 def test_files_of_the_instrument_have_depth_and_the_back_of_the_flange(write):
     wheel = resolve_wheel(str(write("a.whl", instrument_text("wheel"))), AS_IS).profile
     y = np.linspace(-60.0, 59.0, 200)
-    # points 0.1 mm apart miss a junction from straight to R 13 mm by 0.04 of its curvature and the square of that
+    # with points 0.1 mm apart, the error at a junction from straight to R 13 mm is 0.04 / 13 * 0.1^2 mm
     assert wheel.height(y) == pytest.approx(load("S1002").height(y), abs=3e-5)
     assert any("the tape circle at WheelDiameterTaperline = 70 mm is y = 0" in note for note in wheel.notes)
     assert "its Y grows into the body: z is -Y" in wheel.notes
-    # no blank line before the points, as in one of the files
+    # no blank line before the points, as in some of the files
     rail = resolve_rail(str(write("a.ban", instrument_text("rail", taper="", blank=""))), AS_IS)
     y = np.linspace(-35.0, 35.0, 100)
     assert rail.height(y) == pytest.approx(load("60E1").height(y), abs=1e-5)
@@ -214,7 +220,7 @@ def test_a_wheel_from_the_back_of_its_flange_needs_its_tape_circle(write):
 
 
 def test_a_header_in_words_is_one(write):
-    """As MiniProf of 2020 writes it, with and without the quote before its line of numbers."""
+    """A header of MiniProf 2020, with and without the quote before its numbers."""
     text = instrument_text("wheel", taper="").splitlines()
     rows = "\n".join(line for line in text if "=" not in line and line.strip())
     words = '#MINIWHEELPROF\nmine.whl\nMINIPROF 2020\nCar Number..:\n" 32.5 28.0 10.8\n(Sd/Sh/qR)\n\n'
@@ -377,7 +383,7 @@ def test_profiles_are_written_as_columns_alone(tmp_path, name, message, capsys):
     with pytest.raises(InputError, match=message):
         refuse_other_endings(Path(name))
     assert call(["profiles", "60E1", "--write", str(tmp_path / name)]) == 2
-    # before anything is read or shown
+    # refused before anything is read or printed
     assert capsys.readouterr().out == ""
     assert list(tmp_path.iterdir()) == []
 
@@ -387,7 +393,7 @@ def test_profiles_are_written_as_columns_alone(tmp_path, name, message, capsys):
     reverse=st.booleans(),
 )  # fmt: skip
 def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, reverse):
-    """The keys of a file undo exactly what was done to its points."""
+    """The keys of a file undo exactly the motion of its points."""
     y, z = head()
     down = np.column_stack((y, -z)) * [-1.0 if mirror else 1.0, 1.0]
     c, s = np.cos(turn), np.sin(turn)
@@ -414,7 +420,7 @@ def test_whether_a_line_turns_back_does_not_hang_on_where_it_lies(offset_mm, bac
     assert len(problems_of_points) == problems
 
 
-# --- a library of one's own --------------------------------------------------------------------------------------
+# --- a library of the user --------------------------------------------------------------------------------------
 
 
 def test_names_are_looked_up_in_a_folder_first(tmp_path):
@@ -434,7 +440,7 @@ def test_names_are_looked_up_in_a_folder_first(tmp_path):
         Case(rail="mine", library=str(tmp_path / "none"))
 
 
-# --- what a stranger's file may do ------------------------------------------------------------------------------
+# --- files from unknown sources ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("first", "last"), [(39, 42), (40, 42), (30, 33), (60, 62)])
@@ -493,7 +499,7 @@ def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, cap
     for line, name in zip(lines, ("60E1", "S1002"), strict=True):
         assert line.measured.nominal == name
         assert line.measured.noise_mm == pytest.approx(NOISE_MM, rel=0.1)
-    # in the middle of the wear the rail lies lower along its normal, the wheel's body higher
+    # in the middle of the wear, the rail is lower along its normal, and the wheel surface is higher
     for line, name, y, side in zip(lines, ("60E1", "S1002"), (-12.0, 0.0), (-1.0, 1.0), strict=True):
         new = load(name)
         angle = np.arctan(new.slope(y))
@@ -508,7 +514,7 @@ OF_HEADER_MM = 0.5 * 719.1924
 
 @pytest.fixture
 def wheel_with_diameter(write):
-    """The file of a wheel whose header has a diameter."""
+    """The file of a wheel with a diameter in its header."""
     text = instrument_text("wheel").replace("Chars=UTF8", "Chars=UTF8\nDiameterTaperline=719.1924")
     return str(write("worn.whl", text))
 
@@ -519,7 +525,7 @@ def test_the_rolling_radius_is_that_of_the_header_unless_one_is_given(wheel_with
     assert case.rolling_radius_mm == pytest.approx(OF_HEADER_MM, abs=1e-9)
     assert [Case(wheel=name).rolling_radius_mm for name in ("S1002", "cylinder:300", plain)] == [460.0] * 3
     assert Case(wheel=wheel_with_diameter, rolling_radius_mm=459.0).rolling_radius_mm == 459.0
-    # a case that is derived has the radius of its own wheel, or the given one
+    # a derived case has the radius of its wheel, or the given radius
     assert replace(case, load_N=80e3).rolling_radius_mm == case.rolling_radius_mm
     assert replace(case, wheel=plain).rolling_radius_mm == 460.0
     assert replace(Case(wheel=plain), wheel=wheel_with_diameter).rolling_radius_mm == case.rolling_radius_mm
@@ -546,7 +552,7 @@ def test_a_radius_that_nobody_gives_does_not_change_the_id_of_a_case(wheel_with_
         case, case_with_radius = Case(wheel=wheel), Case(wheel=wheel, rolling_radius_mm=radius)
         assert case == case_with_radius
         assert case_id(case) == case_id(case_with_radius)
-        # results name a file by its content, and have the radius that counts
+        # results identify a file by its content, and have the radius in use
         assert case_inputs(case)["rolling_radius_mm"] == radius
         assert with_absolute_paths(case).rolling_radius_mm == radius
         assert replace(case.with_profiles({"wheel": "gone.whl@01234567"}), load_N=1e4).rolling_radius_mm == radius
@@ -574,7 +580,7 @@ def test_the_radius_of_the_header_counts_in_the_contact_as_a_given_one_does(whee
     ]
     assert areas[0] == pytest.approx(areas[1], rel=1e-6)
     assert areas[2] == pytest.approx(areas[3], rel=1e-6)
-    # a smaller wheel has the smaller patch
+    # a smaller wheel has a smaller patch
     assert areas[0] < 0.95 * areas[2]
 
 

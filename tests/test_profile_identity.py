@@ -1,4 +1,7 @@
-"""A profile in results: a file is its name and its content, wherever it lies; anything else is what was written."""
+"""Identity of a profile in results.
+
+A file is identified by its name and its content, independent of its folder. All other texts stay as written.
+"""
 
 import hashlib
 from pathlib import Path
@@ -40,7 +43,7 @@ def test_a_file_of_the_same_name_does_not_hide_what_the_text_means(folder, spec)
     write(folder / spec)
     assert profile_file(spec) is None
     assert profile_identity(spec) == spec
-    # with its folder it is the file, for the command line as well
+    # with its folder, the text means the file, also on the command line
     assert profile_file(f"./{spec}") == Path(spec)
     assert profile_identity(f"./{spec}") == f"{spec}@{sha256(folder / spec)[:8]}"
 
@@ -138,7 +141,7 @@ def test_a_name_that_no_profile_has_is_refused_at_once_and_a_file_once_it_is_use
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"there is no profile '60E3'; did you mean 60E2 or .* \(a file has an ending"):
         Case().with_profiles({body: "60E3"})
-    # what another machine has, or what is stored beside a result, is told by its ending, its folder or its hash
+    # a file of a different machine or beside a result is recognised by its ending, its folder or its hash
     for later in ("mine.csv", "./mine", "measured\\mine", "mine@0123abcd"):
         case = Case().with_profiles({body: later})
         assert case.profiles[body] == later

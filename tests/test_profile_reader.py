@@ -1,4 +1,4 @@
-"""Files of points: what is understood, what is refused with which remedy, and how well a curvature survives."""
+"""Files of points: accepted files, refusals with their remedies, and accuracy of curvatures."""
 
 import math
 import re
@@ -256,7 +256,7 @@ def test_points_that_lie_on_each_other_are_one(tiny_mm):
 
 
 def test_a_wheel_that_lost_its_minus_signs_has_a_kink():
-    """Its tread is reflected at the tape circle, smooth but for one point."""
+    """A tread that is reflected at the tape circle is smooth except for a point."""
     y, z = points_along(load("S1002"), 0.5).T
     good, bad = (profile_from_points(y, line, kind="wheel", name="p").notes for line in (z, np.where(y > 0.0, -z, z)))
     assert not any("kink" in note for note in good)
@@ -344,7 +344,7 @@ def test_corners_split_the_spline():
     (corner,) = wheel.junctions
     assert corner.is_corner
     assert corner.y_mm == pytest.approx(60.0, abs=1e-9)
-    # the straight pieces on both sides stay straight: no overshoot from one into the other
+    # the straight pieces on both sides stay straight, without overshoot across the corner
     assert wheel.curvature([59.0, 60.5, 64.0]) == pytest.approx(0.0, abs=1e-9)
     # a piece of two points is a line
     last = profile_from_points(np.append(y[y <= 60], 65.0), np.append(z[y <= 60], z[-1]), kind="wheel", name="p")
@@ -403,7 +403,10 @@ def test_a_wheel_upside_down_whose_last_point_is_the_highest_is_told_with_that_p
 
 
 def lines_with(*corners: tuple[float, float]):
-    """A level line from -40 to 40 mm but for straight lines between corners, with a point every 0.1 mm."""
+    """A level line from -40 to 40 mm with straight lines between corners.
+
+    It has a point every 0.1 mm.
+    """
     y = np.round(np.arange(-40.0, 40.05, 0.1), 9)
     return y, np.interp(y, *zip(*corners, strict=True))
 
@@ -420,7 +423,7 @@ def ends(depth: float, dip: float = 0.0) -> tuple[tuple[float, float], ...]:
 @pytest.mark.parametrize(
     ("kind", "good", "bad", "message"),
     [
-        # a dip of 8 mm is a flange, and a groove where what is within 8 mm of the top is 20 mm wide on both sides
+        # a dip of 8 mm is a flange; it is a groove if on both sides at least 20 mm are within 8 mm of the top
         ("rail", v(7.9, 20.5), v(8.1, 20.5), r"the line dips by 8\.1 mm at y = 20\.5 mm"),
         ("rail", v(7.9, 19.5), v(8.1, 19.5), r"a groove of 8\.1 mm at y = 19\.5 mm"),
         # 0.1 mm below the chord between the ends
@@ -437,7 +440,7 @@ def test_a_line_is_refused_from_the_size_on_that_its_body_does_not_have(kind, go
     check_shape(*lines_with(*good), kind=kind, what="file")
     with pytest.raises(InputError, match=message):
         check_shape(*lines_with(*bad), kind=kind, what="file")
-    # wherever the file has its origin
+    # independent of the origin of the file
     y, z = lines_with(*bad)
     with pytest.raises(InputError, match=r"file: "):
         check_shape(y + 700.0, z + 300.0, kind=kind, what="file")
@@ -445,7 +448,7 @@ def test_a_line_is_refused_from_the_size_on_that_its_body_does_not_have(kind, go
 
 def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
     check_shape(*lines_with(*v(28.0, -25.0)), kind="wheel", what="file")
-    # the back of a flange is steeper than 4 and does not count, a flank of 3.9 does
+    # the back of a flange (slope above 4) does not count; a flank with slope 3.9 counts
     for slope, refused in ((4.1, False), (3.9, True)):
         wall = ((-40.0, 0.0), (35.0, 0.0), (40.0, 5.0 * slope))
         if refused:

@@ -1,4 +1,7 @@
-"""The package as a library: what is public, results as arrays, rows and pictures, and the examples as they stand."""
+"""The package as a library: public names, results and examples.
+
+Results are arrays, rows and pictures; the examples run unchanged.
+"""
 
 import doctest
 import importlib
@@ -37,7 +40,7 @@ def test_what_is_public_is_seen_by_tab_completion_and_help():
 
 def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
     commands = {name for name in app if not name.startswith("-")}
-    # what they print of a machine, of files and of two sets of results is no function of a case
+    # these commands print facts of a machine, of files or of two sets of results: they are not functions of a case
     without_function = {
         "demo",
         "guide",
@@ -81,7 +84,7 @@ def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(e
 
 @pytest.mark.slow
 def test_the_story_of_the_package_has_these_numbers(solved, monkeypatch):
-    # the same function, which keeps what it solved for other tests
+    # this function stores its results for the other tests
     monkeypatch.setattr(fecontact, "solve", solved, raising=False)
     outcome = doctest.testmod(fecontact, optionflags=doctest.ELLIPSIS)
     assert outcome.attempted > 15
@@ -97,7 +100,7 @@ def test_fields_are_those_of_the_whole_contact(elliptic_quick: CaseResult):
     assert not result.grid.half
     np.testing.assert_array_equal(result.pressure_MPa, result.pressure_MPa[::-1])
     np.testing.assert_array_equal(result.pressure_MPa[nx // 2 :], half.pressure_MPa)
-    # pressures are means over the nodes' cells: their sum is the force, but for normals that turn by up to 18 mrad
+    # pressures are means over the cells of the nodes: their sum is the force, except that normals turn by up to 18 mrad
     force = (result.grid.whole_area_mm2() * result.pressure_MPa.ravel()).sum()
     assert force == pytest.approx(result.normal_force_N, rel=1e-4)
     assert result.normal_force_N == pytest.approx(100e3, rel=1e-5)
@@ -115,7 +118,7 @@ def test_a_pickled_result_has_all_but_the_factors(elliptic_quick, tmp_path):
     again = pickle.loads(pickle.dumps(elliptic_quick))
     np.testing.assert_array_equal(again.pressure_MPa, elliptic_quick.pressure_MPa)
     assert fecontact.rows(again) == fecontact.rows(elliptic_quick)
-    # with its meshes and displacements, from which the stresses are found
+    # the pickle has the meshes and displacements, from which the stresses are computed
     for folder, result in (("here", elliptic_quick), ("again", again)):
         write_case_vtk(result, tmp_path / folder)
     for file in ("rail.vtu", "wheel.vtu", "pressure.vtp"):
@@ -138,7 +141,7 @@ def test_a_mesh_is_a_dataset_with_its_surfaces(elliptic_quick):
     assert dataset.volume == pytest.approx(body.volume_mm3, rel=1e-9)
     for name, quads in body.surfaces.items():
         np.testing.assert_array_equal(np.flatnonzero(dataset.point_data[name]), np.unique(quads))
-    # the rim is held
+    # the rim is fixed
     assert not dataset.point_data["displacement_mm"][dataset.point_data["driven"] == 1].any()
     alone = fecontact.mesh(elliptic_quick.case, "wheel")
     np.testing.assert_array_equal(alone.points, dataset.points)
@@ -188,7 +191,7 @@ def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, c
 
 @pytest.mark.slow
 def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
-    """As it stands, but with results that are there already in place of four that would be solved."""
+    """The example, unchanged except for stored results in place of four solved cases."""
     code = example(page("python"))
     calls = []
     monkeypatch.chdir(tmp_path)

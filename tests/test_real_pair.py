@@ -31,7 +31,7 @@ from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 
 
-# No refinement beyond the named sizes: its steps depend on how fast the machine is.
+# No refinement beyond the named sizes: the refinement steps depend on the speed of the machine.
 FIXED = {"refine": "never"}
 
 
@@ -51,17 +51,17 @@ def check(result: CaseResult) -> None:
 
 # --- 60E1 1:40, S1002, 100 kN -----------------------------------------------------------------------------------
 
-# By other readings of the elements' own nodes on finer meshes: shift (mm), answer, and in per cent what Hertz is off in
-# peak, area, a and b; centre of pressure over b; valley and misplaced load in per cent. The area at 4 mm, where a thin
-# tail was lost on those nodes (-1.0 %), is that of a half-space with 64 nodes per semi-axis.
+# Results of an independent reading of the elements' nodes on finer meshes: shift (mm), answer, deviation of Hertz in
+# peak, area, a and b (per cent); centre of pressure over b; valley and misplaced load (per cent). The area at 4 mm is
+# from a half-space with 64 nodes per semi-axis, because a thin tail was lost on those nodes (-1.0 %).
 FACTS = [
     (-4.0, "HOLDS", -0.3, -2.1, 0.6, -2.5, -0.07, 0.0, 4.8),
     pytest.param(-2.0, "HOLDS", -0.1, -4.8, 1.7, -6.0, -0.11, 0.0, 7.1, marks=pytest.mark.slow),
-    # a second lobe is at 0 mm as well
+    # there is a second lobe at 0 mm too
     pytest.param(-1.0, "FAILS", 1.3, -9.4, 5.4, -17.0, -0.19, 15.0, 12.5, marks=pytest.mark.slow),
     (0.0, "FAILS", -21.0, 3.1, 2.6, -11.5, -0.26, 22.0, 15.5),
     (3.0, "FAILS", 1.7, -12.9, 2.2, -9.7, 0.03, 0.0, 5.6),
-    # he holds at -4 mm as well
+    # Hertz holds at -4 mm too
     pytest.param(4.0, "HOLDS", 0.0, -2.5, 0.2, -1.4, -0.03, 0.0, 2.9, marks=pytest.mark.slow),
 ]
 
@@ -73,7 +73,7 @@ def test_what_other_readings_say(solved, shift, answer, p, area, a, b, centre, v
     check(result)
     deviation = result.comparison.deviation
     percent = {name: 100.0 * deviation[name] for name in deviation}
-    # it read area and valley less sharply
+    # the independent reading is less accurate in area and valley
     assert percent["p_max_MPa"] == pytest.approx(p, abs=0.5)
     assert percent["area_mm2"] == pytest.approx(area, abs=1.3)
     assert percent["a_mm"] == pytest.approx(a, abs=0.5)
@@ -91,7 +91,10 @@ def test_what_other_readings_say(solved, shift, answer, p, area, a, b, centre, v
 @pytest.mark.slow
 @pytest.mark.parametrize("load_N", [80e3, 100e3, 150e3])
 def test_hertz_fails_between_the_lobes_though_his_peak_is_right(load_N):
-    """Half a millimetre from the centre, where both lobes are as high and Hertz's peak is right by chance."""
+    """Position with two equally high lobes, where Hertz's peak is right by chance.
+
+    It is half a millimetre from the centre.
+    """
     result = solve(Case(lateral_shift_mm=-0.5, roll="given", load_N=load_N, **FIXED))
     check(result)
     deviation = result.comparison.deviation
@@ -102,12 +105,12 @@ def test_hertz_fails_between_the_lobes_though_his_peak_is_right(load_N):
     assert {"b_mm", "centre_over_b", "valley", "misplaced_load"} <= set(result.verdict.failing)
     # measured 34, 35 and 36 %
     assert deviation["valley"] == pytest.approx(0.35, abs=0.03)
-    # strength alone has nothing against him
+    # for strength alone, Hertz holds
     assert result.verdict.each["p_max_MPa"] == "HOLDS"
 
 
 def check_corrections(case: Case, placement: Placement, bodies: CoupledBodies, most_calls: int) -> None:
-    """Corrections of the calibrated half-space find what conjugate gradients find."""
+    """Corrections of the calibrated half-space agree with conjugate gradients."""
     problem = coupled_problem(true_gap_of_case(case, placement), bodies)
     solution = problem.solve(100e3)
     exact = solve_contact(problem.bodies, 100e3, start_MPa=solution.pressure_MPa, tolerance=1e-9)
@@ -131,7 +134,7 @@ def test_corrections_are_few(shift, most_calls):
 
 @pytest.mark.slow
 def test_first_touch_next_to_a_junction():
-    # first touch close to the junction R 300 / R 80: Hertz's narrow ellipse is far too high; measured 62 %
+    # first contact close to the junction R 300 / R 80: the peak of Hertz's narrow ellipse is far too high (by 62 %)
     result = solve(Case(lateral_shift_mm=0.25, roll="given", **FIXED))
     check(result)
     assert result.comparison.deviation["p_max_MPa"] == pytest.approx(0.62, abs=0.03)
@@ -175,10 +178,10 @@ def test_force_and_approach_of_a_rung_on_a_tilted_pair():
 
     assert force_along(vertical) == pytest.approx(case.load_N, rel=1e-8)
     assert rung.normal_force_N == pytest.approx(force_along(normal), rel=1e-12)
-    # the normals below the patch hardly turn: nearly the load over the cosine
+    # the normals below the patch hardly turn: the force is nearly the load divided by the cosine
     assert rung.normal_force_N == pytest.approx(case.load_N / float(normal @ vertical), rel=1e-3)
     assert rung.normal_force_N > 1.0005 * case.load_N
-    # what the bodies come together vertically closes the gaps of the nodes in contact, each along its own normal
+    # the vertical approach of the bodies closes the gaps of the nodes in contact, each gap along its normal
     problem = half_space_problem(
         grid,
         placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]).ravel(),
@@ -225,7 +228,7 @@ def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch)
         import_module("resource")
     result = solve(COARSE)
     check(result)
-    # what is resident now: less than its largest so far, and more than Python with NumPy and SciPy alone
+    # the resident memory now: less than its maximum so far, more than Python with NumPy and SciPy alone
     assert result.effort.peak_memory_MB > 50.0
     assert peak_memory_MB() > 50.0
     monkeypatch.undo()
@@ -242,7 +245,7 @@ def test_full_model_without_yaw_is_the_half_model(solved):
     np.testing.assert_allclose(full.grid.s_mm, half.grid.s_mm, atol=1e-9)
     p, middle, half_rung = full.pressure_MPa, full.grid.x_mm.size // 2, half.load.fe
     np.testing.assert_allclose(full.grid.x_mm[middle:], half_rung.grid.x_mm, atol=1e-9)
-    # so small a yaw leaves the sections as they are: measured 1.6e-5 (on the same meshes 1e-7, see test_mortar)
+    # a yaw this small does not change the sections: measured 1.6e-5 (on identical meshes 1e-7, see test_mortar)
     np.testing.assert_allclose(p, p[::-1], atol=1e-7 * p.max())
     np.testing.assert_allclose(p[middle:], half_rung.pressure_MPa, atol=3e-5 * p.max())
     assert full.comparison.fe.approach_mm == pytest.approx(half.comparison.fe.approach_mm, rel=1e-7)
@@ -267,7 +270,7 @@ BENCHMARK_STEEL = Material.from_shear(shear_MPa=82e3, poisson=0.28)
 
 
 def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **changes: object) -> Case:
-    """One wheel of the rolled wheelset as a pair of its own; the right one is a mirror image."""
+    """Case of a single wheel of the rolled wheelset; the right wheel is mirrored."""
 
     def one(sign: float, roll: float) -> Case:
         return Case(
@@ -293,7 +296,7 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
 
 
 def solve_on_half_space(case: Case, placement: Placement) -> Measures:
-    # of a normal load, from a guess of its own
+    # for a normal load, with a separate first guess
     true_gap = true_gap_of_case(case, placement)
     assert (true_gap.direction == placement.first.normal).all()
     assert true_gap.contact_modulus_MPa == contact_modulus_MPa(BENCHMARK_STEEL, BENCHMARK_STEEL)
@@ -305,7 +308,7 @@ def test_manchester_on_the_half_space(wheel, shift, yaw, force, peak, approach):
     # the yaw of the file is left out here: it changes the peak by 0.2 % at most
     case = manchester_case(wheel, shift, 0.0, force)
     measures = solve_on_half_space(case, place_case(case))
-    # the same physics as CONTACT's; both are discrete (its cells are 0.2 mm): measured 0.2 %
+    # the physics is equal to CONTACT; both are discrete (CONTACT has cells of 0.2 mm): measured 0.2 %
     assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
     assert measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 

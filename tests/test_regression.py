@@ -28,7 +28,7 @@ from fecontact.regression.tables import EFFORT, KINDS, LATER, TEXT, kind_of, loa
 BASELINES = Path(__file__).parents[1] / "studies" / "baselines"
 VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"}
 
-# Column, baseline, and the largest difference that is the same: written out by hand, not taken from the code.
+# Column, baseline, and the largest accepted difference: written by hand, not taken from the code.
 LIMITS = (
     ("fe_p_max_MPa", 1200.0, 0.12),
     ("half_space_p_max_MPa", 1200.0, 0.12),
@@ -133,7 +133,7 @@ def test_each_stated_uncertainty_of_a_baseline_that_shrinks_tenfold_is_a_differe
     assert len({name for name, _ in stated}) >= 18
     shrunk = compare_tables(table, times(0.1)).differences
     assert set(zip(shrunk.column, shrunk.case, strict=True)) == stated
-    # what meshes move by chance is none
+    # a random change with the mesh is not a difference
     assert compare_tables(table, times(1.03)).same
 
 
@@ -156,7 +156,10 @@ def test_texts_are_exact(tmp_path, column):
 
 @pytest.mark.parametrize("prefix", ["", "stripes_"])
 def test_two_measures_that_use_as_much_of_their_limits_may_change_places(tmp_path, prefix):
-    """On an exact ellipse STRIPES uses 0.01276 or 0.01270 of its limits, by one measure or another: two processors."""
+    """Two measures with nearly equal limit utilisation may change places.
+
+    On an exact ellipse, the limit utilisation of STRIPES is 0.01276 or 0.01270, by two measures on two processors.
+    """
     share = f"{prefix}limit_used" if prefix else "verdict_limit_used"
 
     def judged_rows(measure: str, utilisation: float, answer: str = "HOLDS") -> list[dict]:
@@ -186,7 +189,7 @@ def test_effort_is_shown_and_not_compared(tmp_path):
     comparison = compared(tmp_path, [case_row(**dict.fromkeys(names, 1))], [case_row(**dict.fromkeys(names, 99))])
     assert comparison.same
     assert [(c.column, c.new) for c in rows_of_frame(comparison.efforts)] == [(name, "99") for name in names]
-    # nor does it matter whether they are there: a baseline has none
+    # missing effort columns are accepted too: a baseline has no effort columns
     assert compared(tmp_path / "b", [case_row()], [case_row(**dict.fromkeys(names, 99))]).same
 
 
@@ -310,7 +313,7 @@ def position_row(shift: float, load: float, name: str = "", **columns) -> dict:
 
 
 def refused(capsys, *arguments) -> str:
-    """The one line that a refused comparison says."""
+    """The single line of a refused comparison."""
     assert call(["compare", *map(str, arguments)]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -322,7 +325,7 @@ POSITIONS = ((-1.0, 50.0), (0.1 + 0.2, 50.0), (0.0, 100.0))
 
 
 def quick_and_standard(tmp_path: Path) -> tuple[Path, Path]:
-    """The same positions in another order, with other ids, from other arithmetic, and one value off."""
+    """Equal positions with different order, ids and arithmetic, and a single different value."""
     quick = [position_row(*at) for at in POSITIONS]
     positions = ((-0.0, 100), (0.3, 50.0), (-1, 50))
     standard = [position_row(*at, resolution="standard", fe_area_mm2=121.0 if at[0] < 0 else 120.0) for at in positions]
@@ -394,7 +397,7 @@ def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_
     for column in ("roll", "resolution"):
         assert call(["compare", str(bad), str(bad), "--match", f"shift,load,{column}"]) == 0
     capsys.readouterr()
-    # a column that the other table lacks would be of no help
+    # a column that is missing in the second table would not help
     for form in ("csv", "json"):
         path = good / f"study.{form}"
         path.write_text(path.read_text().replace("roll_mrad", "rolling"))
@@ -453,7 +456,7 @@ def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, caps
         err = refused(capsys, *pair, "--match", "shift,load")
         assert f"--match 'shift': no column 'lateral_shift_mm' in {now / 'study.json'};" in err
         assert "allowed are load, roll, id" in err
-    # a table that has the short form as its own name is taken at its word
+    # if a table has a column with the short name, this column is used
     for folder in (was, now):
         for form in ("study.json", "study.csv"):
             spoil(folder / form, "shift_mm" if folder == now else "lateral_shift_mm", "shift")
@@ -472,13 +475,13 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
 @pytest.mark.parametrize(
     ("was", "now", "says"),
     [
-        # quick against standard; what is the same for all cases of a table is not in the example
+        # quick against standard; the suggestion leaves out columns that are equal in all cases of a table
         (
             [position_row(0.0, 50.0), position_row(1.0, 50.0)],
             [position_row(0.0, 50.0, resolution="fine"), position_row(1.0, 50.0, resolution="fine")],
             ", or match them by their inputs with --match shift,load (2 in common)\n",
         ),
-        # a roll that is another by rounding only
+        # rolls that differ by rounding only
         (
             [position_row(0.0, 50.0, "a", roll_mrad=0.3), position_row(1.0, 50.0, "b", roll_mrad=0.1 + 0.2)],
             [position_row(0.0, 50.0, "c", roll_mrad=0.3), position_row(1.0, 50.0, "d", roll_mrad=0.3)],
@@ -490,7 +493,7 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
             [position_row(0.0, 50.0, "c"), position_row(0.0, 50.0, "d", rail="worn")],
             "with --match shift,load,rail (2 in common)\n",
         ),
-        # another load for all
+        # a different load for all cases
         (
             [position_row(0.0, 50.0), position_row(1.0, 50.0)],
             [position_row(0.0, 60.0), position_row(1.0, 60.0)],
@@ -502,7 +505,7 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
             [position_row(0.0, 50.0, "x"), position_row(1.0, 50.0, "y")],
             "with --match shift,load (2 in common)\n",
         ),
-        # other positions altogether
+        # completely different positions
         ([position_row(0.0, 50.0)], [position_row(1.0, 60.0)], ", such as --match shift,load\n"),
         ([case_row("a", rail="x")], [case_row("b", rail="y")], "of the same study, at the same size\n"),
     ],
@@ -512,7 +515,7 @@ def test_nothing_in_common_by_id_suggests_what_to_match_by(tmp_path, capsys, was
     err = refused(capsys, *folders)
     assert "have no case in common" in err
     assert err.endswith(says)
-    # what is suggested with a number of cases works
+    # a suggestion with a number of cases works
     if suggestion := re.search(r"--match (\S+) \((\d+) in common\)", err):
         comparison = compare_tables(*map(load_table, folders), match=suggestion[1].split(","))
         assert len(comparison.cases) == int(suggestion[2])
@@ -622,10 +625,10 @@ def test_solved_cases_are_compared_by_folder_and_by_file(tmp_path, capsys):
     assert "version gmsh: 4.15.2 -> 4.13.1" in out
     assert "setting" not in out
     assert "worst fe_p_max_MPa (531 times its tolerance)" in out
-    # a study that has the case has it in the same columns
+    # a study with this case has equal columns
     study = load_table(write_study(tmp_path / "study", [case_row(fe_b_mm=None)]))
     assert compare_tables(study, load_table(same)).same
-    # the tables of a study come first where a folder has both
+    # if a folder has both, the tables of the study are used
     shutil.copy(now / "row.json", tmp_path / "study")
     assert load_table(tmp_path / "study").path.name == "study.json"
 
@@ -663,7 +666,7 @@ def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
         case_row("b", fe_pieces=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""),
     ]
     study = write_study(tmp_path / "study", rows)
-    # infinite is no value in JSON and none in the CSV
+    # infinity is null in JSON and empty in the CSV
     spoil(study / "study.json", "Infinity", "null")
     with (study / "study.csv").open(newline="") as file:
         head, *lines = csv.reader(file)
@@ -684,7 +687,7 @@ def test_nothing_is_left_out_or_broken_where_the_output_is_no_terminal(tmp_path,
     was, now = (write_study(tmp_path / str(value), [case_row(**{name: value})]) for value in (1000.5, 2000.25))
     assert call(["compare", str(was), str(now)]) == 1
     (line,) = [printed for printed in capsys.readouterr().out.splitlines() if printed.startswith(name)]
-    # column, how many differ, case, both values, their difference, tolerance, times it
+    # column, number of differences, case, both values, difference, tolerance, difference divided by tolerance
     assert line.split()[1] == "1/1"
     assert line.split()[-5:] == ["1000.5", "2000.25", "+1e+03", "0.1", "9.99e+03"]
 
@@ -711,7 +714,7 @@ def test_a_tolerance_file_widens_and_narrows(tmp_path):
         tolerance_file(tmp_path, "[columns.fe_p_max_MPa]\nabsolute = 2\n[kinds.area]\nrelative = 0\n")
     )
     assert [d.column for d in rows_of_frame(compared(tmp_path, was, now, tolerances).differences)] == ["fe_area_mm2"]
-    # what is not given stays
+    # tolerances that are not given stay unchanged
     assert tolerances.of("fe_p_max_MPa").relative == KINDS["pressure"].relative
     assert tolerances.of("p_max_half_space_MPa").absolute == 0.0
 
@@ -756,7 +759,7 @@ def test_a_tolerance_file_that_is_not_there_is_exit_code_2(tmp_path, capsys):
 
 
 def write_reports(tmp_path: Path) -> tuple[str, str]:
-    """JSON and HTML of two studies that differ in everything, with letters that mean something in HTML."""
+    """JSON and HTML of two completely different studies, with special characters of HTML."""
     bad = "<script>alert('&')</script>"
     was = [case_row("a<b>", fe_pieces=1, strange=1.0, seconds=1.0, verdict_answer="HOLDS"), case_row("gone")]
     now = [case_row("a<b>", fe_pieces=2, strange=1.5, seconds=9.0, verdict_answer=bad, more_MPa=1), case_row("added")]
@@ -800,7 +803,7 @@ def test_json_has_everything(tmp_path):
     strange = by_column["strange"]
     assert (strange["baseline"], strange["new"], strange["difference"]) == ("1.0", "1.5", 0.5)
     assert strange["times_tolerance"] == pytest.approx(0.5 / 1e-4)
-    # infinite: nothing was allowed
+    # infinite, because the tolerance is zero
     assert by_column["fe_pieces"]["times_tolerance"] is None
     assert [difference["column"] for difference in record["not_compared"]] == ["seconds"]
     assert record["columns"][0]["differing"] == 1
@@ -839,8 +842,8 @@ def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
 
 
 def test_the_terminal_shows_the_worst_columns_and_says_how_many_more_differ(tmp_path, capsys):
-    """Two rails differ in a hundred columns, and some texts are as wide as a terminal."""
-    # numbers of as many digits are no texts that are cut
+    """Rails that differ in a hundred columns, and texts of the width of a terminal."""
+    # numbers with many digits are not cut like texts
     many = {f"area{number}_mm2": -0.048264705382461234 for number in range(40)}
     was = write_study(tmp_path / "was", [case_row(**many, reason="38 % of the patch is flat or concave")])
     now = write_study(tmp_path / "now", [case_row(**{name: 2.0 for name in many}, reason="")])
@@ -903,7 +906,7 @@ def test_html_folds_columns_that_are_equal(tmp_path, changes, state, open_column
     tables = {table.findtext("caption"): table for table in page.find("body").iterfind("div/table")}
     table_of_columns = tables.get("Columns, the worst first")
     assert [line[0].text for line in (table_of_columns if table_of_columns is not None else [])[2:]] == open_columns
-    # what differs stands above
+    # the different columns are above
     assert table_of_columns is None or text.index("Columns, the worst first") < text.index("<details>")
 
 
@@ -925,7 +928,7 @@ def test_cases_are_called_by_what_was_solved(tmp_path, capsys):
     rows.append(case_row(third, **place | {"rail": "worn.csv@0123abcd", "lateral_shift_mm": -1.5, "load_kN": 50.0}))
     comparison = compared(tmp_path, rows, rows)
     assert case_names(comparison) == {
-        # two that differ in something else keep the end of their ids
+        # two cases that differ in other inputs keep the end of their ids
         first: "S1002 on 60E1, +3 mm, 100 kN (0123abcd)",
         second: "S1002 on 60E1, +3 mm, 100 kN (89abcdef)",
         third: "S1002 on worn, -1.5 mm, 50 kN",
@@ -956,7 +959,7 @@ def test_a_baseline_is_found_by_its_folder_its_name_and_either_file(tmp_path, ca
     study = write_study(tmp_path / "study", [case_row()])
     folder = tmp_path / "own"
     update_baseline(study, folder, reason="first")
-    # of the same folder, and no baseline
+    # a file in this folder that is not a baseline
     (folder / "notes.json").write_text("[1]", "utf-8")
     for path in (folder, folder / "mine", folder / "mine.csv", folder / "mine.json"):
         assert call(["compare", str(path), str(study)]) == 0, path
@@ -1067,12 +1070,15 @@ def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path)
     tables = [load_table(tmp_path / form) for form in ("", "study.json", "study.csv")]
     assert tables[0].rows.equals(tables[1].rows)
     assert tables[0].rows.equals(tables[2].rows)
-    # no junction is infinitely far
+    # without a junction, its distance is infinite
     assert math.inf in rows[0].values()
 
 
 def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):
-    """A row has the half-space under the true gap and the step to it, from which Hertz's own gap follows."""
+    """Half-space under Hertz's gap, from a row of results.
+
+    A row has the half-space under the true gap and the step to it, from which the half-space under Hertz's gap follows.
+    """
     row = {"id": "one", **row_of(elliptic_quick)}
     (check,) = discretisation_check([row], 1.0)
     quadratic = elliptic_quick.load.ladder.rungs["half_space_quadratic"].p_max_MPa
@@ -1085,7 +1091,7 @@ def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):
 def test_every_kind_is_one_that_exists():
     kinds = {kind_of(column) for column, *_ in LIMITS} | {kind_of(column) for column in TEXTS}
     assert kinds <= {*KINDS, TEXT}
-    # each kind of number is tried at its limit above, counts in their own test
+    # each kind of number is tested at its limit above; counts have a separate test
     assert {*KINDS} - kinds == {"count"}
     assert all(tolerance.reason for tolerance in KINDS.values())
 
@@ -1124,7 +1130,7 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     assert first == {"baseline": "HOLDS", "new": "FAILS", "cases": 2, "where": "-4 mm: 80 kN; +0 mm: 50 kN"}
     assert second["where"] == "+0 mm: 80 kN"
     assert (tmp_path / "changes" / "comparison.png").stat().st_size > 5000
-    # by other columns cases keep their shift and load
+    # if matched by other columns, cases keep their shift and load
     assert call(["compare", *folders, "--match", "shift,load"]) == 1
     assert "another one in 3 of 5 cases" in " ".join(capsys.readouterr().out.split())
     assert call(["compare", folders[0], folders[0]]) == 0
