@@ -26,7 +26,7 @@ MODULUS_MPa = 115e3
 STEP_MM = 0.05
 
 
-def along(half):
+def x_nodes(half):
     return 0.1 * np.arange(40) if half else 0.1 * (np.arange(79) - 39)
 
 
@@ -58,11 +58,11 @@ def columns(between):
     )
 
 
-def one_and_bands(half, between=40, width=STEP_MM):
+def grid_and_bands(half, between=40, width=STEP_MM):
     """A grid of equal steps, and its columns in three bands."""
     columns_of_bands = columns(between)
     s = STEP_MM * np.arange(columns_of_bands[-1] + 1) - 3.0
-    grid = ContactGrid(x_mm=along(half), s_mm=s, half=half)
+    grid = ContactGrid(x_mm=x_nodes(half), s_mm=s, half=half)
     return (
         grid,
         replace(grid, s_mm=s[columns_of_bands], widths_mm=np.full(columns_of_bands.size, width)),
@@ -75,7 +75,7 @@ def one_and_bands(half, between=40, width=STEP_MM):
 @pytest.mark.parametrize("has_turned_normals", [False, True])
 def test_bands_open_as_one_grid_does(half, between, has_turned_normals):
     """As far as the polynomials between them go; the bands lie an eighth of their width apart, and more."""
-    grid, bands, columns_of_bands = one_and_bands(half, between)
+    grid, bands, columns_of_bands = grid_and_bands(half, between)
     assert [band.s_mm.size for band in bands.bands] == [30, 120, 30]
     angle = 0.02 * grid.s_mm if has_turned_normals else None
     pressure = np.zeros(grid.shape)
@@ -95,7 +95,7 @@ def test_too_few_places_between_bands_are_seen(monkeypatch):
 
 def three_bands(half=False):
     """Three bands with steps of 1, 3 and 2 times the smallest step."""
-    x = along(half)
+    x = x_nodes(half)
     lines = [STEP_MM * k * np.arange(n) + s for k, n, s in ((1, 30, -3.0), (3, 60, 0.0), (2, 30, 12.0))]
     return in_bands(x, lines, half=half)
 
@@ -128,7 +128,7 @@ def test_a_force_on_a_wide_cell_opens_another_band_as_point_forces_do():
 
 
 def test_bands_that_come_together_are_one_grid():
-    x = along(True)
+    x = x_nodes(True)
     near = in_bands(x, [0.1 * np.arange(20), 2.0 + 0.2 * np.arange(20)], half=True)
     assert near.widths_mm is None
     np.testing.assert_allclose(np.diff(near.s_mm), 0.1)
@@ -139,7 +139,7 @@ def test_bands_that_come_together_are_one_grid():
 def test_bands_lie_four_of_both_their_steps_apart(apart, bands):
     # closer bands leave no room for cells that grow on both sides, by a factor of 1.4 per cell
     first = 0.1 * np.arange(20)
-    grid = in_bands(along(True), [first, first[-1] + 0.3 * apart + 0.2 * np.arange(20)], half=True)
+    grid = in_bands(x_nodes(True), [first, first[-1] + 0.3 * apart + 0.2 * np.arange(20)], half=True)
     assert (1 if grid.widths_mm is None else 2) == bands
 
 

@@ -16,7 +16,7 @@ CANTS = (0.0, 1.0 / 40.0, 1.0 / 20.0)
 CUT_MM = 16.0
 
 
-def measured(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
+def measure_rail(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
     """Points along a rail of the library that stands in the track, its top anywhere."""
     line = load(name)
     p = line.evaluate(line.at_arc_length(np.arange(0.0, line.length_mm, step_mm)))
@@ -30,7 +30,7 @@ def measured(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
 @pytest.mark.parametrize(("cant", "cut"), [(CANTS[1], True), (CANTS[2], False)])
 @pytest.mark.parametrize("name", ["60E1", "60E2", "A65", "54E4", "56E1", "MBench_UIC60"])
 def test_the_nominal_of_a_canted_rail_is_found(name, cant, cut):
-    assert nearest(measured(name, cant, cut=cut), "rail")[0].name == name
+    assert nearest(measure_rail(name, cant, cut=cut), "rail")[0].name == name
 
 
 @pytest.mark.slow
@@ -38,7 +38,7 @@ def test_the_nominal_of_a_canted_rail_is_found(name, cant, cut):
 @pytest.mark.parametrize("cant", CANTS)
 @pytest.mark.parametrize("name", names("rail"))
 def test_every_rail_of_the_library_is_smoothed_towards_itself(name, cant, cut):
-    points = measured(name, cant, cut=cut, seed=7)
+    points = measure_rail(name, cant, cut=cut, seed=7)
     assert nearest(points, "rail")[0].name == name
     line = profile_from_points(*points.T, kind="rail", name="p", reading=PLAIN)
     assert line.measured.nominal == name

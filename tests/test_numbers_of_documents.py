@@ -16,7 +16,7 @@ def rows_of(path: str) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def said(page: str) -> str:
+def text_of_page(page: str) -> str:
     """A page with single blanks in place of line breaks."""
     return " ".join(TEXTS[page].split())
 
@@ -61,7 +61,7 @@ def load_map() -> Map:
     return Map()
 
 
-def listed(numbers) -> str:
+def list_numbers(numbers) -> str:
     *first, last = (f"{number:g}" for number in numbers)
     return f"{', '.join(first)} and {last}"
 
@@ -79,33 +79,33 @@ def test_the_map_has_all_its_cells(load_map):
 def test_where_hertz_holds_and_fails_at_all_loads(page, load_map):
     holds, fails = load_map.shifts_with_verdict("HOLDS"), load_map.shifts_with_verdict("FAILS")
     assert holds == [*(-6.0 + 0.5 * step for step in range(9)), 4.0]
-    assert "From -6 to -2 mm and at 4 mm Hertz holds at all loads." in said(page)
+    assert "From -6 to -2 mm and at 4 mm Hertz holds at all loads." in text_of_page(page)
     assert fails == [0.0, 0.5, 1.0, 5.0]
     off = load_map.numbers([0.0, 0.5, 1.0], "p_max_percent")
     text = "From 0 to 1 mm, where two parts of the head carry the wheel, it fails at all loads, with a peak"
     numbers = f"up to {-min(off):.0f} % too low and {max(off):.0f} % too high"
-    assert text in said(page)
-    assert numbers in said(page)
+    assert text in text_of_page(page)
+    assert numbers in text_of_page(page)
     off = load_map.numbers([5.0], "p_max_percent")
     separate = load_map.numbers([5.0], "separate_load_percent")
     assert separate[0] == max(separate)
     assert (
         f"At 5 mm it fails at all loads too, with a peak that is {min(off):.0f} to {max(off):.0f} % too high: a second"
         f" patch takes {separate[0]:.0f} % of the load at 10 kN"
-    ) in said(page)
+    ) in text_of_page(page)
 
 
 def test_the_readme_has_the_range_of_the_load_limits(load_map):
     limits = load_map.limits_kN().values()
     text = f"At the other shifts it holds up to a load limit, {min(limits):.0f} to {max(limits):.0f} kN"
-    assert text in said("README.md")
+    assert text in text_of_page("README.md")
 
 
 def test_the_guide_has_each_load_limit(load_map):
-    limits, text = load_map.limits_kN(), said(f"{GUIDE}/maps.md")
+    limits, text = load_map.limits_kN(), text_of_page(f"{GUIDE}/maps.md")
     for shifts in ([-1.5, -1.0, -0.5], [1.5, 2.0, 2.5, 3.0, 3.5, 4.5], [5.5, 6.0]):
-        ends = listed(float(f"{limits.pop(shift):.3g}") for shift in shifts)
-        assert f"t {listed(shifts)} mm it holds up to {ends} kN" in text, ends
+        ends = list_numbers(float(f"{limits.pop(shift):.3g}") for shift in shifts)
+        assert f"t {list_numbers(shifts)} mm it holds up to {ends} kN" in text, ends
     assert limits == {}
     unresolved = [row for row in load_map.cells if row["verdict"] == "UNRESOLVED"]
     assert len(unresolved) == 1

@@ -88,14 +88,14 @@ def elliptic_row(elliptic_quick: CaseResult) -> dict:
     return case_row(elliptic_quick)
 
 
-def changed_fe(result: CaseResult, **changes) -> CaseResult:
+def change_fe(result: CaseResult, **changes) -> CaseResult:
     """A result with another contact of the finite elements, read as before."""
     finest, *coarser = result.load.solved.levels
     levels = (replace(finest, fe=replace(finest.fe, **changes)), *coarser)
     return replace(result, load=replace(result.load, solved=replace(result.load.solved, levels=levels)))
 
 
-def changed_hertz(result: CaseResult, **changes) -> CaseResult:
+def change_hertz(result: CaseResult, **changes) -> CaseResult:
     """A result with another ellipse, compared as before."""
     judgement = result.load.judgements[HERTZ]
     changed = replace(judgement, approximation=Approximation.of(replace(judgement.hertz, **changes)))
@@ -113,7 +113,7 @@ def vtk_folder(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFact
     return folder
 
 
-def size(path: Path) -> tuple[int, int]:
+def size_of_png(path: Path) -> tuple[int, int]:
     head = path.read_bytes()[:24]
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
     return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
@@ -497,9 +497,7 @@ def surface_on_elements(result):
 
 def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(elliptic_quick):
     """An ellipse that is not cut off: its integral is the force."""
-    large = changed_hertz(
-        elliptic_quick, b_mm=3.0 * elliptic_quick.hertz.b_mm, p0_MPa=elliptic_quick.hertz.p0_MPa / 3.0
-    )
+    large = change_hertz(elliptic_quick, b_mm=3.0 * elliptic_quick.hertz.b_mm, p0_MPa=elliptic_quick.hertz.p0_MPa / 3.0)
     surface = surface_on_elements(large)
     solved_surface = surface_on_elements(elliptic_quick)
     assert surface.n_points > solved_surface.n_points
@@ -515,7 +513,7 @@ def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(ellip
 
 def test_the_contact_ends_where_the_rail_does(elliptic_quick):
     profile = elliptic_quick.placement.rail.profile
-    wide = changed_hertz(elliptic_quick, b_mm=1.5 * profile.length_mm)
+    wide = change_hertz(elliptic_quick, b_mm=1.5 * profile.length_mm)
     surface = surface_on_elements(wide)
     assert np.all(np.isfinite(surface.points))
     low, high = profile.y_range_mm
@@ -641,7 +639,7 @@ def test_the_contact_alone_is_the_file_of_the_whole(vtk_folder, elliptic_quick, 
     with pytest.raises(InputError, match="no meshes"):
         write_case_vtk(stored, tmp_path / "whole")
     assert not (tmp_path / "whole").exists()
-    changed = changed_hertz(elliptic_quick, p0_MPa=1.0)
+    changed = change_hertz(elliptic_quick, p0_MPa=1.0)
     write_contact_vtk(changed, tmp_path)
     assert (tmp_path / "pressure.vtp").read_bytes() != (vtk_folder / "pressure.vtp").read_bytes()
 
@@ -755,7 +753,7 @@ def test_an_unknown_mesh_format_is_refused_with_those_that_exist(body_mesh, tmp_
 # Tables
 
 
-def lost(record: dict) -> dict:
+def failed_row(record: dict) -> dict:
     return {
         "id": "lost",
         "status": "failed: the wheel [left] the rail",
@@ -769,7 +767,7 @@ def lost(record: dict) -> dict:
 @pytest.mark.parametrize("lost_first", [False, True])
 def test_csv_has_a_column_for_every_key_in_a_stable_order(record, elliptic_row, tmp_path, lost_first):
     good = {"id": "good", **elliptic_row, "fe_a_mm": math.nan}
-    rows = [lost(record), good] if lost_first else [good, lost(record)]
+    rows = [failed_row(record), good] if lost_first else [good, failed_row(record)]
     with tables.write_csv(rows, tmp_path / "study.csv").open(newline="") as file:
         rows_of_file = list(csv.DictReader(file))
     assert list(rows_of_file[0]) == list(good)
@@ -803,7 +801,7 @@ def wide_rows(record: dict, elliptic_row: dict) -> list[dict]:
     }
     good = {"id": "good", **elliptic_row}
     bad = [good | {"status": status} for status in ("not converged", "patch at the edge of the fine mesh")]
-    return [good, good | wide, *bad, lost(record)]
+    return [good, good | wide, *bad, failed_row(record)]
 
 
 @pytest.mark.parametrize("width", [160, 120, 100, 80])
@@ -871,13 +869,13 @@ def test_the_list_of_failing_measures_has_the_room_that_there_is(elliptic_row):
     assert "\x1b" not in "".join(table_text([everything], 120))
 
 
-def shown_case(record: dict, width: int = 120, *, long: bool = True) -> list[str]:
+def print_case(record: dict, width: int = 120, *, long: bool = True) -> list[str]:
     text = io.StringIO()
     show(case_parts(record), Console(file=text, width=width, no_color=True), long=long)
     return [" ".join(line.split()) for line in text.getvalue().splitlines()]
 
 
-def judged_by(result: CaseResult, criteria: Criteria, **changes) -> dict:
+def judged_record(result: CaseResult, criteria: Criteria, **changes) -> dict:
     """The record of a result by other criteria; its case may be changed as well."""
     case = replace(result.case, criteria=criteria, **changes)
     load = judge_load(replace(result.load.solved, case=case), result.placement)
@@ -885,7 +883,7 @@ def judged_by(result: CaseResult, criteria: Criteria, **changes) -> dict:
 
 
 @pytest.fixture(scope="module")
-def flattened(elliptic_quick: CaseResult) -> CaseResult:
+def flattened_result(elliptic_quick: CaseResult) -> CaseResult:
     """A flatter and displaced pressure with equal force: Hertz deviates in peak and centre."""
 
     def flat_rung(rung: Rung) -> Rung:
@@ -921,7 +919,7 @@ JUDGED = {
 
 
 def test_a_case_prints_every_measure_with_its_limit_and_answer(record):
-    lines, hertz = shown_case(record, long=False), record["theories"][HERTZ]
+    lines, hertz = print_case(record, long=False), record["theories"][HERTZ]
     start = next(number for number, line in enumerate(lines) if line.startswith("measure"))
     cells = {line.rpartition(")")[0] + ")": line.rpartition(")")[2].split() for line in lines[start + 1 : start + 9]}
     assert list(cells) == list(JUDGED)
@@ -940,7 +938,7 @@ def test_a_case_prints_every_measure_with_its_limit_and_answer(record):
 
 
 def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
-    lines, everything = shown_case(record, long=False), shown_case(record)
+    lines, everything = print_case(record, long=False), print_case(record)
     assert len(lines) <= 25
     assert re.fullmatch(
         # both deviations are 1.3 % of their limits
@@ -964,11 +962,11 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
         assert [line for line in lines if THEORIES[theory].words in line], theory
 
 
-def test_a_case_that_fails_names_all_measures_that_fail(flattened):
-    record = result_record(flattened)
+def test_a_case_that_fails_names_all_measures_that_fail(flattened_result):
+    record = result_record(flattened_result)
     assert record["verdict"]["answer"] == "FAILS"
     assert record["verdict"]["failing"] == ["p_max_MPa", "centre_over_b", "misplaced_load"]
-    lines = shown_case(record, long=False)
+    lines = print_case(record, long=False)
     assert lines[0].startswith("Hertz FAILS; furthest beyond its limit: peak pressure +")
     assert lines[0].endswith(f"; because: {record['verdict']['cause']}")
     assert lines[1] == "it fails by centre of pressure across, misplaced load as well"
@@ -977,28 +975,28 @@ def test_a_case_that_fails_names_all_measures_that_fail(flattened):
 
 def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     strict = Criteria(p_max=0.0034)
-    record = judged_by(elliptic_quick, strict)
-    lines = shown_case(record)
+    record = judged_record(elliptic_quick, strict)
+    lines = print_case(record)
     assert lines[0].startswith("Hertz UNRESOLVED; open: peak pressure -0.")
     assert "open on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in lines
     assert "to decide it: --resolution standard or fine, or --refine verdict" in lines
     # finer meshes were allowed, so the resolution is not the remedy
-    refinable = shown_case(judged_by(elliptic_quick, strict, refine="verdict"))
+    refinable = print_case(judged_record(elliptic_quick, strict, refine="verdict"))
     assert "to decide it: --resolution standard or fine" in refinable
-    finest = shown_case(judged_by(elliptic_quick, strict, resolution="fine", refine="verdict"))
-    sizes = ",".join(f"{size:.3g}" for size in record["solver"]["element_size_mm"].values())
+    finest = print_case(judged_record(elliptic_quick, strict, resolution="fine", refine="verdict"))
+    sizes = ",".join(f"{size_mm:.3g}" for size_mm in record["solver"]["element_size_mm"].values())
     assert [line for line in finest if line.startswith(f"to decide it: --resolution with sizes below {sizes}")]
     # meshes do not remove the uncertainty of the profiles
     of_profile = {"uncertainty_of_profile": {"p_max_MPa": 0.004}, "verdict": record["verdict"] | {"cause": "profile"}}
-    noisy = shown_case(record | of_profile)
+    noisy = print_case(record | of_profile)
     assert [line for line in noisy if "the deviation changes by 0.40 %" in line]
     assert not [line for line in noisy if line.startswith("to decide it")]
 
 
 def test_a_case_that_did_not_converge_is_not_called_decided(elliptic_quick):
-    load = changed_fe(elliptic_quick, status="not converged").load
+    load = change_fe(elliptic_quick, status="not converged").load
     record = result_record(replace(elliptic_quick, load=judge_load(load.solved, elliptic_quick.placement)))
-    lines = shown_case(record)
+    lines = print_case(record)
     remedy = "a lateral shift 0.2 mm beside it, or another load, may work"
     assert f"the result must not be used: not converged; {remedy}" in lines
     assert not [line for line in lines if line.startswith(("decided", "to decide"))]
@@ -1011,21 +1009,21 @@ def test_the_worse_side_of_a_junction_is_shown_and_both_at_length(record):
     gauge["verdict"]["each"]["area_mm2"], gauge["deviation"]["area_mm2"] = "FAILS", -0.5
     changed["theories"] = {HERTZ_GAUGE: gauge} | changed["theories"]
     changed["verdict"] |= gauge["verdict"] | {"side": "gauge", "cause": "some cause"}
-    lines = shown_case(changed, long=False)
+    lines = print_case(changed, long=False)
     assert lines[0].startswith("Hertz FAILS; furthest beyond its limit: area -50.00 %")
     assert ", with the curvature of the gauge side" in lines[0]
     areas = [line for line in lines if line.startswith("area")]
     assert [("-50.00 %" in area, area.rpartition(" ")[2]) for area in areas] == [(True, "FAILS")]
-    everything = shown_case(changed)
+    everything = print_case(changed)
     for side, answer in (("gauge", "FAILS"), ("field", "HOLDS")):
         start = everything.index(f"Hertz against finite elements, with the curvature of the {side} side")
         assert next(line for line in everything[start:] if line.startswith("area")).endswith(answer)
 
 
 def test_measures_that_nobody_asks_for_are_shown_at_length_and_not_judged(elliptic_quick):
-    record = judged_by(elliptic_quick, Criteria(judged_by=("strength",)))
-    assert not [line for line in shown_case(record, long=False) if line.startswith("area (")]
-    area = next(line for line in shown_case(record) if line.startswith("area ("))
+    record = judged_record(elliptic_quick, Criteria(judged_by=("strength",)))
+    assert not [line for line in print_case(record, long=False) if line.startswith("area (")]
+    area = next(line for line in print_case(record) if line.startswith("area ("))
     assert area.endswith(" % not judged")
 
 
@@ -1041,7 +1039,7 @@ def test_a_record_its_table_and_its_report_have_the_balance_of_both_bodies(ellip
     record = result_record(result)
     assert record["solver"]["force_balance"] == 3e-5
     assert record["solver"]["moment_balance"] == 7e-4
-    assert any("of the force on both bodies 3e-05, of its moment 7e-04" in line for line in shown_case(record))
+    assert any("of the force on both bodies 3e-05, of its moment 7e-04" in line for line in print_case(record))
     table = solver_table([ReportedCase(row=case_row(result), record=record)])
     headings = [column.heading for column in table.columns]
     cells = dict(zip(headings, table.rows[0].cells, strict=True))
@@ -1094,7 +1092,7 @@ def test_every_measure_has_words_and_every_limit_its_unit():
 def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quick, tmp_path):
     first, second = (case_figure(elliptic_quick, tmp_path / f"{k}.png") for k in (1, 2))
     assert first.read_bytes() == second.read_bytes()
-    assert size(first)[0] > 1500
+    assert size_of_png(first)[0] > 1500
     assert b"Software" not in first.read_bytes()
     pixels = np.asarray(pyvista.read(first).active_scalars)
     # a blank or one-coloured map would not use the whole colour scale
@@ -1106,12 +1104,12 @@ def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quic
 
 
 def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(elliptic_quick, tmp_path):
-    large = changed_hertz(elliptic_quick, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
+    large = change_hertz(elliptic_quick, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
     case_figure(large, tmp_path / "large.png")
-    assert size(tmp_path / "large.png")[0] > 1500
+    assert size_of_png(tmp_path / "large.png")[0] > 1500
 
 
-def drawn_lines(monkeypatch, rows: list[dict], rail=None, criteria=None) -> list:
+def draw_study_axes(monkeypatch, rows: list[dict], rail=None, criteria=None) -> list:
     from fecontact.outputs.figures import study as module
 
     figures = []
@@ -1124,7 +1122,7 @@ def test_a_study_figure_never_connects_bad_rows(record, elliptic_row, monkeypatc
     base = {"id": "x", **elliptic_row, "rail": "60E1"}
     rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -4.0 * k} for k in range(4)]
     rows[1]["status"] = "not converged"
-    peak, _, touch = drawn_lines(monkeypatch, [*rows, lost(record) | {"rail": "60E1"}], load("60E1"))
+    peak, _, touch = draw_study_axes(monkeypatch, [*rows, failed_row(record) | {"rail": "60E1"}], load("60E1"))
     lines = [line for line in peak.get_lines() if line.get_linestyle() != "None"]
     assert len(lines) == 2
     good = next(line for line in lines if np.isfinite(line.get_ydata()).any())
@@ -1136,7 +1134,7 @@ def test_a_study_figure_never_connects_bad_rows(record, elliptic_row, monkeypatc
 
 
 def test_a_study_figure_knows_no_junctions_without_the_rail(elliptic_row, monkeypatch):
-    _, _, touch = drawn_lines(monkeypatch, [{"id": "x", **elliptic_row, "rail": "60E1"}])
+    _, _, touch = draw_study_axes(monkeypatch, [{"id": "x", **elliptic_row, "rail": "60E1"}])
     assert not [line for line in touch.get_lines() if line.get_linestyle() == "-."]
 
 
@@ -1152,17 +1150,17 @@ def test_figures_of_a_study_draw_the_rail_and_the_limits_they_are_given(elliptic
 def test_a_study_figure_has_a_line_for_each_load(elliptic_row, monkeypatch):
     base = {"id": "x", **elliptic_row}
     rows = [base | {"lateral_shift_mm": s, "load_kN": f} for s in (0.0, 1.0) for f in (60.0, 100.0)]
-    peak, deviation, _ = drawn_lines(monkeypatch, rows, criteria=Criteria(p_max=0.02, area=0.3))
+    peak, deviation, _ = draw_study_axes(monkeypatch, rows, criteria=Criteria(p_max=0.02, area=0.3))
     assert [t.get_text() for t in peak.get_legend().get_texts()] == [
         "FE, 60 kN", "Hertz, 60 kN", "FE, 100 kN", "Hertz, 100 kN",
     ]  # fmt: skip
     # the bands are the limits, only of the judged measures
     assert [abs(band.get_y()) for band in deviation.patches] == pytest.approx([30.0, 2.0])
     assert deviation.get_ylabel() == "Hertz against FE in %\n(bands: p_max ±2 %, area ±30 %)"
-    _, strength, _ = drawn_lines(monkeypatch, rows, criteria=Criteria(judged_by=("strength",)))
+    _, strength, _ = draw_study_axes(monkeypatch, rows, criteria=Criteria(judged_by=("strength",)))
     assert strength.get_ylabel().endswith("(bands: p_max ±5 %)")
     assert len(strength.patches) == 1
-    _, unknown, _ = drawn_lines(monkeypatch, rows)
+    _, unknown, _ = draw_study_axes(monkeypatch, rows)
     assert (unknown.get_ylabel(), len(unknown.patches)) == ("Hertz against FE in %", 0)
 
 
@@ -1178,7 +1176,7 @@ def test_one_series_is_drawn_in_parts_of_its_limits(elliptic_row, monkeypatch):
             "hertz_deviation_valley_percent": float(valley),
         }
     rows[1]["verdict_answer"], rows[2]["status"], rows[3]["verdict_answer"] = "FAILS", "not converged", "UNRESOLVED"
-    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+    peak, off, _ = draw_study_axes(monkeypatch, rows, criteria=criteria)
     lines = {line.get_label(): line for line in off.get_lines() if not line.get_label().startswith("_")}
     assert list(lines) == ["p_max", "centre", "valley"]
     nan = math.nan
@@ -1191,7 +1189,7 @@ def test_one_series_is_drawn_in_parts_of_its_limits(elliptic_row, monkeypatch):
     assert off.get_ylim()[1] > 3.0
 
 
-def drawn_case(result: CaseResult):
+def draw_case_figure(result: CaseResult):
     from matplotlib.figure import Figure
 
     fields = PressureFields.of(result.load)
@@ -1201,16 +1199,16 @@ def drawn_case(result: CaseResult):
 
 
 def case_axes(result: CaseResult) -> list:
-    return drawn_case(result).axes
+    return draw_case_figure(result).axes
 
 
-def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened):
-    texts = [text.get_text() for text in drawn_case(flattened).texts]
-    verdict = flattened.verdict
+def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened_result):
+    texts = [text.get_text() for text in draw_case_figure(flattened_result).texts]
+    verdict = flattened_result.verdict
     assert " Hertz FAILS " in texts
     (reason,) = [text for text in texts if text.startswith("furthest beyond its limit: peak pressure ")]
     off, uncertainty = (
-        1e2 * measures["p_max_MPa"] for measures in (flattened.load.deviation, flattened.load.uncertainty)
+        1e2 * measures["p_max_MPa"] for measures in (flattened_result.load.deviation, flattened_result.load.uncertainty)
     )
     assert f"{off:+.2f} % ± {uncertainty:.2f} % (limit ±5 %); because: {verdict.cause}" in reason
     (text,) = [text for text in texts if "status: converged" in text]
@@ -1227,11 +1225,11 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened)
     assert max(len(line) for line in text.splitlines()) <= 60
 
 
-def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened):
-    images = {ax.get_title(): ax.images[0].get_array() for ax in case_axes(flattened) if ax.images}
+def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened_result):
+    images = {ax.get_title(): ax.images[0].get_array() for ax in case_axes(flattened_result) if ax.images}
     fe, hertz, difference = (images[name] for name in ("finite elements", "Hertz", "Hertz minus finite elements"))
     # Hertz's peak is higher than any pressure of the finite elements
-    assert flattened.load.deviation["p_max_MPa"] > 0.3
+    assert flattened_result.load.deviation["p_max_MPa"] > 0.3
     assert difference.ravel()[hertz.argmax()] > hertz.max() - fe.max() > 0.0
 
 
@@ -1248,7 +1246,7 @@ def test_a_case_figure_has_the_junctions_of_the_rail_on_its_maps(elliptic_quick)
 @pytest.mark.parametrize("has_junction", [True, False])
 def test_the_words_of_a_case_figure_tell_of_junctions_where_there_is_one(elliptic_quick, has_junction):
     on_60e1 = replace(elliptic_quick, placement=place_case(Case(lateral_shift_mm=3.0, roll="given")))
-    texts = [text.get_text() for text in drawn_case(on_60e1 if has_junction else elliptic_quick).texts]
+    texts = [text.get_text() for text in draw_case_figure(on_60e1 if has_junction else elliptic_quick).texts]
     assert any("solid: finite elements, dashed: Hertz" in text for text in texts)
     assert any("dotted: rail junction" in text for text in texts) == has_junction
 
@@ -1274,7 +1272,7 @@ def test_nothing_in_a_case_figure_hides_another_thing_or_is_cut_off(elliptic_qui
     """With pressures of five digits and a sign, the widest that there are."""
     from matplotlib.transforms import Bbox
 
-    result = changed_hertz(elliptic_quick, a_mm=a_mm, b_mm=b_mm)
+    result = change_hertz(elliptic_quick, a_mm=a_mm, b_mm=b_mm)
     load = result.load
     fe = replace(load.fe.pressure, values=20.0 * load.fe.pressure.values)
     fields = PressureFields(grid=fe.grid, fe=fe.values, hertz=0.0 * fe.values, ellipse=load.hertz)
@@ -1295,7 +1293,7 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
     # two lobes side by side: the pressure with a reduced middle
     pressure = elliptic_quick.load.fe.pressure
     middle = np.abs(pressure.grid.s_mm) < 0.5
-    two = changed_fe(elliptic_quick, pressure_MPa=np.where(middle, 0.2, 1.0) * pressure.values)
+    two = change_fe(elliptic_quick, pressure_MPa=np.where(middle, 0.2, 1.0) * pressure.values)
     two = replace(two, load=judge_load(two.load.solved, two.placement))
     (fe,) = [ax for ax in case_axes(two) if ax.get_title() == "finite elements"]
     lobes = two.load.lobes
@@ -1315,7 +1313,7 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
     ]
     assert [label[1:] for label in labels] == in_table
     # a wide patch has flat maps and a flat picture
-    heights = [case_inches(PressureFields.of(changed_hertz(elliptic_quick, b_mm=b).load))[1] for b in (3.0, 11.0, 40.0)]
+    heights = [case_inches(PressureFields.of(change_hertz(elliptic_quick, b_mm=b).load))[1] for b in (3.0, 11.0, 40.0)]
     assert heights == sorted(heights, reverse=True)
     assert heights[-1] < 7.5
 
@@ -1342,7 +1340,7 @@ def test_verdicts_are_told_apart_in_grey():
 def test_error_bars_of_a_study_are_its_uncertainties(elliptic_row, monkeypatch):
     criteria = Criteria(p_max=0.04, judged_by=("p_max",))
     rows = [elliptic_row | {"lateral_shift_mm": float(k), "hertz_uncertainty_p_max_percent": 2.0 * k} for k in range(3)]
-    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+    peak, off, _ = draw_study_axes(monkeypatch, rows, criteria=criteria)
 
     def lengths(ax) -> list[float]:
         (bars,) = [c for c in ax.collections if hasattr(c, "get_segments")]
@@ -1358,7 +1356,7 @@ def test_no_line_joins_places_between_which_the_contact_jumps(elliptic_row, monk
     rows = [elliptic_row | {"lateral_shift_mm": float(k), "hertz_b_mm": 3.0} for k in range(4)]
     for row, place in zip(rows, (0.0, 2.9, -0.2, -0.3), strict=True):
         row["touch_rail_y_mm"] = place
-    peak, _, _ = drawn_lines(monkeypatch, rows)
+    peak, _, _ = draw_study_axes(monkeypatch, rows)
     (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
     shifts = line.get_xdata()
     assert shifts == pytest.approx([0.0, 1.0, math.nan, 2.0, 3.0], nan_ok=True)
@@ -1373,7 +1371,7 @@ def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, mon
         show([table_part], Console(file=text, width=200))
     printed = text.getvalue()
     assert all(f" resolution {name} " in printed for name in ("quick", "fine"))
-    peak, _, touch = drawn_lines(monkeypatch, rows)
+    peak, _, touch = draw_study_axes(monkeypatch, rows)
     # side by side in their order; by shift, all would be at the same place
     assert [tick.get_text() for tick in touch.get_xticklabels()] == ["quick", "fine"]
     (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
@@ -1383,9 +1381,9 @@ def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, mon
 
 
 def test_study_and_profile_figures_are_pngs(record, elliptic_row, tmp_path):
-    study_figure([{"id": "x", **elliptic_row}, lost(record)], tmp_path / "study.png", criteria=Criteria())
+    study_figure([{"id": "x", **elliptic_row}, failed_row(record)], tmp_path / "study.png", criteria=Criteria())
     profile_figure(load("S1002"), tmp_path / "profile.png")
-    assert min(size(tmp_path / "study.png") + size(tmp_path / "profile.png")) > 900
+    assert min(size_of_png(tmp_path / "study.png") + size_of_png(tmp_path / "profile.png")) > 900
     with pytest.raises(InputError, match="no rows"):
         study_figure([], tmp_path / "none.png")
 
@@ -1402,7 +1400,7 @@ def test_importing_the_writers_loads_no_plotting_and_no_vtk():
     assert process.stdout.strip() == ""
 
 
-def rows_like(*rows):
+def rows_with(*rows):
     # the id follows from the inputs: equal cases have equal ids
     base = {"rail": "60E1", "wheel": "S1002", "load_kN": 100.0, "inclination_rad": 0.025, "yaw_mrad": 0.0}
     base |= {"roll_mrad": 0.0, "resolution": "quick", "lateral_shift_mm": 0.0}
@@ -1412,20 +1410,20 @@ def rows_like(*rows):
 @pytest.mark.parametrize(
     ("rows", "names"),
     [
-        (rows_like({}), ["study"]),
-        (rows_like({}, {}), ["study"]),
-        (rows_like({}, {"lateral_shift_mm": 1.0}), ["study"]),
+        (rows_with({}), ["study"]),
+        (rows_with({}, {}), ["study"]),
+        (rows_with({}, {"lateral_shift_mm": 1.0}), ["study"]),
         # Manchester: the roll follows from the shift
-        (rows_like({}, {"lateral_shift_mm": 1.0, "roll_mrad": 0.1}), ["study"]),
+        (rows_with({}, {"lateral_shift_mm": 1.0, "roll_mrad": 0.1}), ["study"]),
         (
-            rows_like({}, {"load_kN": 50.0}, {"lateral_shift_mm": 1.0}, {"lateral_shift_mm": 1.0, "load_kN": 50.0}),
+            rows_with({}, {"load_kN": 50.0}, {"lateral_shift_mm": 1.0}, {"lateral_shift_mm": 1.0, "load_kN": 50.0}),
             ["study_100kN", "study_50kN"],
         ),
         (
             [
                 row
                 for shift in (0.0, 1.0)
-                for row in rows_like(
+                for row in rows_with(
                     {"lateral_shift_mm": shift},
                     {"lateral_shift_mm": shift, "inclination_rad": 0.05},
                     {"lateral_shift_mm": shift, "rail": "80@2.toml@0123abcd"},
@@ -1437,12 +1435,12 @@ def rows_like(*rows):
             [
                 row
                 for shift in (0.0, 1.0)
-                for row in rows_like({"lateral_shift_mm": shift}, {"lateral_shift_mm": shift, "resolution": [0.5, 0.4]})
+                for row in rows_with({"lateral_shift_mm": shift}, {"lateral_shift_mm": shift, "resolution": [0.5, 0.4]})
             ],
             ["study_quick", "study_-0.5-0.4-"],
         ),
         # single cases: their study has no series
-        (rows_like({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
+        (rows_with({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
     ],
 )
 def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
@@ -1456,7 +1454,7 @@ def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
 
 
 def test_a_series_is_named_by_what_others_do_not_share():
-    rows = rows_like({"rail": "worn.toml@0123abcd"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
+    rows = rows_with({"rail": "worn.toml@0123abcd"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
     del rows[-1]["load_kN"]
     assert [one_series.label for one_series in series(rows)] == [
         "worn",
@@ -1469,7 +1467,7 @@ def test_a_series_is_named_by_what_others_do_not_share():
 def test_series_of_the_same_name_do_not_overwrite_each_other(monkeypatch, tmp_path):
     monkeypatch.setattr("fecontact.outputs.paraview.vtk.write_pvd", lambda path, cases: path)
     rails = [f"worn.toml@0123456{end}" for end in "abc"]
-    rows = [row for rail in rails for row in rows_like({"rail": rail}, {"rail": rail, "lateral_shift_mm": 1.0})]
+    rows = [row for rail in rails for row in rows_with({"rail": rail}, {"rail": rail, "lateral_shift_mm": 1.0})]
     assert _write_collections(rows, tmp_path) == ("study_worn.pvd", "study_worn.2.pvd", "study_worn.3.pvd")
 
 
@@ -1479,4 +1477,4 @@ def test_more_series_than_colours_are_drawn_without_names(elliptic_row, tmp_path
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         study_figure(rows, tmp_path / "study.png")
-    assert size(tmp_path / "study.png")[1] < 2000
+    assert size_of_png(tmp_path / "study.png")[1] < 2000

@@ -172,7 +172,7 @@ def test_what_cites_and_tells_of_changes_is_of_this_version():
     assert first.groups() == (fecontact.__version__, cited["date-released"].isoformat())
 
 
-def test_without_mkl_multigrid_solves_the_same(solved):
+def test_multigrid_without_mkl_solves_the_same(solved):
     pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--resolution", "2,1.8"]
     solve = ["solve", *pair, "--refine", "never", "--json"]
     code = f"import sys; sys.modules['pypardiso'] = None\nfrom fecontact.cli import call\ncall({solve!r})"

@@ -40,7 +40,7 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     return out
 
 
-def head(script: Path) -> dict:
+def head_constants(script: Path) -> dict:
     """The constants in the head of a script."""
     text = script.read_text("utf-8").partition("# ---")[0]
     lines = [line.partition(" = ") for line in text.splitlines() if " = " in line]
@@ -48,7 +48,7 @@ def head(script: Path) -> dict:
 
 
 def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, elliptic_quick):
-    header = head(write_view(study))
+    header = head_constants(write_view(study))
     touch = elliptic_quick.placement.first
     assert header["FILES"] == ["study.pvd"]
     assert header["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
@@ -65,7 +65,7 @@ def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, el
 def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(study, tmp_path, capsys):
     folder = study / "cases" / "at-1"
     assert call(["view", str(folder)]) == 0
-    assert head(folder / "view.py")["FILES"] == ["case.vtm"]
+    assert head_constants(folder / "view.py")["FILES"] == ["case.vtm"]
     assert "paraview --script=" in capsys.readouterr().out
     with pytest.raises(InputError, match="a map keeps no meshes"):
         write_view(tmp_path)
@@ -82,7 +82,7 @@ def test_a_case_that_failed_is_no_part_of_the_view(study, tmp_path):
     document = json.loads((out / "study.json").read_text("utf-8"))
     lost = {"id": "lost", "status": "failed: it derails", "lateral_shift_mm": 9.0}
     write_json(out / "study.json", document | {"rows": [*document["rows"], lost]})
-    assert head(write_view(out)) == head(write_view(study))
+    assert head_constants(write_view(out)) == head_constants(write_view(study))
 
 
 def pvpython() -> list[str]:
@@ -98,7 +98,7 @@ def pvpython() -> list[str]:
     return ["pvpython"]
 
 
-def checked(study: Path, pictures: Path) -> subprocess.CompletedProcess:
+def run_check(study: Path, pictures: Path) -> subprocess.CompletedProcess:
     """Run the check in ParaView on a study."""
     # the environment of this Python must not reach ParaView's Python
     clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
@@ -110,7 +110,7 @@ def checked(study: Path, pictures: Path) -> subprocess.CompletedProcess:
 @pytest.mark.slow
 def test_paraview_reads_integrates_and_shows_the_whole_ellipse(study, tmp_path):
     write_view(study)
-    process = checked(study, tmp_path)
+    process = run_check(study, tmp_path)
     assert process.returncode == 0, process.stdout + process.stderr[-2000:]
     assert "all as it should be" in process.stdout
     shares = [float(share) for share in re.findall(r"([0-9.]+) % of Hertz's ellipse", process.stdout)]
@@ -136,7 +136,7 @@ def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_
     script.write_text(
         script.read_text("utf-8").replace("shown.FontSize, shown.Color = 11", "shown.FontSize, shown.Color = 40")
     )
-    process = checked(folder, pictures)
+    process = run_check(folder, pictures)
     assert process.returncode == 1
     shares = [float(share) for share in re.findall(r"([0-9.]+) % of Hertz's ellipse is seen", process.stdout)]
     assert len(shares) == 2

@@ -52,7 +52,7 @@ def rung_of(pressure: Field) -> Rung:
     return rung_with(pressure.grid, pressure.values)
 
 
-def sampled(count: float, *, turn: float = 0.0, offset: tuple[float, float] = (0.0, 0.0)):
+def sample_ellipsoid(count: float, *, turn: float = 0.0, offset: tuple[float, float] = (0.0, 0.0)):
     """Ellipsoidal pressure on a grid of `count` nodes per semi-axis; `offset` moves the grid by parts of a step."""
     dx, ds = A / count, B / count
     k = int(1.8 * A / min(dx, ds) if turn else 1.3 * count) + 2
@@ -68,7 +68,7 @@ def sampled(count: float, *, turn: float = 0.0, offset: tuple[float, float] = (0
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.3, 0.45), (0.5, 0.5), (-0.17, 0.29)])
 @pytest.mark.parametrize("count", [5, 8, 12, 16])
 def test_measures_of_an_exact_ellipsoid(count, offset):
-    patch = measure_patch(field(*sampled(count, offset=offset)))
+    patch = measure_patch(field(*sample_ellipsoid(count, offset=offset)))
     # the outline is a polygon between nodes: its chords reduce the area by the square of the step per semi-axis
     # measured: 1.3 % at 5 nodes per semi-axis, 0.45 % at 8, 0.2 % at 12
     assert patch.area_mm2 == pytest.approx(math.pi * A * B, rel=0.4 / count**2)
@@ -91,7 +91,8 @@ def test_measures_of_an_exact_ellipsoid(count, offset):
 def test_area_error_falls_with_second_order():
     counts = np.array([6, 9, 13, 19])
     errors = [
-        abs(measure_patch(field(*sampled(n, offset=(0.3, 0.2)))).area_mm2 / (math.pi * A * B) - 1) for n in counts
+        abs(measure_patch(field(*sample_ellipsoid(n, offset=(0.3, 0.2)))).area_mm2 / (math.pi * A * B) - 1)
+        for n in counts
     ]
     # a lower bound: in the mean of the outlines with and without the edge nodes, part of the error cancels
     assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] > 1.7
@@ -100,7 +101,7 @@ def test_area_error_falls_with_second_order():
 
 @pytest.mark.parametrize("turn", [0.3, -0.6])
 def test_turned_ellipse(turn):
-    x, s, p = sampled(10, turn=turn)
+    x, s, p = sample_ellipsoid(10, turn=turn)
     patch = measure_patch(field(x + 3.0, s - 2.0, p))
     c, t = math.cos(turn), math.sin(turn)
     extents = 2.0 * math.hypot(A * c, B * t), 2.0 * math.hypot(A * t, B * c)
@@ -115,7 +116,7 @@ def test_turned_ellipse(turn):
 
 
 def test_half_model_is_mirrored():
-    x, s, p = sampled(8)
+    x, s, p = sample_ellipsoid(8)
     p = p * (1.0 + 0.2 * s[None, :] / B)
     middle = x.size // 2
     half, full = measure_patch(field(x[middle:], s, p[middle:], half=True)), measure_patch(field(x, s, p))
@@ -130,7 +131,7 @@ def test_half_model_is_mirrored():
 @pytest.mark.parametrize(("low", "high"), [(-2.0, 0.4), (-0.7, 0.5), (-0.9, 2.0), (0.2, 2.0)])
 def test_a_patch_that_goes_on_beyond_its_grid_ends_with_the_last_cells(low, high, along_x):
     """Half a step beyond their nodes: the closed form of an ellipse between two lines."""
-    x, s, p = sampled(20, offset=(0.2, 0.4))
+    x, s, p = sample_ellipsoid(20, offset=(0.2, 0.4))
     line, axis = (x, A) if along_x else (s, B)
     is_inside = (line >= low * axis) & (line <= high * axis)
     rows, columns = (is_inside, slice(None)) if along_x else (slice(None), is_inside)
@@ -175,7 +176,7 @@ def test_patches_of_a_few_nodes():
 
 
 def test_signed_square_continues_a_paraboloid():
-    x, s, p = sampled(6, offset=(0.2, 0.4))
+    x, s, p = sample_ellipsoid(6, offset=(0.2, 0.4))
     q = signed_square(p)[1:-1, 1:-1]
     core = signed_square(p, without_edge=True)[1:-1, 1:-1]
     exact = P0**2 * (1.0 - (x[:, None] / A) ** 2 - (s[None, :] / B) ** 2)
@@ -197,7 +198,7 @@ def test_signed_square_continues_a_paraboloid():
 # --- exact Hertz pressures ------------------------------------------------------------------------------------------
 
 
-def solved_hertz(
+def solve_hertz(
     hessian: tuple[float, float, float], counts: tuple[float, float], offset: tuple[float, float], *, half: bool
 ) -> tuple[Rung, HertzContact]:
     """Solve Hertz's gap on a half-space, with nodes displaced by parts of a step."""
@@ -241,7 +242,7 @@ def test_readings_of_exact_ellipses(seed):
         "separate_load": 0.0,
         "misplaced_load": 4.2e-3,  # 0.38 %: the cells at the edge
     }
-    check_exact(*solved_hertz((1 / 460, 0.0, across), counts, offset, half=True), limits)
+    check_exact(*solve_hertz((1 / 460, 0.0, across), counts, offset, half=True), limits)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -250,7 +251,7 @@ def test_readings_of_exact_turned_ellipses(seed):
     rng = np.random.default_rng(100 + seed)
     along, across = 1 / 460, 10.0 ** rng.uniform(-0.5, 0.5) / 460.0
     angle = rng.uniform(0.1, 0.78) * rng.choice([-1.0, 1.0])
-    hessian = turned(along, across, angle)
+    hessian = turned_curvatures(along, across, angle)
     # measured over 250 other seeds
     limits = {
         "p_max_MPa": 6e-4,  # 0.046 %
@@ -265,7 +266,7 @@ def test_readings_of_exact_turned_ellipses(seed):
         "separate_load": 0.0,
         "misplaced_load": 6.5e-3,  # 0.55 %
     }
-    rung, hertz = solved_hertz(hessian, rng.uniform(16.0, 17.0, 2), rng.uniform(-0.5, 0.5, 2), half=False)
+    rung, hertz = solve_hertz(hessian, rng.uniform(16.0, 17.0, 2), rng.uniform(-0.5, 0.5, 2), half=False)
     assert abs(hertz.orientation_rad) > 0.05
     check_exact(rung, hertz, limits)
     # a is half the extent along x, not the principal axis close to x
@@ -273,7 +274,7 @@ def test_readings_of_exact_turned_ellipses(seed):
     assert abs(hertz_measures(hertz).a_mm / hertz.a_mm - 1.0) > 9e-4
 
 
-def turned(along: float, across: float, angle: float) -> tuple[float, float, float]:
+def turned_curvatures(along: float, across: float, angle: float) -> tuple[float, float, float]:
     """Second derivatives xx, xy, yy (1/mm) of a gap with turned principal curvatures.
 
     The angle is in rad.
@@ -322,7 +323,7 @@ class Ellipsoid:
         return self.p0 * np.sqrt(np.maximum(0.0, inside))
 
 
-def summed(lobes: tuple[Ellipsoid, ...], x: np.ndarray, s: np.ndarray) -> np.ndarray:
+def sum_pressures(lobes: tuple[Ellipsoid, ...], x: np.ndarray, s: np.ndarray) -> np.ndarray:
     return sum((lobe.pressure(x, s) for lobe in lobes), np.zeros((x.size, s.size)))
 
 
@@ -331,7 +332,7 @@ def cell_means(lobes: tuple[Ellipsoid, ...], step: tuple[float, float], offset: 
     k = [math.ceil(reach / spacing) for spacing in step]
     x, s = (spacing * (np.arange(-n, n + 1) + off) for spacing, n, off in zip(step, k, offset, strict=True))
     places = (np.arange(9) + 0.5) / 9.0 - 0.5
-    fine = summed(lobes, (x[:, None] + step[0] * places).ravel(), (s[:, None] + step[1] * places).ravel())
+    fine = sum_pressures(lobes, (x[:, None] + step[0] * places).ravel(), (s[:, None] + step[1] * places).ravel())
     return field(x, s, fine.reshape(x.size, 9, s.size, 9).mean(axis=(1, 3)))
 
 
@@ -350,11 +351,11 @@ def moments_of(lobes: tuple[Ellipsoid, ...]) -> tuple[float, float, float]:
 def misplaced_by_quadrature(lobes: tuple[Ellipsoid, ...], reference: Ellipsoid) -> float:
     """Half the integral of the difference over the force, on 2000 by 2000 points."""
     x, s = (np.linspace(-reach, reach, 2001) for reach in (12.0, 24.0))
-    pressure, reference_pressure = summed(lobes, x, s), reference.pressure(x, s)
+    pressure, reference_pressure = sum_pressures(lobes, x, s), reference.pressure(x, s)
     return float(0.5 * np.abs(pressure / pressure.sum() - reference_pressure / reference_pressure.sum()).sum())
 
 
-def hertz_beside(lobes: tuple[Ellipsoid, ...]) -> tuple[HertzContact, Ellipsoid]:
+def hertz_of_lobes(lobes: tuple[Ellipsoid, ...]) -> tuple[HertzContact, Ellipsoid]:
     """Some Hertz contact of the force of the lobes, and its ellipsoid at their centre."""
     force = sum(lobe.force for lobe in lobes)
     hertz = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=force, contact_modulus_MPa=MODULUS)
@@ -391,7 +392,7 @@ def test_planted_lobes(lobes, seed):
     assert patch.centre_y_mm == pytest.approx(centre, abs=2e-3)
     assert patch.centre_x_mm == pytest.approx(0.0, abs=2e-3)
     assert (patch.a_mm, patch.b_mm) == pytest.approx((a, b), rel=1e-3)
-    hertz, ellipsoid = hertz_beside(lobes)
+    hertz, ellipsoid = hertz_of_lobes(lobes)
     misfit = misfit_of(rung, hertz)
     assert misfit.misplaced_load == pytest.approx(misplaced_by_quadrature(lobes, ellipsoid), abs=2e-3)
     assert misfit.centre_over_b == patch.centre_y_mm / hertz.b_mm
@@ -535,13 +536,13 @@ READINGS = {
 }
 
 
-def solved_ellipse() -> tuple[Rung, HertzContact]:
-    return solved_hertz((1 / 460, 0.0, 1 / 300), (6.0, 6.0), (0.0, 0.2), half=True)
+def solve_ellipse() -> tuple[Rung, HertzContact]:
+    return solve_hertz((1 / 460, 0.0, 1 / 300), (6.0, 6.0), (0.0, 0.2), half=True)
 
 
 def test_a_measure_is_one_entry():
     """Everything that reads measures follows the fields of `Measures` and of `Misfit`, in their order."""
-    rung, hertz = solved_ellipse()
+    rung, hertz = solve_ellipse()
     patch = patch_of(rung)
     assert patch == measure_patch(rung.pressure)
     names, misfit_names = (tuple(measure_field.name for measure_field in fields(kind)) for kind in (Measures, Misfit))
@@ -574,7 +575,7 @@ def test_a_measure_is_one_entry():
 
 
 def test_comparison_is_made_of_the_same_readings():
-    rung, hertz = solved_ellipse()
+    rung, hertz = solve_ellipse()
     comparison = compare(rung, hertz)
     assert (comparison.fe, comparison.hertz, comparison.patch) == (
         measures_of(rung),
@@ -594,12 +595,12 @@ def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatc
     """
     sizes, fine = [], comparison.zoom
 
-    def counted(values, factors, **how):
+    def count_points(values, factors, **how):
         fine_values = fine(values, factors, **how)
         sizes.append(fine_values.size)
         return fine_values
 
-    monkeypatch.setattr(comparison, "zoom", counted)
+    monkeypatch.setattr(comparison, "zoom", count_points)
     hertz = replace(hertz_ellipse(1e-3, 1e-3, normal_force_N=1e3, contact_modulus_MPa=115e3), a_mm=2.0, b_mm=2.0)
     for nodes in (121, 601):
         line = np.linspace(-3.2, 3.2, nodes)
@@ -613,14 +614,14 @@ def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatc
 # --- the expected patch -----------------------------------------------------------------------------------------
 
 
-def expected(case: Case) -> ExpectedPatch:
+def expect_patch(case: Case) -> ExpectedPatch:
     return expected_patch(true_gap_of_case(case, place_case(case)), case.load_N, half=case.half)
 
 
 @pytest.mark.parametrize("radius", [300.0, 80.0, 13.0])
 def test_expected_patch_of_a_closed_form_pair(radius):
     case = Case(rail=f"circle:{radius:g}", wheel="cylinder:460", inclination_rad=0.0)
-    patch = expected(case)
+    patch = expect_patch(case)
     curvature = place_case(case).first.curvatures[0].hessian
     hertz = hertz_from_hessian(curvature, normal_force_N=case.load_N, contact_modulus_MPa=MODULUS)
     # the last node with pressure is at most a step, a sixteenth of a semi-axis, from the edge; R 13 deviates from its
@@ -634,7 +635,7 @@ def test_expected_patch_of_a_closed_form_pair(radius):
 
 
 def test_nodes_follow_the_narrowest_lobe_and_elements_the_one_that_carries_most():
-    patch = expected(Case(lateral_shift_mm=0.0))
+    patch = expect_patch(Case(lateral_shift_mm=0.0))
     # two lobes about rail y 0.19 and -10.4: the box includes both; the semi-axis belongs to one lobe
     assert patch.s_high_mm - patch.s_low_mm > 14.0
     assert patch.s_low_mm < -10.6 < patch.s_high_mm
@@ -673,14 +674,14 @@ def test_elements_are_not_made_for_the_step_of_a_line(monkeypatch, tmp_path):
 @pytest.mark.parametrize(("shift", "peak"), [(-4.0, 1134.0), (2.0, 1504.0)])
 def test_expected_peak_of_the_standard_pair(shift, peak):
     # half-space on the true gap by an independent program; a coarse solution is accurate to 0.5 %
-    assert measures_of(expected(Case(lateral_shift_mm=shift, roll="given")).half_space).p_max_MPa == pytest.approx(
+    assert measures_of(expect_patch(Case(lateral_shift_mm=shift, roll="given")).half_space).p_max_MPa == pytest.approx(
         peak, rel=0.01
     )
 
 
 def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
-    patch = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=0.01))
-    opposite = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=-0.01))
+    patch = expect_patch(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=0.01))
+    opposite = expect_patch(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=-0.01))
     # the grid starts at one end, so the mirrored grid can be displaced by up to a step
     step = patch.semi_axis_x_mm / 16.0
     assert patch.x_low_mm == pytest.approx(-opposite.x_high_mm, abs=step)
@@ -702,7 +703,7 @@ def test_first_guess_does_not_matter():
 
 def test_patch_past_the_end_of_the_rail_is_refused():
     with pytest.raises(InputError, match="reaches the end of the running surface of rail circle:300"):
-        expected(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=2e7))
+        expect_patch(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=2e7))
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.2, 0.4, 0.6, 0.8])

@@ -26,12 +26,12 @@ def position() -> Position:
     return position_of(TWO_PATCHES)
 
 
-def judged_of(position: Position) -> JudgedLoad:
+def judge_case(position: Position) -> JudgedLoad:
     return judge_load(Meshes(position).solve(position), position.placement)
 
 
 def test_healthy_elements_share_the_load_as_the_finer_nodes_do(position):
-    load = judged_of(position)
+    load = judge_case(position)
     assert load.geometry.pieces == 2
     (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference < 0.6 * PATCH_LOADS_LIMIT
@@ -57,7 +57,7 @@ def test_a_wrong_part_of_the_bodies_is_seen_by_the_loads_on_patches(position, mo
         return plain(self, grid, load_N, added=field, **how)
 
     monkeypatch.setattr(TrueGap, "solve", wrong)
-    load = judged_of(position)
+    load = judge_case(position)
     (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference == pytest.approx(difference, rel=0.15)
     assert (load.status, load.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")

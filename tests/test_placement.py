@@ -407,7 +407,7 @@ def test_opposite_yaw_mirrors_the_gap(shift, roll):
     assert np.abs(placement.gap(x, s) - opposite.gap(x, s)).max() > 1e-3
 
 
-def test_without_yaw_the_gap_is_even_in_x():
+def test_the_gap_without_yaw_is_even_in_x():
     x, s = np.linspace(0.0, 15.0, 7)[:, None], np.linspace(-4.0, 4.0, 9)[None, :]
     pair = standard_pair(2.0, roll_rad=1e-3)
     np.testing.assert_allclose(pair.gap(x, s), pair.gap(-x, s), atol=1e-12)

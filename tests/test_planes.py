@@ -54,7 +54,7 @@ def solve_in_one_plane(rail):
 # --- the compliance ---------------------------------------------------------------------------------------------
 
 
-def parting_under_a_force(offset_mm, materials):
+def relative_displacement(offset_mm, materials):
     """Relative displacement (3,) of the upper and the lower surface under 1 N between them.
 
     The force acts along z, at the distance (x, y).
@@ -92,13 +92,13 @@ def test_a_far_force_opens_as_boussinesq_says(angle, offset_x):
 
     normal = np.array([0.0, -np.sin(angle), np.cos(angle)])
     # the cell is 0.1 mm wide and 12 mm away: relative error (h / r)^2 / 12
-    steel = parting_under_a_force((offset_x, 12.0), (STEEL, STEEL))
+    steel = relative_displacement((offset_x, 12.0), (STEEL, STEEL))
     assert opening((STEEL, STEEL)) == pytest.approx(steel @ normal, rel=1e-5)
     # different materials: Dundurs' second constant times the sine of the direction between the patches is left out
     terms = [((1 - 2 * m.poisson) / m.shear_MPa, (1 - m.poisson) / m.shear_MPa) for m in (STEEL, ALUMINIUM)]
     beta = (terms[0][0] - terms[1][0]) / (2.0 * (terms[0][1] + terms[1][1]))
     assert abs(beta) > 0.1
-    unlike = parting_under_a_force((offset_x, 12.0), (STEEL, ALUMINIUM))
+    unlike = relative_displacement((offset_x, 12.0), (STEEL, ALUMINIUM))
     left_out = beta * np.sin(angle) * 12.0 / np.hypot(offset_x, 12.0) * unlike[2]
     assert opening((STEEL, ALUMINIUM)) == pytest.approx(unlike @ normal + left_out, rel=1e-5)
 
@@ -240,7 +240,7 @@ def _loads_on_coarse_grid(position, angle_of, first, *, chords):
     return np.array([[force[:, is_in_patch].sum(), pressure[:, is_in_patch].max()] for is_in_patch in (first, ~first)])
 
 
-def read_off(rung):
+def read_patches(rung):
     return np.array([[patch.normal_force_N, patch.rung.pressure_MPa.max()] for patch in parts_of(rung)])
 
 
@@ -263,8 +263,10 @@ def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
 
     in_one_plane = loads_by_matrix(position, np.zeros_like, chords=False)
     on_planes, along_nodes = (loads_by_matrix(position, angle, chords=False) for angle in (patch_angles, node_angles))
-    np.testing.assert_allclose(read_off(rung) / read_off(solve_in_one_plane(rail)), on_planes / in_one_plane, atol=1e-4)
-    np.testing.assert_allclose(read_off(_turned(position)) / read_off(rung), along_nodes / on_planes, atol=1e-4)
+    np.testing.assert_allclose(
+        read_patches(rung) / read_patches(solve_in_one_plane(rail)), on_planes / in_one_plane, atol=1e-4
+    )
+    np.testing.assert_allclose(read_patches(_turned(position)) / read_patches(rung), along_nodes / on_planes, atol=1e-4)
     # measured 0.04 % of the small patch's force and 0.01 % of its peak
     on_chords = loads_by_matrix(position, node_angles, chords=True)
     np.testing.assert_allclose(on_chords, along_nodes, rtol=6e-4)
@@ -279,7 +281,7 @@ def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
 )
 def test_what_planes_move(rail, forces, peaks):
     """Forces and peaks at the gauge corner and on the head: 9 and 10 degrees between both planes."""
-    changes = read_off(place_on(rail).expected.half_space) / read_off(solve_in_one_plane(rail)) - 1.0
+    changes = read_patches(place_on(rail).expected.half_space) / read_patches(solve_in_one_plane(rail)) - 1.0
     np.testing.assert_allclose(changes.T, [forces, peaks], atol=1e-4)
 
 

@@ -72,12 +72,12 @@ def plant_material(monkeypatch, **changes: Callable[[float], float]) -> None:
     """Assemble both bodies with material constants that differ from the case."""
     plain = meshes.stiffness
 
-    def assembled(mesh, material):
+    def assemble(mesh, material):
         return plain(
             mesh, replace(material, **{name: change(getattr(material, name)) for name, change in changes.items()})
         )
 
-    monkeypatch.setattr(meshes, "stiffness", assembled)
+    monkeypatch.setattr(meshes, "stiffness", assemble)
 
 
 def modulus(factor: float) -> Callable[..., None]:
@@ -211,7 +211,7 @@ def test_what_is_not_told_from_the_sides_of_a_narrow_head_is_not_seen():
     assert abs(compliance_error(tongue(30))) < 0.75 * COMPLIANCE_LIMIT
 
 
-def test_on_a_gauge_corner_the_compliance_is_not_read_but_stated():
+def test_the_compliance_on_a_gauge_corner_is_not_read_but_stated():
     """Uncertainty in place of a compliance check on a gauge corner.
 
     There, healthy elements appeared 5.6 % too stiff with six, 2.3 % with nine elements per semi-axis.
@@ -261,12 +261,12 @@ def test_a_body_that_does_not_stand_where_it_was_placed_is_refused(position, mon
 def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(monkeypatch):
     plain = meshes.coupled_problem
 
-    def planted(true_gap, bodies, **how):
+    def couple_with_wrong_sign(true_gap, bodies, **how):
         problem = plain(true_gap, bodies, **how)
         s = np.tile(bodies.grid.s_mm, bodies.grid.shape[0])
         return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
 
-    monkeypatch.setattr(meshes, "coupled_problem", planted)
+    monkeypatch.setattr(meshes, "coupled_problem", couple_with_wrong_sign)
     # three elements per semi-axis suffice here
     coarse = position_of(replace(ROUND, resolution=(2.4, 2.2)))
     load = judge_load(Meshes(coarse).solve(coarse), coarse.placement)
@@ -427,7 +427,7 @@ def test_a_body_s_part_that_is_no_quadratic_function_is_not_read_within_18_nodes
 # --- faults of the references, which no mesh sees ---------------------------------------------------------------------
 
 
-def judged_of(case: Case) -> JudgedLoad:
+def judge_case(case: Case) -> JudgedLoad:
     position = position_of(case)
     return judge_load(Meshes(position).solve(position), position.placement)
 
@@ -435,10 +435,10 @@ def judged_of(case: Case) -> JudgedLoad:
 def test_healthy_references_agree_and_centres_are_as_far_apart_as_both_are_unsure(elliptic_quick):
     # the area has the largest error: 1.4e-3, of which a tenth counts; a is within 2e-4
     assert reference_error(elliptic_quick.load.ladder, elliptic_quick.placement) < 0.3 * REFERENCE_LIMIT
-    assert apart(elliptic_quick.load.solved.levels) < 0.4
+    assert distance_of_centres(elliptic_quick.load.solved.levels) < 0.4
 
 
-def apart(levels) -> float:
+def distance_of_centres(levels) -> float:
     return centres_apart(levels, elements_uncertainties(levels, with_centre(levels[0])))
 
 
@@ -447,14 +447,14 @@ def test_elements_whose_gap_lies_beside_are_off(monkeypatch, aside_mm):
     """Peak and half-widths stay; only the centre of pressure changes."""
     plain = meshes.coupled_problem
 
-    def planted(true_gap, bodies, **how):
+    def couple_with_displaced_gap(true_gap, bodies, **how):
         problem = plain(true_gap, bodies, **how)
         points = np.stack(np.broadcast_arrays(bodies.grid.x_mm[:, None], bodies.grid.s_mm[None, :] + aside_mm), -1)
         return problem.with_gap(true_gap.gap(points[..., 0], points[..., 1]).ravel())
 
-    monkeypatch.setattr(meshes, "coupled_problem", planted)
-    load = judged_of(ROUND)
-    assert apart(load.solved.levels) > 2.0
+    monkeypatch.setattr(meshes, "coupled_problem", couple_with_displaced_gap)
+    load = judge_case(ROUND)
+    assert distance_of_centres(load.solved.levels) > 2.0
     assert (load.status, load.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")
 
 

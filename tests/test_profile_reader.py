@@ -402,7 +402,7 @@ def test_a_wheel_upside_down_whose_last_point_is_the_highest_is_told_with_that_p
         check_shape(y, 40.0 * (y / 100.0) ** 4, kind="wheel", what="file")
 
 
-def lines_with(*corners: tuple[float, float]):
+def line_through(*corners: tuple[float, float]):
     """A level line from -40 to 40 mm with straight lines between corners.
 
     It has a point every 0.1 mm.
@@ -437,25 +437,25 @@ def ends(depth: float, dip: float = 0.0) -> tuple[tuple[float, float], ...]:
     ],
 )
 def test_a_line_is_refused_from_the_size_on_that_its_body_does_not_have(kind, good, bad, message):
-    check_shape(*lines_with(*good), kind=kind, what="file")
+    check_shape(*line_through(*good), kind=kind, what="file")
     with pytest.raises(InputError, match=message):
-        check_shape(*lines_with(*bad), kind=kind, what="file")
+        check_shape(*line_through(*bad), kind=kind, what="file")
     # independent of the origin of the file
-    y, z = lines_with(*bad)
+    y, z = line_through(*bad)
     with pytest.raises(InputError, match=r"file: "):
         check_shape(y + 700.0, z + 300.0, kind=kind, what="file")
 
 
 def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
-    check_shape(*lines_with(*v(28.0, -25.0)), kind="wheel", what="file")
+    check_shape(*line_through(*v(28.0, -25.0)), kind="wheel", what="file")
     # the back of a flange (slope above 4) does not count; a flank with slope 3.9 counts
     for slope, refused in ((4.1, False), (3.9, True)):
         wall = ((-40.0, 0.0), (35.0, 0.0), (40.0, 5.0 * slope))
         if refused:
             with pytest.raises(InputError, match=r"rises to 19\.5 mm above the tread"):
-                check_shape(*lines_with(*wall), kind="wheel", what="file")
+                check_shape(*line_through(*wall), kind="wheel", what="file")
         else:
-            check_shape(*lines_with(*wall), kind="wheel", what="file")
+            check_shape(*line_through(*wall), kind="wheel", what="file")
 
 
 @pytest.mark.parametrize(
@@ -469,7 +469,7 @@ def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
     ],
 )
 def test_an_origin_is_noted_from_a_tenth_of_a_millimetre_on(kind, y_mm, z_mm, said):
-    y, z = lines_with((-40.0, -4.0), (0.0, 0.0), (40.0, -4.0)) if kind == "rail" else lines_with((0.0, 0.0))
+    y, z = line_through((-40.0, -4.0), (0.0, 0.0), (40.0, -4.0)) if kind == "rail" else line_through((0.0, 0.0))
     notes = check_origin(np.column_stack((y + y_mm, z + z_mm)), kind, Reading(), "file")
     assert len(notes) == bool(said)
     assert re.search(said, " ".join(notes))

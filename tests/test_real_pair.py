@@ -35,7 +35,7 @@ needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO 
 FIXED = {"refine": "never"}
 
 
-def check(result: CaseResult) -> None:
+def check_balance(result: CaseResult) -> None:
     """Force balance and status of the fine pressure, on the true surface."""
     assert result.status == "converged"
     rung = result.load.fe
@@ -70,7 +70,7 @@ FACTS = [
 def test_what_other_readings_say(solved, shift, answer, p, area, a, b, centre, valley, misplaced):
     """At quick, with the default criteria; measured 0.3 in the sizes, 1.2 in the area, 1.3 in the valley at most."""
     result = solved(Case(lateral_shift_mm=shift, roll="given", **FIXED))
-    check(result)
+    check_balance(result)
     deviation = result.comparison.deviation
     percent = {name: 100.0 * deviation[name] for name in deviation}
     # the independent reading is less accurate in area and valley
@@ -96,7 +96,7 @@ def test_hertz_fails_between_the_lobes_though_his_peak_is_right(load_N):
     It is half a millimetre from the centre.
     """
     result = solve(Case(lateral_shift_mm=-0.5, roll="given", load_N=load_N, **FIXED))
-    check(result)
+    check_balance(result)
     deviation = result.comparison.deviation
     # measured 2.7, 2.5 and 0.5 %
     assert abs(deviation["p_max_MPa"]) < 0.05
@@ -136,7 +136,7 @@ def test_corrections_are_few(shift, most_calls):
 def test_first_touch_next_to_a_junction():
     # first contact close to the junction R 300 / R 80: the peak of Hertz's narrow ellipse is far too high (by 62 %)
     result = solve(Case(lateral_shift_mm=0.25, roll="given", **FIXED))
-    check(result)
+    check_balance(result)
     assert result.comparison.deviation["p_max_MPa"] == pytest.approx(0.62, abs=0.03)
     assert result.comparison.overlap < 0.5
     assert result.verdict.answer == "FAILS"
@@ -150,7 +150,7 @@ def test_named_resolutions_say_the_same(shift, answer):
         for resolution in ("quick", "standard")
     )
     for result in (quick, standard):
-        check(result)
+        check_balance(result)
         assert result.verdict.answer == answer
     for name, value in quick.comparison.deviation.items():
         if name in quick.load.uncertainty:
@@ -227,7 +227,7 @@ def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch)
     with pytest.raises(ImportError):
         import_module("resource")
     result = solve(COARSE)
-    check(result)
+    check_balance(result)
     # the resident memory now: less than its maximum so far, more than Python with NumPy and SciPy alone
     assert result.effort.peak_memory_MB > 50.0
     assert peak_memory_MB() > 50.0
@@ -240,8 +240,8 @@ def test_full_model_without_yaw_is_the_half_model(solved):
     half, full = solved(COARSE), solve(replace(COARSE, yaw_rad=1e-14))
     assert half.load.fe.grid.half
     assert not full.load.fe.grid.half
-    check(half)
-    check(full)
+    check_balance(half)
+    check_balance(full)
     np.testing.assert_allclose(full.grid.s_mm, half.grid.s_mm, atol=1e-9)
     p, middle, half_rung = full.pressure_MPa, full.grid.x_mm.size // 2, half.load.fe
     np.testing.assert_allclose(full.grid.x_mm[middle:], half_rung.grid.x_mm, atol=1e-9)
@@ -272,7 +272,7 @@ BENCHMARK_STEEL = Material.from_shear(shear_MPa=82e3, poisson=0.28)
 def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **changes: object) -> Case:
     """Case of a single wheel of the rolled wheelset; the right wheel is mirrored."""
 
-    def one(sign: float, roll: float) -> Case:
+    def case_of_wheel(sign: float, roll: float) -> Case:
         return Case(
             rail="MBench_UIC60",
             wheel="S1002",
@@ -288,11 +288,11 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
         )
 
     def step(roll: float) -> float:
-        left, right = (place_case(one(sign, roll)).wheel.centre_mm[2] for sign in (-1.0, 1.0))
+        left, right = (place_case(case_of_wheel(sign, roll)).wheel.centre_mm[2] for sign in (-1.0, 1.0))
         return float(left - right)
 
     roll = brentq(step, -2e-3, 2e-3, xtol=1e-7) if shift else 0.0
-    return one(1.0 if wheel == "right" else -1.0, roll)
+    return case_of_wheel(1.0 if wheel == "right" else -1.0, roll)
 
 
 def solve_on_half_space(case: Case, placement: Placement) -> Measures:
@@ -340,7 +340,7 @@ def test_manchester_with_finite_elements_and_yaw():
     assert result.comparison.fe.p_max_MPa == pytest.approx(peak, rel=0.02)
 
 
-def written_as_simpack(folder: Path) -> dict[str, str]:
+def write_as_simpack(folder: Path) -> dict[str, str]:
     """The benchmark's pair as its files are: points in SIMPACK's form, the rail inclined at 1:40 already."""
     files = {}
     for body, name, ending in (("rail", "MBench_UIC60", ".prr"), ("wheel", "MBench_S1002", ".prw")):
@@ -357,7 +357,7 @@ def written_as_simpack(folder: Path) -> dict[str, str]:
 def test_manchester_from_files_on_the_half_space(tmp_path, row):
     wheel, shift, _, force, peak, approach = MANCHESTER[row]
     exact = manchester_case(wheel, shift, 0.0, force)
-    case = replace(exact, **written_as_simpack(tmp_path), inclination_rad=0.0)
+    case = replace(exact, **write_as_simpack(tmp_path), inclination_rad=0.0)
     measures, touch = solve_on_half_space(case, place_case(case)), place_case(case).first
     assert touch.wheel_y_mm == pytest.approx(place_case(exact).first.wheel_y_mm, abs=2e-3)
     assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
@@ -369,6 +369,6 @@ def test_manchester_from_files_on_the_half_space(tmp_path, row):
 def test_manchester_from_files_with_finite_elements(tmp_path, row):
     wheel, shift, _, force, peak, _ = MANCHESTER[row]
     case = manchester_case(wheel, shift, 0.0, force, resolution="quick")
-    result = solve(replace(case, **written_as_simpack(tmp_path), inclination_rad=0.0))
+    result = solve(replace(case, **write_as_simpack(tmp_path), inclination_rad=0.0))
     # the limit of studies/06_manchester.py
     assert result.comparison.fe.p_max_MPa == pytest.approx(peak, rel=0.005)

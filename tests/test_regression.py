@@ -96,7 +96,7 @@ def rows_of_frame(values) -> list:
     return list(values.itertuples())
 
 
-def compared(tmp_path: Path, baseline: list[dict], new: list[dict], tolerances=None, form: str = ""):
+def compare_rows(tmp_path: Path, baseline: list[dict], new: list[dict], tolerances=None, form: str = ""):
     tables = [load_table(write_study(tmp_path / name, rows) / form) for name, rows in (("was", baseline), ("now", new))]
     return compare_tables(*tables, tolerances)
 
@@ -105,7 +105,7 @@ def compared(tmp_path: Path, baseline: list[dict], new: list[dict], tolerances=N
 @pytest.mark.parametrize(("column", "value", "tolerance"), LIMITS, ids=[column for column, *_ in LIMITS])
 def test_each_kind_of_number_at_both_sides_of_its_limit(tmp_path, column, value, tolerance, sign):
     inside, outside = (
-        compared(tmp_path, [case_row(**{column: value})], [case_row(**{column: value + sign * share * tolerance})])
+        compare_rows(tmp_path, [case_row(**{column: value})], [case_row(**{column: value + sign * share * tolerance})])
         for share in (0.98, 1.02)
     )
     assert inside.same
@@ -123,7 +123,7 @@ def test_each_stated_uncertainty_of_a_baseline_that_shrinks_tenfold_is_a_differe
     table = load_table(path)
     columns = [name for name in table.columns if "uncertainty" in name]
 
-    def times(factor: float):
+    def scale_uncertainties(factor: float):
         rows = table.rows.copy()
         for name in columns:
             rows[name] = [str(factor * float(text)) if text else "" for text in rows[name]]
@@ -131,16 +131,16 @@ def test_each_stated_uncertainty_of_a_baseline_that_shrinks_tenfold_is_a_differe
 
     stated = {(name, case) for name in columns for case, text in table.rows[name].items() if float(text or 0.0)}
     assert len({name for name, _ in stated}) >= 18
-    shrunk = compare_tables(table, times(0.1)).differences
+    shrunk = compare_tables(table, scale_uncertainties(0.1)).differences
     assert set(zip(shrunk.column, shrunk.case, strict=True)) == stated
     # a random change with the mesh is not a difference
-    assert compare_tables(table, times(1.03)).same
+    assert compare_tables(table, scale_uncertainties(1.03)).same
 
 
 @pytest.mark.parametrize("column", ["fe_pieces", "fe_lobes", "touch_points"])
 def test_counts_of_things_are_exact(tmp_path, column):
-    assert compared(tmp_path, [case_row(**{column: 2})], [case_row(**{column: 2.0})]).same
-    different = compared(tmp_path, [case_row(**{column: 1})], [case_row(**{column: 2})])
+    assert compare_rows(tmp_path, [case_row(**{column: 2})], [case_row(**{column: 2.0})]).same
+    different = compare_rows(tmp_path, [case_row(**{column: 1})], [case_row(**{column: 2})])
     assert [d.column for d in rows_of_frame(different.differences)] == [column]
     assert rows_of_frame(different.differences)[0].difference == 1.0
     assert math.isinf(rows_of_frame(different.differences)[0].times_tolerance)
@@ -148,9 +148,9 @@ def test_counts_of_things_are_exact(tmp_path, column):
 
 @pytest.mark.parametrize("column", TEXTS)
 def test_texts_are_exact(tmp_path, column):
-    assert compared(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: "so"})]).same
+    assert compare_rows(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: "so"})]).same
     for text in ("So", "so ", "", None):
-        different = compared(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: text})])
+        different = compare_rows(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: text})])
         assert [d.column for d in rows_of_frame(different.differences)] == [column]
 
 
@@ -168,16 +168,16 @@ def test_two_measures_that_use_as_much_of_their_limits_may_change_places(tmp_pat
         ]
 
     was = judged_rows("p_max_MPa", 0.01276)
-    assert compared(tmp_path, was, judged_rows("misplaced_load", 0.01270)).same
-    differ = rows_of_frame(compared(tmp_path, was, judged_rows("misplaced_load", 0.0247)).differences)
+    assert compare_rows(tmp_path, was, judged_rows("misplaced_load", 0.01270)).same
+    differ = rows_of_frame(compare_rows(tmp_path, was, judged_rows("misplaced_load", 0.0247)).differences)
     assert {line.column for line in differ} == {f"{prefix}verdict_measure", share}
-    differ = rows_of_frame(compared(tmp_path, was, judged_rows("misplaced_load", 0.01270, "FAILS")).differences)
+    differ = rows_of_frame(compare_rows(tmp_path, was, judged_rows("misplaced_load", 0.01270, "FAILS")).differences)
     assert {line.column for line in differ} == {f"{prefix}verdict_answer"}
 
 
 def test_a_rail_whose_name_is_a_number_is_text(tmp_path):
     # float("60E1") is 600
-    different = compared(tmp_path, [case_row(rail="60E1")], [case_row(rail="600")])
+    different = compare_rows(tmp_path, [case_row(rail="60E1")], [case_row(rail="600")])
     (rail,) = rows_of_frame(different.differences)
     assert (rail.baseline, rail.new) == ("60E1", "600")
     assert math.isnan(rail.difference)
@@ -186,18 +186,18 @@ def test_a_rail_whose_name_is_a_number_is_text(tmp_path):
 def test_effort_is_shown_and_not_compared(tmp_path):
     names = ("solver_iterations", "solver_degrees_of_freedom_rail", "seconds", "peak_memory_MB", "solver_load_balance")
     names += ("solver_meshes",)
-    comparison = compared(tmp_path, [case_row(**dict.fromkeys(names, 1))], [case_row(**dict.fromkeys(names, 99))])
+    comparison = compare_rows(tmp_path, [case_row(**dict.fromkeys(names, 1))], [case_row(**dict.fromkeys(names, 99))])
     assert comparison.same
     assert [(c.column, c.new) for c in rows_of_frame(comparison.efforts)] == [(name, "99") for name in names]
     # missing effort columns are accepted too: a baseline has no effort columns
-    assert compared(tmp_path / "b", [case_row()], [case_row(**dict.fromkeys(names, 99))]).same
+    assert compare_rows(tmp_path / "b", [case_row()], [case_row(**dict.fromkeys(names, 99))]).same
 
 
 def test_nothing_equals_nothing_only(tmp_path):
     for was, now in ((None, math.nan), (math.nan, ""), (None, None)):
-        assert compared(tmp_path, [case_row(fe_b_mm=was)], [case_row(fe_b_mm=now)]).same
+        assert compare_rows(tmp_path, [case_row(fe_b_mm=was)], [case_row(fe_b_mm=now)]).same
     for was, now in ((None, 0.0), (0.0, None), (math.nan, 2.0), (2.0, math.nan)):
-        different = compared(tmp_path, [case_row(fe_b_mm=was)], [case_row(fe_b_mm=now)])
+        different = compare_rows(tmp_path, [case_row(fe_b_mm=was)], [case_row(fe_b_mm=now)])
         assert [d.column for d in rows_of_frame(different.differences)] == ["fe_b_mm"]
         assert math.isinf(rows_of_frame(different.differences)[0].times_tolerance)
 
@@ -231,7 +231,7 @@ def test_infinite_values(tmp_path):
 
 def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path):
     common, missing, added = case_row("both"), case_row("gone"), case_row("added")
-    comparison = compared(tmp_path, [common, missing], [common, added])
+    comparison = compare_rows(tmp_path, [common, missing], [common, added])
     assert not comparison.same
     assert comparison.cases == ["both"]
     assert comparison.one_sided["missing cases"] == ["gone"]
@@ -241,7 +241,7 @@ def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path)
         (([case_row(lost_MPa=1.0)], [case_row()]), "missing columns"),
         (([case_row()], [case_row(lost_MPa=1.0)]), "extra columns"),
     ):
-        one_sided = compared(tmp_path, *rows)
+        one_sided = compare_rows(tmp_path, *rows)
         assert not one_sided.same
         assert one_sided.one_sided[key] == ["lost_MPa"]
         assert f"1 {key.removesuffix('s')} (1 case, 4 columns in common)" in one_sided.verdict
@@ -250,7 +250,7 @@ def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path)
 def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
     was = [case_row("one"), case_row("two")]
     now = [case_row("one", fe_p_max_MPa=1234.5 * (1 + 2e-4)), case_row("two", fe_area_mm2=121.2)]
-    comparison = compared(tmp_path, was, now)
+    comparison = compare_rows(tmp_path, was, now)
     assert [(c.column, c.differing, c.case) for c in rows_of_frame(comparison.columns)[:2]] == [
         ("fe_area_mm2", 1, "two"),
         ("fe_p_max_MPa", 1, "one"),
@@ -262,7 +262,7 @@ def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
 
 def test_order_of_rows_and_columns_does_not_matter(tmp_path):
     first, second = case_row("one"), case_row("two", fe_area_mm2=99.0)
-    assert compared(tmp_path, [first, second], [dict(reversed(row.items())) for row in (second, first)]).same
+    assert compare_rows(tmp_path, [first, second], [dict(reversed(row.items())) for row in (second, first)]).same
 
 
 def test_csv_and_json_give_the_same_comparison(tmp_path):
@@ -274,8 +274,8 @@ def test_csv_and_json_give_the_same_comparison(tmp_path):
         case_row("a", fe_pieces=1, at_junction=True, overlap=0.35, verdict_cause="x"),
         case_row("b", fe_pieces=math.nan),
     ]
-    from_json = compared(tmp_path, was, now, form="study.json")
-    from_csv = compared(tmp_path, was, now, form="study.csv")
+    from_json = compare_rows(tmp_path, was, now, form="study.json")
+    from_csv = compare_rows(tmp_path, was, now, form="study.csv")
     assert len(from_json.differences) == len(from_csv.differences) > 0
     for name in ("columns", "differences"):
         assert getattr(from_json, name).equals(getattr(from_csv, name))
@@ -312,7 +312,7 @@ def position_row(shift: float, load: float, name: str = "", **columns) -> dict:
     return case_row(name or f"{shift}_{load}_{columns.get('resolution', '')}", **inputs) | columns
 
 
-def refused(capsys, *arguments) -> str:
+def refuse_comparison(capsys, *arguments) -> str:
     """The single line of a refused comparison."""
     assert call(["compare", *map(str, arguments)]) == 2
     out, err = capsys.readouterr()
@@ -390,7 +390,7 @@ def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_
     ]
     good, bad = write_study(tmp_path / "good", [rows[0]]), write_study(tmp_path / "bad", rows)
     for pair in ((good, bad), (bad, good)):
-        err = refused(capsys, *pair, "--match", "shift,load")
+        err = refuse_comparison(capsys, *pair, "--match", "shift,load")
         assert "'one' and 'two' are both lateral_shift_mm 0, load_kN 50" in err
         assert str(bad) in err
         assert err.rstrip().endswith("add to --match a column in which they differ: roll_mrad, resolution")
@@ -401,7 +401,7 @@ def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_
     for form in ("csv", "json"):
         path = good / f"study.{form}"
         path.write_text(path.read_text().replace("roll_mrad", "rolling"))
-    assert "in which they differ: resolution\n" in refused(capsys, bad, good, "--match", "shift,load")
+    assert "in which they differ: resolution\n" in refuse_comparison(capsys, bad, good, "--match", "shift,load")
 
 
 @pytest.mark.parametrize(
@@ -416,7 +416,7 @@ def test_what_tells_two_cases_apart(tmp_path, capsys, changes, says):
     common = {"solver_element_size_mm_x": 0.4, "speed_limit": 5.0}
     rows = [position_row(0.0, 50.0, "one", **common), position_row(0.0, 50.0, "two", **(common | changes))]
     study = write_study(tmp_path / "study", rows)
-    assert says in refused(capsys, study, study, "--match", "shift")
+    assert says in refuse_comparison(capsys, study, study, "--match", "shift")
 
 
 @pytest.mark.parametrize("missing", [None, "", math.nan])
@@ -424,7 +424,7 @@ def test_a_case_without_a_value_to_match_by_is_named(tmp_path, capsys, missing):
     rows = [position_row(0.0, 50.0), position_row(1.0, 50.0, "bad", status="failed: no touch", resolution=missing)]
     study, good = write_study(tmp_path / "study", rows), write_study(tmp_path / "good", rows[:1])
     for pair in ((study, good), (good, study)):
-        err = refused(capsys, *pair, "--match", "shift,resolution")
+        err = refuse_comparison(capsys, *pair, "--match", "shift,resolution")
         assert "'bad' has no value of resolution (1 of 2 have none)" in err
     assert call(["compare", str(study), str(study), "--match", "shift"]) == 0
 
@@ -443,7 +443,7 @@ def test_a_case_without_a_value_to_match_by_is_named(tmp_path, capsys, missing):
 )
 def test_an_unknown_column_to_match_by_is_refused(tmp_path, capsys, match, says):
     study = write_study(tmp_path / "study", [position_row(0.0, 50.0)])
-    err = refused(capsys, study, study, "--match", match)
+    err = refuse_comparison(capsys, study, study, "--match", match)
     for text in says:
         assert text in err
 
@@ -453,7 +453,7 @@ def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, caps
     row = {name.replace("lateral_shift_mm", "shift_mm"): value for name, value in position_row(0.0, 50.0, "b").items()}
     now = write_study(tmp_path / "now", [row])
     for pair in ((was, now), (now, was)):
-        err = refused(capsys, *pair, "--match", "shift,load")
+        err = refuse_comparison(capsys, *pair, "--match", "shift,load")
         assert f"--match 'shift': no column 'lateral_shift_mm' in {now / 'study.json'};" in err
         assert "allowed are load, roll, id" in err
     # if a table has a column with the short name, this column is used
@@ -512,7 +512,7 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
 )
 def test_nothing_in_common_by_id_suggests_what_to_match_by(tmp_path, capsys, was, now, says):
     folders = write_study(tmp_path / "was", was), write_study(tmp_path / "now", now)
-    err = refused(capsys, *folders)
+    err = refuse_comparison(capsys, *folders)
     assert "have no case in common" in err
     assert err.endswith(says)
     # a suggestion with a number of cases works
@@ -521,9 +521,9 @@ def test_nothing_in_common_by_id_suggests_what_to_match_by(tmp_path, capsys, was
         assert len(comparison.cases) == int(suggestion[2])
 
 
-def test_without_a_column_to_compare_nothing_is_the_same(tmp_path, capsys):
+def test_nothing_is_the_same_without_a_column_to_compare(tmp_path, capsys):
     study = write_study(tmp_path / "study", [{"id": "a", "load_kN": 50.0, "seconds": 1.0}])
-    assert "no column to compare besides load_kN" in refused(capsys, study, study, "--match", "load")
+    assert "no column to compare besides load_kN" in refuse_comparison(capsys, study, study, "--match", "load")
     assert call(["compare", str(study), str(study)]) == 0
 
 
@@ -532,7 +532,7 @@ def test_a_tolerance_of_a_column_that_is_matched_by_is_refused(tmp_path, capsys)
     tolerances = tolerance_file(tmp_path, "[columns.load_kN]\nabsolute = 1\n")
     assert call(["compare", str(study), str(study), "--tolerance", str(tolerances)]) == 0
     capsys.readouterr()
-    assert "it is not compared" in refused(capsys, study, study, "--tolerance", tolerances, "--match", "load")
+    assert "it is not compared" in refuse_comparison(capsys, study, study, "--tolerance", tolerances, "--match", "load")
 
 
 def test_exit_codes(tmp_path, capsys):
@@ -653,7 +653,7 @@ def test_a_table_that_was_changed_after_it_was_written_is_refused(tmp_path, caps
     capsys.readouterr()
     spoil(tmp_path / "bad" / f"{stem}{spoilt}", "1234.5", new or "null" if spoilt == ".json" else new)
     for pair in ((good, bad), (bad, good)):
-        err = refused(capsys, *pair)
+        err = refuse_comparison(capsys, *pair)
         assert f"{stem}{spoilt} was changed after it was written" in err
         assert "run the study again, or move" in err
 
@@ -707,13 +707,15 @@ def tolerance_file(tmp_path: Path, text: str) -> Path:
 
 def test_a_tolerance_file_widens_and_narrows(tmp_path):
     was, now = [case_row()], [case_row(fe_p_max_MPa=1234.5 * 1.001, fe_area_mm2=120.06)]
-    assert [d.column for d in rows_of_frame(compared(tmp_path, was, now).differences)] == ["fe_p_max_MPa"]
+    assert [d.column for d in rows_of_frame(compare_rows(tmp_path, was, now).differences)] == ["fe_p_max_MPa"]
     tolerances = read_tolerances(tolerance_file(tmp_path, "[kinds.pressure]\nrelative = 2e-3\n"))
-    assert compared(tmp_path, was, now, tolerances).same
+    assert compare_rows(tmp_path, was, now, tolerances).same
     tolerances = read_tolerances(
         tolerance_file(tmp_path, "[columns.fe_p_max_MPa]\nabsolute = 2\n[kinds.area]\nrelative = 0\n")
     )
-    assert [d.column for d in rows_of_frame(compared(tmp_path, was, now, tolerances).differences)] == ["fe_area_mm2"]
+    assert [d.column for d in rows_of_frame(compare_rows(tmp_path, was, now, tolerances).differences)] == [
+        "fe_area_mm2"
+    ]
     # tolerances that are not given stay unchanged
     assert tolerances.of("fe_p_max_MPa").relative == KINDS["pressure"].relative
     assert tolerances.of("p_max_half_space_MPa").absolute == 0.0
@@ -721,8 +723,8 @@ def test_a_tolerance_file_widens_and_narrows(tmp_path):
 
 def test_effort_that_is_named_is_compared(tmp_path):
     tolerances = read_tolerances(tolerance_file(tmp_path, "[columns.iterations]\nabsolute = 2\n"))
-    assert compared(tmp_path, [case_row(iterations=10)], [case_row(iterations=12)], tolerances).same
-    different = compared(tmp_path, [case_row(iterations=10)], [case_row(iterations=13)], tolerances)
+    assert compare_rows(tmp_path, [case_row(iterations=10)], [case_row(iterations=12)], tolerances).same
+    different = compare_rows(tmp_path, [case_row(iterations=10)], [case_row(iterations=13)], tolerances)
     assert [d.column for d in rows_of_frame(different.differences)] == ["iterations"]
 
 
@@ -926,7 +928,7 @@ def test_cases_are_called_by_what_was_solved(tmp_path, capsys):
     third = "worn_S1002_-1.50mm_50kN_00000000"
     rows = [case_row(first, **place), case_row(second, **place)]
     rows.append(case_row(third, **place | {"rail": "worn.csv@0123abcd", "lateral_shift_mm": -1.5, "load_kN": 50.0}))
-    comparison = compared(tmp_path, rows, rows)
+    comparison = compare_rows(tmp_path, rows, rows)
     assert case_names(comparison) == {
         # two cases that differ in other inputs keep the end of their ids
         first: "S1002 on 60E1, +3 mm, 100 kN (0123abcd)",
@@ -970,7 +972,7 @@ def test_a_baseline_is_found_by_its_folder_its_name_and_either_file(tmp_path, ca
     assert call(["compare", str(folder), str(study)]) == 2
     said = capsys.readouterr().err
     assert f"has 2 baselines; give one of them, such as {folder / 'another.csv'}" in said
-    assert "no such file or folder" in refused(capsys, folder / "mime", study)
+    assert "no such file or folder" in refuse_comparison(capsys, folder / "mime", study)
 
 
 def test_a_baseline_is_not_written_where_nobody_keeps_any(tmp_path, capsys, monkeypatch):
@@ -1110,7 +1112,7 @@ def test_comparing_needs_no_finite_elements(tmp_path):
 def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     pytest.importorskip("fecontact.maps")
 
-    def written(name: str, answers: dict[tuple[float, float], str]) -> Path:
+    def write_map(name: str, answers: dict[tuple[float, float], str]) -> Path:
         (tmp_path / name).mkdir()
         cells = [
             {"lateral_shift_mm": shift, "load_kN": load, "status": "converged", "verdict_answer": answer}
@@ -1121,7 +1123,7 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
 
     was = {(-4.0, 50.0): "HOLDS", (-4.0, 80.0): "HOLDS", (0.0, 50.0): "HOLDS", (0.0, 80.0): "", (4.0, 50.0): "FAILS"}
     now = was | {(-4.0, 80.0): "FAILS", (0.0, 50.0): "FAILS", (0.0, 80.0): "HOLDS"}
-    folders = [str(written(name, answers_of_map)) for name, answers_of_map in (("was", was), ("now", now))]
+    folders = [str(write_map(name, answers_of_map)) for name, answers_of_map in (("was", was), ("now", now))]
     assert call(["compare", *folders, "--out", str(tmp_path / "changes")]) == 1
     printed = " ".join(capsys.readouterr().out.split())
     assert "another one in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 time." in printed

@@ -42,13 +42,13 @@ def remaining_times(durations: list[float], workers: int) -> list[tuple[float, f
 
 
 @pytest.mark.parametrize(("jobs", "workers"), [(9, 2), (10, 3), (4, 4), (7, 1), (13, 5)])
-def test_of_equal_jobs_the_time_left_is_exact(jobs, workers):
+def test_the_time_left_of_equal_jobs_is_exact(jobs, workers):
     lines = remaining_times([12.0] * jobs, workers)
     assert [left for left, _, _ in lines] == pytest.approx([rest for _, _, rest in lines])
 
 
 @pytest.mark.parametrize(("jobs", "workers"), [(11, 2), (20, 4), (40, 8)])
-def test_of_jobs_that_are_alike_the_time_left_is_known_to_half_a_job(jobs, workers):
+def test_the_time_left_of_similar_jobs_is_exact_to_half_a_job(jobs, workers):
     """Error of the estimate, compared with the mean over all finished jobs.
 
     The mean ignores the jobs that are running; its error is more than twice the error of the estimate.

@@ -56,15 +56,15 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     study_figure(rows, out / "study.png")
     write_tables("two", 3, rows, out / "study")
     pair = ShownPair(row=rows[1], placement=elliptic_quick.placement)
-    write_study_report("two <shifts>", reported(out, rows), out, shown=pair, conclusion="It is as expected.")
+    write_study_report("two <shifts>", report_cases(out, rows), out, shown=pair, conclusion="It is as expected.")
     return out
 
 
-def reported(out: Path, rows: list[dict[str, Any]]) -> list[ReportedCase]:
+def report_cases(out: Path, rows: list[dict[str, Any]]) -> list[ReportedCase]:
     return [reported_case(row, out / "cases" / row["id"]) for row in rows]
 
 
-def parsed(path: Path) -> ElementTree.Element:
+def parse_page(path: Path) -> ElementTree.Element:
     return ElementTree.fromstring(path.read_text("utf-8").removeprefix("<!DOCTYPE html>\n"))
 
 
@@ -76,14 +76,14 @@ def text_of(element: ElementTree.Element) -> str:
 def test_the_answer_of_a_study_without_a_conclusion_stands_once(study, tmp_path):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     shutil.copy(study / "study.svg", tmp_path)
-    page = parsed(write_study_report("two", reported(study, rows), tmp_path))
+    page = parse_page(write_study_report("two", report_cases(study, rows), tmp_path))
     head = [text_of(paragraph) for paragraph in page.iter("p")]
     assert head[0].startswith("Hertz holds in 1 of 3 cases")
     assert head[1] == "Study two."
 
 
 def test_a_report_says_question_answer_and_reason(study):
-    page = parsed(study / "report.html")
+    page = parse_page(study / "report.html")
     head = [text_of(paragraph) for paragraph in page.iter("p")]
     # the title is the pair, not the name of a file; the conclusion comes first
     assert text_of(next(page.iter("h1"))) == "Rail circle:300 and wheel cylinder:460, 100 kN"
@@ -105,7 +105,7 @@ def test_a_report_says_question_answer_and_reason(study):
 
 
 def test_the_picture_of_the_pair_says_which_case_it_shows(study):
-    words = [text_of(caption) for caption in parsed(study / "report.html").iter("figcaption")]
+    words = [text_of(caption) for caption in parse_page(study / "report.html").iter("figcaption")]
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     utilisations = [row.get("verdict_limit_used", 0.0) for row in rows]
     assert utilisations[1] == max(utilisations) > utilisations[0] > 0.0
@@ -115,7 +115,7 @@ def test_the_picture_of_the_pair_says_which_case_it_shows(study):
 
 
 def test_every_measure_that_is_judged_is_defined(study):
-    page = parsed(study / "report.html")
+    page = parse_page(study / "report.html")
     definitions = dict(zip(map(text_of, page.iter("dt")), map(text_of, page.iter("dd")), strict=True))
     for words in WORDS.values():
         meaning = definitions[f"{words.short}: {words.title}"]
@@ -124,7 +124,7 @@ def test_every_measure_that_is_judged_is_defined(study):
         assert words.title.lower() not in meaning.lower()
 
 
-def test_on_paper_all_measures_are_open(study):
+def test_all_measures_are_open_on_paper(study):
     style = (study / "report.html").read_text("utf-8").partition("@media print")[2].partition("</style>")[0]
     assert "details::details-content { content-visibility: visible;" in style
 
@@ -132,7 +132,7 @@ def test_on_paper_all_measures_are_open(study):
 def test_numbers_of_a_report_are_those_of_the_result(study):
     record = json.loads((study / "cases" / "at-1" / "result.json").read_text("utf-8"))
     hertz = record["theories"]["hertz"]
-    page = parsed(study / "report.html")
+    page = parse_page(study / "report.html")
     record |= record["theories"]
     (verdicts, measures, *_, solver) = list(page.iter("table"))
     cells = [text_of(cell) for cell in verdicts.iter("td")][:8]
@@ -172,7 +172,7 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     assert call([*command, "--out", str(tmp_path / "one")]) == 0
     # the relief of the pressure, which can be turned, is in this file
     assert (tmp_path / "one" / "report.html").stat().st_size < 5e6
-    page = parsed(tmp_path / "one" / "report.html")
+    page = parse_page(tmp_path / "one" / "report.html")
     (decided,) = [text_of(paragraph) for paragraph in page.iter("p") if paragraph.get("class") == "lead holds"]
     assert re.fullmatch(
         r"Hertz HOLDS: (peak pressure -|misplaced load )0\.\d\d % ± 0\.\d\d % \(limit (±5|< 10) %\)", decided
@@ -195,7 +195,7 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     # the limit is close to the error of the elements; judging a stored case with forces is tested in test_load
     command_again = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
     assert call([*command_again, "--misplaced-load-percent", "0.01"]) == 0
-    page = parsed(tmp_path / "again" / "report.html")
+    page = parse_page(tmp_path / "again" / "report.html")
     assert next(text_of(paragraph) for paragraph in page.iter("p")).startswith("Hertz UNRESOLVED: misplaced load")
     # the picture does not show the old verdict
     assert "(limit < 0.01 %)" in text_of(page)
@@ -274,7 +274,7 @@ def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     monkeypatch.setattr("fecontact.outputs.study_report.MOST_PICTURES", 1)
     monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
-    page = parsed(write_study_report("few", reported(study, rows), study))
+    page = parse_page(write_study_report("few", report_cases(study, rows), study))
     assert [text_of(heading) for heading in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
     ]
