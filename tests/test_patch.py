@@ -228,7 +228,7 @@ def test_readings_of_exact_ellipses(seed):
     rng = np.random.default_rng(seed)
     across = 10.0 ** rng.uniform(-1.6, 1.6) / 460.0
     counts, offset = rng.uniform(16.0, 17.0, 2), rng.uniform(-0.5, 0.5, 2)
-    # measured over 300 other seeds: in the comments
+    # the comments have the values measured with 300 different seeds
     limits = {
         "p_max_MPa": 4e-4,  # 0.034 %
         "area_mm2": 3.5e-3,  # 0.33 %
@@ -252,7 +252,7 @@ def test_readings_of_exact_turned_ellipses(seed):
     along, across = 1 / 460, 10.0 ** rng.uniform(-0.5, 0.5) / 460.0
     angle = rng.uniform(0.1, 0.78) * rng.choice([-1.0, 1.0])
     hessian = turned_curvatures(along, across, angle)
-    # measured over 250 other seeds
+    # the comments have the values measured with 250 different seeds
     limits = {
         "p_max_MPa": 6e-4,  # 0.046 %
         "area_mm2": 3.5e-3,  # 0.29 %
@@ -408,7 +408,7 @@ def test_planted_lobes(lobes, seed):
 
 
 def test_the_patch_that_carries_most_is_not_separate_whatever_its_peak():
-    # the peak lies on the smaller one
+    # the peak is on the smaller patch
     lobes = (Ellipsoid(-6.0, 5.0, 4.0, 500.0), Ellipsoid(5.0, 1.5, 1.0, 1200.0), Ellipsoid(8.0, 1.5, 1.0, 300.0))
     patch = measure_patch(cell_means(lobes, (0.1, 0.1), (0.3, 0.2), 11.0))
     forces = [lobe.force for lobe in lobes]

@@ -558,7 +558,7 @@ def test_three_points_touch_at_once():
     touches = flat_wheel_on(bumps).touch_points
     assert sorted(touch.rail_y_mm for touch in touches) == pytest.approx([-10.0, 0.0, 10.0], abs=1e-6)
     assert [touch.vertical_gap_mm for touch in touches] == pytest.approx([0.0] * 3, abs=1e-12)
-    # half the second derivative is 1e4 c at the middle one and 4e4 c at the others
+    # half the second derivative is 1e4 c at the middle top and 4e4 c at the outer tops
     curvatures = {round(touch.rail_y_mm): touch.curvature.rail_per_mm for touch in touches}
     assert curvatures == pytest.approx({0: 2e4 * c, -10: 8e4 * c, 10: 8e4 * c}, rel=1e-6)
 

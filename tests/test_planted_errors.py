@@ -122,7 +122,7 @@ def turn_mesh(mesh: BodyMesh) -> BodyMesh:
     return replace(mesh, points=middle + (mesh.points - middle) @ turn)
 
 
-# --- what sees them ---------------------------------------------------------------------------------------------------
+# --- detection of the faults ------------------------------------------------------------------------------------------
 
 
 def test_healthy_elements_are_those_of_their_material(position):

@@ -49,7 +49,7 @@ def check_balance(result: CaseResult) -> None:
     assert result.hertz.normal_force_N == result.normal_force_N
 
 
-# --- 60E1 1:40, S1002, 100 kN -----------------------------------------------------------------------------------
+# --- 60E1 1:40, S1002, 100 kN ----------------------------------------------------------------------------------------
 
 # Results of an independent reading of the elements' nodes on finer meshes: shift (mm), answer, deviation of Hertz in
 # peak, area, a and b (per cent); centre of pressure over b; valley and misplaced load (per cent). The area at 4 mm is
@@ -157,7 +157,7 @@ def test_named_resolutions_say_the_same(shift, answer):
             assert standard.comparison.deviation[name] == pytest.approx(value, abs=quick.load.uncertainty[name])
 
 
-# --- a rung's force and approach are those along the contact normal --------------------------------------------------
+# --- force and approach of a rung are along the contact normal -------------------------------------------------------
 
 
 def test_force_and_approach_of_a_rung_on_a_tilted_pair():
@@ -193,7 +193,7 @@ def test_force_and_approach_of_a_rung_on_a_tilted_pair():
     np.testing.assert_allclose(approach * (normal @ vertical), rung.approach_mm, rtol=3e-6)
 
 
-# --- solver paths and symmetry ----------------------------------------------------------------------------------
+# --- solver paths and symmetry ---------------------------------------------------------------------------------------
 
 COARSE = Case(
     rail="circle:300",
@@ -251,7 +251,7 @@ def test_full_model_without_yaw_is_the_half_model(solved):
     assert full.comparison.fe.approach_mm == pytest.approx(half.comparison.fe.approach_mm, rel=1e-7)
 
 
-# --- Manchester Contact Benchmark -------------------------------------------------------------------------------
+# --- Manchester Contact Benchmark ------------------------------------------------------------------------------------
 
 # Case A-2.2, solved by CONTACT 25: wheel, shift to the right (mm), yaw (mrad), normal force (N), peak pressure (MPa),
 # approach (um). S1002 on the UIC60 of the benchmark, G 82 GPa, nu 0.28, 10 kN on each wheel.

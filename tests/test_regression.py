@@ -499,7 +499,7 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
             [position_row(0.0, 60.0), position_row(1.0, 60.0)],
             "with --match shift (2 in common)\n",
         ),
-        # a case that failed before its resolution was known
+        # a case that failed before its resolution was determined
         (
             [position_row(0.0, 50.0), position_row(1.0, 50.0, "f", resolution=None)],
             [position_row(0.0, 50.0, "x"), position_row(1.0, 50.0, "y")],
