@@ -1,4 +1,7 @@
-"""Meshes are refined only where finer ones may decide: what none takes away is counted first."""
+"""Refinement only if finer meshes may decide the verdict.
+
+Errors that no mesh removes are counted first.
+"""
 
 from dataclasses import replace
 
@@ -14,41 +17,44 @@ from fecontact.outputs.verdict_words import what_would_decide
 from fecontact.solving.meshes import is_open
 
 
-def with_limit(result, part):
-    """The elliptic test with a limit of the area this part of what no mesh takes away beside its deviation."""
+def solved_with_limit(result, share):
+    """Solve the elliptic test with a limit of the area near its deviation.
+
+    The distance of the limit from the deviation is `share` times the errors that no mesh removes.
+    """
     off = result.load.judgements["hertz"].deviation["area_mm2"]
     left = (FLOORS["area_mm2"] + CUT_PLANES["area_mm2"] + IN_COMMON["area_mm2"]) * (1.0 + off)
-    criteria = Criteria(area=abs(off) + part * left, judged_by=("area",))
+    criteria = Criteria(area=abs(off) + share * left, judged_by=("area",))
     return replace(result.load.solved, case=replace(result.load.case, criteria=criteria))
 
 
-@pytest.mark.parametrize(("part", "hopeless"), [(0.5, True), (0.95, True), (1.03, False)])
-def test_a_limit_nearer_than_what_no_mesh_takes_away_is_decided_by_none(elliptic_quick, part, hopeless):
-    solved, placement = with_limit(elliptic_quick, part), elliptic_quick.placement
-    assert judge_load(solved, placement).verdict.answer == "UNRESOLVED"
-    assert no_mesh_decides(solved.case, solved.levels, placement, None) is hopeless
-    assert is_open(solved.case, solved.levels, placement, None, solved.half_space) is not hopeless
+@pytest.mark.parametrize(("share", "hopeless"), [(0.5, True), (0.95, True), (1.03, False)])
+def test_a_limit_nearer_than_what_no_mesh_takes_away_is_decided_by_none(elliptic_quick, share, hopeless):
+    solved_load, placement = solved_with_limit(elliptic_quick, share), elliptic_quick.placement
+    assert judge_load(solved_load, placement).verdict.answer == "UNRESOLVED"
+    assert no_mesh_decides(solved_load.case, solved_load.levels, placement, None) is hopeless
+    assert is_open(solved_load.case, solved_load.levels, placement, None, solved_load.half_space) is not hopeless
 
 
 def test_what_meshes_know_badly_may_be_decided_by_finer_ones(elliptic_quick):
-    solved, placement = with_limit(elliptic_quick, 0.5), elliptic_quick.placement
-    fine, coarse = solved.levels
-    # the coarser meshes have another area by 3 %
+    solved_load, placement = solved_with_limit(elliptic_quick, 0.5), elliptic_quick.placement
+    fine, coarse = solved_load.levels
+    # the area on the coarser meshes is 3 % larger
     wide = replace(coarse.fe, grid=replace(coarse.fe.grid, x_mm=1.03 * coarse.fe.grid.x_mm))
     levels = (fine, replace(coarse, fe=wide))
-    assert not no_mesh_decides(solved.case, levels, placement, None)
-    assert is_open(solved.case, levels, placement, None, solved.half_space)
+    assert not no_mesh_decides(solved_load.case, levels, placement, None)
+    assert is_open(solved_load.case, levels, placement, None, solved_load.half_space)
 
 
 def test_a_verdict_that_no_mesh_decides_says_so_and_names_no_resolution(elliptic_quick):
-    solved = with_limit(elliptic_quick, 0.5)
-    load = judge_load(solved, elliptic_quick.placement)
+    solved_load = solved_with_limit(elliptic_quick, 0.5)
+    load = judge_load(solved_load, elliptic_quick.placement)
     record = result_record(replace(elliptic_quick, load=load))
-    said = what_would_decide(record)
-    # half of what reading and cut planes leave, 0.2 and 0.19 %
-    assert said.startswith("no finer mesh decides it: it is 0.19 % beside its limit")
-    assert "leave 0.39 % open" in said
-    load = judge_load(with_limit(elliptic_quick, 1.03), elliptic_quick.placement)
+    remedy = what_would_decide(record)
+    # half of the errors of reading (0.2 %) and of cut planes (0.19 %)
+    assert remedy.startswith("no finer mesh decides it: it is 0.19 % beside its limit")
+    assert "leave 0.39 % open" in remedy
+    load = judge_load(solved_with_limit(elliptic_quick, 1.03), elliptic_quick.placement)
     assert "--resolution" in what_would_decide(result_record(replace(elliptic_quick, load=load)))
 
 

@@ -1,4 +1,4 @@
-"""Commands without a mesh over the library, with each warning of the arithmetic as an error."""
+"""Commands without a mesh on pairs of the library: each arithmetic warning is an error."""
 
 import contextlib
 import math
@@ -18,17 +18,17 @@ from fecontact.solving.alone import table_lines
 from fecontact.solving.placing import place_case
 from fecontact.solving.wheelset_geometry import geometry
 
-# the dearest ones
+# probability of the most expensive calls
 RARELY = {"half_space": 0.25, "place": 0.25, "geometry": 0.1}
 
 
-def drawn(seed: int, count: int) -> list[Case]:
+def draw_cases(seed: int, count: int) -> list[Case]:
     draw = random.Random(seed)
     return [
         Case(
             rail=draw.choice(names("rail")),
             wheel=draw.choice(names("wheel")),
-            inclination_rad=draw.choice([0.0, *(math.atan(1.0 / one) for one in (20, 25, 30, 35, 40))]),
+            inclination_rad=draw.choice([0.0, *(math.atan(1.0 / gradient) for gradient in (20, 25, 30, 35, 40))]),
             lateral_shift_mm=round(draw.uniform(-8.0, 8.0), 2),
             load_N=draw.choice([10e3, 20e3, 60e3, 100e3, 160e3]),
             load_kind=draw.choice(["vertical", "normal"]),
@@ -62,9 +62,9 @@ def evaluate_all(case: Case, draw: random.Random) -> int:
 @pytest.mark.parametrize(("seed", "count"), [(1, 4), pytest.param(2, 150, marks=pytest.mark.slow)])
 def test_no_pair_of_the_library_warns(seed, count):
     draw = random.Random(seed)
-    answers = [evaluate_all(case, draw) for case in drawn(seed, count)]
-    # most are placed
-    assert sum(one > 0 for one in answers) > 0.5 * count
+    answers = [evaluate_all(case, draw) for case in draw_cases(seed, count)]
+    # most pairs can be placed
+    assert sum(count_of_case > 0 for count_of_case in answers) > 0.5 * count
 
 
 def test_a_half_space_below_a_flange_that_runs_along_a_direction_does_not_warn():
@@ -72,18 +72,18 @@ def test_a_half_space_below_a_flange_that_runs_along_a_direction_does_not_warn()
     case = Case(rail="A65", wheel="EN15302_H", lateral_shift_mm=-2.1, load_N=20e3)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = fecontact.theory(case, "half_space")
-    # far below all directions that the patch needs: the strips have the same peak
-    assert found["p_max_MPa"] == pytest.approx(fecontact.theory(case, "strip")["p_max_MPa"], rel=0.02)
+        measures = fecontact.theory(case, "half_space")
+    # the flange is far below all directions that the patch needs: the strip method has the same peak
+    assert measures["p_max_MPa"] == pytest.approx(fecontact.theory(case, "strip")["p_max_MPa"], rel=0.02)
 
 
 def test_a_direction_along_the_surface_does_not_meet_it():
     wheel = place_case(Case(rail="60E1", wheel="S1002", lateral_shift_mm=0.0)).wheel
     # a millimetre below the tread, straight up and along the track
-    below = wheel.point(0.0, wheel.rolling_radius_mm + 1.0, 0.0)
+    point = wheel.point(0.0, wheel.rolling_radius_mm + 1.0, 0.0)
     directions = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]) @ wheel.axes.T
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        up, along = wheel.distance_along(np.stack([below, below]), directions)
+        up, along = wheel.distance_along(np.stack([point, point]), directions)
     assert up == pytest.approx(1.0, abs=1e-9)
     assert math.isnan(along)

@@ -16,7 +16,7 @@ CANTS = (0.0, 1.0 / 40.0, 1.0 / 20.0)
 CUT_MM = 16.0
 
 
-def measured(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
+def measure_rail(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
     """Points along a rail of the library that stands in the track, its top anywhere."""
     line = load(name)
     p = line.evaluate(line.at_arc_length(np.arange(0.0, line.length_mm, step_mm)))
@@ -26,11 +26,11 @@ def measured(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
     return points[points[:, 1] > points[:, 1].max() - CUT_MM] if cut else points
 
 
-# the five of 17 that a filter by the middles of both heads missed oftenest, and the benchmark's own rail
+# the 5 of 17 rails that a filter by the middles of both heads missed most often, and the rail of the benchmark
 @pytest.mark.parametrize(("cant", "cut"), [(CANTS[1], True), (CANTS[2], False)])
 @pytest.mark.parametrize("name", ["60E1", "60E2", "A65", "54E4", "56E1", "MBench_UIC60"])
 def test_the_nominal_of_a_canted_rail_is_found(name, cant, cut):
-    assert nearest(measured(name, cant, cut=cut), "rail")[0].name == name
+    assert nearest(measure_rail(name, cant, cut=cut), "rail")[0].name == name
 
 
 @pytest.mark.slow
@@ -38,12 +38,12 @@ def test_the_nominal_of_a_canted_rail_is_found(name, cant, cut):
 @pytest.mark.parametrize("cant", CANTS)
 @pytest.mark.parametrize("name", names("rail"))
 def test_every_rail_of_the_library_is_smoothed_towards_itself(name, cant, cut):
-    points = measured(name, cant, cut=cut, seed=7)
+    points = measure_rail(name, cant, cut=cut, seed=7)
     assert nearest(points, "rail")[0].name == name
     line = profile_from_points(*points.T, kind="rail", name="p", reading=PLAIN)
     assert line.measured.nominal == name
-    # turned as it stands, to what noise of 0.005 mm over a head of 70 mm leaves
+    # its rotation, within the error that noise of 0.005 mm leaves on a head of 70 mm
     assert line.measured.held.registration.turn_rad == pytest.approx(-math.atan(cant), abs=1e-4)
-    # that is outwards, and its mirror image is as in the track
-    other = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=PLAIN)
-    assert [any("--rail-mirror yes" in note for note in one.notes) for one in (line, other)] == [cant > 0.0, False]
+    # the cant is outwards, and the mirror image is canted as in the track
+    mirrored = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=PLAIN)
+    assert [any("--rail-mirror yes" in note for note in rail.notes) for rail in (line, mirrored)] == [cant > 0.0, False]

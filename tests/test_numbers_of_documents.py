@@ -1,4 +1,4 @@
-"""Numbers in sentences of the README and the guide are those of data that are stored in the repository."""
+"""Comparison of numbers in the README and the guide with data of the repository."""
 
 import csv
 from itertools import groupby
@@ -16,7 +16,7 @@ def rows_of(path: str) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def said(page: str) -> str:
+def text_of_page(page: str) -> str:
     """A page with single blanks in place of line breaks."""
     return " ".join(TEXTS[page].split())
 
@@ -29,16 +29,20 @@ class Map:
             rows_of("studies/figures/map.csv"), key=lambda row: (float(row["lateral_shift_mm"]), float(row["load_kN"]))
         )
         self.by_shift = {
-            shift: list(own) for shift, own in groupby(rows, key=lambda row: float(row["lateral_shift_mm"]))
+            shift: list(rows_at_shift)
+            for shift, rows_at_shift in groupby(rows, key=lambda row: float(row["lateral_shift_mm"]))
         }
         self.cells = [row for row in rows if row["status"] != "tried for the limit"]
 
-    def with_verdict(self, verdict: str) -> list[float]:
-        """Shifts with one verdict at all loads."""
+    def shifts_with_verdict(self, verdict: str) -> list[float]:
+        """Shifts with this verdict at all loads."""
         return [shift for shift, rows in self.by_shift.items() if {row["verdict"] for row in rows} == {verdict}]
 
     def limits_kN(self) -> dict[float, float]:
-        """The load up to which Hertz holds, at each shift that has one."""
+        """Largest load (kN) at which Hertz holds, by shift.
+
+        Shifts without such a load are left out.
+        """
         limits = {}
         for shift, rows in self.by_shift.items():
             verdicts = [row["verdict"] for row in rows]
@@ -53,59 +57,59 @@ class Map:
 
 
 @pytest.fixture(scope="module")
-def shown() -> Map:
+def load_map() -> Map:
     return Map()
 
 
-def listed(numbers) -> str:
+def list_numbers(numbers) -> str:
     *first, last = (f"{number:g}" for number in numbers)
     return f"{', '.join(first)} and {last}"
 
 
-def test_the_map_has_all_its_cells(shown):
+def test_the_map_has_all_its_cells(load_map):
     loads = [10.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0]
-    assert [*shown.by_shift] == [-6.0 + 0.5 * step for step in range(25)]
-    assert sorted(float(row["load_kN"]) for row in shown.cells) == sorted(loads * 25)
-    assert {row["status"] for row in shown.cells} == {"converged"}
-    kinds = {*shown.with_verdict("HOLDS"), *shown.with_verdict("FAILS"), *shown.limits_kN()}
-    assert kinds == {*shown.by_shift}
+    assert [*load_map.by_shift] == [-6.0 + 0.5 * step for step in range(25)]
+    assert sorted(float(row["load_kN"]) for row in load_map.cells) == sorted(loads * 25)
+    assert {row["status"] for row in load_map.cells} == {"converged"}
+    kinds = {*load_map.shifts_with_verdict("HOLDS"), *load_map.shifts_with_verdict("FAILS"), *load_map.limits_kN()}
+    assert kinds == {*load_map.by_shift}
 
 
 @pytest.mark.parametrize("page", ["README.md", f"{GUIDE}/maps.md"])
-def test_where_hertz_holds_and_fails_at_all_loads(page, shown):
-    holds, fails = shown.with_verdict("HOLDS"), shown.with_verdict("FAILS")
+def test_where_hertz_holds_and_fails_at_all_loads(page, load_map):
+    holds, fails = load_map.shifts_with_verdict("HOLDS"), load_map.shifts_with_verdict("FAILS")
     assert holds == [*(-6.0 + 0.5 * step for step in range(9)), 4.0]
-    assert "From -6 to -2 mm and at 4 mm Hertz holds at all loads." in said(page)
+    assert "From -6 to -2 mm and at 4 mm Hertz holds at all loads." in text_of_page(page)
     assert fails == [0.0, 0.5, 1.0, 5.0]
-    off = shown.numbers([0.0, 0.5, 1.0], "p_max_percent")
+    off = load_map.numbers([0.0, 0.5, 1.0], "p_max_percent")
     text = "From 0 to 1 mm, where two parts of the head carry the wheel, it fails at all loads, with a peak"
     numbers = f"up to {-min(off):.0f} % too low and {max(off):.0f} % too high"
-    assert text in said(page)
-    assert numbers in said(page)
-    off = shown.numbers([5.0], "p_max_percent")
-    separate = shown.numbers([5.0], "separate_load_percent")
+    assert text in text_of_page(page)
+    assert numbers in text_of_page(page)
+    off = load_map.numbers([5.0], "p_max_percent")
+    separate = load_map.numbers([5.0], "separate_load_percent")
     assert separate[0] == max(separate)
     assert (
         f"At 5 mm it fails at all loads too, with a peak that is {min(off):.0f} to {max(off):.0f} % too high: a second"
         f" patch takes {separate[0]:.0f} % of the load at 10 kN"
-    ) in said(page)
+    ) in text_of_page(page)
 
 
-def test_the_readme_has_the_range_of_the_load_limits(shown):
-    limits = shown.limits_kN().values()
+def test_the_readme_has_the_range_of_the_load_limits(load_map):
+    limits = load_map.limits_kN().values()
     text = f"At the other shifts it holds up to a load limit, {min(limits):.0f} to {max(limits):.0f} kN"
-    assert text in said("README.md")
+    assert text in text_of_page("README.md")
 
 
-def test_the_guide_has_each_load_limit(shown):
-    limits, text = shown.limits_kN(), said(f"{GUIDE}/maps.md")
+def test_the_guide_has_each_load_limit(load_map):
+    limits, text = load_map.limits_kN(), text_of_page(f"{GUIDE}/maps.md")
     for shifts in ([-1.5, -1.0, -0.5], [1.5, 2.0, 2.5, 3.0, 3.5, 4.5], [5.5, 6.0]):
-        ends = listed(float(f"{limits.pop(shift):.3g}") for shift in shifts)
-        assert f"t {listed(shifts)} mm it holds up to {ends} kN" in text, ends
+        ends = list_numbers(float(f"{limits.pop(shift):.3g}") for shift in shifts)
+        assert f"t {list_numbers(shifts)} mm it holds up to {ends} kN" in text, ends
     assert limits == {}
-    unresolved = [row for row in shown.cells if row["verdict"] == "UNRESOLVED"]
+    unresolved = [row for row in load_map.cells if row["verdict"] == "UNRESOLVED"]
     assert len(unresolved) == 1
-    assert f"One of the {len(shown.cells)} cells is unresolved" in text
+    assert f"One of the {len(load_map.cells)} cells is unresolved" in text
 
 
 def test_the_case_of_the_page_on_results_is_that_of_the_baseline():
@@ -128,5 +132,5 @@ def test_the_case_of_the_page_on_results_is_that_of_the_baseline():
         ("peak pressure (MPa)", "p_max_MPa", peak, 5, "HOLDS"),
         ("area (mm²)", "area_mm2", area, 10, "FAILS"),
     ):
-        numbers = [f"{value[f'{of}_{measure}']:.5g}" for of in ("fe", "hertz")]
+        numbers = [f"{value[f'{method}_{measure}']:.5g}" for method in ("fe", "hertz")]
         assert f"{name} {' '.join([*numbers, *off])} ±{limit} % {answer}" in lines

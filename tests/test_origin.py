@@ -1,4 +1,4 @@
-"""No verdict on doubtful geometry: origins of own profiles that are refused, in every format, and what settles them."""
+"""Refusals of profile files with a doubtful origin, in every format, and their remedies."""
 
 import json
 import math
@@ -26,15 +26,15 @@ def points_of(name: str, step_mm: float = 0.3) -> np.ndarray:
     return np.column_stack((points.y, points.z))
 
 
-def as_csv(path, y, z):
+def save_csv(path, y, z):
     path.write_text("y_mm,z_mm\n" + "".join(f"{a:.6f},{b:.6f}\n" for a, b in zip(y, z, strict=True)))
 
 
-def as_text(path, y, z):
+def save_text(path, y, z):
     path.write_text("".join(f"{a:.6f} {b:.6f}\n" for a, b in zip(y, z, strict=True)))
 
 
-def as_simpack(path, y, z):
+def save_simpack(path, y, z):
     head = (
         f"header.begin\n  version = 1\n  type = {int(path.suffix == '.prw')}\nheader.end\nspline.begin\npoint.begin\n"
     )
@@ -42,27 +42,27 @@ def as_simpack(path, y, z):
     path.write_text(f"{head}{rows}point.end\nspline.end\n")
 
 
-def as_miniprof(path, y, z):
+def save_miniprof(path, y, z):
     # Y grows into the body of a wheel; X of a rail grows to the centre of the track
     sign = 1.0 if path.suffix == ".whl" else -1.0
     rows = "".join(f"{sign * a:.6f} {-b:.6f}\n" for a, b in zip(y, z, strict=True))
     path.write_text(f"MPTypeNo=1\nColumnDef=X,Y\n\n{rows}")
 
 
-def as_toml(path, y, z):
+def save_toml(path, y, z):
     kind = "wheel" if "wheel" in path.name else "rail"
     ends = [f"[{float(a)!r}, {float(b)!r}]" for a, b in zip(y, z, strict=True)]
     lines = [f'[[surface]]\ntype = "line"\nfrom = {a}\nto = {b}\n' for a, b in pairwise(ends)]
     path.write_text(f'kind = "{kind}"\nunits = "mm"\n' + "".join(lines))
 
 
-FORMATS = {".csv": as_csv, ".txt": as_text, ".prw": as_simpack, ".whl": as_miniprof, ".toml": as_toml}
-RAIL_FORMATS = {".csv": as_csv, ".txt": as_text, ".prr": as_simpack, ".ban": as_miniprof, ".toml": as_toml}
+FORMATS = {".csv": save_csv, ".txt": save_text, ".prw": save_simpack, ".whl": save_miniprof, ".toml": save_toml}
+RAIL_FORMATS = {".csv": save_csv, ".txt": save_text, ".prr": save_simpack, ".ban": save_miniprof, ".toml": save_toml}
 
 
-def wheel_file(folder, ending, shift_y=0.0, shift_z=0.0, part=slice(None)):
+def wheel_file(folder, ending, shift_y=0.0, shift_z=0.0, rows=slice(None)):
     path = folder / f"wheel{ending}"
-    y, z = points_of("S1002")[part].T
+    y, z = points_of("S1002")[rows].T
     FORMATS[ending](path, y + shift_y, z + shift_z)
     return str(path)
 
@@ -74,7 +74,7 @@ def test_a_wheel_counted_from_the_back_of_its_flange_is_refused_until_its_tape_c
         resolve_wheel(path)
     settled = resolve_wheel(path, Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
     y = np.linspace(-30.0, 40.0, 29)
-    # chords of 0.3 mm in TOML, digits of 1e-6 mm elsewhere
+    # TOML: error of chords of 0.3 mm; other formats: digits of 1e-6 mm
     assert settled.height(y) == pytest.approx(load("S1002").height(y), abs=1e-3 if ending == ".toml" else 2e-5)
 
 
@@ -95,7 +95,7 @@ def test_a_flange_far_from_its_place_is_refused_with_the_tape_circle(tmp_path, e
 def test_a_tape_circle_outside_the_profile_is_refused(tmp_path, ending):
     # the tread alone, from y = -20 mm, moved by 30 mm
     tread = points_of("S1002")[:, 0] > -20.0
-    path = wheel_file(tmp_path, ending, 30.0, part=tread)
+    path = wheel_file(tmp_path, ending, 30.0, rows=tread)
     with pytest.raises(
         InputError, match=r"tape circle y = 0 lies outside the line or at its end.* 11\.\d* to 94 mm, by --wheel-tape"
     ):
@@ -112,16 +112,16 @@ def test_a_height_at_the_tape_circle_is_refused_until_it_is_settled(tmp_path, en
         InputError, match=r"at z = 2 mm; allowed: -0\.5 to 0\.5 mm; give --wheel-tape-circle-z-mm 2 .*-z-mm 0 "
     ):
         resolve_wheel(path)
-    for given, height in ((2.0, 0.0), (0.0, 2.0)):
-        settled = resolve_wheel(path, Reading(tape_circle_z_mm=given, filter_mm=0.0)).profile
+    for reading, height in ((2.0, 0.0), (0.0, 2.0)):
+        settled = resolve_wheel(path, Reading(tape_circle_z_mm=reading, filter_mm=0.0)).profile
         assert settled.height(0.0) == pytest.approx(height, abs=1e-4)
-    # what instruments leave is a note
+    # small offsets of instruments give only a note
     little = resolve_wheel(wheel_file(tmp_path, ending, 0.0, -0.3), Reading(filter_mm=0.0)).profile
     assert any("at z = -0.3 mm, not 0" in note for note in little.notes)
 
 
 def canted_rail(folder, ending, *, mirrored, one_in=20.0):
-    """A 60E1 that is canted to the track centre in its file, or its mirror image."""
+    """Write a 60E1 that is canted to the track centre, or its mirror image."""
     y, z = points_of("60E1").T
     c, s = np.cos(np.arctan(1.0 / one_in)), np.sin(np.arctan(1.0 / one_in))
     y, z = y * c - z * s, y * s + z * c
@@ -141,46 +141,46 @@ def test_a_gauge_corner_on_the_wrong_side_is_refused_until_it_is_settled(tmp_pat
     ):
         resolve_rail(path, Reading(filter_mm=0.0))
     y = np.linspace(-25.0, 25.0, 21)
-    turned, kept = (resolve_rail(path, Reading(filter_mm=0.0, mirror=mirror)) for mirror in (True, False))
-    assert turned.height(y) == pytest.approx(right.height(y), abs=1e-6)
-    assert kept.height(-y) == pytest.approx(right.height(y), abs=1e-6)
+    mirrored, unmirrored = (resolve_rail(path, Reading(filter_mm=0.0, mirror=mirror)) for mirror in (True, False))
+    assert mirrored.height(y) == pytest.approx(right.height(y), abs=1e-6)
+    assert unmirrored.height(-y) == pytest.approx(right.height(y), abs=1e-6)
 
 
 def test_a_rail_without_a_gauge_side_is_refused_with_the_option_that_turns_it(tmp_path):
     y, z = points_of("60E1").T
-    part = y < 12.0
-    as_csv(tmp_path / "half.csv", -y[part][::-1], z[part][::-1])
+    is_on_field_side = y < 12.0
+    save_csv(tmp_path / "half.csv", -y[is_on_field_side][::-1], z[is_on_field_side][::-1])
     half = str(tmp_path / "half.csv")
     with pytest.raises(
         InputError,
         match=r"gauge side ends 0\.\d* mm below.*field side reaches 3\d\.\d* mm down: give --rail-mirror yes",
     ):
         place_case(Case(rail=half))
-    placed = place_case(Case(rail=half, rail_file=Reading(mirror=True, filter_mm=0.0)))
-    assert placed.first.rail_y_mm == pytest.approx(place_case(Case()).first.rail_y_mm, abs=2e-3)
+    placement = place_case(Case(rail=half, rail_file=Reading(mirror=True, filter_mm=0.0)))
+    assert placement.first.rail_y_mm == pytest.approx(place_case(Case()).first.rail_y_mm, abs=2e-3)
 
 
 def test_the_given_place_of_a_crown_is_that_of_the_crown_and_not_of_the_origin(tmp_path):
     y, z = points_of("60E1", 0.02).T
-    as_csv(tmp_path / "beside.csv", y + 30.0, z - 5.0)
-    beside = resolve_rail(str(tmp_path / "beside.csv"), Reading(filter_mm=0.0))
+    save_csv(tmp_path / "beside.csv", y + 30.0, z - 5.0)
+    displaced = resolve_rail(str(tmp_path / "beside.csv"), Reading(filter_mm=0.0))
     for inclination in (0.0, 0.025):
         track = Track(rail_crown_y_mm=750.0)
-        own, library = (place_rail(one, inclination, track) for one in (beside, load("60E1")))
+        from_file, library = (place_rail(profile, inclination, track) for profile in (displaced, load("60E1")))
         across = np.linspace(725.0, 775.0, 26)
-        # the crown is found to 0.02 mm
-        assert own.height_at_y(across) == pytest.approx(library.height_at_y(across), abs=0.02)
+        # the position of the crown is accurate to 0.02 mm
+        assert from_file.height_at_y(across) == pytest.approx(library.height_at_y(across), abs=0.02)
 
 
 def test_profiles_of_the_library_and_flangeless_ones_are_not_doubtful(tmp_path):
     for name in names("wheel"):
         path = tmp_path / "wheel.csv"
-        as_csv(path, *points_of(name).T)
+        save_csv(path, *points_of(name).T)
         assert not any(
             "tape circle" in note for note in resolve_wheel(str(path), Reading(filter_mm=0.0)).profile.notes[1:]
         )
     for name in names("rail"):
-        as_csv(tmp_path / "rail.csv", *points_of(name).T)
+        save_csv(tmp_path / "rail.csv", *points_of(name).T)
         rail = resolve_rail(str(tmp_path / "rail.csv"), Reading(filter_mm=0.0))
         assert not any("mirrored" in note for note in rail.notes)
         pair_of(rail, load("S1002"), inclination_rad=0.025)
@@ -188,21 +188,21 @@ def test_profiles_of_the_library_and_flangeless_ones_are_not_doubtful(tmp_path):
 
 def test_own_profiles_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys):
     path = wheel_file(tmp_path, ".csv")
-    placed = place_case(Case(wheel=path, wheel_file=Reading(filter_mm=0.0), lateral_shift_mm=2.0))
+    placement = place_case(Case(wheel=path, wheel_file=Reading(filter_mm=0.0), lateral_shift_mm=2.0))
     arguments = ["--wheel", path, "--wheel-filter-mm", "0", "--shift", "2"]
     for command in (["hertz"], ["theory", "strip"], ["place"]):
         assert call([*command, *arguments]) == 0
         line = capsys.readouterr().out.splitlines()[0]
         assert line.startswith("geometry of wheel.csv@"), command
-        assert f"contact point at y = {placed.first.rail_y_mm:+.2f} mm of the rail" in line
-        assert f"rolling radius {float(placed.wheel.radius(placed.first.wheel_u)):.2f} mm" in line
+        assert f"contact point at y = {placement.first.rail_y_mm:+.2f} mm of the rail" in line
+        assert f"rolling radius {float(placement.wheel.radius(placement.first.wheel_u)):.2f} mm" in line
         assert "flange height 28.00 mm (tip at y = -55.0 mm), rail inclined by 1:40" in line
     assert call(["hertz", *arguments, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["own_profiles"] == line
     assert call(["solve", *arguments, "--resolution", "0.9,0.7", "--refine", "never"]) in (0, 3)
-    solved = capsys.readouterr().out.splitlines()
-    assert solved[0] == line
-    assert any(one.startswith("Hertz ") for one in solved[1:4])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == line
+    assert any(verdict_line.startswith("Hertz ") for verdict_line in lines[1:4])
     assert call(["hertz"]) == 0
     assert "geometry of" not in capsys.readouterr().out
 
@@ -210,31 +210,34 @@ def test_own_profiles_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys
 def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
     """A chamfer of 45 degrees by its two ends; the side of a head from 17 to 30 mm below its top."""
     y, z = points_of("S1002", 0.5).T
-    part = (y < 61.0) | (y > 64.9)
-    as_csv(tmp_path / "wheel.csv", y[part], z[part])
+    is_measured = (y < 61.0) | (y > 64.9)
+    save_csv(tmp_path / "wheel.csv", y[is_measured], z[is_measured])
     wheel = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(filter_mm=0.0)).profile
     assert any("out of reach of a contact: a straight piece" in note for note in wheel.notes)
     # the points miss the corner at 60 mm
     across = np.append(np.linspace(-30.0, 59.0, 64), np.linspace(61.0, 64.5, 8))
     assert wheel.height(across) == pytest.approx(load("S1002").height(across), abs=2e-3)
     y, z = points_of("60E1", 0.5).T
-    part = ~((z < -17.0) & (z > -30.0) & (y < 0.0))
-    as_csv(tmp_path / "rail.csv", y[part], z[part])
+    is_measured = ~((z < -17.0) & (z > -30.0) & (y < 0.0))
+    save_csv(tmp_path / "rail.csv", y[is_measured], z[is_measured])
     rail = resolve_rail(str(tmp_path / "rail.csv"), Reading(filter_mm=0.0))
     assert any("out of reach of a contact: a straight piece" in note for note in rail.notes)
     assert place_case(Case(rail=str(tmp_path / "rail.csv"))).first.rail_y_mm == pytest.approx(
         place_case(Case()).first.rail_y_mm, abs=0.01
     )
-    # on the tread a gap is refused still
+    # a gap on the tread is refused
     y, z = points_of("S1002", 0.5).T
-    part = (y < 10.0) | (y > 17.0)
-    as_csv(tmp_path / "wheel.csv", y[part], z[part])
+    is_measured = (y < 10.0) | (y > 17.0)
+    save_csv(tmp_path / "wheel.csv", y[is_measured], z[is_measured])
     with pytest.raises(InputError, match=r"a gap of 7\.\d* mm after"):
         resolve_wheel(str(tmp_path / "wheel.csv"))
 
 
 def test_an_ellipse_that_does_not_fit_on_its_bodies_is_noted(tmp_path, capsys):
-    """A groove of R 81 that is 40 mm wide on a head of R 80: under 100 kN b is 22.6 mm."""
+    """A groove of R 81 and 40 mm width on a head of R 80.
+
+    Under 100 kN, b is 22.6 mm.
+    """
     reach = math.asin(20.0 / 81.0)
     ends = [f"[{side * 20.0}, {81.0 * math.cos(reach) - 81.0!r}]" for side in (-1.0, 1.0)]
     (tmp_path / "groove.toml").write_text(
@@ -260,11 +263,11 @@ def test_an_ellipse_that_does_not_fit_on_its_bodies_is_noted(tmp_path, capsys):
 def test_an_unusual_flange_is_taken_where_its_tape_circle_is_given(tmp_path):
     """A wheel with its flange tip 30 mm from the tape circle: refused, and settled by a given tape circle y = 0."""
     points = points_of("S1002")
-    as_csv(tmp_path / "wheel.csv", *np.add(points, (25.0, 0.0)).T)
+    save_csv(tmp_path / "wheel.csv", *np.add(points, (25.0, 0.0)).T)
     with pytest.raises(InputError, match=r"tape_circle_mm = 0 in \[wheel_file\]"):
         resolve_wheel(str(tmp_path / "wheel.csv"))
-    read = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(tape_circle_mm=0.0, tape_circle_z_mm=0.0)).profile
-    assert any("the tip of the flange lies at y = -30" in note for note in read.notes)
+    profile = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(tape_circle_mm=0.0, tape_circle_z_mm=0.0)).profile
+    assert any("the tip of the flange lies at y = -30" in note for note in profile.notes)
 
 
 def test_the_crown_of_a_level_top_is_its_middle():

@@ -1,4 +1,4 @@
-"""What is written, read back by other readers: pyvista, meshio, csv, json."""
+"""Written files, read back by independent readers: pyvista, meshio, csv, json."""
 
 import csv
 import io
@@ -84,21 +84,21 @@ def record(elliptic_quick: CaseResult) -> dict:
 
 
 @pytest.fixture(scope="module")
-def flat(elliptic_quick: CaseResult) -> dict:
+def elliptic_row(elliptic_quick: CaseResult) -> dict:
     return case_row(elliptic_quick)
 
 
-def changed_fe(result: CaseResult, **changes) -> CaseResult:
+def change_fe(result: CaseResult, **changes) -> CaseResult:
     """A result with another contact of the finite elements, read as before."""
-    finest, *others = result.load.solved.levels
-    levels = (replace(finest, fe=replace(finest.fe, **changes)), *others)
+    finest, *coarser = result.load.solved.levels
+    levels = (replace(finest, fe=replace(finest.fe, **changes)), *coarser)
     return replace(result, load=replace(result.load, solved=replace(result.load.solved, levels=levels)))
 
 
-def changed_hertz(result: CaseResult, **changes) -> CaseResult:
+def change_hertz(result: CaseResult, **changes) -> CaseResult:
     """A result with another ellipse, compared as before."""
-    judged = result.load.judgements[HERTZ]
-    changed = replace(judged, approximation=Approximation.of(replace(judged.hertz, **changes)))
+    judgement = result.load.judgements[HERTZ]
+    changed = replace(judgement, approximation=Approximation.of(replace(judgement.hertz, **changes)))
     return replace(result, load=replace(result.load, judgements={**result.load.judgements, HERTZ: changed}))
 
 
@@ -113,7 +113,7 @@ def vtk_folder(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFact
     return folder
 
 
-def size(path: Path) -> tuple[int, int]:
+def size_of_png(path: Path) -> tuple[int, int]:
     head = path.read_bytes()[:24]
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
     return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
@@ -140,13 +140,13 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
 
 def test_a_writer_works_in_the_same_folder_with_the_same_ending_and_replaces(tmp_path):
     path = tmp_path / "new" / "case.vtu"
-    seen: list[Path] = []
+    temporaries: list[Path] = []
     for text in ("first", "second"):
-        write_atomically(path, lambda temporary, text=text: (seen.append(temporary), temporary.write_text(text)))
+        write_atomically(path, lambda temporary, text=text: (temporaries.append(temporary), temporary.write_text(text)))
     assert path.read_text() == "second"
-    assert {p.parent for p in seen} == {path.parent}
-    assert {p.suffix for p in seen} == {".vtu"}
-    assert path not in seen
+    assert {p.parent for p in temporaries} == {path.parent}
+    assert {p.suffix for p in temporaries} == {".vtu"}
+    assert path not in temporaries
 
 
 def test_json_has_null_for_nan_and_plain_numbers_for_numpy_and_keeps_the_order(tmp_path):
@@ -156,13 +156,13 @@ def test_json_has_null_for_nan_and_plain_numbers_for_numpy_and_keeps_the_order(t
         "m": {"array": np.array([[1.0, np.nan]]), "pair": (1, "µ"), "none": None, "path": Path("a/b")},
     }
     write_json(tmp_path / "v.json", value)
-    read = json.loads((tmp_path / "v.json").read_text("utf-8"))
-    assert read == {
+    stored = json.loads((tmp_path / "v.json").read_text("utf-8"))
+    assert stored == {
         "z": None,
         "a": [None, 1.5, 2, True],
         "m": {"array": [[1.0, None]], "pair": [1, "µ"], "none": None, "path": "a/b"},
     }
-    assert list(read) == ["z", "a", "m"]
+    assert list(stored) == ["z", "a", "m"]
     assert (tmp_path / "v.json").read_text("utf-8").endswith("}\n")
 
 
@@ -212,9 +212,9 @@ def test_a_case_survives_json(case):
 
 
 def test_these_cases_differ_from_the_defaults_in_every_field():
-    # a library is none any more once rail and wheel are found in it
-    every = [field.name for field in fields(Case) if field.name != "library"]
-    assert all(any(getattr(CASES[0], name) != getattr(case, name) for case in CASES) for name in every)
+    # `library` is resolved to None when rail and wheel are found in it
+    names_of_fields = [field.name for field in fields(Case) if field.name != "library"]
+    assert all(any(getattr(CASES[0], name) != getattr(case, name) for case in CASES) for name in names_of_fields)
 
 
 @pytest.mark.parametrize(
@@ -234,26 +234,26 @@ def test_a_wrong_case_record_is_refused(change):
 
 
 def test_a_result_record_is_plain_and_has_the_inputs(record, elliptic_quick):
-    # a quarter of an element more than `quick` says, and a mesh that is 1.5 times as coarse
+    # a quarter of an element more than the size of `quick`, and a mesh that is 1.5 times coarser
     assert record["solver"]["elements_a_semi_axis"] == pytest.approx([4.25, 4.25 / 1.5])
     assert record["solver"]["elements_a_semi_axis_of_narrowest_lobe"] == record["solver"]["elements_a_semi_axis"]
-    # a single ellipse carries the load: several are no theory of their own
+    # a single ellipse carries the load: theories with several ellipses do not apply
     assert list(record["theories"]) == [name for name in THEORIES if name not in ("hertz_gauge", "multi_hertz")]
-    # no mesh tells how uncertain the approach is
-    known = [name for name in (*MEASURES, *MISFITS) if name != "approach_mm"]
-    assert list(record["theories"]["hertz"]["uncertainty"]) == known
-    # json_text refuses anything that is not plain; what is no number (no junction on this head) is null
+    # the uncertainty of the approach cannot be found with meshes
+    measures = [name for name in (*MEASURES, *MISFITS) if name != "approach_mm"]
+    assert list(record["theories"]["hertz"]["uncertainty"]) == measures
+    # json_text refuses values that are not plain; infinity (no junction on this head) becomes null
     plain = json.loads(json_text(record), parse_constant=pytest.fail)
     assert plain["geometry"].pop("junction_distance_mm") is None
     assert plain["fe"] == record["fe"]
-    # beside its inputs the roll as it stands
+    # besides the inputs, the record has the actual roll
     inputs = dict(record["case"])
     assert inputs.pop("roll_mrad") == 0.0
     assert case_from_record(inputs) == elliptic_quick.case
     assert record["versions"]["numpy"] == np.__version__
 
 
-def test_a_stored_result_says_the_same_to_the_last_bit(record, flat, elliptic_quick, tmp_path):
+def test_a_stored_result_says_the_same_to_the_last_bit(record, elliptic_row, elliptic_quick, tmp_path):
     """Fields and placement are stored, and everything is read from them again."""
     result, arrays = elliptic_quick, {}
     case = result.case
@@ -261,51 +261,51 @@ def test_a_stored_result_says_the_same_to_the_last_bit(record, flat, elliptic_qu
         json_text({"load": solved_record(result.load.solved, arrays), "placement": placement_record(result.placement)})
     )
     placement = placement_from_record(stored["placement"], resolve_rail(case.rail), resolve_wheel(case.wheel).profile)
-    read = solved_from_record(stored["load"], read_arrays(write_arrays(tmp_path / "fields.npz", arrays)), case)
-    for level, own in zip(read.levels, result.load.solved.levels, strict=True):
+    stored_load = solved_from_record(stored["load"], read_arrays(write_arrays(tmp_path / "fields.npz", arrays)), case)
+    for level, solved_level in zip(stored_load.levels, result.load.solved.levels, strict=True):
         for name in ("nodal", "fe"):
-            assert_same_rung(getattr(level, name), getattr(own, name))
+            assert_same_rung(getattr(level, name), getattr(solved_level, name))
     for name in ("half_space", "quadratic"):
-        assert_same_rung(getattr(read, name), getattr(result.load.solved, name))
-    again = replace(result, load=judge_load(read, placement), placement=placement, bodies=None)
+        assert_same_rung(getattr(stored_load, name), getattr(result.load.solved, name))
+    again = replace(result, load=judge_load(stored_load, placement), placement=placement, bodies=None)
     assert json_text(result_record(again)) == json_text(record)
-    assert case_row(again) == flat
+    assert case_row(again) == elliptic_row
 
 
-def assert_same_rung(read: Rung, own: Rung) -> None:
+def assert_same_rung(stored: Rung, solved: Rung) -> None:
     for f in fields(Rung):
         if f.name not in ("grid", "pressure_MPa", "gap_mm"):
-            assert getattr(read, f.name) == getattr(own, f.name)
-            assert type(getattr(read, f.name)) is type(getattr(own, f.name))
-    assert read.grid.half == own.grid.half
+            assert getattr(stored, f.name) == getattr(solved, f.name)
+            assert type(getattr(stored, f.name)) is type(getattr(solved, f.name))
+    assert stored.grid.half == solved.grid.half
     for name in ("x_mm", "s_mm"):
-        assert getattr(read.grid, name).tobytes() == getattr(own.grid, name).tobytes()
-    assert read.pressure_MPa.tobytes() == own.pressure_MPa.tobytes()
-    assert read.gap_mm.tobytes() == own.gap_mm.tobytes()
-    assert read.pressure_MPa.shape == own.pressure_MPa.shape
+        assert getattr(stored.grid, name).tobytes() == getattr(solved.grid, name).tobytes()
+    assert stored.pressure_MPa.tobytes() == solved.pressure_MPa.tobytes()
+    assert stored.gap_mm.tobytes() == solved.gap_mm.tobytes()
+    assert stored.pressure_MPa.shape == solved.pressure_MPa.shape
 
 
 def test_results_name_a_profile_s_file_and_not_its_folder(tmp_path):
     path = tmp_path / "secret" / "head.txt"
     path.parent.mkdir()
     path.write_text("0 0\n")
-    shown = case_inputs(Case(rail=str(path)))
-    assert shown["rail"].startswith("head.txt@")
-    assert shown["wheel"] == "S1002"
-    assert "secret" not in json_text(shown)
-    before = shown["rail"]
+    inputs = case_inputs(Case(rail=str(path)))
+    assert inputs["rail"].startswith("head.txt@")
+    assert inputs["wheel"] == "S1002"
+    assert "secret" not in json_text(inputs)
+    before = inputs["rail"]
     path.write_text("0 1\n")
     assert case_inputs(Case(rail=str(path)))["rail"] != before
 
 
-def test_a_row_comes_back_with_what_json_does_not_have(flat, tmp_path):
-    given = {"id": "x", **flat, "fe_a_mm": math.nan, "low": -math.inf}
-    assert given["geometry_junction_distance_mm"] == math.inf
-    read = read_row(write_row(tmp_path / "row.json", given))
-    assert math.isnan(read.pop("fe_a_mm"))
-    assert read == {key: value for key, value in given.items() if key != "fe_a_mm"}
-    assert list(read) == [key for key in given if key != "fe_a_mm"]
-    # plain JSON, for readers that know no NaN
+def test_a_row_comes_back_with_what_json_does_not_have(elliptic_row, tmp_path):
+    row = {"id": "x", **elliptic_row, "fe_a_mm": math.nan, "low": -math.inf}
+    assert row["geometry_junction_distance_mm"] == math.inf
+    stored = read_row(write_row(tmp_path / "row.json", row))
+    assert math.isnan(stored.pop("fe_a_mm"))
+    assert stored == {key: value for key, value in row.items() if key != "fe_a_mm"}
+    assert list(stored) == [key for key in row if key != "fe_a_mm"]
+    # plain JSON, for readers that do not accept NaN
     text = (tmp_path / "row.json").read_text("utf-8")
     assert json.loads(text, parse_constant=pytest.fail)["versions"]["numpy"] == np.__version__
     write_text(tmp_path / "row.json", text.replace(ROW_SCHEMA, "fecontact/row/0"))
@@ -315,13 +315,13 @@ def test_a_row_comes_back_with_what_json_does_not_have(flat, tmp_path):
 
 def test_a_result_record_says_what_hertz_says(record):
     """Johnson (1985), section 4.2: two cylinders across each other, 100 kN, E 210 GPa, nu 0.3."""
-    told = record["theories"]["hertz"]
-    assert told["p_max_MPa"] == pytest.approx(1237.559, abs=1e-3)
-    assert told["a_mm"] == pytest.approx(7.16168, abs=1e-5)
-    assert told["b_mm"] == pytest.approx(5.38717, abs=1e-5)
+    theory = record["theories"]["hertz"]
+    assert theory["p_max_MPa"] == pytest.approx(1237.559, abs=1e-3)
+    assert theory["a_mm"] == pytest.approx(7.16168, abs=1e-5)
+    assert theory["b_mm"] == pytest.approx(5.38717, abs=1e-5)
     for name in MEASURES:
-        fe, hertz = record["fe"][name], told[name]
-        assert told["deviation"][name] == pytest.approx((hertz - fe) / fe, abs=1e-12)
+        fe, hertz = record["fe"][name], theory[name]
+        assert theory["deviation"][name] == pytest.approx((hertz - fe) / fe, abs=1e-12)
     (curvature,) = record["touch_points"][0]["curvatures"]
     assert curvature["rail_radius_mm"] == pytest.approx(300.0)
     assert curvature["wheel_rolling_radius_mm"] == pytest.approx(460.0)
@@ -339,19 +339,22 @@ def test_a_record_has_both_curvatures_at_a_junction(elliptic_quick):
     assert [(c["side"], round(c["rail_radius_mm"])) for c in written["curvatures"]] == [("gauge", 80), ("field", 300)]
 
 
-def test_a_row_is_flat_and_in_the_units_of_its_keys(record, flat):
-    assert list(flat)[:5] == ["status", "rail", "wheel", "lateral_shift_mm", "load_kN"]
-    assert not any(isinstance(value, dict | list | tuple) for value in flat.values())
-    assert flat["load_kN"] == 100.0
-    assert flat["verdict_warnings"] == "; ".join(record["verdict"]["warnings"])
-    assert flat["verdict_failing"] == ""
-    assert "hertz_uncertainty_approach_percent" not in flat
-    assert flat["fe_lobes"] == 1
-    assert flat["seconds"] == pytest.approx(sum(record["solver"]["seconds"].values()))
+def test_a_row_is_flat_and_in_the_units_of_its_keys(record, elliptic_row):
+    assert list(elliptic_row)[:5] == ["status", "rail", "wheel", "lateral_shift_mm", "load_kN"]
+    assert not any(isinstance(value, dict | list | tuple) for value in elliptic_row.values())
+    assert elliptic_row["load_kN"] == 100.0
+    assert elliptic_row["verdict_warnings"] == "; ".join(record["verdict"]["warnings"])
+    assert elliptic_row["verdict_failing"] == ""
+    assert "hertz_uncertainty_approach_percent" not in elliptic_row
+    assert elliptic_row["fe_lobes"] == 1
+    assert elliptic_row["seconds"] == pytest.approx(sum(record["solver"]["seconds"].values()))
 
 
 def test_hertz_alone_names_every_touch_point_of_a_position():
-    """60E1 and S1002 at 0 mm touch at 0.2 mm, and 8.5 um higher beyond the R80 junction."""
+    """60E1 and S1002 at 0 mm: contact points on both sides of the R80 junction.
+
+    They touch at 0.2 mm; the second place, beyond the junction, is 8.5 um higher.
+    """
     record = hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))
     assert json.loads(json_text(record))["schema"] == "fecontact/hertz/2"
     assert [e["touch_point"] for e in record["ellipses"]] == [0, 1]
@@ -376,11 +379,11 @@ def test_a_collection_has_its_blocks_by_name(vtk_folder):
     )
     surface |= {"pressure_relief_mm": 3}
     arrays = {"rail": bodies, "wheel": bodies, "pressure": surface, "elements": surface, "hertz_ellipse": {}}
-    for name, wanted in arrays.items():
-        data = blocks[name].point_data
-        assert {k: 1 if data[k].ndim == 1 else data[k].shape[1] for k in data} == wanted
+    for name, names_of_arrays in arrays.items():
+        point_data = blocks[name].point_data
+        assert {k: 1 if point_data[k].ndim == 1 else point_data[k].shape[1] for k in point_data} == names_of_arrays
         assert list(blocks[name].cell_data) == ["lobe"] * (name == "hertz_ellipse")
-        assert all(np.all(np.isfinite(data[k])) for k in data)
+        assert all(np.all(np.isfinite(point_data[k])) for k in point_data)
     assert blocks["pressure"].point_data["in_contact"].dtype == np.uint8
 
 
@@ -397,23 +400,23 @@ def test_field_data_are_few_and_on_the_pressure_alone(vtk_folder, elliptic_quick
     }
     for file in ("rail.vtu", "wheel.vtu", "elements.vtp", "hertz_ellipse.vtp"):
         assert not pyvista.read(vtk_folder / file).field_data.keys()
-    found = pyvista.read(vtk_folder / "pressure.vtp").field_data
-    assert set(found.keys()) == {*numbers, "version", "annotation"}
-    assert {name: float(found[name][0]) for name in numbers} == pytest.approx(numbers)
-    annotation = next(iter(found["annotation"]))
-    # a view beside ParaView's panels has room for so many letters in a window of 1000 pixels
+    field_data = pyvista.read(vtk_folder / "pressure.vtp").field_data
+    assert set(field_data.keys()) == {*numbers, "version", "annotation"}
+    assert {name: float(field_data[name][0]) for name in numbers} == pytest.approx(numbers)
+    annotation = next(iter(field_data["annotation"]))
+    # largest number of letters that fit beside ParaView's panels in a window of 1000 pixels
     assert max(map(len, annotation.splitlines())) <= 40
     said = " ".join(annotation.split())
     assert said.startswith(
         "rail circle:300, wheel cylinder:460; shift +0.00 mm; vertical load 100 kN Hertz HOLDS: near"
     )
     assert " +- 0." in said
-    # meshio ends the process on a text, so this line is the test
+    # meshio ends the process if it reads a text, so reading is the test
     assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
 
 
 def test_paraview_shows_the_judged_contact(vtk_folder, elliptic_quick):
-    """The block `pressure` has the nodes and the peak of the verdict, `elements` those of the displacements."""
+    """Blocks: `pressure` on the nodes of the verdict, `elements` on the nodes of the displacements."""
     level = elliptic_quick.load.level
     for name, rung in (("pressure", level.fe), ("elements", level.nodal)):
         nx, ns = rung.grid.shape
@@ -425,32 +428,35 @@ def test_paraview_shows_the_judged_contact(vtk_folder, elliptic_quick):
 
 
 def test_components_have_names_and_are_those_of_a_known_stress(elliptic_quick, tmp_path):
-    """A uniform strain with six different components, by Hooke's law: in the file each is where its name says."""
+    """Stress of a uniform strain with six different components, by Hooke's law.
+
+    In the file, each component is under its name.
+    """
     bodies = elliptic_quick.bodies
     body = bodies.coupled.rail
     strain = 1e-4 * np.array([[1.0, 0.7, 0.3], [0.7, -2.0, 0.5], [0.3, 0.5, 4.0]])
     displacement = body.mesh.points @ strain
-    whole = replace(body, mesh=replace(body.mesh, half=False))
-    made = replace(
+    full_body = replace(body, mesh=replace(body.mesh, half=False))
+    strained = replace(
         bodies,
-        coupled=replace(bodies.coupled, rail=whole),
+        coupled=replace(bodies.coupled, rail=full_body),
         displacement_mm=bodies.displacement_mm | {"rail": displacement},
     )
-    write_case_vtk(replace(elliptic_quick, bodies=made), tmp_path)
+    write_case_vtk(replace(elliptic_quick, bodies=strained), tmp_path)
     grid = pyvista.read(tmp_path / "rail.vtu")
     stress = grid.GetPointData().GetArray("stress_MPa")
     young, poisson = elliptic_quick.case.rail_material.young_MPa, elliptic_quick.case.rail_material.poisson
     lame, shear = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))
-    wanted = lame * np.trace(strain) * np.eye(3) + 2 * shear * strain
+    expected = lame * np.trace(strain) * np.eye(3) + 2 * shear * strain
     values = grid.point_data["stress_MPa"]
     for number, (name, i, j) in enumerate(
         [("XX", 0, 0), ("YY", 1, 1), ("ZZ", 2, 2), ("XY", 0, 1), ("YZ", 1, 2), ("XZ", 0, 2)]
     ):
         assert stress.GetComponentName(number) == name
         # single precision
-        np.testing.assert_allclose(values[:, number], wanted[i, j], rtol=1e-5)
-    moved = grid.GetPointData().GetArray("displacement_mm")
-    assert [moved.GetComponentName(k) for k in range(3)] == ["X", "Y", "Z"]
+        np.testing.assert_allclose(values[:, number], expected[i, j], rtol=1e-5)
+    motion = grid.GetPointData().GetArray("displacement_mm")
+    assert [motion.GetComponentName(k) for k in range(3)] == ["X", "Y", "Z"]
 
 
 def test_the_contact_lies_above_the_rail_by_a_hair_and_the_line_on_its_relief(vtk_folder, elliptic_quick):
@@ -458,7 +464,7 @@ def test_the_contact_lies_above_the_rail_by_a_hair_and_the_line_on_its_relief(vt
     np.testing.assert_allclose(height_mm(placement, surface.points), 1e-3, atol=1e-7)
     line = pyvista.read(vtk_folder / "hertz_ellipse.vtp")
     assert (line.n_cells, line.n_points) == (180, 181)
-    # x and s of the line are those of the ellipse
+    # the line follows the ellipse in x and s
     hertz, (x, s) = elliptic_quick.hertz, placement.project(np.asarray(line.points, dtype=float)).T
     np.testing.assert_allclose((x / hertz.a_mm) ** 2 + (s / hertz.b_mm) ** 2, 1.0, rtol=1e-6)
     # a ray from above meets the line before the relief
@@ -485,32 +491,30 @@ def test_the_relief_is_the_pressure_along_the_normal(vtk_folder):
         assert np.all(warped[:, 2] >= 0.0)
 
 
-def on_elements(result):
+def surface_on_elements(result):
     return contact_surface(result, result.load.level.on_elements)
 
 
 def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(elliptic_quick):
-    """It would be cut off otherwise: its integral is the force."""
-    large = changed_hertz(
-        elliptic_quick, b_mm=3.0 * elliptic_quick.hertz.b_mm, p0_MPa=elliptic_quick.hertz.p0_MPa / 3.0
-    )
-    surface = on_elements(large)
-    solved = on_elements(elliptic_quick)
-    assert surface.n_points > solved.n_points
-    data = surface.point_data
+    """An ellipse that is not cut off: its integral is the force."""
+    large = change_hertz(elliptic_quick, b_mm=3.0 * elliptic_quick.hertz.b_mm, p0_MPa=elliptic_quick.hertz.p0_MPa / 3.0)
+    surface = surface_on_elements(large)
+    solved_surface = surface_on_elements(elliptic_quick)
+    assert surface.n_points > solved_surface.n_points
+    point_data = surface.point_data
     cell = np.prod(elliptic_quick.load.level.nodal.grid.steps_mm)
-    # 0.5 %: cells are flat projections of a surface that turns by 3 degrees at the end of this ellipse
-    assert cell * data["hertz_pressure_MPa"].sum() == pytest.approx(elliptic_quick.normal_force_N, rel=5e-3)
-    beyond = np.isnan(data["gap_mm"])
-    assert beyond.sum() == surface.n_points - solved.n_points
-    assert not data["contact_pressure_MPa"][beyond].any()
-    assert data["hertz_pressure_MPa"][beyond].any()
+    # 0.5 %: the cells are flat, and the surface turns by 3 degrees up to the end of this ellipse
+    assert cell * point_data["hertz_pressure_MPa"].sum() == pytest.approx(elliptic_quick.normal_force_N, rel=5e-3)
+    is_outside = np.isnan(point_data["gap_mm"])
+    assert is_outside.sum() == surface.n_points - solved_surface.n_points
+    assert not point_data["contact_pressure_MPa"][is_outside].any()
+    assert point_data["hertz_pressure_MPa"][is_outside].any()
 
 
 def test_the_contact_ends_where_the_rail_does(elliptic_quick):
     profile = elliptic_quick.placement.rail.profile
-    wide = changed_hertz(elliptic_quick, b_mm=1.5 * profile.length_mm)
-    surface = on_elements(wide)
+    wide = change_hertz(elliptic_quick, b_mm=1.5 * profile.length_mm)
+    surface = surface_on_elements(wide)
     assert np.all(np.isfinite(surface.points))
     low, high = profile.y_range_mm
     assert np.ptp(surface.points[:, 1]) == pytest.approx(
@@ -533,17 +537,17 @@ def test_both_pressures_integrate_to_the_force(vtk_folder, elliptic_quick, name,
 
 def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
     surface = pyvista.read(vtk_folder / "elements.vtp")
-    data = surface.point_data
+    point_data = surface.point_data
     x, s = elliptic_quick.placement.project(np.asarray(surface.points)).T
     at_nodes = elliptic_quick.hertz.pressure_MPa(x, s)
-    # away from the edge the mean over a cell differs by (h/a)^2 and more, h/a being 1/4.25 here
+    # away from the edge, the mean over a cell differs by at least (h/a)^2, where h/a is 1/4.25
     inside = at_nodes > 0.6 * at_nodes.max()
     assert inside.sum() > 30
-    np.testing.assert_allclose(data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.055)
-    difference = data["hertz_pressure_MPa"] - data["contact_pressure_MPa"]
-    np.testing.assert_allclose(data["hertz_minus_fe_MPa"], difference, atol=1e-9)
-    np.testing.assert_array_equal(data["in_contact"], data["contact_pressure_MPa"] > 0.0)
-    assert float(np.abs(data["gap_mm"][data["in_contact"] == 1]).max()) < 1e-6
+    np.testing.assert_allclose(point_data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.055)
+    difference = point_data["hertz_pressure_MPa"] - point_data["contact_pressure_MPa"]
+    np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], difference, atol=1e-9)
+    np.testing.assert_array_equal(point_data["in_contact"], point_data["contact_pressure_MPa"] > 0.0)
+    assert float(np.abs(point_data["gap_mm"][point_data["in_contact"] == 1]).max()) < 1e-6
 
 
 def test_a_half_surface_is_whole_and_symmetric(vtk_folder, elliptic_quick):
@@ -563,10 +567,10 @@ def test_a_half_body_is_mirrored_whole(vtk_folder, elliptic_quick, name):
     body = pyvista.read(vtk_folder / f"{name}.vtu")
     assert body.n_cells == 2 * len(mesh.hexes)
     assert body.n_points == 2 * len(mesh.points) - np.unique(mesh.surfaces["symmetry"]).size
-    whole = replace(mesh, points=np.asarray(body.points), hexes=body.cells.reshape(-1, 9)[:, 1:])
-    assert mesh_volume(whole) == pytest.approx(2.0 * mesh.volume_mm3, rel=1e-9)
+    full_mesh = replace(mesh, points=np.asarray(body.points), hexes=body.cells.reshape(-1, 9)[:, 1:])
+    assert mesh_volume(full_mesh) == pytest.approx(2.0 * mesh.volume_mm3, rel=1e-9)
     assert float(body.compute_cell_sizes().cell_data["Volume"].min()) > 0.0
-    # one shell: the halves share the nodes of the plane of symmetry
+    # a single shell: both halves share the nodes of the plane of symmetry
     assert body.extract_surface(algorithm="dataset_surface").n_open_edges == 0
     assert body.connectivity().cell_data["RegionId"].max() == 0
 
@@ -584,12 +588,12 @@ def test_the_whole_body_has_the_stress_of_its_own_displacement(vtk_folder, ellip
 
 
 def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
-    """The gap after the warp, from the written displacements alone, is nothing against the approach in the contact.
+    """Gap of the warped bodies, from the written displacements alone: small compared with the approach.
 
-    1 %: it is taken at nodes and between straight facets, the solver's in the mean around each node.
+    Limit 1 %: this gap is at nodes and between straight facets, the gap of the solver is a mean around each node.
     """
     result = elliptic_quick
-    # the displacements are those of the elements, and so are the nodes and the approach
+    # displacements, nodes and approach all belong to the elements
     nodal = result.load.level.nodal
     rail, wheel = (pyvista.read(vtk_folder / f"{name}.vtu") for name in ("rail", "wheel"))
     u_rail = rail.point_data["displacement_mm"][mesh_of(result, "rail").contact_nodes]
@@ -603,7 +607,7 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
     core = nodal.pressure_MPa > 0.3 * nodal.pressure_MPa.max()
     assert float(np.abs(gap[core]).max()) < 0.01 * nodal.approach_mm
     assert float(gap.min()) > -0.01 * nodal.approach_mm
-    # held below, driven above: the ends of the warp are rigid
+    # fixed below and driven above: the ends of the warped bodies are rigid
     fixed = rail.point_data["displacement_mm"][np.unique(mesh_of(result, "rail").surfaces["fixed"])]
     assert float(np.abs(fixed).max()) == 0
     driven = wheel.point_data["displacement_mm"][np.unique(mesh_of(result, "wheel").surfaces["driven"])]
@@ -611,21 +615,21 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
 
 
 def test_a_surface_that_is_not_half_is_not_mirrored(elliptic_quick):
-    own = elliptic_quick.load.level.nodal
-    gap = Field(grid=own.grid, values=own.gap_mm).whole()
-    whole = replace(own, grid=gap.grid, gap_mm=gap.values, pressure_MPa=own.pressure.whole().values)
-    finest, *others = elliptic_quick.load.solved.levels
-    solved = replace(elliptic_quick.load.solved, levels=(replace(finest, nodal=whole), *others))
-    both = replace(elliptic_quick, load=replace(elliptic_quick.load, solved=solved))
-    surface, half = on_elements(both), on_elements(elliptic_quick)
+    nodal = elliptic_quick.load.level.nodal
+    gap = Field(grid=nodal.grid, values=nodal.gap_mm).whole()
+    full_rung = replace(nodal, grid=gap.grid, gap_mm=gap.values, pressure_MPa=nodal.pressure.whole().values)
+    finest, *coarser = elliptic_quick.load.solved.levels
+    solved_load = replace(elliptic_quick.load.solved, levels=(replace(finest, nodal=full_rung), *coarser))
+    full_result = replace(elliptic_quick, load=replace(elliptic_quick.load, solved=solved_load))
+    surface, half = surface_on_elements(full_result), surface_on_elements(elliptic_quick)
     np.testing.assert_array_equal(surface.points, half.points)
     np.testing.assert_array_equal(surface.point_data["gap_mm"], half.point_data["gap_mm"])
 
 
 def test_the_contact_alone_is_the_file_of_the_whole(vtk_folder, elliptic_quick, tmp_path):
     """Of a result that was read back there are no meshes: its contact is written anew, beside the old bodies."""
-    read = replace(elliptic_quick, bodies=None)
-    for number, result in enumerate((elliptic_quick, read)):
+    stored = replace(elliptic_quick, bodies=None)
+    for number, result in enumerate((elliptic_quick, stored)):
         folder = write_contact_vtk(result, tmp_path / str(number)).parent
         assert sorted(p.name for p in folder.iterdir()) == [
             *("case.vtm", "elements.vtp", "hertz_ellipse.vtp", "pressure.vtp")
@@ -633,10 +637,10 @@ def test_the_contact_alone_is_the_file_of_the_whole(vtk_folder, elliptic_quick, 
         for file in folder.iterdir():
             assert file.read_bytes() == (vtk_folder / file.name).read_bytes()
     with pytest.raises(InputError, match="no meshes"):
-        write_case_vtk(read, tmp_path / "whole")
+        write_case_vtk(stored, tmp_path / "whole")
     assert not (tmp_path / "whole").exists()
-    other = changed_hertz(elliptic_quick, p0_MPa=1.0)
-    write_contact_vtk(other, tmp_path)
+    changed = change_hertz(elliptic_quick, p0_MPa=1.0)
+    write_contact_vtk(changed, tmp_path)
     assert (tmp_path / "pressure.vtp").read_bytes() != (vtk_folder / "pressure.vtp").read_bytes()
 
 
@@ -650,9 +654,9 @@ def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tm
     assert [dataset.path for dataset in reader.datasets] == ["cases/a b/case.vtm", "cases/c&d/case.vtm"]
     reader.set_active_time_value(1.5)
     assert reader.read()[0].keys() == ["rail", "wheel", "pressure", "elements", "hertz_ellipse"]
-    # moved as a whole, it still opens
-    moved = tmp_path.rename(tmp_path.with_name("moved"))
-    assert pyvista.get_reader(moved / "study.pvd").read()[0]["rail"].n_cells > 0
+    # after the whole folder is moved, the collection still opens
+    folder_moved = tmp_path.rename(tmp_path.with_name("moved"))
+    assert pyvista.get_reader(folder_moved / "study.pvd").read()[0]["rail"].n_cells > 0
 
 
 def test_a_study_collection_refuses_what_paraview_would_swallow(vtk_folder, tmp_path):
@@ -670,7 +674,7 @@ def test_a_disk_that_refuses_a_file_is_an_error_with_its_name(elliptic_quick, tm
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
     try:
-        # written by VTK itself this ends the process
+        # VTK itself ends the process when it writes this
         with pytest.raises(OSError, match=r"rail\.vtu"):
             write_case_vtk(elliptic_quick, tmp_path)
     finally:
@@ -686,32 +690,32 @@ def body_mesh(request: pytest.FixtureRequest, elliptic_quick: CaseResult) -> Bod
     return mesh_of(elliptic_quick, request.param)
 
 
-def volume_of(read: meshio.Mesh, like: BodyMesh) -> float:
-    return mesh_volume(replace(like, points=read.points, hexes=read.get_cells_type("hexahedron")))
+def volume_of(file_mesh: meshio.Mesh, mesh: BodyMesh) -> float:
+    return mesh_volume(replace(mesh, points=file_mesh.points, hexes=file_mesh.get_cells_type("hexahedron")))
 
 
 def test_msh_keeps_the_volume_and_every_surface_as_physical_groups(body_mesh, tmp_path):
-    read = meshio.read(write_mesh(body_mesh, tmp_path / "body.msh"))
+    file_mesh = meshio.read(write_mesh(body_mesh, tmp_path / "body.msh"))
     assert (tmp_path / "body.msh").read_bytes().startswith(b"$MeshFormat\n4.1 0 8\n")
-    assert {name: int(group[1]) for name, group in read.field_data.items()} == {
+    assert {name: int(group[1]) for name, group in file_mesh.field_data.items()} == {
         body_mesh.name: 3,
         **dict.fromkeys(body_mesh.surfaces, 2),
     }
-    assert volume_of(read, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
+    assert volume_of(file_mesh, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
     for name, quads in body_mesh.surfaces.items():
-        found = [read.cells[i].data[c] for i, c in enumerate(read.cell_sets[name]) if len(c)]
-        # the reader puts the nodes in the order of their entities: compare places, not numbers
-        assert len(found) == 1
-        np.testing.assert_allclose(read.points[found[0]], body_mesh.points[quads], atol=1e-12)
+        blocks = [file_mesh.cells[i].data[c] for i, c in enumerate(file_mesh.cell_sets[name]) if len(c)]
+        # the reader sorts the nodes by entity: compare places, not node numbers
+        assert len(blocks) == 1
+        np.testing.assert_allclose(file_mesh.points[blocks[0]], body_mesh.points[quads], atol=1e-12)
 
 
 def test_inp_keeps_node_sets_the_element_set_and_element_faces(body_mesh, tmp_path):
     path = write_mesh(body_mesh, tmp_path / "body.inp")
-    read = meshio.read(path)
-    assert [block.type for block in read.cells] == ["hexahedron"]
-    assert volume_of(read, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
-    np.testing.assert_array_equal(read.cell_sets[body_mesh.name][0], np.arange(len(body_mesh.hexes)))
-    assert {k: set(v) for k, v in read.point_sets.items()} == {
+    file_mesh = meshio.read(path)
+    assert [block.type for block in file_mesh.cells] == ["hexahedron"]
+    assert volume_of(file_mesh, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
+    np.testing.assert_array_equal(file_mesh.cell_sets[body_mesh.name][0], np.arange(len(body_mesh.hexes)))
+    assert {k: set(v) for k, v in file_mesh.point_sets.items()} == {
         body_mesh.name: set(range(len(body_mesh.points))),
         **{k: set(np.unique(q)) for k, q in body_mesh.surfaces.items()},
     }
@@ -723,18 +727,20 @@ def test_inp_keeps_node_sets_the_element_set_and_element_faces(body_mesh, tmp_pa
         head, *lines = block.splitlines()
         pairs = [line.split(", ") for line in lines]
         quads = [[body_mesh.hexes[int(e) - 1][n - 1] for n in faces[face]] for e, face in pairs]
-        wanted = body_mesh.surfaces[head.split(",")[0]]
-        np.testing.assert_array_equal(np.sort(quads, axis=1), np.sort(wanted, axis=1))
+        expected = body_mesh.surfaces[head.split(",")[0]]
+        np.testing.assert_array_equal(np.sort(quads, axis=1), np.sort(expected, axis=1))
 
 
 def test_vtu_keeps_surfaces_as_cells_and_flags(body_mesh, tmp_path):
-    read = meshio.read(write_mesh(body_mesh, tmp_path / "body.vtu"))
-    assert list(read.point_data) == list(body_mesh.surfaces)
-    assert volume_of(read, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
-    ids = np.concatenate([read.cell_data["surface_id"][i] for i, b in enumerate(read.cells) if b.type == "quad"])
+    file_mesh = meshio.read(write_mesh(body_mesh, tmp_path / "body.vtu"))
+    assert list(file_mesh.point_data) == list(body_mesh.surfaces)
+    assert volume_of(file_mesh, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
+    ids = np.concatenate(
+        [file_mesh.cell_data["surface_id"][i] for i, b in enumerate(file_mesh.cells) if b.type == "quad"]
+    )
     for number, (name, quads) in enumerate(body_mesh.surfaces.items(), start=1):
-        np.testing.assert_array_equal(read.get_cells_type("quad")[ids == number], quads)
-        np.testing.assert_array_equal(np.flatnonzero(read.point_data[name]), np.unique(quads))
+        np.testing.assert_array_equal(file_mesh.get_cells_type("quad")[ids == number], quads)
+        np.testing.assert_array_equal(np.flatnonzero(file_mesh.point_data[name]), np.unique(quads))
 
 
 @pytest.mark.parametrize("name", ["body.stl", "body", "body.msh.gz"])
@@ -747,7 +753,7 @@ def test_an_unknown_mesh_format_is_refused_with_those_that_exist(body_mesh, tmp_
 # Tables
 
 
-def lost(record: dict) -> dict:
+def failed_row(record: dict) -> dict:
     return {
         "id": "lost",
         "status": "failed: the wheel [left] the rail",
@@ -759,13 +765,13 @@ def lost(record: dict) -> dict:
 
 
 @pytest.mark.parametrize("lost_first", [False, True])
-def test_csv_has_a_column_for_every_key_in_a_stable_order(record, flat, tmp_path, lost_first):
-    good = {"id": "good", **flat, "fe_a_mm": math.nan}
-    rows = [lost(record), good] if lost_first else [good, lost(record)]
+def test_csv_has_a_column_for_every_key_in_a_stable_order(record, elliptic_row, tmp_path, lost_first):
+    good = {"id": "good", **elliptic_row, "fe_a_mm": math.nan}
+    rows = [failed_row(record), good] if lost_first else [good, failed_row(record)]
     with tables.write_csv(rows, tmp_path / "study.csv").open(newline="") as file:
-        read = list(csv.DictReader(file))
-    assert list(read[0]) == list(good)
-    by_id = {entry["id"]: entry for entry in read}
+        rows_of_file = list(csv.DictReader(file))
+    assert list(rows_of_file[0]) == list(good)
+    by_id = {row["id"]: row for row in rows_of_file}
     assert float(by_id["good"]["fe_p_max_MPa"]) == record["fe"]["p_max_MPa"]
     assert by_id["good"]["fe_a_mm"] == ""
     assert by_id["lost"]["fe_p_max_MPa"] == ""
@@ -778,8 +784,8 @@ def table_text(rows: list[dict], width: int) -> list[str]:
     return text.getvalue().splitlines()
 
 
-def wide_rows(record: dict, flat: dict) -> list[dict]:
-    """Rows whose cells are as long as they get, and one of each kind that must not be used."""
+def wide_rows(record: dict, elliptic_row: dict) -> list[dict]:
+    """Rows with the longest possible cells, and a row of each unusable kind."""
     wide = {
         "lateral_shift_mm": -12.25,
         "load_kN": 112.5,
@@ -793,16 +799,16 @@ def wide_rows(record: dict, flat: dict) -> list[dict]:
         "centre_over_b": -1.234,
         "hertz_deviation_valley_percent": 100.0,
     }
-    good = {"id": "good", **flat}
+    good = {"id": "good", **elliptic_row}
     bad = [good | {"status": status} for status in ("not converged", "patch at the edge of the fine mesh")]
-    return [good, good | wide, *bad, lost(record)]
+    return [good, good | wide, *bad, failed_row(record)]
 
 
 @pytest.mark.parametrize("width", [160, 120, 100, 80])
-def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(record, flat, width):
-    lines = table_text(wide_rows(record, flat), width)
-    shown = [line for line in lines if not line.startswith(("no room", "+", "-12.25 mm"))]
-    assert max(len(line.rstrip()) for line in shown) <= width
+def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(record, elliptic_row, width):
+    lines = table_text(wide_rows(record, elliptic_row), width)
+    table_lines = [line for line in lines if not line.startswith(("no room", "+", "-12.25 mm"))]
+    assert max(len(line.rstrip()) for line in table_lines) <= width
     assert "…" not in "".join(lines)
     (left_out,) = [line for line in lines if line.startswith("no room for: ")] or ["no room for: "]
     assert (
@@ -818,7 +824,7 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(record, flat
         }[width]
     )
     heads = "".join(lines[1:3])
-    # each measure that may decide has its number where there is room
+    # each measure that may decide has a column if there is room
     assert width < 160 or all(words.short[:5] in heads for name, words in WORDS.items() if name in Criteria().limits)
     assert ("valley" in heads, "centre" in heads, "time" in heads) == (width > 80, width > 80, width > 120)
     assert all(head in heads for head in ("shift", "load", "area", "mispl.", "verdict", "fails by"))
@@ -826,20 +832,20 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(record, flat
 
 def test_every_status_of_what_must_not_be_used_has_a_word_that_a_table_has_room_for():
     assert {CONVERGED, *UNUSABLE} == set(get_args(Status))
-    assert all(len(one.short) <= 12 for one in UNUSABLE.values())
+    assert all(len(status.short) <= 12 for status in UNUSABLE.values())
 
 
-def test_a_row_of_the_table_says_the_verdict_or_why_there_is_none(record, flat):
-    lines = table_text(wide_rows(record, flat), 120)
+def test_a_row_of_the_table_says_the_verdict_or_why_there_is_none(record, elliptic_row):
+    lines = table_text(wide_rows(record, elliptic_row), 120)
     good, failing, *bad = (" ".join(line.split()) for line in lines[3:8])
     assert good.startswith(f"+0.00 100 {record['fe']['p_max_MPa']:.0f} ")
     assert good.endswith(" HOLDS 2")
-    # the measure that decided comes first, those without room are counted
+    # the deciding measure comes first; measures without room are counted
     assert failing.endswith(" FAILS b p_max area a +4 4")
-    assert [one.split(" ", 2)[2] for one in bad][2].endswith("no result -")
+    assert [row.split(" ", 2)[2] for row in bad][2].endswith("no result -")
     assert "not conv." in bad[0]
     assert "at edge" in bad[1]
-    assert not any("HOLDS" in one for one in bad)
+    assert not any("HOLDS" in row for row in bad)
     reasons = [line for line in lines if ": " in line and line.startswith("+")]
     assert reasons == [
         "+0.00 mm, 100 kN: not converged",
@@ -848,24 +854,28 @@ def test_a_row_of_the_table_says_the_verdict_or_why_there_is_none(record, flat):
     ]
 
 
-def test_the_list_of_failing_measures_has_the_room_that_there_is(flat):
-    row = flat | {"verdict_answer": "FAILS", "verdict_measure": "valley", "verdict_failing": "p_max_MPa; b_mm; valley"}
+def test_the_list_of_failing_measures_has_the_room_that_there_is(elliptic_row):
+    row = elliptic_row | {
+        "verdict_answer": "FAILS",
+        "verdict_measure": "valley",
+        "verdict_failing": "p_max_MPa; b_mm; valley",
+    }
     assert table_text([row], 120)[3].split()[-5:-2] == ["valley", "p_max", "b"]
     everything = row | {"verdict_failing": "; ".join(Criteria().limits)}
     assert table_text([everything], 200)[3].split()[-11:-3] == [
         *("valley", "p_max", "area", "a", "b", "centre", "separate", "misplaced")
     ]
-    # without colours or a terminal, and whoever reads it: no codes
+    # without colours and without a terminal, the text has no escape codes
     assert "\x1b" not in "".join(table_text([everything], 120))
 
 
-def shown_case(record: dict, width: int = 120, *, long: bool = True) -> list[str]:
+def print_case(record: dict, width: int = 120, *, long: bool = True) -> list[str]:
     text = io.StringIO()
     show(case_parts(record), Console(file=text, width=width, no_color=True), long=long)
     return [" ".join(line.split()) for line in text.getvalue().splitlines()]
 
 
-def judged_by(result: CaseResult, criteria: Criteria, **changes) -> dict:
+def judged_record(result: CaseResult, criteria: Criteria, **changes) -> dict:
     """The record of a result by other criteria; its case may be changed as well."""
     case = replace(result.case, criteria=criteria, **changes)
     load = judge_load(replace(result.load.solved, case=case), result.placement)
@@ -873,8 +883,8 @@ def judged_by(result: CaseResult, criteria: Criteria, **changes) -> dict:
 
 
 @pytest.fixture(scope="module")
-def flattened(elliptic_quick: CaseResult) -> CaseResult:
-    """The same force under a pressure that is flatter than Hertz's, and moved across: he is off in peak and place."""
+def flattened_result(elliptic_quick: CaseResult) -> CaseResult:
+    """A flatter and displaced pressure with equal force: Hertz deviates in peak and centre."""
 
     def flat_rung(rung: Rung) -> Rung:
         assert not rung.pressure_MPa[:, -6:].any()
@@ -882,18 +892,18 @@ def flattened(elliptic_quick: CaseResult) -> CaseResult:
         scale = rung.pressure.whole().values.sum() / Field(grid=rung.grid, values=pressure).whole().values.sum()
         return replace(rung, pressure_MPa=scale * pressure)
 
-    solved = elliptic_quick.load.solved
+    solved_load = elliptic_quick.load.solved
     levels = tuple(
         replace(
             level,
-            # the elements' own contact is no other one
+            # the contact on the elements' nodes is changed in the same way
             nodal=flat_rung(level.fe),
             fe=flat_rung(level.fe),
             otherwise=level.otherwise and flat_rung(level.otherwise),
         )
-        for level in solved.levels
+        for level in solved_load.levels
     )
-    return replace(elliptic_quick, load=judge_load(replace(solved, levels=levels), elliptic_quick.placement))
+    return replace(elliptic_quick, load=judge_load(replace(solved_load, levels=levels), elliptic_quick.placement))
 
 
 JUDGED = {
@@ -909,16 +919,16 @@ JUDGED = {
 
 
 def test_a_case_prints_every_measure_with_its_limit_and_answer(record):
-    lines, hertz = shown_case(record, long=False), record["theories"][HERTZ]
+    lines, hertz = print_case(record, long=False), record["theories"][HERTZ]
     start = next(number for number, line in enumerate(lines) if line.startswith("measure"))
-    shown = {line.rpartition(")")[0] + ")": line.rpartition(")")[2].split() for line in lines[start + 1 : start + 9]}
-    assert list(shown) == list(JUDGED)
+    cells = {line.rpartition(")")[0] + ")": line.rpartition(")")[2].split() for line in lines[start + 1 : start + 9]}
+    assert list(cells) == list(JUDGED)
     for title, (name, *limit) in JUDGED.items():
-        fe, of_hertz, off, unit, unsure, same_unit, *rest = shown[title]
+        fe, of_hertz, off, unit, uncertainty, same_unit, *rest = cells[title]
         factor = 1.0 if unit == "b" else 100.0
         assert unit == same_unit
         assert float(off) == pytest.approx(factor * hertz["deviation"][name], abs=0.006)
-        assert float(unsure) == pytest.approx(factor * hertz["uncertainty"][name], abs=0.006)
+        assert float(uncertainty) == pytest.approx(factor * hertz["uncertainty"][name], abs=0.006)
         assert rest == [*limit, "HOLDS"]
         if name in hertz:
             assert float(fe) == pytest.approx(record["fe"][name], rel=1e-4)
@@ -928,10 +938,10 @@ def test_a_case_prints_every_measure_with_its_limit_and_answer(record):
 
 
 def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
-    lines, everything = shown_case(record, long=False), shown_case(record)
+    lines, everything = print_case(record, long=False), print_case(record)
     assert len(lines) <= 25
     assert re.fullmatch(
-        # both are 1.3 % of their limit
+        # both deviations are 1.3 % of their limits
         r"Hertz HOLDS; nearest to its limit: (peak pressure -|misplaced load )0\.\d\d % ± 0\.\d\d % \(limit .* %\)",
         lines[0],
     )
@@ -947,16 +957,16 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
     assert float(numbers["hertz_stiffness_GN_per_m15"]) == pytest.approx(
         record["theories"][HERTZ]["stiffness_GN_per_m15"], rel=1e-5
     )
-    # each theory by its name, in both
+    # each theory has its name in both texts
     for theory in record["theories"]:
         assert [line for line in lines if THEORIES[theory].words in line], theory
 
 
-def test_a_case_that_fails_names_all_measures_that_fail(flattened):
-    record = result_record(flattened)
+def test_a_case_that_fails_names_all_measures_that_fail(flattened_result):
+    record = result_record(flattened_result)
     assert record["verdict"]["answer"] == "FAILS"
     assert record["verdict"]["failing"] == ["p_max_MPa", "centre_over_b", "misplaced_load"]
-    lines = shown_case(record, long=False)
+    lines = print_case(record, long=False)
     assert lines[0].startswith("Hertz FAILS; furthest beyond its limit: peak pressure +")
     assert lines[0].endswith(f"; because: {record['verdict']['cause']}")
     assert lines[1] == "it fails by centre of pressure across, misplaced load as well"
@@ -965,83 +975,83 @@ def test_a_case_that_fails_names_all_measures_that_fail(flattened):
 
 def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     strict = Criteria(p_max=0.0034)
-    record = judged_by(elliptic_quick, strict)
-    lines = shown_case(record)
+    record = judged_record(elliptic_quick, strict)
+    lines = print_case(record)
     assert lines[0].startswith("Hertz UNRESOLVED; open: peak pressure -0.")
     assert "open on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in lines
     assert "to decide it: --resolution standard or fine, or --refine verdict" in lines
-    # where finer meshes were allowed, something else kept them away
-    allowed = shown_case(judged_by(elliptic_quick, strict, refine="verdict"))
-    assert "to decide it: --resolution standard or fine" in allowed
-    finest = shown_case(judged_by(elliptic_quick, strict, resolution="fine", refine="verdict"))
-    sizes = ",".join(f"{size:.3g}" for size in record["solver"]["element_size_mm"].values())
+    # finer meshes were allowed, so the resolution is not the remedy
+    refinable = print_case(judged_record(elliptic_quick, strict, refine="verdict"))
+    assert "to decide it: --resolution standard or fine" in refinable
+    finest = print_case(judged_record(elliptic_quick, strict, resolution="fine", refine="verdict"))
+    sizes = ",".join(f"{size_mm:.3g}" for size_mm in record["solver"]["element_size_mm"].values())
     assert [line for line in finest if line.startswith(f"to decide it: --resolution with sizes below {sizes}")]
-    # meshes do not take away what the profiles leave open
+    # meshes do not remove the uncertainty of the profiles
     of_profile = {"uncertainty_of_profile": {"p_max_MPa": 0.004}, "verdict": record["verdict"] | {"cause": "profile"}}
-    noisy = shown_case(record | of_profile)
+    noisy = print_case(record | of_profile)
     assert [line for line in noisy if "the deviation changes by 0.40 %" in line]
     assert not [line for line in noisy if line.startswith("to decide it")]
 
 
 def test_a_case_that_did_not_converge_is_not_called_decided(elliptic_quick):
-    load = changed_fe(elliptic_quick, status="not converged").load
+    load = change_fe(elliptic_quick, status="not converged").load
     record = result_record(replace(elliptic_quick, load=judge_load(load.solved, elliptic_quick.placement)))
-    lines = shown_case(record)
+    lines = print_case(record)
     remedy = "a lateral shift 0.2 mm beside it, or another load, may work"
     assert f"the result must not be used: not converged; {remedy}" in lines
     assert not [line for line in lines if line.startswith(("decided", "to decide"))]
 
 
 def test_the_worse_side_of_a_junction_is_shown_and_both_at_length(record):
-    told = json.loads(json_text(record))
-    gauge = json.loads(json_text(told["theories"][HERTZ]))
+    changed = json.loads(json_text(record))
+    gauge = json.loads(json_text(changed["theories"][HERTZ]))
     gauge["verdict"] |= {"answer": "FAILS", "measure": "area_mm2", "failing": ["area_mm2"]}
     gauge["verdict"]["each"]["area_mm2"], gauge["deviation"]["area_mm2"] = "FAILS", -0.5
-    told["theories"] = {HERTZ_GAUGE: gauge} | told["theories"]
-    told["verdict"] |= gauge["verdict"] | {"side": "gauge", "cause": "some cause"}
-    lines = shown_case(told, long=False)
+    changed["theories"] = {HERTZ_GAUGE: gauge} | changed["theories"]
+    changed["verdict"] |= gauge["verdict"] | {"side": "gauge", "cause": "some cause"}
+    lines = print_case(changed, long=False)
     assert lines[0].startswith("Hertz FAILS; furthest beyond its limit: area -50.00 %")
     assert ", with the curvature of the gauge side" in lines[0]
     areas = [line for line in lines if line.startswith("area")]
     assert [("-50.00 %" in area, area.rpartition(" ")[2]) for area in areas] == [(True, "FAILS")]
-    everything = shown_case(told)
+    everything = print_case(changed)
     for side, answer in (("gauge", "FAILS"), ("field", "HOLDS")):
         start = everything.index(f"Hertz against finite elements, with the curvature of the {side} side")
         assert next(line for line in everything[start:] if line.startswith("area")).endswith(answer)
 
 
 def test_measures_that_nobody_asks_for_are_shown_at_length_and_not_judged(elliptic_quick):
-    record = judged_by(elliptic_quick, Criteria(judged_by=("strength",)))
-    assert not [line for line in shown_case(record, long=False) if line.startswith("area (")]
-    area = next(line for line in shown_case(record) if line.startswith("area ("))
+    record = judged_record(elliptic_quick, Criteria(judged_by=("strength",)))
+    assert not [line for line in print_case(record, long=False) if line.startswith("area (")]
+    area = next(line for line in print_case(record) if line.startswith("area ("))
     assert area.endswith(" % not judged")
 
 
 def test_a_record_its_table_and_its_report_have_the_balance_of_both_bodies(elliptic_quick):
-    """Of the force and of the moment on the curved surfaces, each as it was solved."""
+    """Balance of the force and of the moment on the curved surfaces, as solved."""
     load = elliptic_quick.load
     # measured 1.5e-16 and 2.3e-11
     assert 0.0 <= load.level.force_balance < 1e-14
     assert 0.0 < load.level.moment_balance < 1e-10
     planted = replace(load.level, force_balance=3e-5, moment_balance=7e-4)
-    solved = replace(load.solved, levels=(planted, *load.solved.levels[1:]))
-    made = replace(elliptic_quick, load=judge_load(solved, elliptic_quick.placement))
-    record = result_record(made)
+    solved_load = replace(load.solved, levels=(planted, *load.solved.levels[1:]))
+    result = replace(elliptic_quick, load=judge_load(solved_load, elliptic_quick.placement))
+    record = result_record(result)
     assert record["solver"]["force_balance"] == 3e-5
     assert record["solver"]["moment_balance"] == 7e-4
-    assert any("of the force on both bodies 3e-05, of its moment 7e-04" in line for line in shown_case(record))
-    told = solver_table([ReportedCase(row=case_row(made), record=record)])
-    headings = [column.heading for column in told.columns]
-    cells = dict(zip(headings, told.rows[0].cells, strict=True))
+    assert any("of the force on both bodies 3e-05, of its moment 7e-04" in line for line in print_case(record))
+    table = solver_table([ReportedCase(row=case_row(result), record=record)])
+    headings = [column.heading for column in table.columns]
+    cells = dict(zip(headings, table.rows[0].cells, strict=True))
     assert (cells["force balance"], cells["moment balance"]) == ("3e-05", "7e-04")
 
 
 @pytest.mark.parametrize("width", [80, 120])
-def test_every_table_fits_a_terminal(record, flat, width):
+def test_every_table_fits_a_terminal(record, elliptic_row, width):
     """A terminal draws lines and spaces, which a pipe does not get."""
     text = io.StringIO()
     console = Console(file=text, width=width, no_color=True, force_terminal=True)
-    show(rows_parts([flat | {"hertz_deviation_p_max_percent": -43.21}]), console)
+    show(rows_parts([elliptic_row | {"hertz_deviation_p_max_percent": -43.21}]), console)
     show(case_parts(record), console, long=True)
     show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))), console)
     show(profile_lines(load("60E1"), []), console)
@@ -1057,11 +1067,11 @@ def test_hertz_and_profiles_print_their_numbers(capsys):
     show(library_lines(library_record()))
     show(profile_lines(load("60E1"), []))
     text = capsys.readouterr().out
-    for part in ("straight", "-10.425", "1722.", "S1002", "-26.0265"):
-        assert part in text
-    # elsewhere than on a terminal no text is broken
+    for number in ("straight", "-10.425", "1722.", "S1002", "-26.0265"):
+        assert number in text
+    # if the output is not a terminal, texts are not broken
     lines = [line.rstrip() for line in text.splitlines()]
-    assert all(any(line.endswith(one["source"]) for line in lines) for one in library_record())
+    assert all(any(line.endswith(profile["source"]) for line in lines) for profile in library_record())
 
 
 def test_every_measure_has_words_and_every_limit_its_unit():
@@ -1069,7 +1079,7 @@ def test_every_measure_has_words_and_every_limit_its_unit():
     assert criteria_text(Criteria()) == (
         "p_max ±5 %, area ±10 %, a ±10 %, b ±10 %, centre ±0.15 b, valley < 10 %, separate < 0.1 %, misplaced < 10 %"
     )
-    # short names are those by which a user chooses
+    # users choose measures by these short names
     chosen = Criteria(judged_by=tuple(WORDS[name].short for name in Criteria().limits))
     assert chosen.limits == Criteria().limits
     assert criteria_text(Criteria(judged_by=("valley", "a"), a=1.25e-3)) == "a ±0.125 %, valley < 10 %"
@@ -1082,37 +1092,37 @@ def test_every_measure_has_words_and_every_limit_its_unit():
 def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quick, tmp_path):
     first, second = (case_figure(elliptic_quick, tmp_path / f"{k}.png") for k in (1, 2))
     assert first.read_bytes() == second.read_bytes()
-    assert size(first)[0] > 1500
+    assert size_of_png(first)[0] > 1500
     assert b"Software" not in first.read_bytes()
     pixels = np.asarray(pyvista.read(first).active_scalars)
     # a blank or one-coloured map would not use the whole colour scale
     assert len(np.unique(pixels[:, :3], axis=0)) > 500
-    one = first.with_suffix(".svg").read_bytes()
-    assert one == second.with_suffix(".svg").read_bytes()
-    assert one.startswith(b"<?xml")
-    assert b"http://" not in one.replace(b"http://www.w3.org", b"")
+    svg = first.with_suffix(".svg").read_bytes()
+    assert svg == second.with_suffix(".svg").read_bytes()
+    assert svg.startswith(b"<?xml")
+    assert b"http://" not in svg.replace(b"http://www.w3.org", b"")
 
 
 def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(elliptic_quick, tmp_path):
-    large = changed_hertz(elliptic_quick, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
+    large = change_hertz(elliptic_quick, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
     case_figure(large, tmp_path / "large.png")
-    assert size(tmp_path / "large.png")[0] > 1500
+    assert size_of_png(tmp_path / "large.png")[0] > 1500
 
 
-def drawn_lines(monkeypatch, rows: list[dict], rail=None, criteria=None) -> list:
+def draw_study_axes(monkeypatch, rows: list[dict], rail=None, criteria=None) -> list:
     from fecontact.outputs.figures import study as module
 
-    kept = []
-    monkeypatch.setattr(module, "save_figure", lambda figure, path: kept.append(figure))
+    figures = []
+    monkeypatch.setattr(module, "save_figure", lambda figure, path: figures.append(figure))
     study_figure(rows, "unused.png", rail, criteria)
-    return kept[0].axes
+    return figures[0].axes
 
 
-def test_a_study_figure_never_connects_bad_rows(record, flat, monkeypatch):
-    base = {"id": "x", **flat, "rail": "60E1"}
+def test_a_study_figure_never_connects_bad_rows(record, elliptic_row, monkeypatch):
+    base = {"id": "x", **elliptic_row, "rail": "60E1"}
     rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -4.0 * k} for k in range(4)]
     rows[1]["status"] = "not converged"
-    peak, _, touch = drawn_lines(monkeypatch, [*rows, lost(record) | {"rail": "60E1"}], load("60E1"))
+    peak, _, touch = draw_study_axes(monkeypatch, [*rows, failed_row(record) | {"rail": "60E1"}], load("60E1"))
     lines = [line for line in peak.get_lines() if line.get_linestyle() != "None"]
     assert len(lines) == 2
     good = next(line for line in lines if np.isfinite(line.get_ydata()).any())
@@ -1123,40 +1133,40 @@ def test_a_study_figure_never_connects_bad_rows(record, flat, monkeypatch):
     assert levels == {-10.228}
 
 
-def test_a_study_figure_knows_no_junctions_without_the_rail(flat, monkeypatch):
-    _, _, touch = drawn_lines(monkeypatch, [{"id": "x", **flat, "rail": "60E1"}])
+def test_a_study_figure_knows_no_junctions_without_the_rail(elliptic_row, monkeypatch):
+    _, _, touch = draw_study_axes(monkeypatch, [{"id": "x", **elliptic_row, "rail": "60E1"}])
     assert not [line for line in touch.get_lines() if line.get_linestyle() == "-."]
 
 
-def test_figures_of_a_study_draw_the_rail_and_the_limits_they_are_given(flat, monkeypatch, tmp_path):
-    drawn = []
-    monkeypatch.setattr("fecontact.outputs.figures.study.study_figure", lambda *given: drawn.append(given))
+def test_figures_of_a_study_draw_the_rail_and_the_limits_they_are_given(elliptic_row, monkeypatch, tmp_path):
+    calls = []
+    monkeypatch.setattr("fecontact.outputs.figures.study.study_figure", lambda *arguments: calls.append(arguments))
     monkeypatch.setattr("fecontact.outputs.paraview.vtk.write_pvd", lambda path, cases: path)
-    rail, rows, criteria = load("60E1"), [{"id": "x", **flat}], Criteria(p_max=0.03)
+    rail, rows, criteria = load("60E1"), [{"id": "x", **elliptic_row}], Criteria(p_max=0.03)
     assert study_figures(rows, tmp_path, rail, criteria) == ("study.pvd",)
-    assert drawn == [(rows, tmp_path / "study.png", rail, criteria)]
+    assert calls == [(rows, tmp_path / "study.png", rail, criteria)]
 
 
-def test_a_study_figure_has_a_line_for_each_load(flat, monkeypatch):
-    base = {"id": "x", **flat}
+def test_a_study_figure_has_a_line_for_each_load(elliptic_row, monkeypatch):
+    base = {"id": "x", **elliptic_row}
     rows = [base | {"lateral_shift_mm": s, "load_kN": f} for s in (0.0, 1.0) for f in (60.0, 100.0)]
-    peak, deviation, _ = drawn_lines(monkeypatch, rows, criteria=Criteria(p_max=0.02, area=0.3))
+    peak, deviation, _ = draw_study_axes(monkeypatch, rows, criteria=Criteria(p_max=0.02, area=0.3))
     assert [t.get_text() for t in peak.get_legend().get_texts()] == [
         "FE, 60 kN", "Hertz, 60 kN", "FE, 100 kN", "Hertz, 100 kN",
     ]  # fmt: skip
-    # the bands are the limits, and only those that are asked for
+    # the bands are the limits, only of the judged measures
     assert [abs(band.get_y()) for band in deviation.patches] == pytest.approx([30.0, 2.0])
     assert deviation.get_ylabel() == "Hertz against FE in %\n(bands: p_max ±2 %, area ±30 %)"
-    _, strength, _ = drawn_lines(monkeypatch, rows, criteria=Criteria(judged_by=("strength",)))
+    _, strength, _ = draw_study_axes(monkeypatch, rows, criteria=Criteria(judged_by=("strength",)))
     assert strength.get_ylabel().endswith("(bands: p_max ±5 %)")
     assert len(strength.patches) == 1
-    _, unknown, _ = drawn_lines(monkeypatch, rows)
+    _, unknown, _ = draw_study_axes(monkeypatch, rows)
     assert (unknown.get_ylabel(), len(unknown.patches)) == ("Hertz against FE in %", 0)
 
 
-def test_one_series_is_drawn_in_parts_of_its_limits(flat, monkeypatch):
+def test_one_series_is_drawn_in_parts_of_its_limits(elliptic_row, monkeypatch):
     criteria = Criteria(p_max=0.04, centre=0.5, judged_by=("strength", "centre", "valley"))
-    rows = [flat | {"lateral_shift_mm": float(k), "verdict_answer": "HOLDS"} for k in range(4)]
+    rows = [elliptic_row | {"lateral_shift_mm": float(k), "verdict_answer": "HOLDS"} for k in range(4)]
     for row, p_max, centre, valley in zip(
         rows, (-2.0, 8.0, 1.0, 4.0), (0.1, -0.2, 0.0, 1.5), (0, 5, 0, 20), strict=True
     ):
@@ -1166,7 +1176,7 @@ def test_one_series_is_drawn_in_parts_of_its_limits(flat, monkeypatch):
             "hertz_deviation_valley_percent": float(valley),
         }
     rows[1]["verdict_answer"], rows[2]["status"], rows[3]["verdict_answer"] = "FAILS", "not converged", "UNRESOLVED"
-    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+    peak, off, _ = draw_study_axes(monkeypatch, rows, criteria=criteria)
     lines = {line.get_label(): line for line in off.get_lines() if not line.get_label().startswith("_")}
     assert list(lines) == ["p_max", "centre", "valley"]
     nan = math.nan
@@ -1179,7 +1189,7 @@ def test_one_series_is_drawn_in_parts_of_its_limits(flat, monkeypatch):
     assert off.get_ylim()[1] > 3.0
 
 
-def drawn_case(result: CaseResult):
+def draw_case_figure(result: CaseResult):
     from matplotlib.figure import Figure
 
     fields = PressureFields.of(result.load)
@@ -1189,35 +1199,37 @@ def drawn_case(result: CaseResult):
 
 
 def case_axes(result: CaseResult) -> list:
-    return drawn_case(result).axes
+    return draw_case_figure(result).axes
 
 
-def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened):
-    texts = [text.get_text() for text in drawn_case(flattened).texts]
-    verdict = flattened.verdict
+def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened_result):
+    texts = [text.get_text() for text in draw_case_figure(flattened_result).texts]
+    verdict = flattened_result.verdict
     assert " Hertz FAILS " in texts
     (reason,) = [text for text in texts if text.startswith("furthest beyond its limit: peak pressure ")]
-    off, unsure = (1e2 * of["p_max_MPa"] for of in (flattened.load.deviation, flattened.load.uncertainty))
-    assert f"{off:+.2f} % ± {unsure:.2f} % (limit ±5 %); because: {verdict.cause}" in reason
+    off, uncertainty = (
+        1e2 * measures["p_max_MPa"] for measures in (flattened_result.load.deviation, flattened_result.load.uncertainty)
+    )
+    assert f"{off:+.2f} % ± {uncertainty:.2f} % (limit ±5 %); because: {verdict.cause}" in reason
     (text,) = [text for text in texts if "status: converged" in text]
     lines = [line.split() for line in text.splitlines()]
-    judged = {line[0]: line for line in lines if line and line[-1] in ("HOLDS", "UNRESOLVED", "FAILS")}
-    assert {name: line[-1] for name, line in judged.items()} == {
+    judged_lines = {line[0]: line for line in lines if line and line[-1] in ("HOLDS", "UNRESOLVED", "FAILS")}
+    assert {name: line[-1] for name, line in judged_lines.items()} == {
         WORDS[name].short: answer for name, answer in verdict.each.items()
     }
-    assert judged["p_max"][-3:-1] == ["±5", "%"]
-    assert judged["centre"][-3:-1] == ["±0.15", "b"]
+    assert judged_lines["p_max"][-3:-1] == ["±5", "%"]
+    assert judged_lines["centre"][-3:-1] == ["±0.15", "b"]
     # sizes of meshes are in the report
     assert "elements " not in text.replace("finite elements", "")
-    # in this font and size a line of so many characters ends at the right edge of the picture
+    # in this font and size, 60 characters reach the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 60
 
 
-def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened):
-    shown = {ax.get_title(): ax.images[0].get_array() for ax in case_axes(flattened) if ax.images}
-    fe, hertz, difference = (shown[name] for name in ("finite elements", "Hertz", "Hertz minus finite elements"))
-    # his peak is higher than any pressure of the elements
-    assert flattened.load.deviation["p_max_MPa"] > 0.3
+def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened_result):
+    images = {ax.get_title(): ax.images[0].get_array() for ax in case_axes(flattened_result) if ax.images}
+    fe, hertz, difference = (images[name] for name in ("finite elements", "Hertz", "Hertz minus finite elements"))
+    # Hertz's peak is higher than any pressure of the finite elements
+    assert flattened_result.load.deviation["p_max_MPa"] > 0.3
     assert difference.ravel()[hertz.argmax()] > hertz.max() - fe.max() > 0.0
 
 
@@ -1234,7 +1246,7 @@ def test_a_case_figure_has_the_junctions_of_the_rail_on_its_maps(elliptic_quick)
 @pytest.mark.parametrize("has_junction", [True, False])
 def test_the_words_of_a_case_figure_tell_of_junctions_where_there_is_one(elliptic_quick, has_junction):
     on_60e1 = replace(elliptic_quick, placement=place_case(Case(lateral_shift_mm=3.0, roll="given")))
-    texts = [text.get_text() for text in drawn_case(on_60e1 if has_junction else elliptic_quick).texts]
+    texts = [text.get_text() for text in draw_case_figure(on_60e1 if has_junction else elliptic_quick).texts]
     assert any("solid: finite elements, dashed: Hertz" in text for text in texts)
     assert any("dotted: rail junction" in text for text in texts) == has_junction
 
@@ -1249,7 +1261,7 @@ def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_qu
         assert (np.ptp(s), np.ptp(x)) == pytest.approx((hertz.extent_y_mm, hertz.extent_x_mm), rel=1e-3)
         (patch,) = [c for c in ax.collections if c.get_label() == "finite elements"]
         edge = np.vstack([path.vertices for path in patch.get_paths()])
-        # that of the measures is the mean of two such lines, half a node apart at either end
+        # the extent in the measures is the mean of two such outlines, which are half a node apart at each end
         step = max(elliptic_quick.grid.steps_mm)
         assert np.ptp(edge[:, 0]) == pytest.approx(fe.extent_y_mm, abs=step)
         assert np.ptp(edge[:, 1]) == pytest.approx(fe.extent_x_mm, abs=step)
@@ -1260,28 +1272,28 @@ def test_nothing_in_a_case_figure_hides_another_thing_or_is_cut_off(elliptic_qui
     """With pressures of five digits and a sign, the widest that there are."""
     from matplotlib.transforms import Bbox
 
-    result = changed_hertz(elliptic_quick, a_mm=a_mm, b_mm=b_mm)
+    result = change_hertz(elliptic_quick, a_mm=a_mm, b_mm=b_mm)
     load = result.load
     fe = replace(load.fe.pressure, values=20.0 * load.fe.pressure.values)
     fields = PressureFields(grid=fe.grid, fe=fe.values, hertz=0.0 * fe.values, ellipse=load.hertz)
     figure = blank_figure(*case_inches(fields))
     draw_case(figure, load, result.placement, fields)
     figure.draw_without_rendering()
-    things = [*figure.axes, *figure.texts]
-    boxes = {str(thing): thing.get_tightbbox() for thing in things}
-    whole = Bbox([[0.0, 0.0], figure.canvas.get_width_height()])
+    artists = [*figure.axes, *figure.texts]
+    boxes = {str(artist): artist.get_tightbbox() for artist in artists}
+    picture = Bbox([[0.0, 0.0], figure.canvas.get_width_height()])
     for name, box in boxes.items():
-        assert whole.x0 <= box.x0 < box.x1 <= whole.x1, name
-        assert whole.y0 <= box.y0 < box.y1 <= whole.y1, name
-    for one, other in combinations(boxes, 2):
-        assert not boxes[one].overlaps(boxes[other]), (one, other)
+        assert picture.x0 <= box.x0 < box.x1 <= picture.x1, name
+        assert picture.y0 <= box.y0 < box.y1 <= picture.y1, name
+    for first, second in combinations(boxes, 2):
+        assert not boxes[first].overlaps(boxes[second]), (first, second)
 
 
 def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(elliptic_quick):
-    # two lobes side by side: the pressure without its middle
-    whole = elliptic_quick.load.fe.pressure
-    middle = np.abs(whole.grid.s_mm) < 0.5
-    two = changed_fe(elliptic_quick, pressure_MPa=np.where(middle, 0.2, 1.0) * whole.values)
+    # two lobes side by side: the pressure with a reduced middle
+    pressure = elliptic_quick.load.fe.pressure
+    middle = np.abs(pressure.grid.s_mm) < 0.5
+    two = change_fe(elliptic_quick, pressure_MPa=np.where(middle, 0.2, 1.0) * pressure.values)
     two = replace(two, load=judge_load(two.load.solved, two.placement))
     (fe,) = [ax for ax in case_axes(two) if ax.get_title() == "finite elements"]
     lobes = two.load.lobes
@@ -1289,19 +1301,19 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
     assert [(t.get_text(), t.xy) for t in fe.texts] == [
         (str(k), pytest.approx(lobe.centre_mm[::-1])) for k, lobe in enumerate(lobes, start=1)
     ]
-    # words beside the picture, and the table on the terminal, name the same places and forces
+    # the text beside the picture and the table on the terminal have the same places and forces
     figure = blank_figure(15.0, 9.0)
     draw_case(figure, two.load, two.placement, PressureFields.of(two.load))
-    told = re.findall(r"lobe (\d), centre at rail y (\S+) mm: (\S+) MPa, (\S+) kN", figure.texts[-1].get_text())
+    labels = re.findall(r"lobe (\d), centre at rail y (\S+) mm: (\S+) MPa, (\S+) kN", figure.texts[-1].get_text())
     table = lobes_table(result_record(two))
     places = {column.heading.replace("\n", " "): n for n, column in enumerate(table.columns)}
     in_table = [
         tuple(row.cells[places[name]] for name in ("centre at rail y mm", "p_max FE MPa", "its force kN"))
         for row in table.rows
     ]
-    assert [one[1:] for one in told] == in_table
-    # a wide patch has low maps, and a low picture
-    heights = [case_inches(PressureFields.of(changed_hertz(elliptic_quick, b_mm=b).load))[1] for b in (3.0, 11.0, 40.0)]
+    assert [label[1:] for label in labels] == in_table
+    # a wide patch has flat maps and a flat picture
+    heights = [case_inches(PressureFields.of(change_hertz(elliptic_quick, b_mm=b).load))[1] for b in (3.0, 11.0, 40.0)]
     assert heights == sorted(heights, reverse=True)
     assert heights[-1] < 7.5
 
@@ -1319,57 +1331,59 @@ def test_verdicts_are_told_apart_in_grey():
     from fecontact.outputs.style import ANSWERS, SERIES
 
     levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
-    # Weber steps above 40 %: many times what the eye tells apart (2 %)
+    # relative steps (Weber) above 40 %: many times the smallest step that the eye can distinguish (2 %)
     assert all(light / dark > 1.4 for dark, light in pairwise(levels))
     assert len(set(ANSWER_MARKS.values())) == len(ANSWER_MARKS)
     assert len(set(SERIES)) == len(SERIES)
 
 
-def test_error_bars_of_a_study_are_its_uncertainties(flat, monkeypatch):
+def test_error_bars_of_a_study_are_its_uncertainties(elliptic_row, monkeypatch):
     criteria = Criteria(p_max=0.04, judged_by=("p_max",))
-    rows = [flat | {"lateral_shift_mm": float(k), "hertz_uncertainty_p_max_percent": 2.0 * k} for k in range(3)]
-    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+    rows = [elliptic_row | {"lateral_shift_mm": float(k), "hertz_uncertainty_p_max_percent": 2.0 * k} for k in range(3)]
+    peak, off, _ = draw_study_axes(monkeypatch, rows, criteria=criteria)
 
     def lengths(ax) -> list[float]:
         (bars,) = [c for c in ax.collections if hasattr(c, "get_segments")]
         return [float(np.ptp(segment[:, 1])) for segment in bars.get_segments()]
 
-    fe = flat["fe_p_max_MPa"]
+    fe = elliptic_row["fe_p_max_MPa"]
     assert lengths(peak) == pytest.approx([0.0, 0.04 * fe, 0.08 * fe])
-    # in parts of the limit of 4 %
+    # relative to the limit of 4 %
     assert lengths(off) == pytest.approx([0.0, 1.0, 2.0])
 
 
-def test_no_line_joins_places_between_which_the_contact_jumps(flat, monkeypatch):
-    rows = [flat | {"lateral_shift_mm": float(k), "hertz_b_mm": 3.0} for k in range(4)]
+def test_no_line_joins_places_between_which_the_contact_jumps(elliptic_row, monkeypatch):
+    rows = [elliptic_row | {"lateral_shift_mm": float(k), "hertz_b_mm": 3.0} for k in range(4)]
     for row, place in zip(rows, (0.0, 2.9, -0.2, -0.3), strict=True):
         row["touch_rail_y_mm"] = place
-    peak, _, _ = drawn_lines(monkeypatch, rows)
+    peak, _, _ = draw_study_axes(monkeypatch, rows)
     (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
     shifts = line.get_xdata()
     assert shifts == pytest.approx([0.0, 1.0, math.nan, 2.0, 3.0], nan_ok=True)
 
 
-def test_a_study_says_what_varies_in_its_table_and_on_its_axis(flat, monkeypatch):
-    rows = [flat | {"id": name, "resolution": name, "varied": f"resolution {name}"} for name in ("quick", "fine")]
+def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, monkeypatch):
+    rows = [
+        elliptic_row | {"id": name, "resolution": name, "varied": f"resolution {name}"} for name in ("quick", "fine")
+    ]
     text = io.StringIO()
-    for part in rows_parts(rows):
-        show([part], Console(file=text, width=200))
-    told = text.getvalue()
-    assert all(f" resolution {name} " in told for name in ("quick", "fine"))
-    peak, _, touch = drawn_lines(monkeypatch, rows)
-    # side by side in their order, at the one shift there would be a single place
+    for table_part in rows_parts(rows):
+        show([table_part], Console(file=text, width=200))
+    printed = text.getvalue()
+    assert all(f" resolution {name} " in printed for name in ("quick", "fine"))
+    peak, _, touch = draw_study_axes(monkeypatch, rows)
+    # side by side in their order; by shift, all would be at the same place
     assert [tick.get_text() for tick in touch.get_xticklabels()] == ["quick", "fine"]
     (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
     assert list(line.get_xdata()) == [0.0, 1.0]
-    others = [flat | {"id": str(number), "varied": f"young_MPa {number}"} for number in (200000, 210000)]
-    assert [one.label for one in series(others)] == ["young_MPa 200000", "young_MPa 210000"]
+    moduli = [elliptic_row | {"id": str(number), "varied": f"young_MPa {number}"} for number in (200000, 210000)]
+    assert [one_series.label for one_series in series(moduli)] == ["young_MPa 200000", "young_MPa 210000"]
 
 
-def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
-    study_figure([{"id": "x", **flat}, lost(record)], tmp_path / "study.png", criteria=Criteria())
+def test_study_and_profile_figures_are_pngs(record, elliptic_row, tmp_path):
+    study_figure([{"id": "x", **elliptic_row}, failed_row(record)], tmp_path / "study.png", criteria=Criteria())
     profile_figure(load("S1002"), tmp_path / "profile.png")
-    assert min(size(tmp_path / "study.png") + size(tmp_path / "profile.png")) > 900
+    assert min(size_of_png(tmp_path / "study.png") + size_of_png(tmp_path / "profile.png")) > 900
     with pytest.raises(InputError, match="no rows"):
         study_figure([], tmp_path / "none.png")
 
@@ -1382,12 +1396,12 @@ def test_importing_the_writers_loads_no_plotting_and_no_vtk():
     names += ("case_parts", "study_report", "study_files", "cases", "words", "tables", "mesh_files", "decks")
     modules = ", ".join(f"fecontact.outputs.{name}" for name in names)
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
-    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == ""
+    process = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert process.stdout.strip() == ""
 
 
-def rows_like(*rows):
-    # ids apart from what is given: the same case twice has one
+def rows_with(*rows):
+    # the id follows from the inputs: equal cases have equal ids
     base = {"rail": "60E1", "wheel": "S1002", "load_kN": 100.0, "inclination_rad": 0.025, "yaw_mrad": 0.0}
     base |= {"roll_mrad": 0.0, "resolution": "quick", "lateral_shift_mm": 0.0}
     return [base | row | {"id": str(sorted((base | row).items()))} for row in rows]
@@ -1396,20 +1410,20 @@ def rows_like(*rows):
 @pytest.mark.parametrize(
     ("rows", "names"),
     [
-        (rows_like({}), ["study"]),
-        (rows_like({}, {}), ["study"]),
-        (rows_like({}, {"lateral_shift_mm": 1.0}), ["study"]),
+        (rows_with({}), ["study"]),
+        (rows_with({}, {}), ["study"]),
+        (rows_with({}, {"lateral_shift_mm": 1.0}), ["study"]),
         # Manchester: the roll follows from the shift
-        (rows_like({}, {"lateral_shift_mm": 1.0, "roll_mrad": 0.1}), ["study"]),
+        (rows_with({}, {"lateral_shift_mm": 1.0, "roll_mrad": 0.1}), ["study"]),
         (
-            rows_like({}, {"load_kN": 50.0}, {"lateral_shift_mm": 1.0}, {"lateral_shift_mm": 1.0, "load_kN": 50.0}),
+            rows_with({}, {"load_kN": 50.0}, {"lateral_shift_mm": 1.0}, {"lateral_shift_mm": 1.0, "load_kN": 50.0}),
             ["study_100kN", "study_50kN"],
         ),
         (
             [
                 row
                 for shift in (0.0, 1.0)
-                for row in rows_like(
+                for row in rows_with(
                     {"lateral_shift_mm": shift},
                     {"lateral_shift_mm": shift, "inclination_rad": 0.05},
                     {"lateral_shift_mm": shift, "rail": "80@2.toml@0123abcd"},
@@ -1421,41 +1435,46 @@ def rows_like(*rows):
             [
                 row
                 for shift in (0.0, 1.0)
-                for row in rows_like({"lateral_shift_mm": shift}, {"lateral_shift_mm": shift, "resolution": [0.5, 0.4]})
+                for row in rows_with({"lateral_shift_mm": shift}, {"lateral_shift_mm": shift, "resolution": [0.5, 0.4]})
             ],
             ["study_quick", "study_-0.5-0.4-"],
         ),
-        # single cases: a study of them has no series
-        (rows_like({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
+        # single cases: their study has no series
+        (rows_with({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
     ],
 )
 def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
     unique = list({row["id"]: row for row in rows}.values())
-    found = series(unique)
-    assert [f"study{one.file_suffix}" for one in found] == names
-    assert sum(len(one.rows) for one in found) == len(unique)
-    for one in found:
-        shifts = [row["lateral_shift_mm"] for row in one.rows]
+    all_series = series(unique)
+    assert [f"study{one_series.file_suffix}" for one_series in all_series] == names
+    assert sum(len(one_series.rows) for one_series in all_series) == len(unique)
+    for one_series in all_series:
+        shifts = [row["lateral_shift_mm"] for row in one_series.rows]
         assert shifts == sorted(set(shifts))
 
 
 def test_a_series_is_named_by_what_others_do_not_share():
-    rows = rows_like({"rail": "worn.toml@0123abcd"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
+    rows = rows_with({"rail": "worn.toml@0123abcd"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
     del rows[-1]["load_kN"]
-    assert [one.label for one in series(rows)] == ["worn", "arcs:300/80@-2", "60E1, 50 kN", "60E1, no load_kN"]
+    assert [one_series.label for one_series in series(rows)] == [
+        "worn",
+        "arcs:300/80@-2",
+        "60E1, 50 kN",
+        "60E1, no load_kN",
+    ]
 
 
 def test_series_of_the_same_name_do_not_overwrite_each_other(monkeypatch, tmp_path):
     monkeypatch.setattr("fecontact.outputs.paraview.vtk.write_pvd", lambda path, cases: path)
     rails = [f"worn.toml@0123456{end}" for end in "abc"]
-    rows = [row for rail in rails for row in rows_like({"rail": rail}, {"rail": rail, "lateral_shift_mm": 1.0})]
+    rows = [row for rail in rails for row in rows_with({"rail": rail}, {"rail": rail, "lateral_shift_mm": 1.0})]
     assert _write_collections(rows, tmp_path) == ("study_worn.pvd", "study_worn.2.pvd", "study_worn.3.pvd")
 
 
-def test_more_series_than_colours_are_drawn_without_names(flat, tmp_path):
-    rows = [flat | {"rail": f"arcs:300/80@{k}"} for k in range(40)]
-    # matplotlib warns, and a warning is an error here, where a legend leaves no room for the axes
+def test_more_series_than_colours_are_drawn_without_names(elliptic_row, tmp_path):
+    rows = [elliptic_row | {"rail": f"arcs:300/80@{k}"} for k in range(40)]
+    # matplotlib warns if a legend leaves no room for the axes; here a warning is an error
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         study_figure(rows, tmp_path / "study.png")
-    assert size(tmp_path / "study.png")[1] < 2000
+    assert size_of_png(tmp_path / "study.png")[1] < 2000

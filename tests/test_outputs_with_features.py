@@ -13,7 +13,7 @@ WAVE = "sine:wavelength_mm=60,amplitude_um=10"
 
 
 @pytest.mark.parametrize(
-    ("shift", "load", "more"),
+    ("shift", "load", "options"),
     slow_but(
         [
             ("3", "60", YIELDS),
@@ -27,15 +27,15 @@ WAVE = "sine:wavelength_mm=60,amplitude_um=10"
         ]
     ),
 )
-def test_each_feature_writes_its_files(shift, load, more, tmp_path, capsys):
-    assert call(["solve", "--shift", shift, "--load-kn", load, *more, "--out", str(tmp_path)]) == 0
+def test_each_feature_writes_its_files(shift, load, options, tmp_path, capsys):
+    assert call(["solve", "--shift", shift, "--load-kn", load, *options, "--out", str(tmp_path)]) == 0
     captured = capsys.readouterr()
     assert "Traceback" not in captured.err
     for name in ("case.png", "case.svg", "report.html", "result.json", "row.json", "pressure.vtp", "rail.vtu"):
         assert (tmp_path / name).stat().st_size > 0, name
     record, surface = json.loads((tmp_path / "result.json").read_text()), pyvista.read(tmp_path / "pressure.vtp")
-    # both say the same peak of elastic bodies
+    # both files have the same peak of elastic bodies
     elastic = float(surface.point_data["contact_pressure_MPa"].max())
     assert elastic == pytest.approx(record["fe"]["p_max_MPa"], rel=0.01)
-    if "--yield-mpa" in more:
+    if "--yield-mpa" in options:
         assert 0.0 < float(surface.point_data["plastic_pressure_MPa"].max()) < elastic

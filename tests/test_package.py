@@ -1,4 +1,4 @@
-"""What an installation holds beside the modules."""
+"""Contents of an installation besides the modules."""
 
 import ast
 import json
@@ -24,7 +24,7 @@ from fecontact.guide.pages import titles
 from fecontact.profiles.library import names
 
 ROOT = Path(__file__).parents[1]
-# Without the marker, type checkers of those who import the package look at none of its annotations.
+# Without the marker, type checkers ignore the annotations of the package where it is imported.
 WANTED = {
     "fecontact/py.typed",
     *(f"fecontact/profiles/data/{name}.toml" for name in names()),
@@ -46,7 +46,7 @@ def tracked_files() -> list[str]:
 
 
 def test_a_clone_has_few_folders():
-    """What belongs to the studies, such as their validation and the site, is below them."""
+    """Files of the studies, such as their validation and the site, are below the studies."""
     folders = {name.partition("/")[0] for name in tracked_files() if "/" in name}
     if not folders:
         pytest.skip("no clone of the repository")
@@ -59,25 +59,25 @@ def test_archives_hold_the_files_that_are_no_modules(tmp_path, monkeypatch, kind
     monkeypatch.chdir(ROOT)
     if kind == "wheel":
         with ZipFile(tmp_path / buildapi.build_wheel(os.fspath(tmp_path))) as archive:
-            held = set(archive.namelist())
+            files = set(archive.namelist())
     else:
         name = buildapi.build_sdist(os.fspath(tmp_path))
         assert name == f"fecontact-{fecontact.__version__}.tar.gz"
         with tarfile.open(tmp_path / name) as archive:
-            held = {name.partition("/")[2] for name in archive.getnames()}
-        # it can be tested
-        assert held >= {
+            files = {name.partition("/")[2] for name in archive.getnames()}
+        # the sdist has the files for its tests
+        assert files >= {
             "tests/test_package.py",
             "studies/first_light.py",
             "Makefile",
             "noxfile.py",
             "requirements.lock",
         }
-        assert held >= {name for name in tracked_files() if not name.startswith(".") or name.startswith(".ci/")}
-    assert held >= WANTED
+        assert files >= {name for name in tracked_files() if not name.startswith(".") or name.startswith(".ci/")}
+    assert files >= WANTED
 
 
-# what an sdist lacks is seen by what it holds
+# files that an sdist lacks are found by the test of its contents
 @pytest.mark.parametrize("kind", ["wheel", pytest.param("sdist", marks=pytest.mark.slow)])
 def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch, kind):
     monkeypatch.chdir(ROOT)
@@ -91,7 +91,7 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
         "import fecontact; print(fecontact.__file__); from fecontact.cli import call;"
         "call(['hertz', '--shift', '3', '--json'])"
     )
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
@@ -99,17 +99,17 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
         cwd=elsewhere,
         env={**os.environ, "PYTHONPATH": os.fspath(site)},
     )
-    where, _, record = done.stdout.partition("\n")
+    where, _, record = process.stdout.partition("\n")
     assert Path(where).is_relative_to(site)
-    # as here, where the profiles come from the repository
+    # equal to the value here, where the profiles come from the repository
     assert json.loads(record)["ellipses"][0]["p_max_MPa"] == pytest.approx(1578.47, abs=0.01)
 
 
 def test_every_package_that_is_imported_is_declared_and_locked():
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     extras = declared["optional-dependencies"]
-    needed = [*declared["dependencies"], *extras["cluster"], *extras["fleet"]]
-    names = {re.match(r"[\w.-]+", one)[0].lower() for one in needed}
+    requirements = [*declared["dependencies"], *extras["cluster"], *extras["fleet"]]
+    names = {re.match(r"[\w.-]+", requirement)[0].lower() for requirement in requirements}
     imported = {
         (node.module if isinstance(node, ast.ImportFrom) else alias.name).partition(".")[0]
         for path in (ROOT / "fecontact").rglob("*.py")
@@ -118,8 +118,8 @@ def test_every_package_that_is_imported_is_declared_and_locked():
         for alias in node.names
     }
     homes = metadata.packages_distributions()
-    # type checkers alone have the first, VTK comes with pyvista, which says of which version it can be, and whoever
-    # wants data sets of xarray installs it
+    # the first is only for type checkers; VTK comes with pyvista, which limits its version; xarray is an option that
+    # users install for data sets
     foreign = imported - sys.stdlib_module_names - {"fecontact", "_typeshed", "vtk", "vtkmodules", "xarray"}
     assert extras["xarray"]
     assert {module for module in foreign if not {home.lower() for home in homes[module]} & names} == set()
@@ -148,7 +148,10 @@ def test_supported_versions_begin_where_an_installation_is_allowed():
 
 
 def test_what_cites_and_tells_of_changes_is_of_this_version():
-    """CITATION.cff has all that the schema of CFF 1.2.0 requires, and says what the project and its changes say."""
+    """CITATION.cff has the keys that CFF 1.2.0 requires, and agrees with the project.
+
+    Its version and date agree with the changelog too.
+    """
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     assert cited["cff-version"] == "1.2.0"
@@ -159,26 +162,26 @@ def test_what_cites_and_tells_of_changes_is_of_this_version():
     assert cited["version"] == fecontact.__version__
     assert cited["license"] == project["license"]
     assert cited["authors"] == project["authors"]
-    # the schema wants each once
+    # the schema requires each exactly once
     assert sorted(cited["keywords"]) == sorted(set(project["keywords"]))
-    # keys that the schema does not know are refused by those who read the file
-    known = {"cff-version", "message", "title", "abstract", "type", "version", "date-released", "license", "authors"}
-    assert set(cited) == known | {"keywords"}
+    # readers of the file refuse keys that are not in the schema
+    keys = {"cff-version", "message", "title", "abstract", "type", "version", "date-released", "license", "authors"}
+    assert set(cited) == keys | {"keywords"}
     first = re.search(r"^## (\S+), (\d{4}-\d\d-\d\d)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
     assert first is not None
     assert first.groups() == (fecontact.__version__, cited["date-released"].isoformat())
 
 
-def test_without_mkl_multigrid_solves_the_same(solved):
+def test_multigrid_without_mkl_solves_the_same(solved):
     pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--resolution", "2,1.8"]
     solve = ["solve", *pair, "--refine", "never", "--json"]
     code = f"import sys; sys.modules['pypardiso'] = None\nfrom fecontact.cli import call\ncall({solve!r})"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    without = json.loads(done.stdout)
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    without = json.loads(process.stdout)
     shape = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
     result = solved(Case(**shape, resolution=(2.0, 1.8), refine="never"))
     assert without["solver"]["path"] == "amg"
-    # where there is no MKL at all, both are multigrid's
+    # if MKL is not installed, both results are from multigrid
     assert result.effort.path == ("pardiso" if pardiso_available() else "amg")
     # multigrid stops at residuals of 1e-10
     for measure, value in result.comparison.fe.as_dict().items():

@@ -1,4 +1,7 @@
-"""The script that opens results in ParaView, and what ParaView makes of the files where it is installed."""
+"""The script that opens results in ParaView.
+
+If ParaView is installed, its pictures of the files are checked too.
+"""
 
 import json
 import os
@@ -25,7 +28,7 @@ from fecontact.solving.solve import CaseResult
 
 @pytest.fixture(scope="module")
 def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study of two shifts: one case, and the same one called by another shift."""
+    """A study of two shifts: a case, and its copy with a different shift in the name."""
     out = tmp_path_factory.mktemp("a study & more")
     rows = []
     for shift in (-1.0, 2.5):
@@ -37,7 +40,7 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     return out
 
 
-def head(script: Path) -> dict:
+def head_constants(script: Path) -> dict:
     """The constants in the head of a script."""
     text = script.read_text("utf-8").partition("# ---")[0]
     lines = [line.partition(" = ") for line in text.splitlines() if " = " in line]
@@ -45,29 +48,29 @@ def head(script: Path) -> dict:
 
 
 def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, elliptic_quick):
-    found = head(write_view(study))
+    header = head_constants(write_view(study))
     touch = elliptic_quick.placement.first
-    assert found["FILES"] == ["study.pvd"]
-    assert found["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
+    assert header["FILES"] == ["study.pvd"]
+    assert header["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
     peak = max(elliptic_quick.comparison.fe.p_max_MPa, elliptic_quick.hertz.p0_MPa)
-    stress = max(one.von_mises_MPa for one in elliptic_quick.von_mises.values())
-    # the next round hundred, so that no case is beyond it
-    assert 0.0 <= found["PRESSURE_MPA"] - peak < 100.0
-    assert 0.0 <= found["VON_MISES_MPA"] - stress < 100.0
-    assert found["PRESSURE_MPA"] % 100.0 == 0.0
-    assert found["SIZE_MM"] == pytest.approx(elliptic_quick.comparison.fe.extent_x_mm, rel=0.02)
+    stress = max(stress_field.von_mises_MPa for stress_field in elliptic_quick.von_mises.values())
+    # the next multiple of one hundred, so that no case exceeds it
+    assert 0.0 <= header["PRESSURE_MPA"] - peak < 100.0
+    assert 0.0 <= header["VON_MISES_MPA"] - stress < 100.0
+    assert header["PRESSURE_MPA"] % 100.0 == 0.0
+    assert header["SIZE_MM"] == pytest.approx(elliptic_quick.comparison.fe.extent_x_mm, rel=0.02)
     assert str(study) not in (study / "view.py").read_text("utf-8")
 
 
 def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(study, tmp_path, capsys):
     folder = study / "cases" / "at-1"
     assert call(["view", str(folder)]) == 0
-    assert head(folder / "view.py")["FILES"] == ["case.vtm"]
+    assert head_constants(folder / "view.py")["FILES"] == ["case.vtm"]
     assert "paraview --script=" in capsys.readouterr().out
     with pytest.raises(InputError, match="a map keeps no meshes"):
         write_view(tmp_path)
     assert call(["view", str(tmp_path)]) == 2
-    # cases that are no series: which folder to give
+    # cases without a series: the message names the folder to give
     shutil.copytree(folder, tmp_path / "cases" / "one")
     with pytest.raises(InputError, match=re.escape(f"such as {tmp_path / 'cases' / 'one'}")):
         write_view(tmp_path)
@@ -79,7 +82,7 @@ def test_a_case_that_failed_is_no_part_of_the_view(study, tmp_path):
     document = json.loads((out / "study.json").read_text("utf-8"))
     lost = {"id": "lost", "status": "failed: it derails", "lateral_shift_mm": 9.0}
     write_json(out / "study.json", document | {"rows": [*document["rows"], lost]})
-    assert head(write_view(out)) == head(write_view(study))
+    assert head_constants(write_view(out)) == head_constants(write_view(study))
 
 
 def pvpython() -> list[str]:
@@ -89,30 +92,30 @@ def pvpython() -> list[str]:
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         if shutil.which("xvfb-run") is None:
             pytest.skip("no screen, and no xvfb-run (Debian: apt-get install xvfb xauth)")
-        # ParaView tries a window first and closes it: a server that is left by its last client begins anew, and refuses
-        # whoever comes meanwhile
+        # ParaView first opens a window and closes it. A server restarts after its last client has left, and refuses
+        # clients during that time
         return ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", "pvpython"]
     return ["pvpython"]
 
 
-def checked(study: Path, pictures: Path) -> subprocess.CompletedProcess:
-    """What the check in ParaView says of a study."""
-    # what Python this is must not be mixed with ParaView's own
+def run_check(study: Path, pictures: Path) -> subprocess.CompletedProcess:
+    """Run the check in ParaView on a study."""
+    # the environment of this Python must not reach ParaView's Python
     clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
     command = [*pvpython(), str(Path(__file__).with_name("paraview_check.py")), str(study), str(pictures)]
-    # from another folder: the script's paths are its own
+    # from a different folder: the paths are relative to the script
     return subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=pictures, env=clean, check=False)
 
 
 @pytest.mark.slow
 def test_paraview_reads_integrates_and_shows_the_whole_ellipse(study, tmp_path):
     write_view(study)
-    done = checked(study, tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr[-2000:]
-    assert "all as it should be" in done.stdout
-    parts = [float(part) for part in re.findall(r"([0-9.]+) % of Hertz's ellipse", done.stdout)]
-    assert len(parts) == 4
-    assert min(parts) > 99.0
+    process = run_check(study, tmp_path)
+    assert process.returncode == 0, process.stdout + process.stderr[-2000:]
+    assert "all as it should be" in process.stdout
+    shares = [float(share) for share in re.findall(r"([0-9.]+) % of Hertz's ellipse", process.stdout)]
+    assert len(shares) == 4
+    assert min(shares) > 99.0
     assert sorted(path.name for path in tmp_path.glob("*.png")) == [
         f"{name}_{shift}mm_{width}.png"
         for name in ("pressure", "stress")
@@ -133,9 +136,9 @@ def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_
     script.write_text(
         script.read_text("utf-8").replace("shown.FontSize, shown.Color = 11", "shown.FontSize, shown.Color = 40")
     )
-    done = checked(folder, pictures)
-    assert done.returncode == 1
-    parts = [float(part) for part in re.findall(r"([0-9.]+) % of Hertz's ellipse is seen", done.stdout)]
-    assert len(parts) == 2
-    assert max(parts) < 20.0
-    assert done.stdout.count("text touches the border") == 4
+    process = run_check(folder, pictures)
+    assert process.returncode == 1
+    shares = [float(share) for share in re.findall(r"([0-9.]+) % of Hertz's ellipse is seen", process.stdout)]
+    assert len(shares) == 2
+    assert max(shares) < 20.0
+    assert process.stdout.count("text touches the border") == 4

@@ -1,6 +1,6 @@
-"""Is it noticed if the finer nodes have a wrong part of the finite bodies, where two patches share the load?
+"""Detection of a wrong part of the finite bodies where two patches share the load.
 
-60E1 with S1002 at 5 mm: each fault is planted in the finer nodes alone, and the elements' own contact stays right.
+60E1 with S1002 at 5 mm: each fault is planted in the finer nodes alone; the contact on the elements' nodes stays right.
 """
 
 from dataclasses import replace
@@ -26,19 +26,19 @@ def position() -> Position:
     return position_of(TWO_PATCHES)
 
 
-def judged_of(position: Position) -> JudgedLoad:
+def judge_case(position: Position) -> JudgedLoad:
     return judge_load(Meshes(position).solve(position), position.placement)
 
 
 def test_healthy_elements_share_the_load_as_the_finer_nodes_do(position):
-    judged = judged_of(position)
-    assert judged.geometry.pieces == 2
-    (loads,) = compare_patch_loads(judged.solved.levels)
+    load = judge_case(position)
+    assert load.geometry.pieces == 2
+    (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference < 0.6 * PATCH_LOADS_LIMIT
-    # the bodies change the part of the load by 0.01: what both are unsure of is less than that
+    # the bodies change the share of the load by 0.01; the combined uncertainty is smaller
     assert loads.uncertainty < 0.006
-    assert judged.status == "converged"
-    assert not any("separate patches" in warning for warning in judged.warnings)
+    assert load.status == "converged"
+    assert not any("separate patches" in warning for warning in load.warnings)
 
 
 @pytest.mark.parametrize(
@@ -57,11 +57,11 @@ def test_a_wrong_part_of_the_bodies_is_seen_by_the_loads_on_patches(position, mo
         return plain(self, grid, load_N, added=field, **how)
 
     monkeypatch.setattr(TrueGap, "solve", wrong)
-    judged = judged_of(position)
-    (loads,) = compare_patch_loads(judged.solved.levels)
+    load = judge_case(position)
+    (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference == pytest.approx(difference, rel=0.15)
-    assert (judged.status, judged.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")
-    (warning,) = (text for text in judged.warnings if text.startswith("separate patches"))
+    assert (load.status, load.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")
+    (warning,) = (text for text in load.warnings if text.startswith("separate patches"))
     assert f"{loads.on_elements:.2%}" in warning
     assert f"{loads.on_finer_nodes:.2%}" in warning
 
@@ -70,7 +70,10 @@ def test_a_wrong_part_of_the_bodies_is_seen_by_the_loads_on_patches(position, mo
 
 
 def rung_of(columns: list[float], *, widths_mm: np.ndarray | None = None) -> Rung:
-    """A contact with these line loads across, 1 mm apart from s = -2 mm on, on three rows of a half model."""
+    """A contact on three rows of a half model with these line loads across.
+
+    The line loads are 1 mm apart, from s = -2 mm on.
+    """
     s = np.arange(len(columns)) - 2.0
     grid = ContactGrid(x_mm=np.arange(3.0), s_mm=s, half=True, widths_mm=widths_mm)
     pressure = np.outer([1.0, 1.0, 0.0], columns)
@@ -90,7 +93,7 @@ def rung_of(columns: list[float], *, widths_mm: np.ndarray | None = None) -> Run
 
 def test_strips_lie_between_patches_and_loads_before_them():
     rung = rung_of([0.0, 1.0, 3.0, 0.0, 0.0, 4.0, 0.0, 2.0, 0.0])
-    # pressed at -1 and 0, at 3, and at 5 mm
+    # loaded at -1 and 0, at 3, and at 5 mm
     assert free_strips_mm(rung) == [1.5, 4.0]
     assert load_parts(rung, [1.5, 4.0]) == pytest.approx([0.4, 0.8])
 

@@ -48,22 +48,22 @@ def highest_point(rail: RailPose) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(
-    ("name", "inclination", "crown", "beyond"),
+    ("name", "inclination", "crown", "crown_beyond"),
     [
-        # Crown and highest point from the track centre at 1435 mm gauge, measured 14 mm below the highest point.
+        # Crown and highest point from the track centre. The gauge is 1435 mm, measured 14 mm below the highest point.
         ("60E1", INCLINATION_40, 753.035, 7.497),
         ("60E1", INCLINATION_20, 752.512, 11.494),
         ("60E2", INCLINATION_40, 753.000, 4.997),
     ],
 )
-def test_rail_is_set_to_gauge(name, inclination, crown, beyond):
+def test_rail_is_set_to_gauge(name, inclination, crown, crown_beyond):
     rail = place_rail(load(name), inclination, Track())
     top_y, top_z = highest_point(rail)
     # published to 0.001 mm
     assert rail.crown_y_mm == pytest.approx(crown, abs=6e-4)
     # published along the tilted head and rounded: 60E2 has 200 sin cos = 4.9969 instead of the exact 200 sin = 4.9984
-    assert top_y - rail.crown_y_mm == pytest.approx(beyond, abs=2e-3)
-    # the golden section finds the flat top to about 1e-6 mm in y, so its height to rounding
+    assert top_y - rail.crown_y_mm == pytest.approx(crown_beyond, abs=2e-3)
+    # the golden section finds the flat top to about 1e-6 mm in y, and so its height to rounding
     assert top_z == pytest.approx(0.0, abs=1e-10)
 
 
@@ -95,7 +95,7 @@ def test_head_without_gauge_face_is_refused_or_placed_by_its_crown():
 
 @pytest.mark.parametrize(("shift", "rail_y"), [(-4.0, 4.60), (0.0, 0.20), (2.0, -11.72)])
 def test_touch_points_of_the_standard_pair(shift, rail_y):
-    # known to 0.01 mm from another programme; the flat gap at 0 mm makes this one uncertain by as much
+    # from an independent program, to 0.01 mm; at 0 mm the gap is flat, so the value here is uncertain by 0.01 mm too
     assert standard_pair(shift).first.rail_y_mm == pytest.approx(rail_y, abs=0.02)
 
 
@@ -105,7 +105,7 @@ def test_tangents_are_equal_at_touch(shift):
     for touch in pair.touch_points:
         rail_angle = math.atan(float(load("60E1").slope(touch.rail_y_mm))) + INCLINATION_40
         wheel_angle = math.atan(float(load("S1002").slope(touch.wheel_y_mm)))
-        # without roll and yaw both tangents are those of the plane profiles; the root is found to 1e-14 in u
+        # without roll and yaw, both tangents are tangents of the plane profiles; the root is exact to 1e-14 in u
         assert rail_angle == pytest.approx(touch.contact_angle_rad, abs=1e-9)
         assert wheel_angle == pytest.approx(touch.contact_angle_rad, abs=1e-9)
         assert touch.normal @ touch.tangent == pytest.approx(0.0, abs=1e-15)
@@ -117,7 +117,7 @@ def test_tangents_are_equal_at_touch(shift):
     [(0.0, 0.192, -10.425, 0.00847), (0.25, -10.569, -0.861, 0.00066)],
 )
 def test_two_touch_points_around_the_jump(shift, first, further, height):
-    # frozen values beside the exact checks of this file: the touch point jumps by 10 mm between these two shifts
+    # frozen values, in addition to the exact checks of this file: the contact point jumps by 10 mm between these shifts
     pair = standard_pair(shift)
     assert [t.rail_y_mm for t in pair.touch_points] == pytest.approx([first, further], abs=2e-3)
     assert [t.vertical_gap_mm for t in pair.touch_points] == pytest.approx([0.0, height], abs=2e-5)
@@ -138,11 +138,11 @@ def test_rigid_bodies_touch_without_overlap(shift, motion):
     pair = standard_pair(shift, **motion)
     gap, x, y = vertical_gaps(pair)
     best = np.unravel_index(np.argmin(gap), gap.shape)
-    # sampled every 0.03 mm over curvatures of at most 1/13 + 1/13 per mm: the minimum is missed by less than 2e-5 mm,
-    # and the chords of the interpolated rail lie below the arc by as little
+    # samples every 0.03 mm, curvatures of at most 1/13 + 1/13 per mm: the error of the minimum is less than 2e-5 mm,
+    # and the chords of the interpolated rail are at most 2e-5 mm below the arc
     assert -2e-5 < gap[best] < 2e-5
     if len(pair.touch_points) == 1:
-        # a height of 2e-5 mm and the flattest gap here (1/2000 per mm) leave this much room across
+        # limit from a height of 2e-5 mm and the flattest gap here (1/2000 per mm)
         assert y[best] == pytest.approx(pair.first.y_mm, abs=0.3)
         assert x[best] == pytest.approx(pair.first.x_mm, abs=0.5)
 
@@ -168,37 +168,37 @@ def vertical_gaps(pair: Placement):
     y, z, _ = rail.section(us)
     rising = np.concatenate([[True], np.diff(y) > 0]) & (np.maximum.accumulate(y) == y)
     height = np.interp(world[..., 1], y[rising], z[rising], left=-1e3, right=-1e3)
-    # above the overhanging part of the gauge face the head is not seen from above
+    # the overhanging part of the gauge face is not visible from above
     return world[..., 2] - height, world[..., 0], world[..., 1]
 
 
 @pytest.mark.parametrize(("roll", "yaw"), [(0.0, 0.0), (2e-3, 0.0), (0.0, 0.015), (-1e-3, -0.02)])
 def test_wheelset_turns_about_its_centre_roll_first(roll, yaw):
     pair = standard_pair(-2.0, roll_rad=roll, yaw_rad=yaw)
-    turn = Rotation.from_euler("xz", [roll, yaw]).as_matrix()  # extrinsic: about the track's x, then its z
+    turn = Rotation.from_euler("xz", [roll, yaw]).as_matrix()  # extrinsic: about x of the track, then z
     np.testing.assert_allclose(pair.wheel.axes, turn, atol=1e-15)
     assert pair.wheel.centre_mm[:2] == pytest.approx([0.0, -2.0])
-    # positive yaw moves this wheel backwards; its axle end lies at -sin(yaw) times half the wheelset's width
+    # positive yaw moves this wheel backwards; its axle end is at -sin(yaw) times half the width of the wheelset
     tape = pair.wheel.point(0.0, 0.0, 0.0)
     assert tape[0] == pytest.approx(-750.0 * math.sin(yaw) * math.cos(roll), abs=1e-9)
     assert tape[2] - pair.wheel.centre_mm[2] == pytest.approx(750.0 * math.sin(roll), abs=1e-9)
 
 
 def test_yawed_flange_touches_ahead_or_behind():
-    # contact on a flange of angle g under a yaw a runs ahead by about R tan(g) a
+    # on a flange of angle g under a yaw a, the contact point is ahead by about R tan(g) a
     for yaw in (0.01, -0.01):
         pair = standard_pair(6.0, yaw_rad=yaw)
         touch = pair.first
         ahead = touch.x_mm - float(pair.wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0])
         expected = float(pair.wheel.radius(touch.wheel_u)) * math.tan(touch.contact_angle_rad) * yaw
-        # second order in the yaw: 1 % here
+        # the remainder is of second order in the yaw: 1 % here
         assert ahead == pytest.approx(expected, rel=0.01)
 
 
 # --- the wheelset of the Manchester Contact Benchmark -----------------------------------------------------------
 
-# Manchester Contact Benchmark, case A-2.2, solved by CONTACT 25: shift to the right (mm), yaw (mrad), and the contact
-# position from the rail's highest point (mm, here positive to the field side) and angle (rad) of one wheel.
+# Manchester Contact Benchmark, case A-2.2, solved by CONTACT 25: shift to the right (mm), yaw (mrad), contact position
+# from the highest point of the rail (mm, here positive to the field side) and contact angle (rad) of a single wheel.
 MANCHESTER_RIGHT = [
     (2.0, 4.8, -19.6178, 0.0806),
     (3.0, 7.2, -20.5627, 0.0923),
@@ -213,7 +213,7 @@ MANCHESTER_LEFT = [
 
 
 def wheelset(shift_right: float, yaw: float) -> tuple[Placement, Placement]:
-    """Left and right wheel of one wheelset, each as a pair of its own, rolled until both touch."""
+    """Left and right wheel of a wheelset as two pairs, rolled until both wheels touch."""
 
     def pairs(roll: float) -> tuple[Placement, Placement]:
         # the right pair is a mirror image: shift, roll and yaw change their signs
@@ -239,9 +239,9 @@ def wheelset(shift_right: float, yaw: float) -> tuple[Placement, Placement]:
 @pytest.mark.parametrize(("shift", "yaw_mrad", "position", "angle"), MANCHESTER_RIGHT)
 def test_manchester_right_wheel(shift, yaw_mrad, position, angle):
     _, right = wheelset(shift, 1e-3 * yaw_mrad)
-    # the reference is the centre of a small patch, not the rigid touch point: up to 0.05 mm apart (measured 0.048)
+    # the reference is the centre of a small patch, up to 0.05 mm from the rigid contact point (measured 0.048)
     assert right.first.y_mm - highest_point(right.rail)[0] == pytest.approx(position, abs=0.05)
-    # that distance times the gap's slope change there (1/60 per mm)
+    # limit: this distance times the change of slope there (1/60 per mm)
     assert right.first.contact_angle_rad == pytest.approx(angle, abs=8e-4)
 
 
@@ -249,13 +249,13 @@ def test_manchester_right_wheel(shift, yaw_mrad, position, angle):
 def test_manchester_left_wheel(shift, yaw_mrad, position, angle):
     left, _ = wheelset(shift, 1e-3 * yaw_mrad)
     touch = left.first
-    found = touch.y_mm - highest_point(left.rail)[0]
-    # the reference is the centre of the patch, which the falling curvature of the tread draws to the gauge side by up
-    # to 0.28 mm; its angle is the rail's own at that centre
-    assert -0.01 < found - position < 0.30
+    contact_y_mm = touch.y_mm - highest_point(left.rail)[0]
+    # the reference is the centre of the patch. The decreasing curvature of the tread moves this centre by up to 0.28 mm
+    # to the gauge side; the reference angle is the angle of the rail at this centre
+    assert -0.01 < contact_y_mm - position < 0.30
     y_centre = position + highest_point(left.rail)[0]
     at_centre = float(left.rail.section(left.rail.parameter_at_y(y_centre))[2])
-    # the file gives four decimals
+    # the file has four decimals
     assert at_centre == pytest.approx(angle, abs=1e-4)
 
 
@@ -263,20 +263,23 @@ def test_manchester_left_wheel(shift, yaw_mrad, position, angle):
 
 
 def gap_over_plane(pair: Placement):
-    """The gap along the normal at first touch, at places x, t of the tangent plane there."""
+    """Gap along the normal at the first contact point.
 
-    def at(x, t):
+    The places (x, t) are in the tangent plane there.
+    """
+
+    def gap_at(x, t):
         _, points = pair.over_tangent_plane(t)
         return pair.gap_over_plane(points + np.asarray(x)[..., None] * np.array([1.0, 0.0, 0.0]))
 
-    return at
+    return gap_at
 
 
 def test_gap_of_a_circle_under_a_cylinder_in_closed_form():
     pair = place(circular_rail_head(300.0), cylinder_wheel(), inclination_rad=0.0, track=CENTRED)
     x, s = np.meshgrid(np.linspace(-20.0, 20.0, 21), np.linspace(-20.0, 20.0, 17), indexing="ij")
     phi = s / 300.0
-    # along the rail's normal from the circle to the cylinder, whose lines run along y
+    # distance along the normal of the rail, from the circle to the cylinder with its axis along y
     closed = (460.0 - np.sqrt(460.0**2 - x**2) + 300.0 * (1.0 - np.cos(phi))) / np.cos(phi)
     # Newton's method stops at 1e-12 mm
     np.testing.assert_allclose(pair.gap(x, s), closed, atol=1e-11)
@@ -319,7 +322,7 @@ def test_gap_equals_a_ray_search(shift, motion):
     pair = standard_pair(shift, **motion)
     rng = np.random.default_rng(3)
     x, s = rng.uniform(-12.0, 12.0, 15), rng.uniform(-4.0, 4.0, 15)
-    # the polyline's chords of 0.5 um leave 1e-8 mm
+    # chords of 0.5 um of the polyline cause an error of 1e-8 mm
     np.testing.assert_allclose(pair.gap(x, s), brute_force_gap(pair, motion, x, s), atol=1e-7)
 
 
@@ -352,7 +355,7 @@ def test_hessian_of_the_gap_is_the_relative_curvature(shift, motion):
         # central differences: h^2 / 12 times the fourth derivative, which the eighth-degree tread and the root of
         # R 13 keep below 1e-3 per mm^3, so 2e-7; rounding adds 1e-12 / h^2
         np.testing.assert_allclose(hessian, curvature.hessian, atol=3e-6)
-        # at touch the gap and its slope vanish; a third derivative leaves h^2 / 6 of itself in the slope
+        # at the contact point, gap and slope vanish; the third derivative adds h^2 / 6 times itself to the slope
         np.testing.assert_allclose(slopes, 0.0, atol=2e-5)
         assert value == pytest.approx(0.0, abs=1e-10)
 
@@ -362,7 +365,7 @@ def test_curvatures_of_the_parts():
     (c,) = touch.curvatures
     assert c.rail_per_mm == pytest.approx(1.0 / 300.0, rel=1e-9)
     assert c.wheel_lateral_per_mm == pytest.approx(float(load("S1002").curvature(touch.wheel_y_mm)), rel=1e-9)
-    # Meusnier: the rolling curvature is that of the circle of latitude times the cosine of the contact angle
+    # Meusnier: the rolling curvature is the curvature of the circle of latitude times the cosine of the contact angle
     latitude = 460.0 - float(load("S1002").height(touch.wheel_y_mm))
     assert c.xx_per_mm == pytest.approx(math.cos(touch.contact_angle_rad) / latitude, rel=1e-12)
     assert c.yy_per_mm == pytest.approx(c.rail_per_mm + c.wheel_lateral_per_mm, rel=1e-12)
@@ -372,7 +375,7 @@ def test_curvatures_of_the_parts():
 def test_touch_at_a_junction_has_a_curvature_for_each_side():
     rail = load("60E1")
     junction = next(j for j in rail.junctions if j.y_mm > 0.0)
-    # the head turned until the junction of R 300 and R 80 is its highest point, under a straight tread
+    # the head is turned until the junction of R 300 and R 80 is its highest point, below a straight tread
     pair = place(rail, cylinder_wheel(), inclination_rad=-junction.angle_left_rad)
     touch = pair.first
     assert touch.rail_y_mm == pytest.approx(junction.y_mm, abs=1e-3)
@@ -384,7 +387,7 @@ def test_touch_at_a_junction_has_a_curvature_for_each_side():
     for curvature, side in ((gauge, -1.0), (field, 1.0)):
         s = side * np.array([1.0, 2.0])
         second = 2.0 * pair.gap(0.0, s) / s**2
-        # the touch point lies within 1e-3 mm of the junction: this share of the other curvature at 1 mm
+        # the contact point is within 1e-3 mm of the junction: at 1 mm, this is the share of the curvature across it
         np.testing.assert_allclose(second, curvature.yy_per_mm, rtol=5e-3)
     assert not standard_pair(-4.0).first.at_junction
 
@@ -395,16 +398,16 @@ def test_touch_at_a_junction_has_a_curvature_for_each_side():
 @pytest.mark.parametrize(("shift", "roll"), [(-4.0, 0.0), (6.0, 1e-3)])
 def test_opposite_yaw_mirrors_the_gap(shift, roll):
     x, s = np.linspace(-15.0, 15.0, 13)[:, None], np.linspace(-4.0, 4.0, 9)[None, :]
-    one = standard_pair(shift, roll_rad=roll, yaw_rad=0.01)
-    other = standard_pair(shift, roll_rad=roll, yaw_rad=-0.01)
-    np.testing.assert_allclose(one.gap(x, s), other.gap(-x, s), atol=1e-10)
-    assert one.first.x_mm == pytest.approx(-other.first.x_mm, abs=1e-9)
-    assert one.first.curvatures[0].xy_per_mm == pytest.approx(-other.first.curvatures[0].xy_per_mm, rel=1e-6)
-    # and yaw does change the gap, by x s R k tan(g) at least
-    assert np.abs(one.gap(x, s) - other.gap(x, s)).max() > 1e-3
+    placement = standard_pair(shift, roll_rad=roll, yaw_rad=0.01)
+    opposite = standard_pair(shift, roll_rad=roll, yaw_rad=-0.01)
+    np.testing.assert_allclose(placement.gap(x, s), opposite.gap(-x, s), atol=1e-10)
+    assert placement.first.x_mm == pytest.approx(-opposite.first.x_mm, abs=1e-9)
+    assert placement.first.curvatures[0].xy_per_mm == pytest.approx(-opposite.first.curvatures[0].xy_per_mm, rel=1e-6)
+    # yaw changes the gap by at least x s R k tan(g)
+    assert np.abs(placement.gap(x, s) - opposite.gap(x, s)).max() > 1e-3
 
 
-def test_without_yaw_the_gap_is_even_in_x():
+def test_the_gap_without_yaw_is_even_in_x():
     x, s = np.linspace(0.0, 15.0, 7)[:, None], np.linspace(-4.0, 4.0, 9)[None, :]
     pair = standard_pair(2.0, roll_rad=1e-3)
     np.testing.assert_allclose(pair.gap(x, s), pair.gap(-x, s), atol=1e-12)
@@ -454,26 +457,26 @@ def test_surface_runs_by_arc_length_from_first_touch():
     np.testing.assert_allclose(origin, [touch.x_mm, touch.y_mm, touch.z_mm], atol=1e-10)
     s = np.linspace(-6.0, 6.0, 12001)
     points, _ = pair.surface(0.0, s)
-    # chords of 1 um on R 80 and R 300 are short by less than 1e-9 in sum
+    # chords of 1 um on R 80 and R 300 are too short by less than 1e-9 in total
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(12.0, abs=1e-7)
 
 
 def test_points_off_the_running_surface_do_not_project():
     pair = standard_pair(0.0)
     with pytest.raises(InputError, match="past the rail's running surface"):
-        # below the end of the head's side; a point beside the head has its foot on the corner or the side
+        # points below the end of the side of the head; a point beside the head projects on the corner or on the side
         pair.project(np.array([[0.0, pair.first.y_mm + 60.0, -60.0]]))
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_points_beside_a_head_project_on_its_corner_and_side(side):
-    # a wheel is wider than a thin head: A100 ends 50 mm from its middle, its corner's centre lies at 40
+    # a wheel is wider than a thin head: A100 ends 50 mm from its middle, and the centre of its corner is at 40 mm
     pair = place(
         load("A100"), cylinder_wheel(), inclination_rad=0.0, rolling_radius_mm=400.0, track=Track(rail_crown_y_mm=750.0)
     )
     z_centre = math.sqrt(490.0**2 - 40.0**2) - 500.0
-    beside = np.array([[0.0, 750.0 + side * 52.0, 0.0]])
-    (_, s), *_ = pair.project(beside)
+    points = np.array([[0.0, 750.0 + side * 52.0, 0.0]])
+    (_, s), *_ = pair.project(points)
     ((_, y, z),), _ = pair.surface(np.zeros(1), np.array([s]))
     away = math.hypot(12.0, z_centre)
     assert (y - 750.0, z) == pytest.approx((side * (40.0 + 120.0 / away), z_centre - 10.0 * z_centre / away), abs=1e-6)
@@ -539,8 +542,8 @@ def test_an_upright_flange_is_a_flange():
     track = Track()
     rail = circular_rail_head(300.0, half_width_mm=30.0)
     options = {"inclination_rad": 0.0, "rolling_radius_mm": 460.0}
-    found = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
-    assert found.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
+    placement = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
+    assert placement.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
 
 
 def flat_wheel_on(*segments) -> Placement:
@@ -555,7 +558,7 @@ def test_three_points_touch_at_once():
     touches = flat_wheel_on(bumps).touch_points
     assert sorted(touch.rail_y_mm for touch in touches) == pytest.approx([-10.0, 0.0, 10.0], abs=1e-6)
     assert [touch.vertical_gap_mm for touch in touches] == pytest.approx([0.0] * 3, abs=1e-12)
-    # half the second derivative is 1e4 c at the middle one and 4e4 c at the others
+    # half the second derivative is 1e4 c at the middle top and 4e4 c at the outer tops
     curvatures = {round(touch.rail_y_mm): touch.curvature.rail_per_mm for touch in touches}
     assert curvatures == pytest.approx({0: 2e4 * c, -10: 8e4 * c, 10: 8e4 * c}, rel=1e-6)
 
@@ -565,25 +568,25 @@ def test_a_line_that_is_nowhere_steeper_than_45_degrees_has_no_flange(degrees, h
     top = -20.0 * math.tan(math.radians(degrees))
     points = ((-60.0, top), (-50.0, top), (-30.0, 0.0), (60.0, 0.0))
     wheel = Profile(name="p", kind="wheel", segments=tuple(Line(start=a, end=b) for a, b in pairwise(points)))
-    # the top of the flange is beyond its straight flank; the tread is not
+    # the top of the flange is beyond the straight flank; the tread is not
     assert climbs_at(wheel, -55.0) is has_flange
     assert not climbs_at(wheel, -20.0)
 
 
-# beyond R 1440 the head of a circle, 72 mm wide, is not level anywhere at 1:40
+# above R 1440, a circular head of 72 mm width is not horizontal anywhere at 1:40
 @pytest.mark.parametrize("radius_mm", [300.0, 1500.0, 5000.0])
 def test_a_circle_has_no_inclination(radius_mm):
     case = Case(rail=f"circle:{radius_mm:g}", wheel="cylinder:460")
     assert case.inclination_rad == pytest.approx(1.0 / 40.0, rel=1e-3)
     for of_case in (case, replace(case, roll="given"), replace(case, inclination_rad=0.0)):
-        placed = place_case(of_case)
-        assert placed.rail.inclination_rad == 0.0
-        assert placed.first.rail_y_mm == pytest.approx(0.0, abs=1e-6)
-        assert placed.first.contact_angle_rad == pytest.approx(0.0, abs=1e-9)
+        placement = place_case(of_case)
+        assert placement.rail.inclination_rad == 0.0
+        assert placement.first.rail_y_mm == pytest.approx(0.0, abs=1e-6)
+        assert placement.first.contact_angle_rad == pytest.approx(0.0, abs=1e-9)
 
 
 def test_possible_shifts_leave_out_those_between_that_are_not():
-    # a wheel stands on a crane rail beyond the corner of its tread, and on its tread, and not between
+    # a wheel can stand on a crane rail beyond the corner of its tread or on its tread, but not between
     case = Case(rail="A120", wheel="EN15302_A", inclination_rad=1 / 30, lateral_shift_mm=-3.64)
     with pytest.raises(InputError, match="the corner of its tread") as refused:
         place_case(case)

@@ -1,4 +1,4 @@
-"""Profile files as programs and instruments write them: what is read, what is refused, and the way back."""
+"""Profile files of programs and instruments: reading, refusals and writing."""
 
 import os
 import pickle
@@ -67,11 +67,14 @@ def test_simpack_units_are_honoured(write, factor, unit_mm):
 
 
 def test_simpack_shifts_rotates_bounds_mirrors_and_inverts_in_this_order(write):
-    """Undone by hand in the opposite order: the file's own numbers say that shifting comes before rotating."""
+    """The operations, undone by hand in the opposite order.
+
+    The numbers of the file show that shifting comes before rotating.
+    """
     y, z = head()
     down = np.column_stack((y, -z))
     keep = (down[:, 0] >= -30.25) & (down[:, 0] <= 20.25)
-    # what the file must hold so that its keys make `down` of it: mirror last, so undone first
+    # points of the file that its keys turn into `down`: mirroring is last, so it is undone first
     turn, shift = 0.03, np.array([2.5, -1.25])
     raw = down * [-1.0, 1.0]
     c, s = np.cos(turn), np.sin(turn)
@@ -83,8 +86,8 @@ def test_simpack_shifts_rotates_bounds_mirrors_and_inverts_in_this_order(write):
     rail = resolve_rail(str(write("a.prr", text)), AS_IS)
     points = points_along(rail)
     assert points == pytest.approx(np.column_stack((y, z))[keep], abs=1e-9)
-    for said in ("shifted by", "rotated by 30 mrad", "left out", "mirrored in y"):
-        assert any(said in note for note in rail.notes)
+    for words in ("shifted by", "rotated by 30 mrad", "left out", "mirrored in y"):
+        assert any(words in note for note in rail.notes)
 
 
 @pytest.mark.parametrize(
@@ -154,9 +157,9 @@ def test_miniprof_offsets_are_added_and_its_alignment_is_not(write):
     offset = resolve_rail(str(write("a.ban", miniprof(-y - 3.0, z, "XOFF=3.0\nYOFF=0\n"))), AS_IS)
     assert offset.height(y) == pytest.approx(z, abs=1e-8)
     assert "XOFF = 3 of the header added" in offset.notes
-    turned = resolve_rail(str(write("b.ban", miniprof(-y, z, "AlignDA=0.01\n"))), AS_IS)
-    assert turned.height(y) == pytest.approx(z, abs=1e-8)
-    assert "ALIGNDA = 0.01 of the header not applied" in turned.notes
+    aligned = resolve_rail(str(write("b.ban", miniprof(-y, z, "AlignDA=0.01\n"))), AS_IS)
+    assert aligned.height(y) == pytest.approx(z, abs=1e-8)
+    assert "ALIGNDA = 0.01 of the header not applied" in aligned.notes
 
 
 def test_miniprof_headers_in_quotes_count_as_those_without(write):
@@ -168,16 +171,19 @@ def test_miniprof_headers_in_quotes_count_as_those_without(write):
             assert resolve_rail(str(path), AS_IS).height(y) == pytest.approx(z, abs=1e-8)
     with pytest.raises(InputError, match="Units = 'furlong'"):
         resolve_rail(str(write("asked.ban", miniprof(y, z, 'Units="furlong"\n'))))
-    told = resolve_rail(str(write("told.ban", miniprof(y, z, 'AlignDX="2.5"\n'))))
-    assert "ALIGNDX = 2.5 of the header not applied" in told.notes
+    rail = resolve_rail(str(write("told.ban", miniprof(y, z, 'AlignDX="2.5"\n'))))
+    assert "ALIGNDX = 2.5 of the header not applied" in rail.notes
     inches = write("inches.ban", miniprof(y / 25.4, z / 25.4, 'Units="in"\n'))
     assert resolve_rail(str(inches), AS_IS).height(y[1:-1]) == pytest.approx(z[1:-1], abs=1e-6)
 
 
-def of_the_instrument(kind, first="ProgramName=MiniProf for Windows\nProgramVer=2.43.73", taper="70.0000", blank="\n"):
-    """A library profile as MiniProf for Windows 2.43 writes a measured one: see the reader for where that is known."""
+def instrument_text(kind, first="ProgramName=MiniProf for Windows\nProgramVer=2.43.73", taper="70.0000", blank="\n"):
+    """Text of a library profile in the format of MiniProf for Windows 2.43.
+
+    The source of this format is named in the reader.
+    """
     points = points_along(load("S1002" if kind == "wheel" else "60E1"))
-    # into the depth of the body; a wheel from the field side, and X from the back of its flange
+    # Y grows into the body; the points of a wheel start at the field side, and X starts at the back of the flange
     x, y = (points[::-1, 0] + 70.0, -points[::-1, 1]) if kind == "wheel" else (points[:, 0], -points[:, 1])
     keys = [
         first, "MPSerNo=1197", "Xoffset=0.0000", "Yoffset=0.0000", "RefPoint1=0.0000, 0.0000", "ColumnDef=X,Y",
@@ -188,34 +194,34 @@ def of_the_instrument(kind, first="ProgramName=MiniProf for Windows\nProgramVer=
 
 
 def test_files_of_the_instrument_have_depth_and_the_back_of_the_flange(write):
-    wheel = resolve_wheel(str(write("a.whl", of_the_instrument("wheel"))), AS_IS).profile
+    wheel = resolve_wheel(str(write("a.whl", instrument_text("wheel"))), AS_IS).profile
     y = np.linspace(-60.0, 59.0, 200)
-    # points 0.1 mm apart miss a junction from straight to R 13 mm by 0.04 of its curvature and the square of that
+    # with points 0.1 mm apart, the error at a junction from straight to R 13 mm is 0.04 / 13 * 0.1^2 mm
     assert wheel.height(y) == pytest.approx(load("S1002").height(y), abs=3e-5)
     assert any("the tape circle at WheelDiameterTaperline = 70 mm is y = 0" in note for note in wheel.notes)
     assert "its Y grows into the body: z is -Y" in wheel.notes
-    # no blank line before the points, as in one of the files
-    rail = resolve_rail(str(write("a.ban", of_the_instrument("rail", taper="", blank=""))), AS_IS)
+    # no blank line before the points, as in some of the files
+    rail = resolve_rail(str(write("a.ban", instrument_text("rail", taper="", blank=""))), AS_IS)
     y = np.linspace(-35.0, 35.0, 100)
     assert rail.height(y) == pytest.approx(load("60E1").height(y), abs=1e-5)
 
 
 def test_a_wheel_from_the_back_of_its_flange_needs_its_tape_circle(write):
-    path = str(write("a.whl", of_the_instrument("wheel", taper="")))
+    path = str(write("a.whl", instrument_text("wheel", taper="")))
     with pytest.raises(
         InputError, match=r"X begins at the back .* give --wheel-tape-circle-mm 70 \(tape_circle_mm = 70 in"
     ):
         resolve_wheel(path)
-    asked = resolve_wheel(path, Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
-    assert asked.height(0.0) == pytest.approx(0.0, abs=1e-5)
-    assert resolve_wheel(str(write("b.whl", of_the_instrument("wheel", taper="72.5"))), AS_IS).profile.y_range_mm[
+    profile = resolve_wheel(path, Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
+    assert profile.height(0.0) == pytest.approx(0.0, abs=1e-5)
+    assert resolve_wheel(str(write("b.whl", instrument_text("wheel", taper="72.5"))), AS_IS).profile.y_range_mm[
         0
     ] == pytest.approx(-72.5, abs=1e-4)
 
 
 def test_a_header_in_words_is_one(write):
-    """As MiniProf of 2020 writes it, with and without the quote before its line of numbers."""
-    text = of_the_instrument("wheel", taper="").splitlines()
+    """A header of MiniProf 2020, with and without the quote before its numbers."""
+    text = instrument_text("wheel", taper="").splitlines()
     rows = "\n".join(line for line in text if "=" not in line and line.strip())
     words = '#MINIWHEELPROF\nmine.whl\nMINIPROF 2020\nCar Number..:\n" 32.5 28.0 10.8\n(Sd/Sh/qR)\n\n'
     for name, header in (("a.whl", words), ("b.whl", words.replace('" 32.5', "32.5"))):
@@ -271,7 +277,7 @@ def test_columns_in_many_forms(write, text, reading, note):
     rail = resolve_rail(path, Reading(filter_mm=0.0, **reading))
     y, z = head()
     assert rail.height(y[2:-2]) == pytest.approx(z[2:-2], abs=1e-6)
-    assert any(note in one for one in rail.notes)
+    assert any(note in rail_note for rail_note in rail.notes)
 
 
 @pytest.mark.parametrize(
@@ -364,20 +370,20 @@ def test_what_is_wrong_everywhere_is_not_repaired():
 def test_what_is_written_is_read_back(write, kind):
     profile = load(EXACT[kind])
     path = str(write("back.csv", csv_text(profile)))
-    read = resolve_rail(path, AS_IS) if kind == "rail" else resolve_wheel(path, AS_IS).profile
-    assert read.kind == kind
-    assert points_along(read) == pytest.approx(points_along(profile), abs=1e-9)
+    stored = resolve_rail(path, AS_IS) if kind == "rail" else resolve_wheel(path, AS_IS).profile
+    assert stored.kind == kind
+    assert points_along(stored) == pytest.approx(points_along(profile), abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [("a.toml", r"not as '\.toml'; give a name such as a\.csv"), ("a", "not as 'a file without ending'")],
 )
-def test_profiles_are_written_as_columns_alone(tmp_path, name, told, capsys):
-    with pytest.raises(InputError, match=told):
+def test_profiles_are_written_as_columns_alone(tmp_path, name, message, capsys):
+    with pytest.raises(InputError, match=message):
         refuse_other_endings(Path(name))
     assert call(["profiles", "60E1", "--write", str(tmp_path / name)]) == 2
-    # before anything is read or shown
+    # refused before anything is read or printed
     assert capsys.readouterr().out == ""
     assert list(tmp_path.iterdir()) == []
 
@@ -387,7 +393,7 @@ def test_profiles_are_written_as_columns_alone(tmp_path, name, told, capsys):
     reverse=st.booleans(),
 )  # fmt: skip
 def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, reverse):
-    """The keys of a file undo exactly what was done to its points."""
+    """The keys of a file undo exactly the motion of its points."""
     y, z = head()
     down = np.column_stack((y, -z)) * [-1.0 if mirror else 1.0, 1.0]
     c, s = np.cos(turn), np.sin(turn)
@@ -404,17 +410,17 @@ def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, re
     assert points_along(resolve_rail(str(path), AS_IS)) == pytest.approx(np.column_stack((y, z)), abs=1e-9)
 
 
-@pytest.mark.parametrize("moved", [(0.0, 0.0), (-50.0, 30.0), (50.0, -30.0)])
+@pytest.mark.parametrize("offset_mm", [(0.0, 0.0), (-50.0, 30.0), (50.0, -30.0)])
 @pytest.mark.parametrize(("back_mm", "problems"), [(0.3, 0), (0.8, 1)])
-def test_whether_a_line_turns_back_does_not_hang_on_where_it_lies(moved, back_mm, problems):
+def test_whether_a_line_turns_back_does_not_hang_on_where_it_lies(offset_mm, back_mm, problems):
     """A dent of 0.5 mm may be there; the line turns to either side of the fold by 1.5 rad at most."""
     steps = [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (-back_mm, 0.9 * back_mm), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]
-    points = np.cumsum([moved, *steps], axis=0)
-    found = out_of_order(points, np.full(len(points), 0.01))
-    assert len(found) == problems
+    points = np.cumsum([offset_mm, *steps], axis=0)
+    problems_of_points = out_of_order(points, np.full(len(points), 0.01))
+    assert len(problems_of_points) == problems
 
 
-# --- a library of one's own --------------------------------------------------------------------------------------
+# --- a library of the user --------------------------------------------------------------------------------------
 
 
 def test_names_are_looked_up_in_a_folder_first(tmp_path):
@@ -434,7 +440,7 @@ def test_names_are_looked_up_in_a_folder_first(tmp_path):
         Case(rail="mine", library=str(tmp_path / "none"))
 
 
-# --- what a stranger's file may do ------------------------------------------------------------------------------
+# --- files from unknown sources ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("first", "last"), [(39, 42), (40, 42), (30, 33), (60, 62)])
@@ -457,9 +463,9 @@ def test_pipes_and_devices_are_refused_and_not_waited_for(tmp_path, ending):
     device = tmp_path / f"zero{ending}"
     device.symlink_to("/dev/zero")
     for path in (pipe, device):
-        for read in (resolve_rail, resolve_wheel):
+        for reader in (resolve_rail, resolve_wheel):
             with pytest.raises(InputError, match="it is a device or a pipe; give the path of a file"):
-                read(str(path))
+                reader(str(path))
 
 
 @pytest.mark.parametrize(
@@ -475,9 +481,9 @@ def test_pipes_and_devices_are_refused_and_not_waited_for(tmp_path, ending):
 def test_toml_that_would_take_its_parser_minutes_is_refused_at_once(write, text):
     path = write("hostile.toml", text)
     started = time.process_time()
-    for read, name in ((resolve_rail, str(path)), (toml_cases, path)):
+    for reader, name in ((resolve_rail, str(path)), (toml_cases, path)):
         with pytest.raises(InputError, match="allowed: "):
-            read(name)
+            reader(name)
     assert time.process_time() - started < 1.0
 
 
@@ -488,12 +494,12 @@ def test_long_lists_and_comments_in_toml_are_fine():
 
 def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, capsys):
     assert call(["profiles", "--examples", str(tmp_path)]) == 0
-    assert capsys.readouterr().out.splitlines() == [f"written: {tmp_path / one}.csv" for one in ("rail", "wheel")]
+    assert capsys.readouterr().out.splitlines() == [f"written: {tmp_path / kind}.csv" for kind in ("rail", "wheel")]
     lines = resolve_rail(str(tmp_path / "rail.csv")), resolve_wheel(str(tmp_path / "wheel.csv")).profile
     for line, name in zip(lines, ("60E1", "S1002"), strict=True):
         assert line.measured.nominal == name
         assert line.measured.noise_mm == pytest.approx(NOISE_MM, rel=0.1)
-    # in the middle of the wear the rail lies lower along its normal, the wheel's body higher
+    # in the middle of the wear, the rail is lower along its normal, and the wheel surface is higher
     for line, name, y, side in zip(lines, ("60E1", "S1002"), (-12.0, 0.0), (-1.0, 1.0), strict=True):
         new = load(name)
         angle = np.arctan(new.slope(y))
@@ -507,84 +513,90 @@ OF_HEADER_MM = 0.5 * 719.1924
 
 
 @pytest.fixture
-def with_diameter(write):
-    """The file of a wheel whose header has a diameter."""
-    text = of_the_instrument("wheel").replace("Chars=UTF8", "Chars=UTF8\nDiameterTaperline=719.1924")
+def wheel_with_diameter(write):
+    """The file of a wheel with a diameter in its header."""
+    text = instrument_text("wheel").replace("Chars=UTF8", "Chars=UTF8\nDiameterTaperline=719.1924")
     return str(write("worn.whl", text))
 
 
-def test_the_rolling_radius_is_that_of_the_header_unless_one_is_given(with_diameter, write):
-    plain = str(write("plain.whl", of_the_instrument("wheel")))
-    case = Case(wheel=with_diameter, load_N=60e3)
+def test_the_rolling_radius_is_that_of_the_header_unless_one_is_given(wheel_with_diameter, write):
+    plain = str(write("plain.whl", instrument_text("wheel")))
+    case = Case(wheel=wheel_with_diameter, load_N=60e3)
     assert case.rolling_radius_mm == pytest.approx(OF_HEADER_MM, abs=1e-9)
     assert [Case(wheel=name).rolling_radius_mm for name in ("S1002", "cylinder:300", plain)] == [460.0] * 3
-    assert Case(wheel=with_diameter, rolling_radius_mm=459.0).rolling_radius_mm == 459.0
-    # a case that is derived has the radius of its own wheel, or the given one
+    assert Case(wheel=wheel_with_diameter, rolling_radius_mm=459.0).rolling_radius_mm == 459.0
+    # a derived case has the radius of its wheel, or the given radius
     assert replace(case, load_N=80e3).rolling_radius_mm == case.rolling_radius_mm
     assert replace(case, wheel=plain).rolling_radius_mm == 460.0
-    assert replace(Case(wheel=plain), wheel=with_diameter).rolling_radius_mm == case.rolling_radius_mm
-    assert replace(Case(rolling_radius_mm=459.0), wheel=with_diameter).rolling_radius_mm == 459.0
+    assert replace(Case(wheel=plain), wheel=wheel_with_diameter).rolling_radius_mm == case.rolling_radius_mm
+    assert replace(Case(rolling_radius_mm=459.0), wheel=wheel_with_diameter).rolling_radius_mm == 459.0
     again = pickle.loads(pickle.dumps(case))
     assert (again, replace(again, wheel=plain).rolling_radius_mm) == (case, 460.0)
 
 
 def test_a_file_without_a_diameter_or_of_a_rail_gives_no_radius(write):
     for name, diameter in (("zero.whl", "0.0"), ("empty.whl", ""), ("words.whl", "unknown")):
-        text = of_the_instrument("wheel").replace("Chars=UTF8", f"Chars=UTF8\nDiameterTaperline={diameter}")
+        text = instrument_text("wheel").replace("Chars=UTF8", f"Chars=UTF8\nDiameterTaperline={diameter}")
         assert Case(wheel=str(write(name, text))).rolling_radius_mm == 460.0
     with pytest.raises(InputError, match="DIAMETERTAPERLINE = 'unknown'"):
         resolve_wheel(str(write("words.whl", text)), AS_IS)
-    as_text = of_the_instrument("wheel").replace("Chars=UTF8", "Chars=UTF8\nDiameterTaperline=800")
+    as_text = instrument_text("wheel").replace("Chars=UTF8", "Chars=UTF8\nDiameterTaperline=800")
     assert radius_of_file_mm(str(write("a.txt", as_text))) == 400.0
     assert radius_of_file_mm(str(write("a.ban", as_text))) is None
     assert radius_of_file_mm(str(write("a.csv", "DiameterTaperline=800\n1,2\n3,4\n"))) is None
 
 
-def test_a_radius_that_nobody_gives_does_not_change_the_id_of_a_case(with_diameter, write):
-    plain = str(write("plain.whl", of_the_instrument("wheel")))
-    for wheel, radius in (("S1002", 460.0), (plain, 460.0), (with_diameter, OF_HEADER_MM)):
-        case, given = Case(wheel=wheel), Case(wheel=wheel, rolling_radius_mm=radius)
-        assert case == given
-        assert case_id(case) == case_id(given)
-        # results name a file by its content, and have the radius that counts
+def test_a_radius_that_nobody_gives_does_not_change_the_id_of_a_case(wheel_with_diameter, write):
+    plain = str(write("plain.whl", instrument_text("wheel")))
+    for wheel, radius in (("S1002", 460.0), (plain, 460.0), (wheel_with_diameter, OF_HEADER_MM)):
+        case, case_with_radius = Case(wheel=wheel), Case(wheel=wheel, rolling_radius_mm=radius)
+        assert case == case_with_radius
+        assert case_id(case) == case_id(case_with_radius)
+        # results identify a file by its content, and have the radius in use
         assert case_inputs(case)["rolling_radius_mm"] == radius
         assert with_absolute_paths(case).rolling_radius_mm == radius
         assert replace(case.with_profiles({"wheel": "gone.whl@01234567"}), load_N=1e4).rolling_radius_mm == radius
-    assert Case(wheel=with_diameter) != Case(wheel=with_diameter, rolling_radius_mm=460.0)
+    assert Case(wheel=wheel_with_diameter) != Case(wheel=wheel_with_diameter, rolling_radius_mm=460.0)
 
 
-def test_the_radius_of_the_header_counts_in_the_contact_as_a_given_one_does(with_diameter, write):
-    plain = str(write("plain.whl", of_the_instrument("wheel")))
-    of_header, given, usual = (
+def test_the_radius_of_the_header_counts_in_the_contact_as_a_given_one_does(wheel_with_diameter, write):
+    plain = str(write("plain.whl", instrument_text("wheel")))
+    of_header, of_option, usual = (
         place_case(case).wheel.rolling_radius_mm
-        for case in (Case(wheel=with_diameter), Case(wheel=plain, rolling_radius_mm=OF_HEADER_MM), Case(wheel=plain))
+        for case in (
+            Case(wheel=wheel_with_diameter),
+            Case(wheel=plain, rolling_radius_mm=OF_HEADER_MM),
+            Case(wheel=plain),
+        )
     )
-    assert of_header == given == pytest.approx(OF_HEADER_MM, abs=1e-9)
+    assert of_header == of_option == pytest.approx(OF_HEADER_MM, abs=1e-9)
     assert usual == 460.0
     areas = [
-        fecontact.theory(Case(wheel=wheel, lateral_shift_mm=-3.0, load_N=60e3, **more), "hertz")["area_mm2"]
-        for wheel, more in (
-            *((with_diameter, {}), (plain, {"rolling_radius_mm": OF_HEADER_MM})),
-            *((with_diameter, {"rolling_radius_mm": 460.0}), (plain, {})),
+        fecontact.theory(Case(wheel=wheel, lateral_shift_mm=-3.0, load_N=60e3, **options), "hertz")["area_mm2"]
+        for wheel, options in (
+            *((wheel_with_diameter, {}), (plain, {"rolling_radius_mm": OF_HEADER_MM})),
+            *((wheel_with_diameter, {"rolling_radius_mm": 460.0}), (plain, {})),
         )
     ]
     assert areas[0] == pytest.approx(areas[1], rel=1e-6)
     assert areas[2] == pytest.approx(areas[3], rel=1e-6)
-    # a smaller wheel has the smaller patch
+    # a smaller wheel has a smaller patch
     assert areas[0] < 0.95 * areas[2]
 
 
-def test_the_wheel_of_the_other_side_has_the_radius_of_its_own_header(with_diameter, write):
-    plain = str(write("plain.whl", of_the_instrument("wheel")))
+def test_the_wheel_of_the_other_side_has_the_radius_of_its_own_header(wheel_with_diameter, write):
+    plain = str(write("plain.whl", instrument_text("wheel")))
     for opposite, radius in (
-        (Opposite(wheel=with_diameter), OF_HEADER_MM),
-        (Opposite(wheel=with_diameter, rolling_radius_mm=450.0), 450.0),
+        (Opposite(wheel=wheel_with_diameter), OF_HEADER_MM),
+        (Opposite(wheel=wheel_with_diameter, rolling_radius_mm=450.0), 450.0),
         (Opposite(wheel=plain), 460.0),
     ):
-        both = wheelset_of_case(Case(wheel=plain, opposite=opposite))
-        assert (both.left.pair.rolling_radius_mm, both.right.pair.rolling_radius_mm) == pytest.approx((460.0, radius))
-    both = wheelset_of_case(Case(wheel=with_diameter, opposite=Opposite(rail="54E1")))
-    assert both.left.pair.rolling_radius_mm == both.right.pair.rolling_radius_mm == pytest.approx(OF_HEADER_MM)
+        wheelset = wheelset_of_case(Case(wheel=plain, opposite=opposite))
+        assert (wheelset.left.pair.rolling_radius_mm, wheelset.right.pair.rolling_radius_mm) == pytest.approx(
+            (460.0, radius)
+        )
+    wheelset = wheelset_of_case(Case(wheel=wheel_with_diameter, opposite=Opposite(rail="54E1")))
+    assert wheelset.left.pair.rolling_radius_mm == wheelset.right.pair.rolling_radius_mm == pytest.approx(OF_HEADER_MM)
 
 
 COMMANDS = (
@@ -597,28 +609,28 @@ COMMANDS = (
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("radii", "note"),
     [((), ""), (("460",), "the rolling radius is 460 mm as given, but 359.596 mm in the header of worn.whl"),
      (("360.4",), "")],
 )  # fmt: skip
-def test_commands_say_which_radius_counts(command, given, said, with_diameter, capsys):
-    options = [word for radius in given for word in ("--rolling-radius-mm", radius)]
-    assert call([*command, "--wheel", with_diameter, *options]) == 0
+def test_commands_say_which_radius_counts(command, radii, note, wheel_with_diameter, capsys):
+    options = [word for radius in radii for word in ("--rolling-radius-mm", radius)]
+    assert call([*command, "--wheel", wheel_with_diameter, *options]) == 0
     lines = [line for line in "".join(capsys.readouterr()).splitlines() if line.startswith("note: wheel:")]
     of_header = "DiameterTaperline = 719.192 mm of the header gives the rolling radius 359.596 mm, which counts unless"
     assert [of_header in line for line in lines].count(True) == 1
-    assert [line.removeprefix("note: wheel: ") for line in lines if "as given" in line] == [said] * bool(said)
+    assert [line.removeprefix("note: wheel: ") for line in lines if "as given" in line] == [note] * bool(note)
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("radii", "note"),
     [
         ((), "the rolling radius is 359.596 mm by the header of worn.whl"),
         (("460",), "the rolling radius is 460 mm as given, but 359.596 mm in the header of worn.whl"),
     ],
 )
-def test_what_tells_the_geometry_of_many_cases_says_it_once(given, said, with_diameter, tmp_path, capsys):
-    options = [word for radius in given for word in ("--rolling-radius-mm", radius)]
-    command = ["table", "--wheel", with_diameter, "--shifts", "-3,0", "--loads-kn", "60", *options]
+def test_what_tells_the_geometry_of_many_cases_says_it_once(radii, note, wheel_with_diameter, tmp_path, capsys):
+    options = [word for radius in radii for word in ("--rolling-radius-mm", radius)]
+    command = ["table", "--wheel", wheel_with_diameter, "--shifts", "-3,0", "--loads-kn", "60", *options]
     assert call([*command, "--out", str(tmp_path / "table.csv")]) == 0
-    assert "".join(capsys.readouterr()).splitlines().count(f"note: {said}") == 1
+    assert "".join(capsys.readouterr()).splitlines().count(f"note: {note}") == 1

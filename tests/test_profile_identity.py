@@ -1,4 +1,7 @@
-"""A profile in results: a file is its name and its content, wherever it lies; anything else is what was written."""
+"""Identity of a profile in results.
+
+A file is identified by its name and its content, independent of its folder. All other texts stay as written.
+"""
 
 import hashlib
 from pathlib import Path
@@ -18,7 +21,7 @@ ODD = ["", ".", "..", "/", "~", "nul\0.toml", "x" * 5000, "\ud800.txt", "con", "
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -30,46 +33,46 @@ def write(path, content="1 2\n"):
 
 
 @pytest.mark.parametrize("spec", NO_FILES)
-def test_names_and_short_forms_stand_for_themselves(here, spec):
+def test_names_and_short_forms_stand_for_themselves(folder, spec):
     assert profile_file(spec) is None
     assert profile_identity(spec) == spec
 
 
 @pytest.mark.parametrize("spec", ["60E1", "60e1", "circle:300", "Cylinder:460"])
-def test_a_file_of_the_same_name_does_not_hide_what_the_text_means(here, spec):
-    write(here / spec)
+def test_a_file_of_the_same_name_does_not_hide_what_the_text_means(folder, spec):
+    write(folder / spec)
     assert profile_file(spec) is None
     assert profile_identity(spec) == spec
-    # with its folder it is the file, for the command line as well
+    # with its folder, the text means the file, also on the command line
     assert profile_file(f"./{spec}") == Path(spec)
-    assert profile_identity(f"./{spec}") == f"{spec}@{sha256(here / spec)[:8]}"
+    assert profile_identity(f"./{spec}") == f"{spec}@{sha256(folder / spec)[:8]}"
 
 
-def test_a_file_named_like_a_library_profile_is_read_only_with_its_folder(here):
+def test_a_file_named_like_a_library_profile_is_read_only_with_its_folder(folder):
     z = load("54E1").height([y / 2 for y in range(-60, 61)])
-    write(here / "60E1", "".join(f"{y / 2} {height}\n" for y, height in zip(range(-60, 61), z, strict=True)))
+    write(folder / "60E1", "".join(f"{y / 2} {height}\n" for y, height in zip(range(-60, 61), z, strict=True)))
     assert resolve_rail("60E1") is load("60E1")
     assert resolve_rail("./60E1").notes
 
 
-def test_the_folder_does_not_count_and_the_content_does(here):
-    one, other = write(here / "one/mine.toml"), write(here / "other/mine.toml")
-    assert profile_identity(str(one)) == profile_identity(str(other)) == profile_identity("one/mine.toml")
-    before = profile_identity(str(other))
-    write(other, "1 3\n")
-    assert profile_identity(str(other)) != before
-    assert profile_identity(str(other)).partition("@")[0] == "mine.toml"
+def test_the_folder_does_not_count_and_the_content_does(folder):
+    path, other_path = write(folder / "one/mine.toml"), write(folder / "other/mine.toml")
+    assert profile_identity(str(path)) == profile_identity(str(other_path)) == profile_identity("one/mine.toml")
+    before = profile_identity(str(other_path))
+    write(other_path, "1 3\n")
+    assert profile_identity(str(other_path)) != before
+    assert profile_identity(str(other_path)).partition("@")[0] == "mine.toml"
 
 
-def test_the_name_counts_with_its_ending(here):
+def test_the_name_counts_with_its_ending(folder):
     # the ending decides how the content is read
-    identities = {profile_identity(str(write(here / name))) for name in ("a.txt", "b.txt", "a.toml", "A.txt", "a")}
+    identities = {profile_identity(str(write(folder / name))) for name in ("a.txt", "b.txt", "a.toml", "A.txt", "a")}
     assert len({identity.partition("@")[2] for identity in identities}) == 1
     assert len(identities) == 5
 
 
-def test_the_hash_is_that_of_the_bytes(here):
-    path = here / "mine.toml"
+def test_the_hash_is_that_of_the_bytes(folder):
+    path = folder / "mine.toml"
     path.write_bytes(toml_text("60E1").encode())
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     assert sha256(path) == sha256(Path("mine.toml")) == digest
@@ -81,8 +84,8 @@ def test_the_hash_is_that_of_the_bytes(here):
 @pytest.mark.parametrize(
     "name", ["Schiene 60E1 (neu).TXT", "轨道.txt", "Prüfling.toml", "a@b.txt", "COM1.txt", "trailing.", "-x.csv", "%20"]
 )
-def test_names_of_every_kind(here, name):
-    path = write(here / "some folder" / name)
+def test_names_of_every_kind(folder, name):
+    path = write(folder / "some folder" / name)
     assert profile_file(str(path)) == path
     assert profile_identity(str(path)) == f"{name}@{sha256(path)[:8]}"
 
@@ -97,19 +100,19 @@ def test_names_of_every_kind(here, name):
         ("60E3", "60E3"),
     ],
 )
-def test_a_file_that_is_not_there_is_its_name(here, spec, name):
+def test_a_file_that_is_not_there_is_its_name(folder, spec, name):
     assert profile_file(spec) is None
     assert profile_identity(spec) == name
 
 
-def test_a_folder_is_no_file(here):
-    (here / "mine.toml").mkdir()
+def test_a_folder_is_no_file(folder):
+    (folder / "mine.toml").mkdir()
     assert profile_file("mine.toml") is None
-    assert profile_identity(str(here / "mine.toml")) == "mine.toml"
+    assert profile_identity(str(folder / "mine.toml")) == "mine.toml"
 
 
-def test_a_file_that_cannot_be_read_is_its_name(here, monkeypatch):
-    path = write(here / "mine.toml")
+def test_a_file_that_cannot_be_read_is_its_name(folder, monkeypatch):
+    path = write(folder / "mine.toml")
 
     def refuse(self, mode):
         raise PermissionError(13, "Permission denied", str(self))
@@ -122,7 +125,7 @@ def test_a_file_that_cannot_be_read_is_its_name(here, monkeypatch):
 
 
 @pytest.mark.parametrize("spec", ODD)
-def test_odd_texts_name_no_file(here, spec):
+def test_odd_texts_name_no_file(folder, spec):
     assert profile_file(spec) is None
     assert isinstance(profile_identity(spec), str)
 
@@ -138,7 +141,7 @@ def test_a_name_that_no_profile_has_is_refused_at_once_and_a_file_once_it_is_use
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"there is no profile '60E3'; did you mean 60E2 or .* \(a file has an ending"):
         Case().with_profiles({body: "60E3"})
-    # what another machine has, or what is stored beside a result, is told by its ending, its folder or its hash
+    # a file of a different machine or beside a result is recognised by its ending, its folder or its hash
     for later in ("mine.csv", "./mine", "measured\\mine", "mine@0123abcd"):
         case = Case().with_profiles({body: later})
         assert case.profiles[body] == later

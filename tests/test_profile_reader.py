@@ -1,4 +1,4 @@
-"""Files of points: what is understood, what is refused with which remedy, and how well a curvature survives."""
+"""Files of points: accepted files, refusals with their remedies, and accuracy of curvatures."""
 
 import math
 import re
@@ -79,10 +79,10 @@ def test_the_ending_chooses_the_reader(tmp_path):
 
 
 def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
-    read = []
+    paths = []
 
     def reader(path, kind, reading):
-        read.append((path, kind))
+        paths.append((path, kind))
         return load("S1002")
 
     monkeypatch.setitem(formats.READERS, ".mini", reader)
@@ -90,7 +90,7 @@ def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
     assert resolve_wheel(str(path)).profile is load("S1002")
     with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
         resolve_rail(str(path))
-    assert read == [(path, "wheel"), (path, "rail")]
+    assert paths == [(path, "wheel"), (path, "rail")]
 
 
 def test_descending_points_are_reversed_with_a_note():
@@ -183,13 +183,13 @@ def test_a_name_that_no_file_can_have_is_refused(reader):
 @pytest.mark.parametrize("sign", ["\n", "\x1b", "\u202e", "\u2028"])
 def test_a_name_that_would_turn_or_break_what_is_printed_is_refused(tmp_path, sign):
     """A profile's name stands in tables, pages and on the terminal."""
-    good, bad = (tmp_path / f"head{one}.txt" for one in ("", sign))
+    good, bad = (tmp_path / f"head{ending}.txt" for ending in ("", sign))
     for path in (good, bad):
         np.savetxt(path, np.column_stack(rail_points()))
     resolve_rail(str(good))
-    with pytest.raises(InputError, match=r"signs that are not shown, .*; rename the file") as told:
+    with pytest.raises(InputError, match=r"signs that are not shown, .*; rename the file") as error:
         resolve_rail(str(bad))
-    assert sign not in str(told.value)
+    assert sign not in str(error.value)
 
 
 def test_points_farther_away_than_numbers_are_fine_are_refused():
@@ -256,7 +256,7 @@ def test_points_that_lie_on_each_other_are_one(tiny_mm):
 
 
 def test_a_wheel_that_lost_its_minus_signs_has_a_kink():
-    """Its tread is reflected at the tape circle, smooth but for one point."""
+    """A tread that is reflected at the tape circle is smooth except for a point."""
     y, z = points_along(load("S1002"), 0.5).T
     good, bad = (profile_from_points(y, line, kind="wheel", name="p").notes for line in (z, np.where(y > 0.0, -z, z)))
     assert not any("kink" in note for note in good)
@@ -344,7 +344,7 @@ def test_corners_split_the_spline():
     (corner,) = wheel.junctions
     assert corner.is_corner
     assert corner.y_mm == pytest.approx(60.0, abs=1e-9)
-    # the straight pieces on both sides stay straight: no overshoot from one into the other
+    # the straight pieces on both sides stay straight, without overshoot across the corner
     assert wheel.curvature([59.0, 60.5, 64.0]) == pytest.approx(0.0, abs=1e-9)
     # a piece of two points is a line
     last = profile_from_points(np.append(y[y <= 60], 65.0), np.append(z[y <= 60], z[-1]), kind="wheel", name="p")
@@ -402,8 +402,11 @@ def test_a_wheel_upside_down_whose_last_point_is_the_highest_is_told_with_that_p
         check_shape(y, 40.0 * (y / 100.0) ** 4, kind="wheel", what="file")
 
 
-def lines_with(*corners: tuple[float, float]):
-    """A level line from -40 to 40 mm but for straight lines between corners, with a point every 0.1 mm."""
+def line_through(*corners: tuple[float, float]):
+    """A level line from -40 to 40 mm with straight lines between corners.
+
+    It has a point every 0.1 mm.
+    """
     y = np.round(np.arange(-40.0, 40.05, 0.1), 9)
     return y, np.interp(y, *zip(*corners, strict=True))
 
@@ -420,7 +423,7 @@ def ends(depth: float, dip: float = 0.0) -> tuple[tuple[float, float], ...]:
 @pytest.mark.parametrize(
     ("kind", "good", "bad", "message"),
     [
-        # a dip of 8 mm is a flange, and a groove where what is within 8 mm of the top is 20 mm wide on both sides
+        # a dip of 8 mm is a flange; it is a groove if on both sides at least 20 mm are within 8 mm of the top
         ("rail", v(7.9, 20.5), v(8.1, 20.5), r"the line dips by 8\.1 mm at y = 20\.5 mm"),
         ("rail", v(7.9, 19.5), v(8.1, 19.5), r"a groove of 8\.1 mm at y = 19\.5 mm"),
         # 0.1 mm below the chord between the ends
@@ -434,25 +437,25 @@ def ends(depth: float, dip: float = 0.0) -> tuple[tuple[float, float], ...]:
     ],
 )
 def test_a_line_is_refused_from_the_size_on_that_its_body_does_not_have(kind, good, bad, message):
-    check_shape(*lines_with(*good), kind=kind, what="file")
+    check_shape(*line_through(*good), kind=kind, what="file")
     with pytest.raises(InputError, match=message):
-        check_shape(*lines_with(*bad), kind=kind, what="file")
-    # wherever the file has its origin
-    y, z = lines_with(*bad)
+        check_shape(*line_through(*bad), kind=kind, what="file")
+    # independent of the origin of the file
+    y, z = line_through(*bad)
     with pytest.raises(InputError, match=r"file: "):
         check_shape(y + 700.0, z + 300.0, kind=kind, what="file")
 
 
 def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
-    check_shape(*lines_with(*v(28.0, -25.0)), kind="wheel", what="file")
-    # the back of a flange is steeper than 4 and does not count, a flank of 3.9 does
+    check_shape(*line_through(*v(28.0, -25.0)), kind="wheel", what="file")
+    # the back of a flange (slope above 4) does not count; a flank with slope 3.9 counts
     for slope, refused in ((4.1, False), (3.9, True)):
         wall = ((-40.0, 0.0), (35.0, 0.0), (40.0, 5.0 * slope))
         if refused:
             with pytest.raises(InputError, match=r"rises to 19\.5 mm above the tread"):
-                check_shape(*lines_with(*wall), kind="wheel", what="file")
+                check_shape(*line_through(*wall), kind="wheel", what="file")
         else:
-            check_shape(*lines_with(*wall), kind="wheel", what="file")
+            check_shape(*line_through(*wall), kind="wheel", what="file")
 
 
 @pytest.mark.parametrize(
@@ -466,7 +469,7 @@ def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
     ],
 )
 def test_an_origin_is_noted_from_a_tenth_of_a_millimetre_on(kind, y_mm, z_mm, said):
-    y, z = lines_with((-40.0, -4.0), (0.0, 0.0), (40.0, -4.0)) if kind == "rail" else lines_with((0.0, 0.0))
+    y, z = line_through((-40.0, -4.0), (0.0, 0.0), (40.0, -4.0)) if kind == "rail" else line_through((0.0, 0.0))
     notes = check_origin(np.column_stack((y + y_mm, z + z_mm)), kind, Reading(), "file")
     assert len(notes) == bool(said)
     assert re.search(said, " ".join(notes))

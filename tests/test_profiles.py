@@ -50,7 +50,7 @@ S1002_VALUES = [
     (40.0, -1.302343, -0.0666667, None),
 ]
 RAILS = names("rail")
-# What its published coefficients miss each other by at -26, and at -35: sections beyond lie so much lower, then higher.
+# Steps between its published sections at -26 and at -35 mm: the sections beyond are lower by the first, then higher.
 S1002_CLOSED_MM = 3.655e-5
 S1002_FLANGE_MM = 1.1833e-4 - S1002_CLOSED_MM
 
@@ -58,7 +58,7 @@ S1002_FLANGE_MM = 1.1833e-4 - S1002_CLOSED_MM
 @pytest.mark.parametrize(("s", "depth", "slope", "radius"), S1002_VALUES)
 def test_s1002_reproduces_its_table(s, depth, slope, radius):
     wheel = load("S1002")
-    # of the two sections that meet at -35 the table has the flange's one
+    # two sections meet at -35 mm: the table has the value of the flange section
     u = wheel.snap(wheel.locate(s))
     z = wheel.evaluate(u, "left").z
     closed = 0.0 if s > -26.0 else S1002_CLOSED_MM if s > -35.0 else -S1002_FLANGE_MM
@@ -94,7 +94,7 @@ def test_steps_of_rounded_digits_are_closed_from_the_tape_circle_outwards(name):
     """Published sections that miss each other by less than 0.2 um: a spike of pressure, the higher the finer nodes."""
     line = load(name)
     assert not [step for step in steps_of(line).values() if 1e-9 < abs(step) < 2e-4]
-    # the piece at the origin stays as it was published
+    # the section at the origin stays as published
     assert line.height(0.0) == pytest.approx(0.0, abs=1e-5)
 
 
@@ -106,16 +106,16 @@ def test_what_is_joined_keeps_its_slopes_and_its_larger_steps(steps):
         Polynomial(coefficients=(0.0, 0.1), y_from=-20.0 + 10.0 * math.sqrt(0.5), y_to=5.0),
         Line(start=(5.0, 0.5 + steps[2]), end=(9.0, 0.7 + steps[2])),
     ]
-    made = joined(surface)
-    ends = [[one.evaluate(np.array([0.0, 1.0])) for one in of] for of in (surface, made)]
+    joined_surface = joined(surface)
+    ends = [[segment.evaluate(np.array([0.0, 1.0])) for segment in segments] for segments in (surface, joined_surface)]
     for before, after in zip(*ends, strict=True):
         assert after.y == pytest.approx(before.y, abs=1e-12)
         assert after.angle_rad == pytest.approx(before.angle_rad, abs=1e-9)
-    gaps = [[b.z[0] - a.z[1] for a, b in pairwise(of)] for of in ends]
+    gaps = [[b.z[0] - a.z[1] for a, b in pairwise(pieces)] for pieces in ends]
     for before, after in zip(*gaps, strict=True):
         closed = 1e-9 < abs(before) < 2e-4
         assert after == pytest.approx(0.0 if closed else before, abs=1e-12)
-    assert made[2] is surface[2]
+    assert joined_surface[2] is surface[2]
 
 
 def test_s1002_flange_tip():
@@ -166,7 +166,7 @@ def test_tangent_heads_reach_the_tangent_points(name, crown_end, last_end):
 
 @pytest.mark.parametrize(("name", "width", "corner", "crown"), [("A100", 100, 10, 500), ("A120", 120, 10, 600)])
 def test_crane_rails_have_the_dimensions_of_the_standard(name, width, corner, crown):
-    # DIN 536-1; arcs and vertical sides meet where similar triangles say
+    # DIN 536-1; the junctions of arcs and vertical sides follow from similar triangles
     inner, outer = (j for j in load(name).junctions if j.y_mm > 0.0)
     assert inner.y_mm == pytest.approx(crown * (width / 2 - corner) / (crown - corner), abs=1e-9)
     assert outer.y_mm == pytest.approx(width / 2, abs=1e-9)
@@ -177,7 +177,10 @@ def test_crane_rails_have_the_dimensions_of_the_standard(name, width, corner, cr
 
 
 def section_properties(outline):
-    """Area (cm2) and centroidal second moments about the lateral and the vertical axis (cm4), by Green's theorem."""
+    """Area (cm2) and centroidal second moments (cm4) of an outline, by Green's theorem.
+
+    The moments are about the lateral and the vertical axis.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(20)
     area = sy = sz = syy = szz = 0.0
     for segment in outline:
@@ -210,7 +213,7 @@ def test_rails_are_continuous_and_tangent(name):
     assert np.abs(left.y - right.y).max() < 1e-12
     assert np.abs(left.z - right.z).max() < 1e-12
     assert np.abs(left.angle_rad - right.angle_rad).max() < 1e-12
-    # coordinates of some 50 mm carry 1e-14
+    # coordinates of about 50 mm have rounding errors of 1e-14
     assert rail.height(0.0) == pytest.approx(0.0, abs=1e-13)
     assert rail.slope(0.0) == pytest.approx(0.0, abs=1e-15)
 
@@ -229,10 +232,10 @@ def test_outlines_are_closed_and_tangent(name):
 def test_rails_are_mirror_symmetric(name):
     rail = load(name)
     u = np.linspace(0.0, len(rail.segments), 1001)
-    here, there = rail.evaluate(u), rail.evaluate(len(rail.segments) - u, "left")
-    assert np.abs(here.y + there.y).max() < 1e-12
-    assert np.abs(here.z - there.z).max() < 1e-12
-    assert np.abs(here.curvature_per_mm - there.curvature_per_mm).max() < 1e-14
+    points, mirrored = rail.evaluate(u), rail.evaluate(len(rail.segments) - u, "left")
+    assert np.abs(points.y + mirrored.y).max() < 1e-12
+    assert np.abs(points.z - mirrored.z).max() < 1e-12
+    assert np.abs(points.curvature_per_mm - mirrored.curvature_per_mm).max() < 1e-14
 
 
 def test_arc_length_of_arcs_is_radius_times_angle():
@@ -258,8 +261,8 @@ def test_at_arc_length_inverts_arc_length(name):
     profile = load(name)
     u = np.linspace(0.0, len(profile.segments), 997)
     assert profile.at_arc_length(profile.arc_length(u)) == pytest.approx(u, abs=1e-12)
-    beyond = profile.at_arc_length([-1.0, profile.length_mm + 1.0])
-    assert np.isnan(beyond).all()
+    outside = profile.at_arc_length([-1.0, profile.length_mm + 1.0])
+    assert np.isnan(outside).all()
 
 
 @given(
@@ -276,29 +279,29 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
         return (points.y - origin[0]) * math.cos(angle) + (points.z - origin[1]) * math.sin(angle)
 
     t = along(profile.evaluate(u))
-    found = profile.locate(t, angle_rad=angle, origin=origin)
-    # NaN is right only where the line turns away from the observer, or on the narrower of two stretches
-    if np.isnan(found):
+    place = profile.locate(t, angle_rad=angle, origin=origin)
+    # NaN is right only where the profile turns away from the observer, or on the narrower of two stretches
+    if np.isnan(place):
         sample = profile.evaluate(np.linspace(0.0, len(profile.segments), 4001))
         assert (sample.dy * math.cos(angle) + sample.dz * math.sin(angle)).min() < 0.05
     else:
         at_joint = abs(u - np.round(u)) < 1e-2
-        # the steps between the published sections of wheels leave a hair of the axis without any point
-        # elsewhere an end answers for 1e-9 mm beyond it
+        # at the steps between the published sections of wheels, a tiny part of the axis has no point
+        # at other places, an end is returned up to 1e-9 mm beyond it
         slack = JOINT_GAP_MM if profile.kind == "wheel" and at_joint else 1.1e-9
-        assert along(profile.evaluate(found)) == pytest.approx(t, abs=slack)
+        assert along(profile.evaluate(place)) == pytest.approx(t, abs=slack)
 
 
 @given(name=st.sampled_from(RAILS), fraction=st.floats(0.0, 1.0), angle=st.floats(-0.04, 0.04))
 def test_locate_inverts_evaluate_on_a_canted_rail(name, fraction, angle):
-    # sides of 1:20 stay visible up to a tilt of 0.04 rad, except the vertical ones
+    # sides of 1:20 stay visible up to a tilt of 0.04 rad; vertical sides do not
     rail = load(name)
     vertical = name == "46E1" or name.startswith("A")
     u = fraction * len(rail.segments) if not vertical else 1.1 + fraction * (len(rail.segments) - 2.2)
     p = rail.evaluate(u)
     t = (p.y - 3.0) * math.cos(angle) + (p.z - 0.5) * math.sin(angle)
-    found = rail.locate(t, angle_rad=angle, origin=(3.0, 0.5))
-    q = rail.evaluate(found)
+    places = rail.locate(t, angle_rad=angle, origin=(3.0, 0.5))
+    q = rail.evaluate(places)
     assert math.hypot(p.y - q.y, p.z - q.z) < 1e-9
 
 
@@ -334,7 +337,7 @@ def test_any_shape_goes_through():
 
 
 def test_polynomial_keeps_its_digits_far_from_its_origin():
-    # section C of the S1002 cancels by six digits in powers of S; exact rational arithmetic is the reference
+    # in powers of S, section C of the S1002 loses six digits by cancellation; the reference is rational arithmetic
     from fractions import Fraction
 
     section = load("S1002").segments[5]
@@ -364,7 +367,7 @@ def test_spline_through_an_arc():
     angles = np.linspace(2.2, 0.9, 131)
     points = np.column_stack((80.0 * np.cos(angles), 80.0 * np.sin(angles) - 80.0))
     rail = Profile(name="arc", kind="rail", segments=(Spline(points=points),))
-    # chord parameter and cubic interpolation at 0.8 mm: the curvature errs by about h^2 / R^3 / 10
+    # chord parameter and cubic interpolation at 0.8 mm: the error of the curvature is about h^2 / R^3 / 10
     assert rail.curvature(np.linspace(-40.0, 40.0, 201)) == pytest.approx(1 / 80, abs=2e-7)
     assert rail.height(0.0) == pytest.approx(0.0, abs=1e-8)
     assert rail.length_mm == pytest.approx(80.0 * 1.3, abs=1e-6)
@@ -438,10 +441,10 @@ def test_a_copied_file_is_the_same_profile_until_it_is_changed(tmp_path):
         path.write_text(toml_text(name), "utf-8")
         copy = read_toml(path)
         assert copy.name == "mine"
-        own = load(name)
-        for read in ("kind", "segments", "outline", "source", "certainty", "notes"):
-            # also 300 and 300.0 are two things
-            assert repr(getattr(copy, read)) == repr(getattr(own, read))
+        original = load(name)
+        for attribute in ("kind", "segments", "outline", "source", "certainty", "notes"):
+            # 300 and 300.0 must differ too
+            assert repr(getattr(copy, attribute)) == repr(getattr(original, attribute))
     path.write_text(toml_text("54E1").replace("radii = [300.0,", "radii = [250.0,"), "utf-8")
     changed = resolve_rail(str(path))
     assert changed.curvature(0.0) == pytest.approx(1 / 250)
@@ -533,10 +536,10 @@ def test_a_binary_toml_file_is_refused(tmp_path):
 def test_rails_are_found_by_the_names_that_they_had_before(capsys):
     for alias, name in ALIASES.items():
         assert find(alias.lower()) == name
-        # the file itself says so
+        # the file states the alias
         assert f"also called {alias}" in toml_text(name)
         assert resolve_rail(alias) is load(name)
-    # the benchmark's rail is another one
+    # the rail of the benchmark is a different rail
     assert find("MBench_UIC60") == "MBench_UIC60"
     assert call(["hertz", "--rail", "UIC60", "--json"]) == 0
 
@@ -552,12 +555,12 @@ def test_a_rail_that_ends_above_the_gauge_names_the_options(tmp_path):
 def test_pieces_are_the_segments(name):
     profile, v = load(name), np.random.default_rng(3).random(400)
     for k, segment in enumerate(profile.segments):
-        exact, found = segment.evaluate(v), profile.evaluate(k + v)
-        assert np.hypot(exact.y - found.y, exact.z - found.z).max() < 5e-13
+        exact, on_profile = segment.evaluate(v), profile.evaluate(k + v)
+        assert np.hypot(exact.y - on_profile.y, exact.z - on_profile.z).max() < 5e-13
         speed = np.hypot(exact.dy, exact.dz)
-        # by 1e-15; polynomials through the points themselves in place of the second derivatives lose nine digits
-        assert (np.hypot(exact.dy - found.dy, exact.dz - found.dz) / speed).max() < 5e-15
-        assert np.abs(exact.curvature_per_mm - found.curvature_per_mm).max() < 3e-14
+        # measured 1e-15; polynomials through the points, not the second derivatives, would lose nine digits
+        assert (np.hypot(exact.dy - on_profile.dy, exact.dz - on_profile.dz) / speed).max() < 5e-15
+        assert np.abs(exact.curvature_per_mm - on_profile.curvature_per_mm).max() < 3e-14
     nodes, weights = np.polynomial.legendre.leggauss(40)
     lengths = []
     for segment in profile.segments:
@@ -568,16 +571,16 @@ def test_pieces_are_the_segments(name):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_places_along_a_noisy_line_are_found_exactly(seed):
-    """Newton's steps alone, kept within short pieces, on splines that turn back and forth with their noise."""
+    """Newton's method within short pieces, on splines that turn back with their noise."""
     random = np.random.default_rng(seed)
     number = int(random.integers(30, 400))
     y = np.sort(random.uniform(-35.0, 35.0, number)) + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.7), number)
     z = -(y**2) / 600.0 + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.3), number)
     pieces = Pieces.of([Spline(points=np.column_stack((y, z)))])
-    found = [along for angle in (0.0, 0.05, -0.4, 1.2) if (along := pieces.along(angle)) is not None]
-    assert found
-    for line in (pieces.arc, *found):
+    lines = [along for angle in (0.0, 0.05, -0.4, 1.2) if (along := pieces.along(angle)) is not None]
+    assert lines
+    for line in (pieces.arc, *lines):
         t = random.uniform(line.values[0], line.values[-1], 500)
         t = np.concatenate((t, line.values, line.values[1:] - 1e-12))
-        # some rounding of coordinates of 40 mm, and of arcs of some hundred
+        # rounding of coordinates of 40 mm, and of arc lengths of some hundred mm
         assert np.abs(line.function(line.inverted(t))[..., 0] - t).max() < 2e-15 * np.abs(line.values).max() + 1e-13

@@ -1,4 +1,7 @@
-"""The package as a library: what is public, results as arrays, rows and pictures, and the examples as they stand."""
+"""The package as a library: public names, results and examples.
+
+Results are arrays, rows and pictures; the examples run unchanged.
+"""
 
 import doctest
 import importlib
@@ -30,15 +33,15 @@ README = Path(__file__).parents[1] / "README.md"
 def test_what_is_public_is_seen_by_tab_completion_and_help():
     assert set(fecontact.__all__) <= set(dir(fecontact))
     assert all(getattr(fecontact, name) is not None for name in fecontact.__all__)
-    shown = pydoc.render_doc(fecontact, renderer=pydoc.plaintext)
+    text = pydoc.render_doc(fecontact, renderer=pydoc.plaintext)
     for name in ("class Case(", "class CaseResult(", "solve(", "load(", "run(", "rows(", "mesh("):
-        assert re.search(rf"^    {re.escape(name)}", shown, re.MULTILINE), name
+        assert re.search(rf"^    {re.escape(name)}", text, re.MULTILINE), name
 
 
 def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
     commands = {name for name in app if not name.startswith("-")}
-    # what they print of a machine, of files and of two sets of results is no function of a case
-    others = {
+    # these commands print facts of a machine, of files or of two sets of results: they are not functions of a case
+    without_function = {
         "demo",
         "guide",
         "doctor",
@@ -52,27 +55,27 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
         # run_fleet, check_fleet, open_fleet
         "fleet",
     }
-    assert commands - others <= set(fecontact.__all__)
-    parts = {type(getattr(Case(), part)).__name__ for part in PARTS}
-    assert parts <= set(fecontact.__all__)
+    assert commands - without_function <= set(fecontact.__all__)
+    classes = {type(getattr(Case(), name_of_part)).__name__ for name_of_part in PARTS}
+    assert classes <= set(fecontact.__all__)
     for name in fecontact.__all__:
         assert inspect.getdoc(getattr(fecontact, name)), name
 
 
 @pytest.mark.parametrize("module", ["runs.alone", "solving.wheelset_geometry", "solving.preview"])
 def test_the_examples_of_functions_have_these_numbers(module):
-    done = doctest.testmod(importlib.import_module(f"fecontact.{module}"))
-    assert done.attempted >= 2
-    assert done.failed == 0
+    outcome = doctest.testmod(importlib.import_module(f"fecontact.{module}"))
+    assert outcome.attempted >= 2
+    assert outcome.failed == 0
 
 
 @pytest.mark.slow
 def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(elliptic_quick, tmp_path):
     keep_case(elliptic_quick, tmp_path / "one")
-    judged = fecontact.judge(tmp_path / "one", fecontact.Criteria(p_max=1e-9, judged_by=("p_max",)))
-    (row,) = judged.rows
+    result = fecontact.judge(tmp_path / "one", fecontact.Criteria(p_max=1e-9, judged_by=("p_max",)))
+    (row,) = result.rows
     assert (row["verdict_measure"], row["verdict_answer"]) == ("p_max_MPa", "UNRESOLVED")
-    assert list(judged.changed.values()) == [("HOLDS", "UNRESOLVED")]
+    assert list(result.changed.values()) == [("HOLDS", "UNRESOLVED")]
     with pytest.raises(InputError, match="no friction coefficient is given"):
         fecontact.judge(tmp_path / "one", creep=fecontact.Creep(xi=1e-3))
     with pytest.raises(InputError, match=r"no map\.json"):
@@ -81,11 +84,11 @@ def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(e
 
 @pytest.mark.slow
 def test_the_story_of_the_package_has_these_numbers(solved, monkeypatch):
-    # the same function, which keeps what it solved for other tests
+    # this function stores its results for the other tests
     monkeypatch.setattr(fecontact, "solve", solved, raising=False)
-    done = doctest.testmod(fecontact, optionflags=doctest.ELLIPSIS)
-    assert done.attempted > 15
-    assert done.failed == 0
+    outcome = doctest.testmod(fecontact, optionflags=doctest.ELLIPSIS)
+    assert outcome.attempted > 15
+    assert outcome.failed == 0
 
 
 def test_fields_are_those_of_the_whole_contact(elliptic_quick: CaseResult):
@@ -97,7 +100,7 @@ def test_fields_are_those_of_the_whole_contact(elliptic_quick: CaseResult):
     assert not result.grid.half
     np.testing.assert_array_equal(result.pressure_MPa, result.pressure_MPa[::-1])
     np.testing.assert_array_equal(result.pressure_MPa[nx // 2 :], half.pressure_MPa)
-    # pressures are means over the nodes' cells: their sum is the force, but for normals that turn by up to 18 mrad
+    # pressures are means over the cells of the nodes: their sum is the force, except that normals turn by up to 18 mrad
     force = (result.grid.whole_area_mm2() * result.pressure_MPa.ravel()).sum()
     assert force == pytest.approx(result.normal_force_N, rel=1e-4)
     assert result.normal_force_N == pytest.approx(100e3, rel=1e-5)
@@ -115,7 +118,7 @@ def test_a_pickled_result_has_all_but_the_factors(elliptic_quick, tmp_path):
     again = pickle.loads(pickle.dumps(elliptic_quick))
     np.testing.assert_array_equal(again.pressure_MPa, elliptic_quick.pressure_MPa)
     assert fecontact.rows(again) == fecontact.rows(elliptic_quick)
-    # with its meshes and displacements, from which the stresses are found
+    # the pickle has the meshes and displacements, from which the stresses are computed
     for folder, result in (("here", elliptic_quick), ("again", again)):
         write_case_vtk(result, tmp_path / folder)
     for file in ("rail.vtu", "wheel.vtu", "pressure.vtp"):
@@ -134,14 +137,14 @@ def test_rows_are_flat(elliptic_quick):
 
 def test_a_mesh_is_a_dataset_with_its_surfaces(elliptic_quick):
     body = elliptic_quick.bodies.coupled.wheel.mesh
-    made = fecontact.mesh(elliptic_quick, "wheel")
-    assert made.volume == pytest.approx(body.volume_mm3, rel=1e-9)
+    dataset = fecontact.mesh(elliptic_quick, "wheel")
+    assert dataset.volume == pytest.approx(body.volume_mm3, rel=1e-9)
     for name, quads in body.surfaces.items():
-        np.testing.assert_array_equal(np.flatnonzero(made.point_data[name]), np.unique(quads))
-    # the rim is held
-    assert not made.point_data["displacement_mm"][made.point_data["driven"] == 1].any()
+        np.testing.assert_array_equal(np.flatnonzero(dataset.point_data[name]), np.unique(quads))
+    # the rim is fixed
+    assert not dataset.point_data["displacement_mm"][dataset.point_data["driven"] == 1].any()
     alone = fecontact.mesh(elliptic_quick.case, "wheel")
-    np.testing.assert_array_equal(alone.points, made.points)
+    np.testing.assert_array_equal(alone.points, dataset.points)
     assert "displacement_mm" not in alone.point_data
     with pytest.raises(InputError, match="allowed: rail, wheel"):
         fecontact.mesh(elliptic_quick, "both")
@@ -155,8 +158,8 @@ def test_a_result_is_drawn_into_given_axes_or_a_figure_that_is_made(elliptic_qui
     assert fecontact.plot.case(elliptic_quick, axes, field="Hertz") is figure
     (image,) = axes.images
     assert image.get_array().max() == pytest.approx(elliptic_quick.hertz.p0_MPa, rel=0.01)
-    made = fecontact.plot.case(elliptic_quick)
-    made.savefig(tmp_path / "case.png")
+    new_figure = fecontact.plot.case(elliptic_quick)
+    new_figure.savefig(tmp_path / "case.png")
     assert (tmp_path / "case.png").stat().st_size > 50_000
     with pytest.raises(InputError, match="Hertz minus finite elements"):
         fecontact.plot.case(elliptic_quick, axes, field="FE")
@@ -175,11 +178,11 @@ def example(text: str) -> str:
 
 def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
     """As it stands, but with a result that is there already."""
-    asked = []
+    cases = []
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(fecontact, "solve", lambda case: asked.append(case) or elliptic_quick, raising=False)
+    monkeypatch.setattr(fecontact, "solve", lambda case: cases.append(case) or elliptic_quick, raising=False)
     exec(compile(example(README.read_text("utf-8")), "README", "exec"), {"__name__": "__main__"})
-    assert asked == [Case(lateral_shift_mm=3.0)]
+    assert cases == [Case(lateral_shift_mm=3.0)]
     assert [path.name for path in tmp_path.iterdir()] == ["case.png"]
     out = capsys.readouterr().out
     assert out.startswith("HOLDS ")
@@ -188,21 +191,21 @@ def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, c
 
 @pytest.mark.slow
 def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
-    """As it stands, but with results that are there already in place of four that would be solved."""
+    """The example, unchanged except for stored results in place of four solved cases."""
     code = example(page("python"))
-    asked = []
+    calls = []
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(fecontact, "solve", lambda case: elliptic_quick, raising=False)
-    monkeypatch.setattr(fecontact, "run", lambda cases, out: asked.append((cases, out)), raising=False)
+    monkeypatch.setattr(fecontact, "run", lambda cases, out: calls.append((cases, out)), raising=False)
     monkeypatch.setattr(fecontact, "load", lambda folder: (elliptic_quick,), raising=False)
     exec(compile(code, "python.md", "exec"), {"__name__": "__main__"})
-    assert asked == [([Case(lateral_shift_mm=-4.0), Case(lateral_shift_mm=4.0)], "out/mine")]
+    assert calls == [([Case(lateral_shift_mm=-4.0), Case(lateral_shift_mm=4.0)], "out/mine")]
     assert {path.name for path in tmp_path.iterdir()} == {"case.png", "map.png", "out", "rail.vtu"}
     assert "0.0 HOLDS" in capsys.readouterr().out
 
 
 def test_one_case_is_a_sequence_of_one_and_a_table(elliptic_quick):
-    assert [one is elliptic_quick for one in elliptic_quick] == [True] == [elliptic_quick[0] is elliptic_quick]
+    assert [result is elliptic_quick for result in elliptic_quick] == [True] == [elliptic_quick[0] is elliptic_quick]
     assert len(elliptic_quick) == 1
     frame = fecontact.to_dataframe(elliptic_quick)
     assert frame.to_dict("records") == fecontact.rows(elliptic_quick)
@@ -213,8 +216,8 @@ def test_fields_as_a_data_set_need_xarray_and_say_so(elliptic_quick, monkeypatch
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(InputError, match=r"pip install 'fecontact\[xarray\]'"):
         fecontact.to_xarray(elliptic_quick)
-    made = SimpleNamespace(Dataset=lambda fields, coords: (fields, coords))
-    monkeypatch.setitem(sys.modules, "xarray", made)
+    module = SimpleNamespace(Dataset=lambda fields, coords: (fields, coords))
+    monkeypatch.setitem(sys.modules, "xarray", module)
     fields, coords = fecontact.to_xarray(elliptic_quick)
     for dims, values in fields.values():
         assert values.shape == tuple(len(coords[name]) for name in dims)
@@ -238,8 +241,8 @@ def test_what_is_shown_of_a_value_is_short(elliptic_quick):
     case = Case(lateral_shift_mm=3.0, resolution="fine")
     assert repr(case) == "Case(rail='60E1', wheel='S1002', lateral_shift_mm=3.0, load_N=100000.0, resolution='fine')"
     assert eval(repr(case), {"Case": Case}) == case
-    seen = fecontact.place(case)
-    for one in (case, seen, elliptic_quick):
-        assert len(repr(one)) < 200
-        assert "<table" in one._repr_html_()
+    placement = fecontact.place(case)
+    for value in (case, placement, elliptic_quick):
+        assert len(repr(value)) < 200
+        assert "<table" in value._repr_html_()
     assert "fine" in case._repr_html_()

@@ -31,11 +31,11 @@ from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 
 
-# No refinement beyond the named sizes: its steps depend on how fast the machine is.
+# No refinement beyond the named sizes: the refinement steps depend on the speed of the machine.
 FIXED = {"refine": "never"}
 
 
-def check(result: CaseResult) -> None:
+def check_balance(result: CaseResult) -> None:
     """Force balance and status of the fine pressure, on the true surface."""
     assert result.status == "converged"
     rung = result.load.fe
@@ -49,19 +49,19 @@ def check(result: CaseResult) -> None:
     assert result.hertz.normal_force_N == result.normal_force_N
 
 
-# --- 60E1 1:40, S1002, 100 kN -----------------------------------------------------------------------------------
+# --- 60E1 1:40, S1002, 100 kN ----------------------------------------------------------------------------------------
 
-# By other readings of the elements' own nodes on finer meshes: shift (mm), answer, and in per cent what Hertz is off in
-# peak, area, a and b; centre of pressure over b; valley and misplaced load in per cent. The area at 4 mm, where a thin
-# tail was lost on those nodes (-1.0 %), is that of a half-space with 64 nodes per semi-axis.
+# Results of an independent reading of the elements' nodes on finer meshes: shift (mm), answer, deviation of Hertz in
+# peak, area, a and b (per cent); centre of pressure over b; valley and misplaced load (per cent). The area at 4 mm is
+# from a half-space with 64 nodes per semi-axis, because a thin tail was lost on those nodes (-1.0 %).
 FACTS = [
     (-4.0, "HOLDS", -0.3, -2.1, 0.6, -2.5, -0.07, 0.0, 4.8),
     pytest.param(-2.0, "HOLDS", -0.1, -4.8, 1.7, -6.0, -0.11, 0.0, 7.1, marks=pytest.mark.slow),
-    # a second lobe is at 0 mm as well
+    # there is a second lobe at 0 mm too
     pytest.param(-1.0, "FAILS", 1.3, -9.4, 5.4, -17.0, -0.19, 15.0, 12.5, marks=pytest.mark.slow),
     (0.0, "FAILS", -21.0, 3.1, 2.6, -11.5, -0.26, 22.0, 15.5),
     (3.0, "FAILS", 1.7, -12.9, 2.2, -9.7, 0.03, 0.0, 5.6),
-    # he holds at -4 mm as well
+    # Hertz holds at -4 mm too
     pytest.param(4.0, "HOLDS", 0.0, -2.5, 0.2, -1.4, -0.03, 0.0, 2.9, marks=pytest.mark.slow),
 ]
 
@@ -70,18 +70,18 @@ FACTS = [
 def test_what_other_readings_say(solved, shift, answer, p, area, a, b, centre, valley, misplaced):
     """At quick, with the default criteria; measured 0.3 in the sizes, 1.2 in the area, 1.3 in the valley at most."""
     result = solved(Case(lateral_shift_mm=shift, roll="given", **FIXED))
-    check(result)
-    found = result.comparison.deviation
-    percent = {name: 100.0 * found[name] for name in found}
-    # it read area and valley less sharply
+    check_balance(result)
+    deviation = result.comparison.deviation
+    percent = {name: 100.0 * deviation[name] for name in deviation}
+    # the independent reading is less accurate in area and valley
     assert percent["p_max_MPa"] == pytest.approx(p, abs=0.5)
     assert percent["area_mm2"] == pytest.approx(area, abs=1.3)
     assert percent["a_mm"] == pytest.approx(a, abs=0.5)
     assert percent["b_mm"] == pytest.approx(b, abs=0.5)
-    assert found["centre_over_b"] == pytest.approx(centre, abs=0.01)
+    assert deviation["centre_over_b"] == pytest.approx(centre, abs=0.01)
     assert percent["valley"] == pytest.approx(valley, abs=1.5)
     assert percent["misplaced_load"] == pytest.approx(misplaced, abs=0.5)
-    assert found["separate_load"] == 0.0
+    assert deviation["separate_load"] == 0.0
     assert (result.verdict.answer, result.load.solved.levels[0].status) == (answer, "converged")
     assert len(result.comparison.patch.lobes) == (2 if valley else 1)
     # corrections of the calibrated half-space, to residuals of 1e-7 on the elements' nodes: measured 3
@@ -91,23 +91,26 @@ def test_what_other_readings_say(solved, shift, answer, p, area, a, b, centre, v
 @pytest.mark.slow
 @pytest.mark.parametrize("load_N", [80e3, 100e3, 150e3])
 def test_hertz_fails_between_the_lobes_though_his_peak_is_right(load_N):
-    """Half a millimetre from the centre, where both lobes are as high and Hertz's peak is right by chance."""
+    """Position with two equally high lobes, where Hertz's peak is right by chance.
+
+    It is half a millimetre from the centre.
+    """
     result = solve(Case(lateral_shift_mm=-0.5, roll="given", load_N=load_N, **FIXED))
-    check(result)
-    found = result.comparison.deviation
+    check_balance(result)
+    deviation = result.comparison.deviation
     # measured 2.7, 2.5 and 0.5 %
-    assert abs(found["p_max_MPa"]) < 0.05
+    assert abs(deviation["p_max_MPa"]) < 0.05
     assert result.verdict.answer == "FAILS"
     assert result.verdict.cause == "second lobe"
     assert {"b_mm", "centre_over_b", "valley", "misplaced_load"} <= set(result.verdict.failing)
     # measured 34, 35 and 36 %
-    assert found["valley"] == pytest.approx(0.35, abs=0.03)
-    # strength alone has nothing against him
+    assert deviation["valley"] == pytest.approx(0.35, abs=0.03)
+    # for strength alone, Hertz holds
     assert result.verdict.each["p_max_MPa"] == "HOLDS"
 
 
 def check_corrections(case: Case, placement: Placement, bodies: CoupledBodies, most_calls: int) -> None:
-    """Corrections of the calibrated half-space find what conjugate gradients find."""
+    """Corrections of the calibrated half-space agree with conjugate gradients."""
     problem = coupled_problem(true_gap_of_case(case, placement), bodies)
     solution = problem.solve(100e3)
     exact = solve_contact(problem.bodies, 100e3, start_MPa=solution.pressure_MPa, tolerance=1e-9)
@@ -131,9 +134,9 @@ def test_corrections_are_few(shift, most_calls):
 
 @pytest.mark.slow
 def test_first_touch_next_to_a_junction():
-    # first touch close to the junction R 300 / R 80: Hertz's narrow ellipse is far too high; measured 62 %
+    # first contact close to the junction R 300 / R 80: the peak of Hertz's narrow ellipse is far too high (by 62 %)
     result = solve(Case(lateral_shift_mm=0.25, roll="given", **FIXED))
-    check(result)
+    check_balance(result)
     assert result.comparison.deviation["p_max_MPa"] == pytest.approx(0.62, abs=0.03)
     assert result.comparison.overlap < 0.5
     assert result.verdict.answer == "FAILS"
@@ -147,14 +150,14 @@ def test_named_resolutions_say_the_same(shift, answer):
         for resolution in ("quick", "standard")
     )
     for result in (quick, standard):
-        check(result)
+        check_balance(result)
         assert result.verdict.answer == answer
     for name, value in quick.comparison.deviation.items():
         if name in quick.load.uncertainty:
             assert standard.comparison.deviation[name] == pytest.approx(value, abs=quick.load.uncertainty[name])
 
 
-# --- a rung's force and approach are those along the contact normal --------------------------------------------------
+# --- force and approach of a rung are along the contact normal -------------------------------------------------------
 
 
 def test_force_and_approach_of_a_rung_on_a_tilted_pair():
@@ -169,16 +172,16 @@ def test_force_and_approach_of_a_rung_on_a_tilted_pair():
     assert p[-1].max() == p[:, [0, -1]].max() == 0.0
     _, normals = placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
 
-    def carried(direction: np.ndarray) -> float:
+    def force_along(direction: np.ndarray) -> float:
         """Trapezoidal sums of the pressure over both halves, along a direction."""
         return 2.0 * float(np.trapezoid(np.trapezoid(p * (normals @ direction), grid.s_mm, axis=1), grid.x_mm))
 
-    assert carried(vertical) == pytest.approx(case.load_N, rel=1e-8)
-    assert rung.normal_force_N == pytest.approx(carried(normal), rel=1e-12)
-    # the normals below the patch hardly turn: nearly the load over the cosine
+    assert force_along(vertical) == pytest.approx(case.load_N, rel=1e-8)
+    assert rung.normal_force_N == pytest.approx(force_along(normal), rel=1e-12)
+    # the normals below the patch hardly turn: the force is nearly the load divided by the cosine
     assert rung.normal_force_N == pytest.approx(case.load_N / float(normal @ vertical), rel=1e-3)
     assert rung.normal_force_N > 1.0005 * case.load_N
-    # what the bodies come together vertically closes the gaps of the nodes in contact, each along its own normal
+    # the vertical approach of the bodies closes the gaps of the nodes in contact, each gap along its normal
     problem = half_space_problem(
         grid,
         placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]).ravel(),
@@ -190,7 +193,7 @@ def test_force_and_approach_of_a_rung_on_a_tilted_pair():
     np.testing.assert_allclose(approach * (normal @ vertical), rung.approach_mm, rtol=3e-6)
 
 
-# --- solver paths and symmetry ----------------------------------------------------------------------------------
+# --- solver paths and symmetry ---------------------------------------------------------------------------------------
 
 COARSE = Case(
     rail="circle:300",
@@ -218,37 +221,37 @@ def test_both_solver_paths_agree(solved):
 
 
 def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch):
-    known = peak_memory_MB()
+    memory_before_MB = peak_memory_MB()
     # as on Windows
     monkeypatch.setitem(sys.modules, "resource", None)
     with pytest.raises(ImportError):
         import_module("resource")
     result = solve(COARSE)
-    check(result)
-    # what is resident now: less than its largest so far, and more than Python with NumPy and SciPy alone
+    check_balance(result)
+    # the resident memory now: less than its maximum so far, more than Python with NumPy and SciPy alone
     assert result.effort.peak_memory_MB > 50.0
     assert peak_memory_MB() > 50.0
     monkeypatch.undo()
     assert result.effort.peak_memory_MB <= 1.01 * peak_memory_MB()
-    assert known <= peak_memory_MB()
+    assert memory_before_MB <= peak_memory_MB()
 
 
 def test_full_model_without_yaw_is_the_half_model(solved):
     half, full = solved(COARSE), solve(replace(COARSE, yaw_rad=1e-14))
     assert half.load.fe.grid.half
     assert not full.load.fe.grid.half
-    check(half)
-    check(full)
+    check_balance(half)
+    check_balance(full)
     np.testing.assert_allclose(full.grid.s_mm, half.grid.s_mm, atol=1e-9)
-    p, middle, own = full.pressure_MPa, full.grid.x_mm.size // 2, half.load.fe
-    np.testing.assert_allclose(full.grid.x_mm[middle:], own.grid.x_mm, atol=1e-9)
-    # so small a yaw leaves the sections as they are: measured 1.6e-5 (on the same meshes 1e-7, see test_mortar)
+    p, middle, half_rung = full.pressure_MPa, full.grid.x_mm.size // 2, half.load.fe
+    np.testing.assert_allclose(full.grid.x_mm[middle:], half_rung.grid.x_mm, atol=1e-9)
+    # a yaw this small does not change the sections: measured 1.6e-5 (on identical meshes 1e-7, see test_mortar)
     np.testing.assert_allclose(p, p[::-1], atol=1e-7 * p.max())
-    np.testing.assert_allclose(p[middle:], own.pressure_MPa, atol=3e-5 * p.max())
+    np.testing.assert_allclose(p[middle:], half_rung.pressure_MPa, atol=3e-5 * p.max())
     assert full.comparison.fe.approach_mm == pytest.approx(half.comparison.fe.approach_mm, rel=1e-7)
 
 
-# --- Manchester Contact Benchmark -------------------------------------------------------------------------------
+# --- Manchester Contact Benchmark ------------------------------------------------------------------------------------
 
 # Case A-2.2, solved by CONTACT 25: wheel, shift to the right (mm), yaw (mrad), normal force (N), peak pressure (MPa),
 # approach (um). S1002 on the UIC60 of the benchmark, G 82 GPa, nu 0.28, 10 kN on each wheel.
@@ -267,9 +270,9 @@ BENCHMARK_STEEL = Material.from_shear(shear_MPa=82e3, poisson=0.28)
 
 
 def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **changes: object) -> Case:
-    """One wheel of the rolled wheelset as a pair of its own; the right one is a mirror image."""
+    """Case of a single wheel of the rolled wheelset; the right wheel is mirrored."""
 
-    def one(sign: float, roll: float) -> Case:
+    def case_of_wheel(sign: float, roll: float) -> Case:
         return Case(
             rail="MBench_UIC60",
             wheel="S1002",
@@ -285,15 +288,15 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
         )
 
     def step(roll: float) -> float:
-        left, right = (place_case(one(sign, roll)).wheel.centre_mm[2] for sign in (-1.0, 1.0))
+        left, right = (place_case(case_of_wheel(sign, roll)).wheel.centre_mm[2] for sign in (-1.0, 1.0))
         return float(left - right)
 
     roll = brentq(step, -2e-3, 2e-3, xtol=1e-7) if shift else 0.0
-    return one(1.0 if wheel == "right" else -1.0, roll)
+    return case_of_wheel(1.0 if wheel == "right" else -1.0, roll)
 
 
-def on_half_space(case: Case, placement: Placement) -> Measures:
-    # of a normal load, from a guess of its own
+def solve_on_half_space(case: Case, placement: Placement) -> Measures:
+    # for a normal load, with a separate first guess
     true_gap = true_gap_of_case(case, placement)
     assert (true_gap.direction == placement.first.normal).all()
     assert true_gap.contact_modulus_MPa == contact_modulus_MPa(BENCHMARK_STEEL, BENCHMARK_STEEL)
@@ -304,18 +307,18 @@ def on_half_space(case: Case, placement: Placement) -> Measures:
 def test_manchester_on_the_half_space(wheel, shift, yaw, force, peak, approach):
     # the yaw of the file is left out here: it changes the peak by 0.2 % at most
     case = manchester_case(wheel, shift, 0.0, force)
-    found = on_half_space(case, place_case(case))
-    # the same physics as CONTACT's; both are discrete (its cells are 0.2 mm): measured 0.2 %
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    measures = solve_on_half_space(case, place_case(case))
+    # the physics is equal to CONTACT; both are discrete (CONTACT has cells of 0.2 mm): measured 0.2 %
+    assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 def test_manchester_on_the_half_space_with_yaw():
     wheel, shift, yaw, force, peak, approach = MANCHESTER[-1]
     case = manchester_case(wheel, shift, yaw, force)
-    found = on_half_space(case, place_case(case))
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    measures = solve_on_half_space(case, place_case(case))
+    assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 @pytest.mark.slow
@@ -337,13 +340,13 @@ def test_manchester_with_finite_elements_and_yaw():
     assert result.comparison.fe.p_max_MPa == pytest.approx(peak, rel=0.02)
 
 
-def written_as_simpack(folder: Path) -> dict[str, str]:
+def write_as_simpack(folder: Path) -> dict[str, str]:
     """The benchmark's pair as its files are: points in SIMPACK's form, the rail inclined at 1:40 already."""
     files = {}
     for body, name, ending in (("rail", "MBench_UIC60", ".prr"), ("wheel", "MBench_S1002", ".prw")):
         # 1:40 in rad, with z down
-        turned = {"rotate": -0.024994794} if body == "rail" else {}
-        text = simpack(*points_along(load(name), 0.25).T, body, **turned)
+        rotation = {"rotate": -0.024994794} if body == "rail" else {}
+        text = simpack(*points_along(load(name), 0.25).T, body, **rotation)
         path = folder / f"{name}{ending}"
         path.write_text(text, "utf-8")
         files[body] = str(path)
@@ -354,11 +357,11 @@ def written_as_simpack(folder: Path) -> dict[str, str]:
 def test_manchester_from_files_on_the_half_space(tmp_path, row):
     wheel, shift, _, force, peak, approach = MANCHESTER[row]
     exact = manchester_case(wheel, shift, 0.0, force)
-    case = replace(exact, **written_as_simpack(tmp_path), inclination_rad=0.0)
-    found, touch = on_half_space(case, place_case(case)), place_case(case).first
+    case = replace(exact, **write_as_simpack(tmp_path), inclination_rad=0.0)
+    measures, touch = solve_on_half_space(case, place_case(case)), place_case(case).first
     assert touch.wheel_y_mm == pytest.approx(place_case(exact).first.wheel_y_mm, abs=2e-3)
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    assert measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 @pytest.mark.slow
@@ -366,6 +369,6 @@ def test_manchester_from_files_on_the_half_space(tmp_path, row):
 def test_manchester_from_files_with_finite_elements(tmp_path, row):
     wheel, shift, _, force, peak, _ = MANCHESTER[row]
     case = manchester_case(wheel, shift, 0.0, force, resolution="quick")
-    result = solve(replace(case, **written_as_simpack(tmp_path), inclination_rad=0.0))
+    result = solve(replace(case, **write_as_simpack(tmp_path), inclination_rad=0.0))
     # the limit of studies/06_manchester.py
     assert result.comparison.fe.p_max_MPa == pytest.approx(peak, rel=0.005)

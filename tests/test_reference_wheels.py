@@ -1,4 +1,7 @@
-"""The wheels of EN 15302 and the 1/40 of EN 13715: points of their standards, and what those wheels do on rail A."""
+"""Wheels of EN 15302 and the 1/40 of EN 13715: points of the standards, and conicities.
+
+The conicities are for rail A.
+"""
 
 import csv
 import math
@@ -14,10 +17,10 @@ from fecontact.solving.placing import wheelset_of_case
 from fecontact.solving.wheelset_geometry import geometry
 
 HERE = Path(__file__).parent
-# the gauge is measured 14 mm below the origin of rail A, and that 0.4918 mm below its top
+# the gauge is measured 14 mm below the origin of rail A, which is 0.4918 mm below the top of the rail
 GAUGE_DEPTH_MM = 14.491775
 
-# How far the surface lies below the tape circle (mm) at y (mm): tables I.1 to I.4 of EN 15302:2021.
+# Depth of the surface below the tape circle (mm) at y (mm): tables I.1 to I.4 of EN 15302:2021.
 TABLES = {
     "A": {-69: 15.84382, -60: 26.90936, -45: 23.53837, -39: 13.57565, -35: 7.28388, -28: 3.78159, -20: 1.97093,
           -12: 0.85633, -5: 0.30372, 10: -0.38924, 25: -0.49194, 40: -1.15860, 65: -7.49192},
@@ -28,7 +31,7 @@ TABLES = {
     "H": {-69: 15.84386, -60: 26.90871, -45: 23.53771, -38: 11.16578, -35: 7.25596, -28: 3.80980, -20: 2.20980,
           -12: 0.60980, -5: 0.12500, 10: -0.25000, 25: -0.62500, 40: -1.41700, 65: -7.75100},
 }  # fmt: skip
-# Difference of the rolling radii (mm) over the shift (mm) on rail A, gauge 1435 mm, without roll: annex J.
+# Difference of the rolling radii (mm) by shift (mm) on rail A, gauge 1435 mm, without roll: annex J.
 RADIUS_DIFFERENCES = {
     "A": {0.5: 0.116, 1.0: 0.259, 2.0: 0.667, 3.0: 1.243, 4.0: 1.913, 5.0: 2.936, 6.0: 4.327, 6.6: 7.590, 6.8: 10.940},
     "B": {1.0: 0.050, 2.0: 0.100, 2.9: 0.145, 3.1: 2.001, 4.0: 2.515, 5.0: 3.160, 6.0: 3.886, 6.5: 6.132, 6.8: 9.942},
@@ -44,7 +47,7 @@ RAIL_A_ENDS = (-32.6340, -23.2401, -7.8749, 13.0989, 28.6709, 39.2705)
 @pytest.mark.parametrize("wheel", TABLES)
 def test_the_points_of_the_standard_lie_on_the_line(wheel):
     y, depth = (np.array(values) for values in (list(TABLES[wheel]), list(TABLES[wheel].values())))
-    # formulas and tables of wheel A differ by 5.6e-5 mm from y = -29 to -11 mm, those of wheel C by 3.2e-5 mm
+    # formulas and tables differ by 5.6e-5 mm for wheel A (y = -29 to -11 mm), and by 3.2e-5 mm for wheel C
     assert -load(f"EN15302_{wheel}").height(y) == pytest.approx(depth, rel=0.0, abs=6e-5)
 
 
@@ -62,7 +65,7 @@ def test_the_sections_are_tangent_but_for_the_corners_of_the_standard(wheel, cor
     line = load(wheel)
     assert tuple(round(joint.y_mm, 4) for joint in line.junctions if joint.is_corner) == corners_mm
     jumps = [abs(joint.angle_right_rad - joint.angle_left_rad) for joint in line.junctions if not joint.is_corner]
-    # coefficients to four digits
+    # the coefficients have four digits
     assert max(jumps) < 1e-4
 
 
@@ -130,13 +133,13 @@ def test_equivalent_conicity_is_that_of_the_standard(rail_a, pair):
         **{"rail": rail_a, "wheel": left, "inclination_rad": 0.0, "track": Track(gauge_depth_mm=GAUGE_DEPTH_MM)},
         opposite=Opposite(wheel=right, rolling_radius_mm=radius_mm),
     )
-    found = radius_difference(wheelset_of_case(case), -10.0, 10.0, rolls=False)
+    difference = radius_difference(wheelset_of_case(case), -10.0, 10.0, rolls=False)
     for amplitude, expected in conicities_of(pair).items():
-        # the first touch of wheel B jumps at 3.00005 mm, from where the conicity rises as a square root: 0.058 at
-        # 3.02 mm here, 0.025 at 3 mm
+        # the first contact of wheel B jumps at 3.00005 mm. From there, the conicity rises as a square root: here 0.058
+        # at 3.02 mm and 0.025 at 3 mm
         at = 3.02 if (pair, amplitude) == ("E2", 3.0) else amplitude
-        allowed = min(0.5 * expected, 0.05) or 0.01
-        assert found.conicity(at) == pytest.approx(expected, rel=0.0, abs=allowed + 5e-4), amplitude
+        tolerance = min(0.5 * expected, 0.05) or 0.01
+        assert difference.conicity(at) == pytest.approx(expected, rel=0.0, abs=tolerance + 5e-4), amplitude
 
 
 def test_wheels_of_unequal_diameters_roll_about_the_shift_of_equal_radii(rail_a):
@@ -145,7 +148,7 @@ def test_wheels_of_unequal_diameters_roll_about_the_shift_of_equal_radii(rail_a)
         **{"rail": rail_a, "wheel": "EN15302_B", "inclination_rad": 0.0, "track": Track(gauge_depth_mm=GAUGE_DEPTH_MM)},
         opposite=Opposite(rolling_radius_mm=459.0),
     )
-    found = geometry(case, [0.0])
-    assert found.unrolled.equal_radii_mm == pytest.approx(-3.0, abs=1e-3)
-    assert found.conicities[0].unrolled == pytest.approx(0.660, abs=0.05)
-    assert [one.amplitude_mm for one in found.conicities] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    wheelset_geometry = geometry(case, [0.0])
+    assert wheelset_geometry.unrolled.equal_radii_mm == pytest.approx(-3.0, abs=1e-3)
+    assert wheelset_geometry.conicities[0].unrolled == pytest.approx(0.660, abs=0.05)
+    assert [conicity.amplitude_mm for conicity in wheelset_geometry.conicities] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]

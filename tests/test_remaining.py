@@ -1,4 +1,4 @@
-"""The time that is left, against schedules of made-up durations whose end is known."""
+"""Estimates of the remaining time, against schedules of invented durations."""
 
 import heapq
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ from fecontact.solving.meshes import Meshes
 
 
 def schedule(durations: list[float], workers: int) -> list[tuple[float, float]]:
-    """Begin and end of each job, when the next one goes to the worker that is free first."""
+    """Begin and end of each job; the next job goes to the first free worker."""
     free = [0.0] * workers
     spans = []
     for seconds in durations:
@@ -24,39 +24,45 @@ def schedule(durations: list[float], workers: int) -> list[tuple[float, float]]:
     return spans
 
 
-def told(durations: list[float], workers: int) -> list[tuple[float, float, float]]:
-    """At the end of each job: what is told to be left, what a mean over all that is done would say, and what is."""
+def remaining_times(durations: list[float], workers: int) -> list[tuple[float, float, float]]:
+    """Remaining time at the end of each job: estimate, estimate by the mean, exact value.
+
+    The mean is over all finished jobs.
+    """
     spans = schedule(durations, workers)
     last = max(end for _, end in spans)
     lines = []
     for now in sorted({end for _, end in spans})[:-1]:
-        done = [end - begin for begin, end in spans if end <= now]
+        finished = [end - begin for begin, end in spans if end <= now]
         ages = [now - begin for begin, end in spans if begin <= now < end]
-        left = seconds_left(done, ages, len(spans) - len(done) - len(ages), workers)
+        left = seconds_left(finished, ages, len(spans) - len(finished) - len(ages), workers)
         assert left is not None
-        lines.append((left, now / len(done) * (len(spans) - len(done)), last - now))
+        lines.append((left, now / len(finished) * (len(spans) - len(finished)), last - now))
     return lines
 
 
 @pytest.mark.parametrize(("jobs", "workers"), [(9, 2), (10, 3), (4, 4), (7, 1), (13, 5)])
-def test_of_equal_jobs_the_time_left_is_exact(jobs, workers):
-    lines = told([12.0] * jobs, workers)
+def test_the_time_left_of_equal_jobs_is_exact(jobs, workers):
+    lines = remaining_times([12.0] * jobs, workers)
     assert [left for left, _, _ in lines] == pytest.approx([rest for _, _, rest in lines])
 
 
 @pytest.mark.parametrize(("jobs", "workers"), [(11, 2), (20, 4), (40, 8)])
-def test_of_jobs_that_are_alike_the_time_left_is_known_to_half_a_job(jobs, workers):
-    """A mean over all that is done, which knows nothing of what is under way, is off by more than twice as much."""
+def test_the_time_left_of_similar_jobs_is_exact_to_half_a_job(jobs, workers):
+    """Error of the estimate, compared with the mean over all finished jobs.
+
+    The mean ignores the jobs that are running; its error is more than twice the error of the estimate.
+    """
     random = np.random.default_rng(1)
-    lines = [line for _ in range(100) for line in told(list(random.lognormal(2.0, 0.2, jobs)), workers)]
+    lines = [line for _ in range(100) for line in remaining_times(list(random.lognormal(2.0, 0.2, jobs)), workers)]
     off = np.mean([[abs(left - rest), abs(before - rest)] for left, before, rest in lines], axis=0)
     assert off[0] < 0.5 * np.exp(2.0)
     assert off[0] < 0.5 * off[1]
 
 
 def test_the_last_jobs_are_not_told_to_begin_anew():
-    # seconds of the nine positions of the first study, the slow ones in the middle
-    lines = told([6.5, 6.6, 6.2, 10.9, 12.6, 8.9, 12.4, 5.1, 5.3], 2)
+    # seconds of the nine positions of the first study; the slow positions are in the middle
+    lines = remaining_times([6.5, 6.6, 6.2, 10.9, 12.6, 8.9, 12.4, 5.1, 5.3], 2)
     assert [(round(left), round(rest)) for left, _, rest in lines[-2:]] == [(8, 6), (1, 1)]
 
 
@@ -75,24 +81,24 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
         for name in "abcdef"
     ]
     heard: list[tuple[int, int, str]] = []
-    # one of them was finished before, and is only to be read
-    by = SimpleNamespace(
+    # a single job was finished before, and is only read
+    engine = SimpleNamespace(
         reused=["f"], recomputed={}, crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
     )
-    report = _Report(jobs, by, None)
+    report = _Report(jobs, engine, None)
     report.under_way(["a", "b"])
     now[0] += 10.0
     report.done(Done(name="a", seconds=10.0))
     report.under_way(["b", "c"])
     now[0] += 10.0
     report.done(Done(name="b", seconds=20.0))
-    # a cluster has all of them, and does two at a time
+    # a cluster has all jobs, and runs two at a time
     report.under_way(["c", "d", "e", "f"])
     assert heard == [
         (0, 6, "solving a, b"),
-        # b, as old as the only one that is known: a quarter of its age; c 10 s; then two more of 10 s
+        # b is as old as the only finished job: a quarter of its age; c: 10 s; then two more jobs of 10 s
         (1, 6, "solving b, c; about 20 s left"),
-        # c has 10 s left of the 20 s of the only one that took longer, d 15 s, as the one that waits
+        # c has 10 s left of 20 s, the duration of the only longer job; d takes 15 s, like the waiting job
         (2, 6, "solving c, d, e, f; about 25 s left"),
     ]
 
@@ -104,9 +110,9 @@ def test_durations_are_short(seconds, text):
 
 def test_a_job_that_tells_its_parts_goes_on_as_it_went():
     assert seconds_left([], [30.0], 0, 1) is None
-    # no job has ended: 3 of 4 parts took 30 s, and another one waits
+    # no job has ended: 3 of 4 parts took 30 s, and a second job waits
     assert seconds_left([], [30.0], 1, 1, [0.75]) == pytest.approx(10.0 + 40.0)
-    # a job that does not say takes as long as those that ended
+    # a job that does not report its progress takes as long as the finished jobs
     assert seconds_left([20.0], [30.0, 5.0], 0, 2, [0.5, 0.0]) == pytest.approx(max(60.0 - 30.0, 40.0 - 5.0))
 
 
@@ -124,34 +130,34 @@ def test_what_a_job_says_is_beside_its_folder_until_it_ends(tmp_path):
 def test_results_are_watched_with_the_time_that_is_left(monkeypatch):
     clock = iter([0.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("fecontact.jobs.remaining.time.monotonic", lambda: next(clock))
-    said = []
-    assert list(watched("abc", 3, lambda *one: said.append(one), "lines")) == ["a", "b", "c"]
-    assert said == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
-    # where there is nothing to do there is nothing to say
-    assert list(watched("", 0, lambda *one: said.append(one), "lines")) == []
-    assert len(said) == 3
+    calls = []
+    assert list(watched("abc", 3, lambda *arguments: calls.append(arguments), "lines")) == ["a", "b", "c"]
+    assert calls == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
+    # without jobs, nothing is reported
+    assert list(watched("", 0, lambda *arguments: calls.append(arguments), "lines")) == []
+    assert len(calls) == 3
 
 
 def test_meshes_say_how_long_they_take_by_what_the_finest_ones_took(monkeypatch):
     """A power of the unknowns, as the cost of a case before it is solved; nothing where steel yields."""
     clock = SimpleNamespace(stage="")
     position = SimpleNamespace(clock=clock, case=SimpleNamespace(may_yield=False, refine="auto"))
-    meshes, said = Meshes(position), []
+    meshes, stages = Meshes(position), []
     now = iter([0.0, 8.0, 8.0, 10.0, 10.0, 26.0, 26.0, 42.0])
     monkeypatch.setattr("fecontact.solving.meshes.time.perf_counter", lambda: next(now))
-    monkeypatch.setattr(meshes, "_solved", lambda position, coarser: said.append(clock.stage))
+    monkeypatch.setattr(meshes, "_solved", lambda position, coarser: stages.append(clock.stage))
     level = SimpleNamespace(degrees_of_freedom={"rail": 10_000, "wheel": 20_000})
     for coarser, unknowns in ((1.0, None), (1.5, 15_000.0), (1 / 1.5, 60_000.0)):
         meshes._level(position, coarser, unknowns and meshes._left_s([level], unknowns))
     position.case.refine = "evidence"
     meshes._level(position, 1 / 1.5)
-    assert said == [
+    assert stages == [
         "first meshes",
         f"coarser meshes, for the uncertainty, about {8.0 * 0.5**1.16:.0f} s left",
         f"finer meshes, because the verdict is open, about {8.0 * 2.0**1.16:.0f} s left if these decide it",
         "finer meshes, because the verdict, or that of the elements by themselves, is open",
     ]
-    # the finest ones count from then on
+    # from then on, the finest meshes count
     assert meshes._left_s([level], 30_000.0) == pytest.approx(16.0)
     position.case.may_yield = True
     assert meshes._left_s([level], 30_000.0) is None

@@ -1,4 +1,4 @@
-"""Reports: what they say against the records they are made of, and what a browser makes of them."""
+"""Reports: comparison with their records, and their appearance in a browser."""
 
 import json
 import re
@@ -41,7 +41,10 @@ LOST = {
 
 @pytest.fixture(scope="module")
 def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two shifts, judged by different criteria so that one fails, and a third one that was not solved."""
+    """Two shifts with different criteria, and a third shift that was not solved.
+
+    With the second criteria, the verdict is UNRESOLVED.
+    """
     out = tmp_path_factory.mktemp("a study & more")
     rows = []
     for shift, criteria in ((-1.0, Criteria()), (2.5, Criteria(misplaced=0.0047))):
@@ -52,16 +55,16 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     rows.append(LOST)
     study_figure(rows, out / "study.png")
     write_tables("two", 3, rows, out / "study")
-    shown = ShownPair(row=rows[1], placement=elliptic_quick.placement)
-    write_study_report("two <shifts>", reported(out, rows), out, shown=shown, conclusion="It is as expected.")
+    pair = ShownPair(row=rows[1], placement=elliptic_quick.placement)
+    write_study_report("two <shifts>", report_cases(out, rows), out, shown=pair, conclusion="It is as expected.")
     return out
 
 
-def reported(out: Path, rows: list[dict[str, Any]]) -> list[ReportedCase]:
+def report_cases(out: Path, rows: list[dict[str, Any]]) -> list[ReportedCase]:
     return [reported_case(row, out / "cases" / row["id"]) for row in rows]
 
 
-def parsed(path: Path) -> ElementTree.Element:
+def parse_page(path: Path) -> ElementTree.Element:
     return ElementTree.fromstring(path.read_text("utf-8").removeprefix("<!DOCTYPE html>\n"))
 
 
@@ -73,22 +76,26 @@ def text_of(element: ElementTree.Element) -> str:
 def test_the_answer_of_a_study_without_a_conclusion_stands_once(study, tmp_path):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     shutil.copy(study / "study.svg", tmp_path)
-    page = parsed(write_study_report("two", reported(study, rows), tmp_path))
-    head = [text_of(one) for one in page.iter("p")]
+    page = parse_page(write_study_report("two", report_cases(study, rows), tmp_path))
+    head = [text_of(paragraph) for paragraph in page.iter("p")]
     assert head[0].startswith("Hertz holds in 1 of 3 cases")
     assert head[1] == "Study two."
 
 
 def test_a_report_says_question_answer_and_reason(study):
-    page = parsed(study / "report.html")
-    head = [text_of(one) for one in page.iter("p")]
-    # the pair, not the name of a file; and the conclusion first
+    page = parse_page(study / "report.html")
+    head = [text_of(paragraph) for paragraph in page.iter("p")]
+    # the title is the pair, not the name of a file; the conclusion comes first
     assert text_of(next(page.iter("h1"))) == "Rail circle:300 and wheel cylinder:460, 100 kN"
     assert head[0] == "It is as expected."
     assert head[1] == "two <shifts>: Hertz holds in 1 of 3 cases, fails in 0, is open in 1, 1 could not be used."
     assert head[2].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
-    assert [text_of(one) for one in page.iter("p") if "to decide it: --resolution standard" in text_of(one)]
-    titles = [text_of(one) for one in page.iter("h2")]
+    assert [
+        text_of(paragraph)
+        for paragraph in page.iter("p")
+        if "to decide it: --resolution standard" in text_of(paragraph)
+    ]
+    titles = [text_of(heading) for heading in page.iter("h2")]
     assert titles == ["Verdicts", "The pair", "Cases", "Meshes and solver", "Terms", "What made it"]
     lines = [[text_of(cell) for cell in line.iter("td")] for line in next(page.iter("table")).iter("tr")][1:]
     assert [line[:3] for line in lines] == [
@@ -98,26 +105,26 @@ def test_a_report_says_question_answer_and_reason(study):
 
 
 def test_the_picture_of_the_pair_says_which_case_it_shows(study):
-    words = [text_of(one) for one in parsed(study / "report.html").iter("figcaption")]
+    words = [text_of(caption) for caption in parse_page(study / "report.html").iter("figcaption")]
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    used = [row.get("verdict_limit_used", 0.0) for row in rows]
-    assert used[1] == max(used) > used[0] > 0.0
-    case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({used[1]:.2f} times the limit)"
-    # after that of the whole study
+    utilisations = [row.get("verdict_limit_used", 0.0) for row in rows]
+    assert utilisations[1] == max(utilisations) > utilisations[0] > 0.0
+    case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({utilisations[1]:.2f} times the limit)"
+    # the caption after the caption of the whole study
     assert words[1] == f"Section through the first touch point {case}."
 
 
 def test_every_measure_that_is_judged_is_defined(study):
-    page = parsed(study / "report.html")
-    told = dict(zip(map(text_of, page.iter("dt")), map(text_of, page.iter("dd")), strict=True))
+    page = parse_page(study / "report.html")
+    definitions = dict(zip(map(text_of, page.iter("dt")), map(text_of, page.iter("dd")), strict=True))
     for words in WORDS.values():
-        meaning = told[f"{words.short}: {words.title}"]
-        # not its own name once more
+        meaning = definitions[f"{words.short}: {words.title}"]
+        # the definition does not repeat the name
         assert len(meaning) > 25
         assert words.title.lower() not in meaning.lower()
 
 
-def test_on_paper_all_measures_are_open(study):
+def test_all_measures_are_open_on_paper(study):
     style = (study / "report.html").read_text("utf-8").partition("@media print")[2].partition("</style>")[0]
     assert "details::details-content { content-visibility: visible;" in style
 
@@ -125,14 +132,14 @@ def test_on_paper_all_measures_are_open(study):
 def test_numbers_of_a_report_are_those_of_the_result(study):
     record = json.loads((study / "cases" / "at-1" / "result.json").read_text("utf-8"))
     hertz = record["theories"]["hertz"]
-    page = parsed(study / "report.html")
+    page = parse_page(study / "report.html")
     record |= record["theories"]
     (verdicts, measures, *_, solver) = list(page.iter("table"))
     cells = [text_of(cell) for cell in verdicts.iter("td")][:8]
-    off, unsure = ({name: 1e2 * hertz[of][name] for name in hertz[of]} for of in ("deviation", "uncertainty"))
+    off, uncertainty = ({name: 1e2 * hertz[key][name] for name in hertz[key]} for key in ("deviation", "uncertainty"))
     nearest = "p_max_MPa"
-    assert cells[3] == f"peak pressure {off[nearest]:+.2f} % ± {unsure[nearest]:.2f} % (limit ±5 %)"
-    assert cells[5:7] == [f"{of['p_max_MPa']:.0f}" for of in (record["fe"], hertz)]
+    assert cells[3] == f"peak pressure {off[nearest]:+.2f} % ± {uncertainty[nearest]:.2f} % (limit ±5 %)"
+    assert cells[5:7] == [f"{measures_of_method['p_max_MPa']:.0f}" for measures_of_method in (record["fe"], hertz)]
     lines = {text_of(line[0]): [text_of(cell) for cell in line] for line in measures.iter("tr") if line[0].tag == "td"}
     peak = lines["peak pressure (MPa)"]
     assert [float(cell) for cell in peak[1:3]] == pytest.approx(
@@ -140,11 +147,11 @@ def test_numbers_of_a_report_are_those_of_the_result(study):
     )
     assert peak[3:] == [
         f"{off['p_max_MPa']:+.2f} %",
-        f"{unsure['p_max_MPa']:.2f} %",
+        f"{uncertainty['p_max_MPa']:.2f} %",
         "±5 %",
         "HOLDS",
     ]
-    # those that decide; the others are folded
+    # the deciding measures; the other measures are folded
     assert list(lines) == [WORDS[measure].title for measure in record["verdict"]["limits"]]
     assert str(sum(record["solver"]["degrees_of_freedom"].values())) in [text_of(cell) for cell in solver.iter("td")]
 
@@ -152,7 +159,7 @@ def test_numbers_of_a_report_are_those_of_the_result(study):
 def test_a_report_is_one_file_that_asks_for_nothing(study):
     text = (study / "report.html").read_text("utf-8")
     sources = re.findall(r'(?:src|href)="([^"#][^"]{0,30})', text)
-    # section, study, ladder and two cases; and the icon that no browser shall ask for
+    # section, study, ladder and two cases, and the embedded icon, so that no browser requests it
     assert len(sources) == 6
     assert all(source.startswith("data:") for source in sources)
     assert "<script" not in text
@@ -163,32 +170,34 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     monkeypatch.setattr("fecontact.runs.store.solve", lambda case, progress=None: elliptic_quick)
     command = ["solve", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "0"]
     assert call([*command, "--out", str(tmp_path / "one")]) == 0
-    # the judged pressure that turns is in the one file
+    # the relief of the pressure, which can be turned, is in this file
     assert (tmp_path / "one" / "report.html").stat().st_size < 5e6
-    page = parsed(tmp_path / "one" / "report.html")
-    (decided,) = [text_of(one) for one in page.iter("p") if one.get("class") == "lead holds"]
+    page = parse_page(tmp_path / "one" / "report.html")
+    (decided,) = [text_of(paragraph) for paragraph in page.iter("p") if paragraph.get("class") == "lead holds"]
     assert re.fullmatch(
         r"Hertz HOLDS: (peak pressure -|misplaced load )0\.\d\d % ± 0\.\d\d % \(limit (±5|< 10) %\)", decided
     )
-    words = [text_of(one) for one in page.iter("figcaption")]
-    # section, the case itself, and its relief: one point is no line over the shift
+    words = [text_of(caption) for caption in page.iter("figcaption")]
+    # section, the case, and its relief: a single point does not give a line over the shift
     assert len(words) == 3
     assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
-    (relief,) = [json.loads(text_of(one)) for one in page.iter("script") if one.get("type") == "application/json"]
+    (relief,) = [
+        json.loads(text_of(script)) for script in page.iter("script") if script.get("type") == "application/json"
+    ]
     x, y, z, pressure = (np.array(relief[name]) for name in ("x", "y", "z", "p"))
-    # the peak that the page says elsewhere lies between nodes
+    # the peak in the text of the page is between nodes
     assert relief["peak_MPa"] == round(elliptic_quick.comparison.fe.p_max_MPa)
     assert [relief["peak_MPa"], pressure.max()] == pytest.approx([1238.4] * 2, abs=1.0)
-    # on the rail of radius 300, and its pressure carries the load
+    # the relief is on the rail of radius 300, and its pressure carries the load
     assert np.hypot(y, z + 300.0) == pytest.approx(300.0, abs=1e-3)
     carried = np.trapezoid(np.trapezoid(pressure.reshape(x.size, y.size), 300.0 * np.arctan2(y, z + 300.0)), x)
     assert carried == pytest.approx(100e3, rel=2e-3)
-    # by a limit that the elements' own error comes near; with forces a stored case is judged in test_load
-    given = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
-    assert call([*given, "--misplaced-load-percent", "0.01"]) == 0
-    page = parsed(tmp_path / "again" / "report.html")
-    assert next(text_of(one) for one in page.iter("p")).startswith("Hertz UNRESOLVED: misplaced load")
-    # the picture is not the one of the old verdict
+    # the limit is close to the error of the elements; judging a stored case with forces is tested in test_load
+    command_again = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
+    assert call([*command_again, "--misplaced-load-percent", "0.01"]) == 0
+    page = parse_page(tmp_path / "again" / "report.html")
+    assert next(text_of(paragraph) for paragraph in page.iter("p")).startswith("Hertz UNRESOLVED: misplaced load")
+    # the picture does not show the old verdict
     assert "(limit < 0.01 %)" in text_of(page)
     assert {path.name for path in (tmp_path / "again").iterdir()} == {
         "study.csv", "study.json", "report.html",
@@ -197,10 +206,10 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
 
 @pytest.mark.slow
 def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
-    found = assert_readable(study / "report.html", tmp_path)
-    assert found["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
-    assert len(found["pictures"]) == 5
-    assert not any(is_open for _, is_open in found["folded"])
+    rendered = assert_readable(study / "report.html", tmp_path)
+    assert rendered["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
+    assert len(rendered["pictures"]) == 5
+    assert not any(is_open for _, is_open in rendered["folded"])
 
 
 def test_a_relief_turns_in_a_browser(elliptic_quick, tmp_path):
@@ -218,10 +227,10 @@ def test_a_relief_turns_in_a_browser(elliptic_quick, tmp_path):
       }));
     })));</script></body>"""
     page.write_text(style.page("relief", [picture]).replace("</body>", check), "utf-8")
-    found = shown(page, 800, tmp_path)
-    assert found["console"] == []
-    assert found["requests"] == []
-    assert found["content_width"] == 800
+    rendered = shown(page, 800, tmp_path)
+    assert rendered["console"] == []
+    assert rendered["requests"] == []
+    assert rendered["content_width"] == 800
 
 
 def test_the_browser_finds_what_is_wrong(tmp_path):
@@ -234,39 +243,39 @@ def test_the_browser_finds_what_is_wrong(tmp_path):
             "<script>console.error('planted')</script></body>",
         )
     )
-    found = shown(page, 400, tmp_path)
-    assert found["content_width"] > 400
-    assert found["pictures"][0][1] == 0
-    assert found["requests"] == ["http://127.0.0.1:9/no.png"]
-    assert [line for line in found["console"] if "planted" in line]
+    rendered = shown(page, 400, tmp_path)
+    assert rendered["content_width"] > 400
+    assert rendered["pictures"][0][1] == 0
+    assert rendered["requests"] == ["http://127.0.0.1:9/no.png"]
+    assert [line for line in rendered["console"] if "planted" in line]
 
 
 @pytest.mark.slow
 def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
-    other = tmp_path / "other"
-    shutil.copytree(study, other)
-    document = json.loads((other / "study.json").read_text("utf-8"))
+    other_study = tmp_path / "other"
+    shutil.copytree(study, other_study)
+    document = json.loads((other_study / "study.json").read_text("utf-8"))
     document["rows"][0]["fe_p_max_MPa"] *= 1.03
     del document["sha256"]
-    write_csv(document["rows"], other / "study.csv")
-    write_sealed(other / "study.json", document, [other / "study.csv"])
+    write_csv(document["rows"], other_study / "study.csv")
+    write_sealed(other_study / "study.json", document, [other_study / "study.csv"])
     page = tmp_path / "comparison.html"
-    assert call(["compare", str(study), str(other), "--out", str(tmp_path)]) == 1
-    found = assert_readable(page, tmp_path)
-    texts = [text for text, _, _ in found["cells"]]
-    # what differs is seen, by a name that can be read; all that is equal is folded away
+    assert call(["compare", str(study), str(other_study), "--out", str(tmp_path)]) == 1
+    rendered = assert_readable(page, tmp_path)
+    texts = [text for text, _, _ in rendered["cells"]]
+    # differences are visible, with a readable name; equal columns are folded
     assert texts[:3] == ["fe_p_max_MPa", "1/3", "-1 mm, 100 kN"]
     assert len(texts) == 8 + 7
-    assert len(found["folded"]) == 4
-    assert not any(is_open for _, is_open in found["folded"])
+    assert len(rendered["folded"]) == 4
+    assert not any(is_open for _, is_open in rendered["folded"])
 
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     monkeypatch.setattr("fecontact.outputs.study_report.MOST_PICTURES", 1)
     monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
-    page = parsed(write_study_report("few", reported(study, rows), study))
-    assert [text_of(one) for one in page.iter("h3")] == [
+    page = parse_page(write_study_report("few", report_cases(study, rows), study))
+    assert [text_of(heading) for heading in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
     ]
     assert "1 of 3 cases, those that use most of a limit; all are in cases/ID/case.png." in text_of(page)
@@ -277,7 +286,7 @@ def test_the_ladder_is_drawn_only_of_what_tells_it(study):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     figure = ladder_figure(rows)
     assert figure is not None
-    # of each step a mark a case
+    # each step has a mark per case
     assert all(len(line.get_xdata()) == 2 for ax in figure.axes for line in ax.get_lines() if line.get_marker() == "o")
 
 
