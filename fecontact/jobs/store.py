@@ -1,4 +1,7 @@
-"""Finished jobs in separate folders, and the lock that lets one process at a time write into a folder."""
+"""Finished jobs in separate folders, and locks of these folders.
+
+A lock lets only 1 process at a time write into a folder.
+"""
 
 from __future__ import annotations
 
@@ -68,10 +71,10 @@ class Kept:
 
 @contextmanager
 def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterator[Path]:
-    """Open a temporary folder for a job's files; it replaces `final` in one step if nothing is raised.
+    """Open a temporary folder for a job's files.
 
-    Checksums of the files are written first. A reader, also after a killed run, sees the old folder, no folder, or the
-    complete new folder.
+    If nothing is raised, the temporary folder replaces `final` in one step. Checksums of the files are written first. A
+    reader, also after a killed run, sees the old folder, no folder, or the complete new folder.
 
     Parameters
     ----------

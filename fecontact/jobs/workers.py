@@ -188,9 +188,9 @@ def _try_job(job: Job) -> Done:
     try:
         return _do_job(job)
     except MemoryError:
-        return _describe_failure(job, "out of memory", short=True)
+        return _describe_failure(job, "out of memory", is_short_of_memory=True)
     except FecontactError as error:
-        return _describe_failure(job, str(error), short=isinstance(error, NotEnoughMemory))
+        return _describe_failure(job, str(error), is_short_of_memory=isinstance(error, NotEnoughMemory))
     except OSError as error:
         # most often a full disk
         return _describe_failure(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
