@@ -119,7 +119,7 @@ _SIZE = Number(help="", label="element size", unit="mm", remedy="a tenth of the 
 
 
 def _is_sizes(value: Any) -> bool:
-    """Whether a value is a pair of element sizes, or an attempt at a pair, and not a list of values."""
+    """Whether a value is meant as a pair of element sizes, not as a list of values."""
     return isinstance(value, list | tuple) and None not in map(as_number, value)
 
 
@@ -312,7 +312,7 @@ class Case:
         return not isinstance(self.rolling_radius_mm, _WheelRadius)
 
     def _choose_radius(self) -> None:
-        """Take the rolling radius from the wheel's file, or else the default, if no radius is given."""
+        """Take a missing rolling radius from the wheel's file, or else the default."""
         radius: Any = self.rolling_radius_mm
         if radius is None or (isinstance(radius, _WheelRadius) and radius.wheel != self.wheel):
             file_radius_mm = None
@@ -414,7 +414,7 @@ class Case:
 
     @property
     def nodes_a_semi_axis(self) -> int:
-        """Nodes of the pressure on the narrowest semi-axis of the patch, for any shape of the elements."""
+        """Nodes of the pressure on the narrowest semi-axis, for any shape of the elements."""
         return _NODES_OF_MORE_ELEMENTS if self.resolution in ("standard", "fine") else NODES_A_SEMI_AXIS
 
     @property

@@ -15,7 +15,7 @@ from fecontact.inputs.slots import inputs
 
 
 def _limit(default: float, measure: str, help: str, key: str) -> Any:
-    """Describe the limit of a measure, with a label, a range and a remedy for messages.
+    """Describe the limit of a measure, with label, range and remedy for messages.
 
     Parameters
     ----------

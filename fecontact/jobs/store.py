@@ -183,7 +183,7 @@ def _name_temporary_folder(final: Path) -> Path:
 
 
 def _replace_folder(temporary: Path, final: Path) -> None:
-    """Rename a temporary folder to its final name, and remove the folder that had this name."""
+    """Move a temporary folder to its final name; the folder that had this name is removed."""
     replaced = _name_temporary_folder(final)
     while True:
         with contextlib.suppress(FileNotFoundError):
@@ -335,7 +335,7 @@ LOCK = "run.lock"
 
 @contextmanager
 def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
-    """Lock the folder of a run for the complete run, or for a part beside other parts.
+    """Lock the folder of a run, for the complete run or for a part.
 
     Parameters
     ----------

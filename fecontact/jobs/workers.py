@@ -412,7 +412,7 @@ class _QuietPool(ProcessPoolExecutor):
 
 @contextmanager
 def _hide_main_script() -> Iterator[None]:
-    """Replace the main module by an empty module, so that a new process does not import the script."""
+    """Hide the main module, so that a new process does not import the script."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:
@@ -443,7 +443,10 @@ def _initialise_worker() -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent has ended, also by kill -9, which a process pool does not notice."""
+    """End this process when its parent has ended.
+
+    A process pool does not notice an end by kill -9.
+    """
     parent = parent_process()
     if parent is not None:
         connection.wait([parent.sentinel])

@@ -86,7 +86,7 @@ def theory(case: Case, name: str) -> Record:
 
 
 def theories() -> Record:
-    """List the judged theories of the pressure and the laws, such as laws of creep forces.
+    """List the judged theories of the pressure, and laws such as laws of creep forces.
 
     Returns
     -------

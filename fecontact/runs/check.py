@@ -71,14 +71,14 @@ def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
     cases = load_study(path, quick=quick).cases
     positions = _distinct_positions(cases)
     problems = tuple(_find_profile_problems(cases))
-    placed, problem = (0, None) if problems else _try_positions(positions)
+    tried_count, problem = (0, None) if problems else _try_positions(positions)
     problems = problems if problem is None else (problem,)
     return StudyCheck(
         cases=len(cases),
         varied=tuple(_describe_varied_inputs(cases)),
         cost=None if problems else cost_of(cases, min(default_workers(), len(cases)), files=STUDY_FILES_S),
         positions=len(positions),
-        placed=placed,
+        placed=tried_count,
         problems=problems,
         notes=unusual(cases),
     )
@@ -124,8 +124,8 @@ def _try_positions(positions: Sequence[Case]) -> tuple[int, str | None]:
     return len(chosen), None
 
 
-def _find_problem(read: Callable[[], object]) -> Iterable[str]:
+def _find_problem(load_profile: Callable[[], object]) -> Iterable[str]:
     try:
-        read()
+        load_profile()
     except InputError as error:
         yield str(error)

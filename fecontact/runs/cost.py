@@ -164,7 +164,7 @@ def longest_first(cases: Mapping[str, Case], workers: int) -> list[str]:
 
 
 def spread(candidates: Sequence[Item], max_count: int) -> list[Item]:
-    """Select a limited number of elements of a sequence, evenly from the first to the last.
+    """Select evenly spaced elements of a sequence, from the first to the last.
 
     Parameters
     ----------
@@ -186,7 +186,9 @@ _ANY_LOAD_N = 100e3
 
 
 def any_load(case: Case) -> Case:
-    """Replace the load of a case by a common load, for the comparison of cases that share meshes.
+    """Replace the load of a case by a common load.
+
+    Cases that share meshes are equal after this.
 
     A roll that depends on the load is different for each load; then the case is returned unchanged.
     """

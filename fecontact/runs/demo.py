@@ -115,12 +115,12 @@ def run_demo(
     """
     settings = settings or RunSettings()
     outcome = run_map(BASE, SHIFTS_MM, LOADS_N, out, settings=settings, progress=map_progress)
-    shown = shown_case(outcome.made)
-    cases = {case_id(case): case for case in (SPHERE, shown) if case is not None}
+    paraview_case = shown_case(outcome.made)
+    cases = {case_id(case): case for case in (SPHERE, paraview_case) if case is not None}
     rows: dict[str, Row] = {}
 
-    def keep_row(done: Done) -> None:
-        rows[done.name] = _row(cases[done.name], done, out)
+    def keep_row(job_outcome: Done) -> None:
+        rows[job_outcome.name] = _row(cases[job_outcome.name], job_outcome, out)
 
     with open_run(out, out / "cases", settings, case_progress) as demo_run:
         jobs = [
@@ -128,7 +128,7 @@ def run_demo(
             for name, case in cases.items()
         ]
         finish(jobs, demo_run, on_done=keep_row)
-    shown_row = None if shown is None else rows[case_id(shown)]
+    shown_row = None if paraview_case is None else rows[case_id(paraview_case)]
     if shown_row is not None and has_numbers(shown_row):
         write_view(case_folder(out, str(shown_row["id"])))
     return DemoOutcome(
@@ -141,7 +141,9 @@ def run_demo(
 
 
 def shown_case(map_result: ApplicabilityMap) -> Case | None:
-    """Case with the largest deviation of the peak pressure, if possible among the cases for which Hertz fails.
+    """Case with the largest deviation of the peak pressure.
+
+    Cases for which Hertz fails are preferred.
 
     Parameters
     ----------

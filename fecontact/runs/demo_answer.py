@@ -61,7 +61,7 @@ def _describe_holding(map_: ApplicabilityMap, *, is_known: bool) -> str:
 
 
 def _describe_failing(map_: ApplicabilityMap, *, is_known: bool) -> str:
-    """Shifts and loads at which Hertz fails, with the causes, as the end of a sentence."""
+    """Shifts and loads at which Hertz fails, with causes, as a part of a sentence."""
     by_cause: dict[str, list[str]] = {}
     for position in map_.positions:
         if (loads := _describe_loads(position, "FAILS", map_.loads_N)) is not None:

@@ -26,7 +26,7 @@ _SOLVER_PACKAGES = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 
 
 def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
-    """Readable name of a case with a hash of all inputs of its solution, usable as a file name.
+    """Readable file name of a case with a hash of all inputs of its solution.
 
     For a profile that is a file the hash covers the content, not the folder. Criteria and creepages, with which a
     solved case is judged, do not count. Versions do not count either: results of two versions have equal ids and can be
@@ -65,7 +65,7 @@ def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
 
 
 def _shorten_name(name: str) -> str:
-    """Shorten a name to `_MAX_NAME_BYTES`, since the name of a file has at most 255 bytes."""
+    """Shorten a name to `_MAX_NAME_BYTES`; file names have at most 255 bytes."""
     return name.encode("utf-8", "replace")[:_MAX_NAME_BYTES].decode("utf-8", "ignore")
 
 
@@ -96,15 +96,15 @@ def input_files(case: Case) -> dict[str, dict[str, str]]:
 
 
 def with_absolute_paths(case: Case) -> Case:
-    """Replace relative paths of a case by absolute paths, for a process that runs in another folder."""
+    """Make the paths of a case absolute, for a process in another folder."""
     paths = {body: profile_file(spec) for body, spec in case.profiles.items()}
     return case.with_profiles({body: str(path.absolute()) for body, path in paths.items() if path is not None})
 
 
 def origin_of(case: Case) -> Origin:
-    """Determine all causes of the numbers of a case on this machine in addition to its inputs.
+    """Determine the versions, sources and criteria of the numbers of a case on this machine.
 
-    The causes are the versions of this package, of Python and of the packages that compute, the solver path, the
+    They are the versions of this package, of Python and of the packages that compute, the solver path, the
     digests of the sources that solve and that evaluate, the criteria, and friction with creepages. A solver that this
     machine does not have is left for `solve` to refuse.
 

@@ -55,7 +55,10 @@ class SolvingPosition:
     pictured: bool = False
 
     def __call__(self, folder: Path, finished: Path | None) -> Made:
-        """Solve the position, or copy the finished folder if a new solution would have no more."""
+        """Solve the position, or copy the finished folder.
+
+        The folder is copied if a new solution would not have more data.
+        """
         stored_position = None if finished is None else judged_again(read_position, finished, self.case)
         if finished is not None and stored_position is not None and stored_position.limit.narrowed:
             copy_solved(finished, folder, self.case)
@@ -164,7 +167,7 @@ def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool
 
 
 def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> FoundPosition:
-    """Draw the cells of a position, and evaluate the quantities of a row that take longest."""
+    """Draw the cells of a position, and evaluate the slow quantities of a row."""
     from fecontact.maps.report import cell_picture
 
     pictures = {}
@@ -185,10 +188,10 @@ def _restore_position(stored: Stored) -> MapPosition:
     if placement is None:
         limit = LoadLimit(reason=record["reason"])
         return MapPosition(lateral_shift_mm=shift, cells=tuple(cells.values()), limit=limit)
-    tried = tuple(stored.judged(number, tried=True) for number in range(record["tried"]))
+    tried = tuple(stored.judged(number, is_from_search=True) for number in range(record["tried"]))
     for number in range(len(tried), len(record["loads"])):
-        judged = stored.judged(number)
-        cells[judged.load_N] = solved_cell(shift, judged)
+        load = stored.judged(number)
+        cells[load.load_N] = solved_cell(shift, load)
     return mapped_position(shift, cells.values(), tried, placement, stopped=stopped_cell)
 
 

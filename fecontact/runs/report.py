@@ -52,7 +52,7 @@ def report_study(
     out: Path,
     criteria: Criteria | None,
     conclusion: str | None,
-    shown: ShownPair | None,
+    shown_pair: ShownPair | None,
 ) -> Path:
     """Write the report of a study with its results in `out`.
 
@@ -68,7 +68,7 @@ def report_study(
         Criteria of all cases; None if the cases have different criteria.
     conclusion
         Text of the conclusion; None without a conclusion.
-    shown
+    shown_pair
         Pair for the picture; None without a picture.
 
     Returns
@@ -80,20 +80,20 @@ def report_study(
         study.name,
         [reported_case(row, case_folder(out, str(row["id"]))) for row in rows],
         out,
-        shown=shown,
+        shown=shown_pair,
         criteria=criteria,
         conclusion=conclusion,
     )
 
 
-def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
-    """Write the files of a solved case, as `load` and `judge` read them, with its report.
+def keep_with_report(result: CaseResult, case_records: Told, folder: Path) -> Path:
+    """Write the files of a solved case for `load` and `judge`, and its report.
 
     Parameters
     ----------
     result
         Solved case.
-    told
+    case_records
         Row and record of the case.
     folder
         Folder for the files.
@@ -104,14 +104,14 @@ def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
         The report.
     """
     keep_solved(result, result.case, folder)
-    keep_told(result, told, folder, svg=True)
+    keep_told(result, case_records, folder, svg=True)
     seal_case(result.case, folder)
     relief = relief_picture(result.load, result.placement)
     return write_study_report(
         case_words(result.case, result.placement),
-        [ReportedCase(row=told.row, record=told.record, picture=folder / "case.png", relief=relief)],
+        [ReportedCase(row=case_records.row, record=case_records.record, picture=folder / "case.png", relief=relief)],
         folder,
-        shown=ShownPair(row=told.row, placement=result.placement),
+        shown=ShownPair(row=case_records.row, placement=result.placement),
         criteria=result.case.criteria,
     )
 

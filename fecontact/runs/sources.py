@@ -185,14 +185,14 @@ def _read(text: str) -> tuple[list[str], str]:
             # a name that is imported from a package may be a module of this package
             imports += [module, *(f"{module}.{alias.name}" for alias in node.names)]
         elif isinstance(node, ast.Call):
-            node.keywords = [one for one in node.keywords if one.arg not in _TEXT_ARGUMENTS]
+            node.keywords = [keyword for keyword in node.keywords if keyword.arg not in _TEXT_ARGUMENTS]
         elif isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call):
             # the help of an input is a sentence after its default
-            node.value.args = [one for one in node.value.args if not _is_sentence(one)]
+            node.value.args = [argument for argument in node.value.args if not _is_sentence(argument)]
         elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
             node.exc.args = []
         elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
-            node.body = [one for one in node.body if not _is_text(one)]
+            node.body = [statement for statement in node.body if not _is_text(statement)]
     return imports, hashlib.sha256(_syntax_text(tree).encode()).hexdigest()
 
 
@@ -219,6 +219,6 @@ def _is_sentence(node: ast.expr) -> bool:
 
 
 def _is_text(statement: ast.stmt) -> bool:
-    """Whether a statement is a docstring of a module, a class, a function or an attribute."""
+    """Whether a statement is a docstring, also the docstring of an attribute."""
     value = statement.value if isinstance(statement, ast.Expr) else None
     return isinstance(value, ast.Constant) and isinstance(value.value, str)

@@ -88,7 +88,7 @@ def stored_study(folder: Path) -> tuple[str, list[Row], int]:
 
 
 def _is_row(row: Any) -> bool:
-    """Whether a row has the id of a case, usable as the name of a folder, and a status."""
+    """Whether a row has a status and an id that can name a folder."""
     has_texts = isinstance(row, Mapping) and isinstance(row.get("id"), str) and isinstance(row.get("status"), str)
     return has_texts and is_name(row["id"])
 
