@@ -162,6 +162,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    """Import a public name of the package on its first use."""
     # the command line must answer --help at once: no large module is imported before its use
     if name == "plot":
         return import_module("fecontact.plot")

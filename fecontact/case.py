@@ -72,6 +72,7 @@ def _angle(default: Any, help: str, remedy: str, **options: Any) -> Any:
 
 
 def _irregularity(help: str) -> Any:
+    """Describe an irregularity as an input, which files give as a text."""
     return custom(
         None,
         help,
@@ -281,6 +282,7 @@ class Case:
     )
 
     def __post_init__(self) -> None:
+        """Fill in the radius, the roll and the paths of profiles, and refuse contradictions."""
         if self.library is not None:
             from fecontact.profiles.library import in_folder
 
@@ -357,6 +359,7 @@ class Case:
         )
 
     def __repr__(self) -> str:
+        """Text with the pair, the shift, the load and all inputs that differ from their defaults."""
         usual = type(self)()
         changed_names = (
             case_field.name

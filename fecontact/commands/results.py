@@ -53,7 +53,7 @@ def judge(
     from fecontact.files import json_text
     from fecontact.outputs.words import criteria_text
     from fecontact.regression.tables import load_table
-    from fecontact.runs.judged_study import workers_of
+    from fecontact.runs.judged_study import count_judging_processes
     from fecontact.runs.judging_again import judge as judge_stored
 
     case = options.case()
@@ -61,7 +61,7 @@ def judge(
     def before(place_count: int) -> str:
         loads = len(load_table(folder).rows)
         seconds_per_load = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
-        seconds = seconds_per_load * loads / workers_of(place_count, case.creep)
+        seconds = seconds_per_load * loads / count_judging_processes(place_count, case.creep)
         unit = "cell" if (folder / "map.json").is_file() else "case"
         return f"{count(loads, unit)}: about {duration(max(1.0, seconds))}"
 

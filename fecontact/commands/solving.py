@@ -223,7 +223,7 @@ def validate(
     workers
         Cases at a time, as for `run`.
     """
-    from fecontact.runs.validation import checked_studies
+    from fecontact.runs.validation import load_checked_studies
     from fecontact.runs.validation import validate as run_and_check
 
     @contextmanager
@@ -233,7 +233,7 @@ def validate(
             yield progress
 
     require_finite_elements()
-    selected_studies = checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
+    selected_studies = load_checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
     result = run_and_check(selected_studies, out, table=report, workers=workers, watched=open_progress)
     for check in result.failed:
         print(

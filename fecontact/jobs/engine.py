@@ -59,7 +59,7 @@ class RunSettings:
         """Ending of the names of the tables of a part; empty for a complete run."""
         return "" if self.part is None else f".part-{self.part[0]}-of-{self.part[1]}"
 
-    def own_part(self, names: Sequence[str]) -> tuple[str, ...]:
+    def select_part(self, names: Sequence[str]) -> tuple[str, ...]:
         """Ids of the jobs in this part, each once."""
         distinct_names = tuple(dict.fromkeys(names))
         return distinct_names if self.part is None else distinct_names[self.part[0] - 1 :: self.part[1]]
@@ -271,7 +271,7 @@ class _Report:
         # a job that was finished before took almost no time, which is no measure for other jobs
         if outcome.seconds and outcome.name not in self._by.reused:
             self._durations.append(outcome.seconds)
-        if outcome.program_error:
+        if outcome.is_program_error:
             self._program_errors.append(outcome)
         elif self._on_done is not None:
             self._on_done(outcome)

@@ -132,7 +132,7 @@ class Done:
     ----------
     failure
         Reason for a missing result; None if the job has a result.
-    program_error
+    is_program_error
         Whether the failure is an error of the program, which is not caused by the inputs of the job.
     short_of_memory
         Whether the job may succeed when it runs alone.
@@ -146,7 +146,7 @@ class Done:
 
     name: str
     failure: str | None = None
-    program_error: bool = False
+    is_program_error: bool = False
     short_of_memory: bool = False
     value: Any = None
     unreadable: str | None = None
@@ -200,7 +200,7 @@ def _try_job(job: Job) -> Done:
         with contextlib.suppress(OSError):
             write_text(file, traceback.format_exc())
         outcome = _describe_failure(job, f"{type(error).__name__}: {error}; see {file.name}")
-        return replace(outcome, program_error=isinstance(error, PROGRAM_ERRORS))
+        return replace(outcome, is_program_error=isinstance(error, PROGRAM_ERRORS))
 
 
 def error_file(folder: Path) -> Path:
@@ -681,4 +681,4 @@ def _collect_outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew)
     except Exception as error:
         # errors of the executor, such as a cluster that has given the job up
         failure, is_program_error = f"{type(error).__name__}: {error}", isinstance(error, PROGRAM_ERRORS)
-    return tuple(Done(name=job.name, failure=failure, program_error=is_program_error) for job in group)
+    return tuple(Done(name=job.name, failure=failure, is_program_error=is_program_error) for job in group)

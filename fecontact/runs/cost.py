@@ -116,7 +116,7 @@ def cost_of(
     )
     variant_seconds = sum(case_preview.lines_seconds for case_preview in previews)
     # if there are fewer positions than workers, the loads of a position are divided among workers
-    first_loads = max(len({any_load(case) for case in cases}), min(workers, len(cases)))
+    first_loads = max(len({use_common_load(case) for case in cases}), min(workers, len(cases)))
     solutions_per_worker = (first_loads + _FURTHER_LOAD_FRACTION * (len(cases) - first_loads)) / len(previews) / workers
     variants_s = len(cases) / len(previews) / workers * variant_seconds
     limits_s, most_limits_s = (loads * variant_seconds / len(previews) / workers for loads in further)
@@ -185,7 +185,7 @@ def spread(candidates: Sequence[Item], max_count: int) -> list[Item]:
 _ANY_LOAD_N = 100e3
 
 
-def any_load(case: Case) -> Case:
+def use_common_load(case: Case) -> Case:
     """Replace the load of a case by a common load.
 
     Cases that share meshes are equal after this.

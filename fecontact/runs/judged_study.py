@@ -116,7 +116,7 @@ def judge_study(
         If the folder holds neither a study nor a case, or `out` is the folder itself.
     """
     folder = Path(folder)
-    check_out(folder, out)
+    refuse_output_folder(folder, out)
     if (folder / RESULT).is_file():
         row = read_row(folder / ROW)
         name, before, folders, cases = str(row["id"]), [row], [folder], 1
@@ -172,7 +172,7 @@ def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[.
     return evaluators(count, here=_is_done_here(count, creep))
 
 
-def workers_of(count: int, creep: Creep | None) -> int:
+def count_judging_processes(count: int, creep: Creep | None) -> int:
     """Number of processes that judge a number of cases."""
     return 1 if _is_done_here(count, creep) else min(default_workers(), count)
 
@@ -195,7 +195,7 @@ def _judge_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
     return case_row(read_case(folder, criteria=criteria, creep=creep))
 
 
-def check_out(folder: Path, out: Path | None) -> None:
+def refuse_output_folder(folder: Path, out: Path | None) -> None:
     """Refuse an output folder that would change or replace solved results.
 
     These are the folder of the results, folders below it, and folders with other solved results.

@@ -11,7 +11,7 @@ from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.remaining import Progress
 from fecontact.outputs.parts import Part
-from fecontact.runs.judged_study import check_out, judge_study
+from fecontact.runs.judged_study import judge_study, refuse_output_folder
 from fecontact.runs.stored_map import judge_map
 
 
@@ -82,7 +82,7 @@ def judge(
     criteria, creep = criteria or Criteria(), creep or Creep()
     creep.refuse_unheard()
     given_creep = creep if creep.asked else None
-    check_out(folder, out)
+    refuse_output_folder(folder, out)
     if (folder / "map.json").is_file():
         return judge_map(folder, criteria, out, creep=given_creep, measure=measure, theory=theory, progress=progress)
     if measure != "pressure" or theory != HERTZ:

@@ -21,9 +21,9 @@ from fecontact.runs.store import (
     copy_solved,
     judged_again,
     keep_loads,
+    read_solution,
     read_stored,
     refuse_changed_profiles,
-    solved_in,
 )
 
 
@@ -124,7 +124,7 @@ def read_position(
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FoundPosition:
+class PicturedPosition:
     """A position, and pictures of its cells.
 
     Attributes
@@ -139,7 +139,7 @@ class FoundPosition:
     pictures: Mapping[float, bytes]
 
 
-def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool) -> FoundPosition:
+def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool) -> PicturedPosition:
     """Read a finished position, with pictures of its cells.
 
     Parameters
@@ -155,7 +155,7 @@ def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool
 
     Returns
     -------
-    FoundPosition
+    PicturedPosition
         The position and its pictures.
 
     Raises
@@ -166,7 +166,7 @@ def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool
     return _draw_position(read_position(folder, criteria=criteria, creep=creep), dear=dear, pictured=pictured)
 
 
-def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> FoundPosition:
+def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> PicturedPosition:
     """Draw the cells of a position, and evaluate the slow quantities of a row."""
     from fecontact.maps.report import cell_picture
 
@@ -177,7 +177,7 @@ def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> Foun
             _ = cell.judged.comparison.overlap
             if pictured and position.placement is not None:
                 pictures[cell.load_N] = cell_picture(cell.judged, position.placement)
-    return FoundPosition(position=with_dear_readings(position) if dear else position, pictures=pictures)
+    return PicturedPosition(position=with_dear_readings(position) if dear else position, pictures=pictures)
 
 
 def _restore_position(stored: Stored) -> MapPosition:
@@ -198,7 +198,7 @@ def _restore_position(stored: Stored) -> MapPosition:
 def has_open_loads(folder: Path) -> bool:
     """Whether a finished position has failed or not converged loads, which are worth another attempt."""
     try:
-        return not all(usable(cell) for cell in solved_in(folder)["cells"])
+        return not all(usable(cell) for cell in read_solution(folder)["cells"])
     except (InputError, KeyError, TypeError):
         # a missing or damaged position is solved anyway
         return False

@@ -157,7 +157,7 @@ class _MapRun:
 
     def solve(self) -> None:
         """Solve the positions that are not finished."""
-        names = self.opened_run.settings.own_part(list(self._shifts))
+        names = self.opened_run.settings.select_part(list(self._shifts))
         # towards the gauge corner curvatures are large and second patches appear: the longest positions come first
         names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
         largest = {name: replace(self.cases[self._shifts[name]], load_N=self.loads_N[-1]) for name in names}

@@ -97,7 +97,7 @@ class Solving:
         return Made(short_of_memory=result.short_of_memory)
 
 
-class OfLoads(Protocol):
+class SolvedLoads(Protocol):
     """Solution at a position."""
 
     @property
@@ -109,7 +109,7 @@ class OfLoads(Protocol):
         """All loads with numbers."""
 
 
-Solved = TypeVar("Solved", bound=OfLoads)
+Solved = TypeVar("Solved", bound=SolvedLoads)
 
 
 def judged_again(read_result: Callable[..., Solved], finished: Path, case: Case) -> Solved | None:
@@ -126,7 +126,7 @@ def judged_again(read_result: Callable[..., Solved], finished: Path, case: Case)
 
     Returns
     -------
-    OfLoads or None
+    SolvedLoads or None
         The result. None if it has another layout, or if a new solution would refine its meshes further.
     """
     try:
@@ -232,7 +232,7 @@ def keep_solved(result: CaseResult, case: Case, folder: Path) -> None:
     write_case_vtk(result, folder)
 
 
-def keep_loads(result: OfLoads, case: Case, folder: Path, **entries: Any) -> None:
+def keep_loads(result: SolvedLoads, case: Case, folder: Path, **entries: Any) -> None:
     """Write all data from which the loads of a position can be judged again.
 
     Parameters
@@ -418,8 +418,8 @@ def read_stored(
     InputError
         If the folder has another layout, or was changed.
     """
-    record = solved_in(folder)
-    with refused_if_changed(folder, "solve it again"):
+    record = read_solution(folder)
+    with refuse_changed_files(folder, "solve it again"):
         case = stored_case(folder, record["case"])
         case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
         placement = None if record["placement"] is None else stored_placement(case, record["placement"])
@@ -427,7 +427,7 @@ def read_stored(
 
 
 @contextmanager
-def refused_if_changed(path: Path, remedy: str) -> Iterator[None]:
+def refuse_changed_files(path: Path, remedy: str) -> Iterator[None]:
     """Turn every exception that a changed file causes into an `InputError`.
 
     Parameters
@@ -469,7 +469,7 @@ def _restore_case(stored: Stored) -> CaseResult:
     )
 
 
-def solved_in(folder: Path) -> Mapping[str, Any]:
+def read_solution(folder: Path) -> Mapping[str, Any]:
     """Read `solved.json` of a folder.
 
     Parameters

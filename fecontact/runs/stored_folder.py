@@ -12,7 +12,7 @@ from fecontact.jobs.store import whole_manifest
 from fecontact.outputs.records.results import Row
 from fecontact.outputs.study_files import STUDY_SCHEMA
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
-from fecontact.runs.store import SOLVED, refused_if_changed, solved_in, stored_case
+from fecontact.runs.store import SOLVED, read_solution, refuse_changed_files, stored_case
 
 REMEDY = "give the folder of a case, a map or a study of fecontact"
 
@@ -46,8 +46,8 @@ def unusable(folder: Path) -> str | None:
     if isinstance(manifest, str):
         return f"{folder}: {manifest}; solve it again"
     try:
-        with refused_if_changed(file, "solve it again"):
-            case = stored_case(folder, solved_in(folder)["case"])
+        with refuse_changed_files(file, "solve it again"):
+            case = stored_case(folder, read_solution(folder)["case"])
     except InputError as error:
         return str(error)
     # a verdict needs neither the packages nor the solver of the machine that solved the case

@@ -23,10 +23,10 @@ from fecontact.outputs.parts import Part
 from fecontact.outputs.terminal import count
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import position_folder, read_position
-from fecontact.runs.store import refused_if_changed, solved_in, stored_case
+from fecontact.runs.store import read_solution, refuse_changed_files, stored_case
 from fecontact.runs.stored_folder import is_name, sealed, unusable
 
-Judges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
+OpenJudges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,7 +171,7 @@ def read_map(
     creep: Creep | None = None,
     *,
     dear: bool = False,
-    judges: Judges = lambda count: nullcontext(map),
+    judges: OpenJudges = lambda count: nullcontext(map),
     progress: Progress | None = None,
 ) -> tuple[ApplicabilityMap, dict[float, str]]:
     """Read a finished map, and find positions that cannot be used.
@@ -201,7 +201,7 @@ def read_map(
     """
     document = map_document(folder)
     read_folder = partial(_try_position, criteria=criteria, creep=creep, dear=dear)
-    with refused_if_changed(folder / "map.json", "make the map again"):
+    with refuse_changed_files(folder / "map.json", "make the map again"):
         names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if is_name(name)}
         folders = {shift: position_folder(folder, name) for shift, name in names.items()}
         problems = {shift: problem for shift, position_path in folders.items() if (problem := unusable(position_path))}
@@ -221,7 +221,7 @@ def read_map(
             reason = next(iter(problems.values()), "none is there")
             raise InputError(f"{folder}: no position of the map can be judged ({reason})")
         first = usable[min(positions_by_shift)]
-        stored_base_case = stored_case(first, solved_in(first)["case"])
+        stored_base_case = stored_case(first, read_solution(first)["case"])
         case = replace(
             stored_base_case,
             lateral_shift_mm=0.0,

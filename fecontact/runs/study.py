@@ -25,7 +25,7 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import profile_identity
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.casefile import Study, load_study
-from fecontact.runs.cost import any_load, longest_first
+from fecontact.runs.cost import longest_first, use_common_load
 from fecontact.runs.folder import prepare_for_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.report import report_study, study_pair
@@ -162,7 +162,7 @@ def _shared(cases: Mapping[str, Case]) -> dict[str, tuple[str, SharedLoads | Non
     """
     positions: dict[Case, dict[str, float]] = {}
     for name, case in cases.items():
-        positions.setdefault(any_load(case), {})[name] = case.load_N
+        positions.setdefault(use_common_load(case), {})[name] = case.load_N
     positions_by_case: dict[str, tuple[str, SharedLoads | None]] = {}
     for loads_by_name in positions.values():
         first, loads = next(iter(loads_by_name)), tuple(sorted(loads_by_name.values()))
@@ -179,8 +179,8 @@ def _select_part(settings: RunSettings, positions: Mapping[str, str]) -> list[st
     """
     names = list(dict.fromkeys(positions.values()))
     if settings.part is not None and settings.part[1] > len(names):
-        return list(settings.own_part(list(positions)))
-    own_positions = set(settings.own_part(names))
+        return list(settings.select_part(list(positions)))
+    own_positions = set(settings.select_part(names))
     return [name for name, position_name in positions.items() if position_name in own_positions]
 
 
@@ -232,6 +232,21 @@ class _Table:
     def __init__(
         self, study: str, named_cases: list[tuple[str, Case]], cases: int, out: Path, settings: RunSettings
     ) -> None:
+        """Prepare an empty table.
+
+        Parameters
+        ----------
+        study
+            Name of the study.
+        named_cases
+            Names and cases of the table.
+        cases
+            Number of cases of the complete study.
+        out
+            Folder of the results.
+        settings
+            Settings of the run.
+        """
         self._study, self._named, self._cases, self._out = study, named_cases, cases, out
         self._stem = f"study{settings.part_suffix}"
         self._rows: dict[str, Row] = {}

@@ -95,7 +95,7 @@ def validate(
     return Validation(checks=checks, unusable=tuple(unusable), path=path)
 
 
-def checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Study, ...]:
+def load_checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Study, ...]:
     """Read study files, and select the studies that have checks.
 
     Parameters
