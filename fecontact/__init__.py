@@ -2,19 +2,19 @@
 
 The story, step by step:
 
-1. Profiles: a rail and a wheel as lines of exact segments.
+1. Profiles: a rail and a wheel, made of exact segments.
 
     >>> from fecontact.profiles.library import load as profile
     >>> rail, wheel = profile("60E1"), profile("S1002")
 
-2. Placement: the wheel on the rail, where the rigid bodies touch.
+2. Placement: the wheel on the rail, with the contact points of the rigid bodies.
 
     >>> from fecontact.placement.wheel_on_rail import place
     >>> position = place(rail, wheel, inclination_rad=1 / 40, lateral_shift_mm=4.0)
     >>> round(position.first.rail_y_mm, 1)
     -13.6
 
-3. Hertz: the ellipse that vehicle codes use there.
+3. Hertz: the ellipse that vehicle codes use for this position.
 
     >>> from fecontact.bodies import STEEL, contact_modulus_MPa
     >>> from fecontact.contact_theories.hertz import hertz_from_hessian
@@ -34,14 +34,14 @@ The story, step by step:
     >>> result.status
     'converged'
 
-5. Ladder: what each step from Hertz to the finite elements moves; all rungs carry the same force.
+5. Ladder: the change by each step from Hertz to the finite elements; all rungs carry the same force.
 
     >>> [name for name in result.load.ladder.rungs]
     ['hertz', 'half_space_quadratic', 'half_space', 'elements', 'fe']
     >>> abs(result.load.ladder.steps["half_space_to_bodies"]["p_max_MPa"]) < 0.02
     True
 
-6. Verdict: whether Hertz holds, by which measure, and how sure that is.
+6. Verdict: whether Hertz holds, the deciding measure, and the uncertainty.
 
     >>> result.verdict.answer, result.verdict.measure
     ('HOLDS', 'misplaced_load')
@@ -62,10 +62,10 @@ The story, step by step:
     True
 
 Many cases are solved by `fecontact.run(CASES, FOLDER)`, shifts and loads by `fecontact.map(CASE, SHIFTS, LOADS,
-FOLDER)`; `fecontact.load(FOLDER)` reads back what they and `fecontact solve --out` wrote, and `fecontact.judge(FOLDER)`
-judges it again. What needs no finite elements: `fecontact.hertz`, `theory`, `table`, `place` and `geometry` of a case,
-`creep` of an ellipse, a vehicle in a `curve`, and the list of `theories`. The commands of these names do the same and
-print it.
+FOLDER)`; `fecontact.load(FOLDER)` reads results of these functions and of `fecontact solve --out`, and
+`fecontact.judge(FOLDER)` judges them again. Functions without finite elements are `fecontact.hertz`, `theory`, `table`,
+`place` and `geometry` of a case, `creep` of an ellipse, a vehicle in a `curve`, and the list of `theories`. Commands
+with these names print the result.
 """
 
 from importlib import import_module
@@ -162,7 +162,8 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    # the command line must answer --help at once: nothing heavy is imported before it is used
+    """Import a public name of the package on its first use."""
+    # the command line must answer --help at once: no large module is imported before its use
     if name == "plot":
         return import_module("fecontact.plot")
     if place := _HOMES.get(name):
@@ -173,5 +174,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    # what is imported here for the annotations is nobody's business
+    # names that are imported only for annotations are not listed
     return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

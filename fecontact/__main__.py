@@ -1,4 +1,4 @@
-"""`python -m fecontact`: the same as the program `fecontact`."""
+"""`python -m fecontact`: equal to the program `fecontact`."""
 
 from fecontact.cli import main
 

@@ -1,8 +1,8 @@
-"""A case: everything that decides about one result, as plain values, and the one description of each of them.
+"""A case: all inputs of a result as plain values, each with its description.
 
-What a field of `Case` and of its parts is (range, help, group) stands beside it; label and unit are in its name.
-Checks, study files and the options of the command line are made from that. The parts `Criteria`, `Track` and `BodySize`
-are found here as well.
+The description of a field (range, help, group) stands beside the field; label and unit are in its name. Checks, study
+files and the options of the command line are made from these descriptions. `Criteria`, `Track` and `BodySize` can be
+imported from here too.
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ Refine = Literal["verdict", "never", "evidence"]
 
 RESOLUTIONS = {"quick": 4.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements per semi-axis of the expected patch, in each direction."""
-# With 16 the area of a patch with a thin tail is read to 0.7 % only.
+# With 16 nodes the area of a patch with a thin tail has an error of 0.7 %.
 NODES_A_SEMI_AXIS = 32
-"""Nodes of the pressure on the narrowest semi-axis of the patch, of lobes too."""
-# What these leave open must not hide what more elements bring.
+"""Nodes of the pressure on the narrowest semi-axis of the patch; lobes have at least this number too."""
+# The error of the nodes must not hide the improvement by more elements.
 _NODES_OF_MORE_ELEMENTS = 48
 
 REFINED_UNKNOWNS = 400_000
-"""Unknowns of the largest meshes of a refinement, some 40 CPU seconds and 3.4 GB: equal on every machine."""
+"""Unknowns of the largest meshes of a refinement, about 40 CPU seconds and 3.4 GB; equal on every machine."""
 
 INCLINATION_1_40 = math.atan(1.0 / 40.0)
-# of a number that stands in every case in the end
-_NOT_SAID: Any = None
+# default of a number that `Case.__post_init__` fills in, so that every case has it
+_FILLED_IN: Any = None
 _RAIL = "library name, profile file, circle:R, or arcs:R/R@D for two arcs whose junction is D from the crown; mm"
 _WHEEL = "library name, profile file, or cylinder:R (flat); mm"
 _OTHER = "of the other side of the wheelset, if it is another one"
 _RADII = "railway wheels have 300 to 625 mm"
-# Of a wheel whose radius nobody says.
+# Rolling radius of a wheel without a given radius.
 _RADIUS_MM = 460.0
 
 
@@ -62,16 +62,17 @@ def _load(
     default: float | None,
     help: str,
     remedy: str = "give the wheel load, usually about 100 kN (100000 N)",
-    **more: Any,
+    **options: Any,
 ) -> Any:
-    return number(default, help, shown_unit="kN", low=1.0, high=1e9, usual=(1e3, 1e6), remedy=remedy, **more)
+    return number(default, help, shown_unit="kN", low=1.0, high=1e9, usual=(1e3, 1e6), remedy=remedy, **options)
 
 
-def _angle(default: Any, help: str, remedy: str, **more: Any) -> Any:
-    return number(default, help, shown_unit="mrad", low=-0.1, high=0.1, remedy=remedy, **more)
+def _angle(default: Any, help: str, remedy: str, **options: Any) -> Any:
+    return number(default, help, shown_unit="mrad", low=-0.1, high=0.1, remedy=remedy, **options)
 
 
 def _irregularity(help: str) -> Any:
+    """Describe an irregularity as an input, which files give as a text."""
     return custom(
         None,
         help,
@@ -79,16 +80,25 @@ def _irregularity(help: str) -> Any:
         domain=FORMS,
         words=f"Irregularity(...); in files a text: {FORMS}",
         parse=irregularity_of,
-        holds=lambda one: isinstance(one, Irregularity),
+        holds=lambda value: isinstance(value, Irregularity),
         show=irregularity_text,
     )
 
 
 @inputs
 class Opposite:
-    """Rail, wheel, rolling radius and load of the other side of a wheelset; None where they are as on the case's side.
+    """Inputs of the other side of a wheelset; None for inputs that are equal to the side of the case.
 
-    The load counts for the roll of the loaded wheelset alone.
+    The load is used only for the roll of the loaded wheelset.
+
+    Attributes
+    ----------
+    rail, wheel
+        Profiles of the other side, by name or file.
+    rolling_radius_mm
+        Rolling radius of the other wheel, in mm.
+    wheel_load_N
+        Vertical load of the other wheel, in N.
     """
 
     rail: str | None = text(None, f"Rail {_OTHER}", _RAIL, label="opposite rail")
@@ -102,7 +112,7 @@ class Opposite:
 
     @property
     def is_mirror_image(self) -> bool:
-        """Whether nothing is given but a load."""
+        """Whether the other side has no input except a load."""
         return replace(self, wheel_load_N=None) == Opposite()
 
 
@@ -110,13 +120,13 @@ _SIZE = Number(help="", label="element size", unit="mm", remedy="a tenth of the 
 
 
 def _is_sizes(value: Any) -> bool:
-    """Whether a value is two element sizes, or an attempt at them, and not a list of values."""
+    """Whether a value is meant as a pair of element sizes, not as a list of values."""
     return isinstance(value, list | tuple) and None not in map(as_number, value)
 
 
-def _resolution_of(value: Any) -> Any:
+def _parse_resolution(value: Any) -> Any:
     if isinstance(value, str) and "," in value:
-        value = [number_or_text(one) for one in value.split(",")]
+        value = [number_or_text(size) for size in value.split(",")]
     return tuple(map(float, value)) if _is_sizes(value) else value
 
 
@@ -130,19 +140,30 @@ def _is_resolution(value: Any) -> bool:
 
 @inputs
 class Case:
-    """One wheel-rail position under one load.
+    """Position of a wheel on a rail under a load.
 
-    What each field is, its unit and its range stand in its description; `fecontact solve --help-all` prints them all.
-    `resolution` is what the solution begins with, and may be the element sizes (along x, across). `refine` says whether
-    finer meshes follow, up to `REFINED_UNKNOWNS`.
+    The description of each field has its unit and its range; `fecontact solve --help-all` prints all of them.
 
-    Shift, roll and yaw describe the wheelset in the frame of its left side, whichever `side` is solved: with equal
-    profiles the right wheel is the left one with the opposite signs of all three.
+    Attributes
+    ----------
+    resolution
+        Resolution of the first meshes, by name or as the element sizes (along x, across) in mm.
+    refine
+        Whether finer meshes follow, up to `REFINED_UNKNOWNS`.
+    lateral_shift_mm, roll, yaw_rad
+        Position of the wheelset in the frame of its left side, for either `side`: with equal profiles the right wheel
+        is the left wheel with the opposite signs of shift, roll and yaw.
+    roll
+        "touching" (both unloaded wheels touch their rails), "given" (by `roll_rad`), or "loaded" (both wheels are
+        pressed into their rails, by the load of the case or `roll_load_N`, and by the load of `opposite` on the other
+        side). If `roll` is None, the given numbers decide; without numbers it is "touching", or "given" as 0 for
+        profiles that have no wheelset.
 
-    `roll` is one of three: "touching" (both unloaded wheels touch their rails), "given" (by `roll_rad`), "loaded" (both
-    wheels are pressed into their rails, by the load of the case or `roll_load_N`, and by the load of `opposite` on the
-    other side). If it is None, the given numbers decide; without numbers it is "touching", or "given" as 0 for lines
-    that have no wheelset.
+    Examples
+    --------
+    >>> from fecontact.case import Case
+    >>> Case(lateral_shift_mm=4.0).roll_loads_N()
+    {'left': 100000.0, 'right': 100000.0}
     """
 
     rail: str = text("60E1", "Rail", _RAIL, group="pair")
@@ -176,7 +197,7 @@ class Case:
         group="standing",
     )
     roll_rad: float = _angle(
-        _NOT_SAID,
+        _FILLED_IN,
         "Roll of the wheelset about x where it is given, positive lifts the left wheel",
         "wheelsets roll by some mrad",
         label="roll angle",
@@ -206,7 +227,7 @@ class Case:
     rail_material: Material = part(lambda: STEEL, group="material", body="rail", both=True)
     wheel_material: Material = part(lambda: STEEL, group="material", body="wheel", both=True)
     rolling_radius_mm: float = number(
-        _NOT_SAID,
+        _FILLED_IN,
         "Rolling radius at the tape circle; if it is not given, the header of a MiniProf wheel file counts, if it has a"
         " diameter",
         usual=(100.0, 1000.0),
@@ -222,9 +243,11 @@ class Case:
         known=tuple(RESOLUTIONS),
         group="mesh",
         domain=f"{', '.join(RESOLUTIONS)}, or two element sizes in mm such as 0.5,0.4 (mm, finite and > 0)",
-        parse=_resolution_of,
+        parse=_parse_resolution,
         holds=_is_resolution,
-        show=lambda one: one if isinstance(one, str) else ",".join(f"{size:.12g}" for size in one),
+        show=lambda resolution: (
+            resolution if isinstance(resolution, str) else ",".join(f"{size:.12g}" for size in resolution)
+        ),
         one_list=_is_sizes,
     )
     refine: Refine = choice(
@@ -259,16 +282,20 @@ class Case:
     )
 
     def __post_init__(self) -> None:
+        """Fill in the radius, the roll and the paths of profiles, and refuse contradictions."""
         if self.library is not None:
             from fecontact.profiles.library import in_folder
 
-            # from here on they are files as any others, wherever the case goes
+            # after this, profiles of the library are files like all others, also if the case moves to another process
             object.__setattr__(self, "rail", in_folder(self.rail, self.library))
             object.__setattr__(self, "wheel", in_folder(self.wheel, self.library))
-            rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
+            rail, wheel = (
+                file_or_name and in_folder(file_or_name, self.library)
+                for file_or_name in (self.opposite.rail, self.opposite.wheel)
+            )
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
-        # the library takes time to import, and the usual profiles are in it
+        # the import of the library takes time, and the default profiles need no check
         for spec in (spec for spec in self.profiles.values() if spec not in (type(self).rail, type(self).wheel)):
             from fecontact.profiles.library import refuse_unknown
 
@@ -284,24 +311,24 @@ class Case:
     @property
     def is_radius_given(self) -> bool:
         """Whether the rolling radius is given, and does not follow from the wheel."""
-        return not isinstance(self.rolling_radius_mm, _OfWheel)
+        return not isinstance(self.rolling_radius_mm, _WheelRadius)
 
     def _choose_radius(self) -> None:
-        """Take the rolling radius from the wheel's file, or the usual one, where none is given."""
+        """Take a missing rolling radius from the wheel's file, or else the default."""
         radius: Any = self.rolling_radius_mm
-        if radius is None or (isinstance(radius, _OfWheel) and radius.wheel != self.wheel):
-            of_file = None
+        if radius is None or (isinstance(radius, _WheelRadius) and radius.wheel != self.wheel):
+            file_radius_mm = None
             if self.wheel != type(self).wheel:
-                # the readers take time to import, and the usual wheel has no file
+                # the import of the readers takes time, and the default wheel has no file
                 from fecontact.profiles.resolve import radius_of_file_mm
 
-                of_file = radius_of_file_mm(self.wheel)
-            object.__setattr__(self, "rolling_radius_mm", _OfWheel(of_file or _RADIUS_MM, self.wheel))
+                file_radius_mm = radius_of_file_mm(self.wheel)
+            object.__setattr__(self, "rolling_radius_mm", _WheelRadius(file_radius_mm or _RADIUS_MM, self.wheel))
 
     def _choose_roll(self) -> None:
-        """Take the roll to which the numbers belong where none is said, and refuse numbers of another one."""
-        if isinstance(self.roll, _OfPair):
-            # of the case that this one was derived from, which may have another pair
+        """Choose the kind of roll from the given numbers, and refuse numbers of another kind."""
+        if isinstance(self.roll, _DefaultRoll):
+            # the roll is a default of the case from which this case was derived, and that case may have another pair
             object.__setattr__(self, "roll", None)
             if self.roll_rad == 0.0:
                 object.__setattr__(self, "roll_rad", None)
@@ -309,71 +336,93 @@ class Case:
         numbers: dict[str, tuple[Roll, str]] = {
             name: ("loaded", f"{load_N / 1e3:g} kN") for name, load_N in loads.items() if load_N is not None
         }
-        # a roll angle of 0 that stands there already is no contradiction: every case with another roll has it
+        # a roll angle of 0 is no contradiction: every case with another kind of roll has it
         angle: Any = self.roll_rad
         if angle is not None and (angle != 0.0 or self.roll is None):
-            numbers["roll angle"] = ("given", _angle_text(angle))
+            numbers["roll angle"] = ("given", _format_angle(angle))
         if self.roll is None:
-            without = _OfPair("touching" if makes_a_wheelset(self.rail, self.wheel) else "given")
-            object.__setattr__(self, "roll", next((kind for kind, _ in numbers.values()), without))
+            default_roll = _DefaultRoll("touching" if makes_a_wheelset(self.rail, self.wheel) else "given")
+            object.__setattr__(self, "roll", next((kind for kind, _ in numbers.values()), default_roll))
         if angle is None:
             object.__setattr__(self, "roll_rad", 0.0)
         for name, (kind, value) in numbers.items():
-            _refuse_other_roll(name, value, kind, self.roll)
+            _refuse_conflicting_roll(name, value, kind, self.roll)
 
     def roll_loads_N(self) -> dict[TrackSide, float]:
-        """Vertical loads of both wheels under which the roll of a loaded wheelset is found."""
-        own = self.load_N if self.roll_load_N is None else self.roll_load_N
-        other = own if self.opposite.wheel_load_N is None else self.opposite.wheel_load_N
-        return {"left": own, "right": other} if self.side == "left" else {"left": other, "right": own}
+        """Vertical loads in N of both wheels, for the roll of a loaded wheelset."""
+        load_N = self.load_N if self.roll_load_N is None else self.roll_load_N
+        opposite_load_N = load_N if self.opposite.wheel_load_N is None else self.opposite.wheel_load_N
+        return (
+            {"left": load_N, "right": opposite_load_N}
+            if self.side == "left"
+            else {"left": opposite_load_N, "right": load_N}
+        )
 
     def __repr__(self) -> str:
+        """Text with the pair, the shift, the load and all inputs that differ from their defaults."""
         usual = type(self)()
-        own = (entry.name for entry in fields(self) if getattr(self, entry.name) != getattr(usual, entry.name))
-        given = dict.fromkeys(("rail", "wheel", "lateral_shift_mm", "load_N", *own))
-        return f"Case({', '.join(f'{name}={getattr(self, name)!r}' for name in given)})"
+        changed_names = (
+            case_field.name
+            for case_field in fields(self)
+            if getattr(self, case_field.name) != getattr(usual, case_field.name)
+        )
+        shown_names = dict.fromkeys(("rail", "wheel", "lateral_shift_mm", "load_N", *changed_names))
+        return f"Case({', '.join(f'{name}={getattr(self, name)!r}' for name in shown_names)})"
 
     def _repr_html_(self) -> str:
-        given = (slot for slot in INPUTS if slot.of(self) != slot.default or slot.place in _SHOWN)
-        rows = {f"{slot.body} {slot.key}".strip(): {"": slot.input.shown(slot.of(self))} for slot in given}
+        shown_slots = (slot for slot in INPUTS if slot.of(self) != slot.default or slot.place in _SHOWN)
+        rows = {f"{slot.body} {slot.key}".strip(): {"": slot.input.shown(slot.of(self))} for slot in shown_slots}
         import pandas
 
         return f"<p>{escape(repr(self))}</p>{pandas.DataFrame.from_dict(rows, orient='index').to_html()}"
 
     @property
     def profiles(self) -> dict[str, str]:
-        """Names or files of all profiles, by what they are."""
-        other = {f"opposite_{name}": spec for name in ("rail", "wheel") if (spec := getattr(self.opposite, name))}
-        return {"rail": self.rail, "wheel": self.wheel, **other}
+        """Names or files of all profiles, by their keys (`rail`, `wheel`, `opposite_rail`, `opposite_wheel`)."""
+        opposite_profiles = {
+            f"opposite_{name}": spec for name in ("rail", "wheel") if (spec := getattr(self.opposite, name))
+        }
+        return {"rail": self.rail, "wheel": self.wheel, **opposite_profiles}
 
     def with_profiles(self, specs: Mapping[str, str]) -> Case:
-        """The case with other names or files of the same profiles; its rolling radius stays."""
-        own: dict[str, Any] = {key: specs[key] for key in ("rail", "wheel") if key in specs}
+        """Replace the names or files of the profiles; the rolling radius stays.
+
+        Parameters
+        ----------
+        specs
+            Names or files by the keys of `profiles`; a missing key keeps its profile.
+
+        Returns
+        -------
+        Case
+            The case with these names or files; they must have the same content as before.
+        """
+        changes: dict[str, Any] = {key: specs[key] for key in ("rail", "wheel") if key in specs}
         if not self.is_radius_given:
-            own["rolling_radius_mm"] = _OfWheel(self.rolling_radius_mm, own.get("wheel", self.wheel))
-        other: dict[str, Any] = {
+            changes["rolling_radius_mm"] = _WheelRadius(self.rolling_radius_mm, changes.get("wheel", self.wheel))
+        opposite_changes: dict[str, Any] = {
             key: specs[f"opposite_{key}"] for key in ("rail", "wheel") if f"opposite_{key}" in specs
         }
-        return replace(self, **own, opposite=replace(self.opposite, **other))
+        return replace(self, **changes, opposite=replace(self.opposite, **opposite_changes))
 
     @property
     def most_unknowns(self) -> int:
-        """Unknowns up to which its meshes are refined."""
+        """Largest number of unknowns in a refinement; 0 without refinement."""
         return 0 if self.refine == "never" else REFINED_UNKNOWNS
 
     @property
     def contact_modulus_MPa(self) -> float:
-        """Contact modulus E* of wheel and rail."""
+        """Contact modulus E* of wheel and rail, in MPa."""
         return contact_modulus_MPa(self.rail_material, self.wheel_material)
 
     @property
     def nodes_a_semi_axis(self) -> int:
-        """Nodes of the pressure on the narrowest semi-axis of the patch, whatever the elements are."""
+        """Nodes of the pressure on the narrowest semi-axis, for any shape of the elements."""
         return _NODES_OF_MORE_ELEMENTS if self.resolution in ("standard", "fine") else NODES_A_SEMI_AXIS
 
     @property
     def may_yield(self) -> bool:
-        """Whether a yield stress is given, of rail or wheel."""
+        """Whether rail or wheel has a yield stress."""
         return any(body.yield_MPa is not None for body in (self.rail_material, self.wheel_material))
 
     @property
@@ -383,30 +432,40 @@ class Case:
 
     @property
     def irregularities(self) -> tuple[Irregularity, ...]:
-        """What rail and wheel have along the track beside their profiles."""
-        return tuple(line for line in (self.rail_irregularity, self.wheel_irregularity) if line is not None)
+        """Irregularities of rail and wheel along the track."""
+        return tuple(
+            irregularity
+            for irregularity in (self.rail_irregularity, self.wheel_irregularity)
+            if irregularity is not None
+        )
 
 
-class _OfPair(str):
-    """A roll that nobody asked for: it follows from the pair, and in a case that is derived from another pair anew."""
+class _DefaultRoll(str):
+    """Default kind of roll; it follows from the pair, and is chosen again for another pair."""
 
 
-class _OfWheel(float):
-    """A rolling radius that nobody gave: it follows from the wheel, and from another wheel in a derived case."""
+class _WheelRadius(float):
+    """Default rolling radius in mm; it follows from the wheel, and is chosen again for another wheel.
+
+    Attributes
+    ----------
+    wheel
+        Name or file of the wheel to which the radius belongs.
+    """
 
     wheel: str
 
-    def __new__(cls, radius_mm: float, wheel: str = "") -> _OfWheel:
-        made = super().__new__(cls, radius_mm)
-        made.wheel = wheel
-        return made
+    def __new__(cls, radius_mm: float, wheel: str = "") -> _WheelRadius:
+        radius = super().__new__(cls, radius_mm)
+        radius.wheel = wheel
+        return radius
 
 
-def _angle_text(roll_rad: float) -> str:
+def _format_angle(roll_rad: float) -> str:
     return f"{1e3 * roll_rad:g} mrad"
 
 
-def _refuse_other_roll(name: str, value: str, kind: Roll, roll: Roll | None) -> None:
+def _refuse_conflicting_roll(name: str, value: str, kind: Roll, roll: Roll | None) -> None:
     if kind != roll:
         raise InputError(f"{name} is {value}, but the roll is {roll!r}; leave it out, or give roll = {kind!r}")
 
@@ -415,71 +474,120 @@ _FILES = ("rail_file", "wheel_file")
 _IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 INPUTS = slots(Case())
 _SHOWN = tuple(("", name) for name in ("rail", "wheel", "lateral_shift_mm", "load_N"))
-"""Every input of a case and of its parts."""
-PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if "part" in part.metadata}
-"""The fields of a case that have fields of their own."""
+"""Inputs that the representation of a case always shows; `INPUTS` has every input of a case and of its parts."""
+PARTS = {
+    case_field.name: type(getattr(Case(), case_field.name))
+    for case_field in fields(Case)
+    if "part" in case_field.metadata
+}
+"""Fields of a case that have fields themselves, with their classes."""
 
 
 def case_with(values: Mapping[Slot, Any]) -> Case:
-    """The case with these values, in the units inside, and defaults for all other inputs.
+    """Make a case from values in internal units; all other inputs have their defaults.
 
-    A roll angle among them, also of zero, is one that is given.
+    Parameters
+    ----------
+    values
+        Values by their inputs. A roll angle in it counts as given, also if it is zero.
+
+    Returns
+    -------
+    Case
+        The case.
 
     Raises
     ------
     InputError
         If a value is outside its range.
     """
-    given: dict[str, dict[str, Any]] = {}
+    changes_by_table: dict[str, dict[str, Any]] = {}
     for slot, value in values.items():
-        given.setdefault(slot.table, {})[slot.field] = value
-    top = given.pop("", {})
-    if "roll_rad" in top:
-        _refuse_other_roll("roll angle", _angle_text(top["roll_rad"]), "given", top.setdefault("roll", "given"))
-    return Case(**top, **{table: replace(getattr(Case(), table), **changes) for table, changes in given.items()})
+        changes_by_table.setdefault(slot.table, {})[slot.field] = value
+    case_fields = changes_by_table.pop("", {})
+    if "roll_rad" in case_fields:
+        _refuse_conflicting_roll(
+            "roll angle", _format_angle(case_fields["roll_rad"]), "given", case_fields.setdefault("roll", "given")
+        )
+    return Case(
+        **case_fields,
+        **{table: replace(getattr(Case(), table), **changes) for table, changes in changes_by_table.items()},
+    )
 
 
 def unusual(cases: Iterable[Case]) -> tuple[str, ...]:
-    """What is allowed and not usual in some cases, most often a wrong unit, each once."""
-    found = (
+    """Describe unusual inputs of some cases, which are allowed but are often a wrong unit.
+
+    Parameters
+    ----------
+    cases
+        Cases to look at.
+
+    Returns
+    -------
+    tuple of str
+        Sentences, each once.
+    """
+    notes = (
         slot.input.note(value)
         for case in cases
         for slot in INPUTS
         if isinstance(slot.input, Number) and (value := slot.of(case)) is not None
     )
-    return tuple(dict.fromkeys(filter(None, found)))
+    return tuple(dict.fromkeys(filter(None, notes)))
 
 
 def case_record(case: Case) -> dict[str, Any]:
-    """All inputs of a case; of `resolution` and `element_size_mm` (along x, across) one is None.
+    """Record of all inputs of a case, for a file.
 
-    How the files are read is among them where something is said about it, and what is irregular where anything is.
+    Either `resolution` or `element_size_mm` (along x, across) is None. Settings for reading the profile files are
+    included if they differ from the defaults, and irregularities if there are any.
+
+    Parameters
+    ----------
+    case
+        The case.
+
+    Returns
+    -------
+    dict
+        Inputs by the names of the fields.
     """
     record: dict[str, Any] = {}
     for name, value in asdict(case).items():
         if name == "library" or (name in _FILES and getattr(case, name) == Reading()):
             continue
-        # smooth bodies, as they were before there were others
+        # records of smooth bodies have the layout of the time before irregularities
         if name in _IRREGULAR and not value:
             continue
         record[name] = value
         if name == "resolution":
-            named = isinstance(value, str)
-            record[name], record["element_size_mm"] = (value, None) if named else (None, list(value))
+            is_named = isinstance(value, str)
+            record[name], record["element_size_mm"] = (value, None) if is_named else (None, list(value))
     return record
 
 
 def case_from_record(record: Mapping[str, Any]) -> Case:
-    """The case of a record; a key that is missing takes the case's default.
+    """Make a case from its record; a missing key has the default of the case.
+
+    Parameters
+    ----------
+    record
+        Inputs by key, as from `case_record`.
+
+    Returns
+    -------
+    Case
+        The case.
 
     Raises
     ------
     InputError
-        If there is a key or a value that a case cannot have.
+        If a key or a value is not allowed in a case.
     """
-    every = [*record, *(inner for name in PARTS for inner in record.get(name) or ())]
-    if old := next(filter(None, map(renamed, every)), ""):
-        raise InputError(f"case record: {old}; solve the case again")
+    record_keys = [*record, *(key for name in PARTS for key in record.get(name) or ())]
+    if advice := next(filter(None, map(renamed, record_keys)), ""):
+        raise InputError(f"case record: {advice}; solve the case again")
     inputs = dict(record)
     sizes = inputs.pop("element_size_mm", None)
     if inputs.get("resolution") is None:

@@ -1,4 +1,4 @@
-"""The command line: which commands there are, and what an exit code says; nothing heavy is imported before its use."""
+"""Command line: its commands, and its exit codes; no large module is imported before its use."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from fecontact.process import collect_rarely
 
 app = App(
     name="fecontact",
-    # what an interrupted command leaves is said below
+    # `call` prints the state that an interrupted command leaves
     suppress_keyboard_interrupt=False,
     version=__version__,
-    # what may be said of a command is never said with --no- before it
+    # options have no second form with --no-
     default_parameter=Parameter(negative=()),
     group_commands=Group("Options", sort_key=9),
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
@@ -54,13 +54,13 @@ for group, commands in {
     _AFTER: (results.judge, results.compare, results.view, looking.mesh),
     _DEVELOPMENT: (solving.validate,),
 }.items():
-    for place, command in enumerate((*commands, *feature_registry.commands(group.name))):
+    for sort_key, command in enumerate((*commands, *feature_registry.commands(group.name))):
         if isinstance(command, App):
-            # it has commands of its own
-            command.group, command.sort_key = (group,), place
+            # the command has subcommands
+            command.group, command.sort_key = (group,), sort_key
             app.command(command)
         else:
-            app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=place)
+            app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=sort_key)
 baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.", group=_DEVELOPMENT)
 baseline_app.command(results.baseline_update, name="update")
 app.command(baseline_app)
@@ -68,16 +68,22 @@ app.register_install_completion_command(help="Install completion for this shell,
 
 
 def run_script(path: str) -> None:
-    """Run a study script as a program: `python studies/NAME.py [--out DIR] [--quick]`; ends the process."""
-    given = sys.argv[1:]
-    if "--out" not in given and "--help" not in given:
-        given += ["--out", f"out/{Path(path).stem}"]
-    main(["run", path, *given])
+    """Run a study script as a program: `python studies/NAME.py [--out DIR] [--quick]`; ends the process.
+
+    Parameters
+    ----------
+    path
+        Path of the script.
+    """
+    script_arguments = sys.argv[1:]
+    if "--out" not in script_arguments and "--help" not in script_arguments:
+        script_arguments += ["--out", f"out/{Path(path).stem}"]
+    main(["run", path, *script_arguments])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the program `fecontact`."""
-    # a queue of jobs ends a program so: its workers end with it, as at Ctrl-C
+    # a job queue ends a program with SIGTERM: its workers end with it, as with Ctrl-C
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     collect_rarely()
     sys.exit(call(arguments))
@@ -92,13 +98,18 @@ _REMEDIES = {
     errno.ENOMEM: "end other programs, or use fewer --workers",
 }
 
-_NO_WORKING_FOLDER = "the working folder is no more: change into one that is there"
+_NO_WORKING_FOLDER_TEXT = "the working folder is no more: change into one that is there"
 
 
-def _tell(what: str) -> None:
-    """Print an error; signs that move the cursor or turn the text, as names may have them, are shown as such."""
-    shown = "".join(one if one.isprintable() else repr(one)[1:-1] for one in shortened(what))
-    print(f"error: {shown}", file=sys.stderr)
+def _print_error(message: str) -> None:
+    """Print an error.
+
+    Characters that move the cursor or turn the text, which names may have, are printed as escapes.
+    """
+    printable = "".join(
+        character if character.isprintable() else repr(character)[1:-1] for character in shortened(message)
+    )
+    print(f"error: {printable}", file=sys.stderr)
 
 
 def _has_working_folder() -> bool:
@@ -110,36 +121,36 @@ def _has_working_folder() -> bool:
 
 
 def _system_error(error: OSError) -> str:
-    """What the system refused, and what to do."""
+    """Describe the refusal of the system, with the remedy."""
     if "cannot open shared object file" in str(error):
         return f"a system library is missing ({error}); `fecontact doctor` says which package has it"
-    what = f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}"
+    description = f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}"
     if not _has_working_folder():
-        return f"{what}; {_NO_WORKING_FOLDER}"
+        return f"{description}; {_NO_WORKING_FOLDER_TEXT}"
     if remedy := _REMEDIES.get(error.errno or 0, ""):
-        return f"{what}; {remedy}"
+        return f"{description}; {remedy}"
     if error.filename:
-        return f"{what}; choose another file or folder"
-    # locks between processes have no name here
-    return f"{what}; workers need a /dev/shm and a temporary folder (TMPDIR) that can be written"
+        return f"{description}; choose another file or folder"
+    # locks between processes have no file name in the error
+    return f"{description}; workers need a /dev/shm and a temporary folder (TMPDIR) that can be written"
 
 
-def _misunderstood(error: CycloptsError) -> str:
-    """What is wrong with the words of a command."""
+def _describe_wrong_command(error: CycloptsError) -> str:
+    """Describe the error in the words of a command."""
     command = " ".join(("fecontact", *(error.command_chain or ())))
-    # with another option that may be meant the message is right as it is
+    # a message that suggests another option is right as it is
     if isinstance(error, MissingArgumentError) and error.argument and "Did you mean" not in str(error):
-        # as the help writes what has a place in a command
-        placed = error.argument.field_info.is_positional
-        name = error.argument.name.removeprefix("--").upper() if placed else error.argument.name
-        what = f"{error.keyword}: there is no value behind it" if error.keyword else f"{name} is missing"
-        return f"{what}; {command} --help says what it is"
+        # positional arguments are written as in the help
+        is_positional = error.argument.field_info.is_positional
+        name = error.argument.name.removeprefix("--").upper() if is_positional else error.argument.name
+        description = f"{error.keyword}: there is no value behind it" if error.keyword else f"{name} is missing"
+        return f"{description}; {command} --help says what it is"
     if isinstance(error, UnknownOptionError):
         name = (error.token.keyword or error.token.value or "").removeprefix("--")
-        known = {known for argument in error.argument_collection for known in argument.names}
-        of_each = [f"--{body}-{name}" for body in ("rail", "wheel") if f"--{body}-{name}" in known]
-        if of_each:
-            return f"--{name}: each body has an option of its own: {' and '.join(of_each)}"
+        known_names = {known_name for argument in error.argument_collection for known_name in argument.names}
+        body_options = [f"--{body}-{name}" for body in ("rail", "wheel") if f"--{body}-{name}" in known_names]
+        if body_options:
+            return f"--{name}: each body has an option of its own: {' and '.join(body_options)}"
         return renamed(name.replace("-", "_")) or str(error)
     if isinstance(error, CoercionError) and error.target_type is bool and error.token:
         return f"{error.token.keyword}: it is a flag, and {error.token.value} behind it is too much; leave it out"
@@ -154,22 +165,33 @@ def _misunderstood(error: CycloptsError) -> str:
 
 
 def call(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return its exit code."""
+    """Run a command and return its exit code.
+
+    Parameters
+    ----------
+    arguments
+        Words of the command; the arguments of the process if not given.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
     if sys.stdout is None:
-        # closed before the program began: it is as if nobody read it
+        # standard output was closed before the program began: the output is discarded
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
-        # a terminal without some sign shows a question mark for it
+        # a terminal without a character shows a question mark in its place
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
         words: Sequence[str] = sys.argv[1:] if arguments is None else arguments
         if "\0" in "".join(words):
-            # no shell can give it, and no file can have it
+            # no shell can give a NUL character, and no file name can have it
             raise InputError("a word of the command has a NUL character; allowed: any other one; leave it out")
         if not _has_working_folder():
             # NumPy 2.5 cannot be imported there: its import ends in a SystemError that names no folder
-            raise InputError(_NO_WORKING_FOLDER)
+            raise InputError(_NO_WORKING_FOLDER_TEXT)
         page = page_of(app, words)
         app.help_formatter = page
         code: Any = app(
@@ -180,29 +202,29 @@ def call(arguments: Sequence[str] | None = None) -> int:
         )
         if page and page.pointer:
             print(page.pointer)
-        # here a reader that is gone is noticed, and not at the interpreter's end
+        # a closed reader is noticed here, and not at the end of the interpreter
         sys.stdout.flush()
         return int(code or 0)
     except CycloptsError as error:
-        _tell(_misunderstood(error))
+        _print_error(_describe_wrong_command(error))
         return InputError.exit_code
     except FecontactError as error:
-        _tell(str(error))
+        _print_error(str(error))
         return error.exit_code
     except (BrokenPipeError, SystemExit):
-        # rich ends the program where its reader is gone
-        # whoever reads has enough, as `head` does; nothing more is written, also not at the interpreter's end
+        # rich ends the program if its reader has closed. A reader such as `head` has enough, so nothing more is
+        # written, also not at the end of the interpreter.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        _tell(_system_error(error))
+        _print_error(_system_error(error))
         return InputError.exit_code
     except MemoryError:
-        _tell(
+        _print_error(
             "there is too little memory; end other programs, use fewer --workers, or allow more, such as by ulimit -v"
         )
         return InputError.exit_code
     except KeyboardInterrupt as error:
-        # jobs that are kept one by one say so
+        # notes of the exception name the jobs that are kept
         print("; ".join(("interrupted", *getattr(error, "__notes__", ()))), file=sys.stderr)
         return 130

@@ -1,4 +1,7 @@
-"""By what a solved case is judged: limits of measures, friction and creepages; no solution depends on it."""
+"""Criteria of a verdict, and the friction and creepages of a case.
+
+No solution depends on them: a solved case can be judged again by different criteria.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,19 @@ from fecontact.inputs.slots import inputs
 
 
 def _limit(default: float, measure: str, help: str, key: str) -> Any:
+    """Describe the limit of a measure, with label, range and remedy for messages.
+
+    Parameters
+    ----------
+    default
+        Limit as a fraction (no unit).
+    measure
+        Key of the measure in the deviations.
+    help
+        Condition under which Hertz holds, as the end of a sentence.
+    key
+        Key in files; a key that ends in `_percent` is shown in %.
+    """
     percent = key.endswith("_percent")
     limit = Number(
         label=f"limit of {measure}",
@@ -34,17 +50,28 @@ _SETS = {
 
 @inputs
 class Criteria:
-    """How far Hertz may be off the finite elements and still hold, and by which measures it is judged.
+    """Limits of the deviations of Hertz from the finite elements, and the measures that decide.
 
-    Limits of peak pressure, area and half-widths are relative. The limit of the centre of pressure is in Hertz's
-    half-width b. The limit of the valley between two lobes is a part of the peak; the limits of the load on separate
-    patches and of the misplaced load are parts of the load (`judging.measures.Misfit`).
+    Limits of peak pressure, area and half-widths are relative. The limit of the centre of pressure is a fraction of
+    Hertz's half-width b. The limit of the valley between two lobes is a fraction of the peak. The limits of the load on
+    separate patches and of the misplaced load are fractions of the load (`judging.measures.Misfit`).
 
-    `judged_by` names measures by the fields here, or sets of them: `strength` for the stress below the surface, which
-    follows the peak; `patch` for creep forces and wear, which take the ellipse's axes and its place; `all` for whoever
-    takes the ellipse for the contact.
+    Attributes
+    ----------
+    p_max, area, a, b, centre, valley, separate, misplaced
+        Limits of the measures (no unit).
+    judged_by
+        Measures by the names of the fields here, or sets of measures: `strength` for the stress below the surface,
+        which follows the peak; `patch` for creep forces and wear, which use the axes and the place of the ellipse;
+        `all` for users who take the ellipse for the contact patch.
+    theories_in_range
+        Whether theories outside their range are excluded from the choice of the cheapest theory that holds.
 
-    `theories_in_range` leaves theories that are out of their own range out of what may be the cheapest that holds.
+    Examples
+    --------
+    >>> from fecontact.criteria import Criteria
+    >>> Criteria(judged_by=("strength",)).limits
+    {'p_max_MPa': 0.05}
     """
 
     p_max: float = _limit(0.05, "p_max_MPa", "if its peak pressure is off by less", "p_max_percent")
@@ -76,13 +103,13 @@ class Criteria:
     )
 
     def __post_init__(self) -> None:
-        # JSON has lists alone
+        # JSON has lists and no tuples
         object.__setattr__(self, "judged_by", tuple(self.judged_by))
 
     @property
     def limits(self) -> dict[str, float]:
-        """Limits by the name of the measure, of those that decide."""
-        chosen = {name for judged in self.judged_by for name in _SETS.get(judged, (judged,))}
+        """Limits of the measures that decide, by the name of the measure."""
+        chosen = {name for set_or_measure in self.judged_by for name in _SETS.get(set_or_measure, (set_or_measure,))}
         return {
             limit.metadata["measure"]: getattr(self, limit.name)
             for limit in fields(self)
@@ -90,7 +117,7 @@ class Criteria:
         }
 
 
-# --- Friction and creepages of a case: what forces are evaluated with from its pressure, without solving it again.
+# --- Friction and creepages of a case. Forces are evaluated from its pressure with them, without a new solution.
 
 FRICTION = Number(
     label="friction coefficient",
@@ -99,7 +126,7 @@ FRICTION = Number(
     inclusive=False,
     remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
 )
-"""Of a contact, wherever one is asked for."""
+"""Description of the friction coefficient, for every input of a friction coefficient."""
 
 
 def _creepage(help: str, label: str) -> Any:
@@ -109,14 +136,31 @@ def _creepage(help: str, label: str) -> Any:
 
 @inputs
 class Creep:
-    """Friction and creepages of the wheel against the rail, at the first touch point; None of all without friction.
+    """Friction and creepages of the wheel on the rail, at the first touch point.
 
-    Creepages not given are computed for a wheelset that runs along the track and turns at `speed_ratio` times the
-    speed that rolls its tape circle: longitudinal from the rolling radius at the touch point, lateral from the yaw,
-    spin from the contact angle.
+    Without friction all of them are None. Creepages that are not given are computed for a wheelset that runs along the
+    track. It turns at `speed_ratio` times the speed that rolls its tape circle. The longitudinal creepage follows from
+    the rolling radius at the touch point, the lateral creepage from the yaw, and the spin from the contact angle.
 
-    They are those at the touch point, and of its tangent plane all over the patch; with `curved` they follow the
-    surfaces across the real patch.
+    These creepages are valid at the touch point, and for its tangent plane over the whole patch. With `curved` the
+    creepages follow the surfaces across the real patch.
+
+    Attributes
+    ----------
+    friction
+        Friction coefficient (no unit); None if no forces are evaluated.
+    xi, eta
+        Longitudinal and lateral creepage (no unit); xi > 0 if the wheel slides forward, eta > 0 towards the field side.
+    spin_per_mm
+        Spin about the normal of the contact, in 1/mm.
+    speed_ratio
+        Speed of rotation relative to the speed that rolls the tape circle (no unit).
+    curved
+        Whether the creepages follow the surfaces across the patch.
+    force_limit
+        Limit of the deviation of the creep force, as a fraction of mu N.
+    largest_creepage
+        Largest longitudinal and lateral creepage for which forces are judged (no unit).
     """
 
     friction: float | None = given(
@@ -151,21 +195,23 @@ class Creep:
         return self.friction is not None
 
     def refuse_unheard(self) -> None:
-        """Refuse creepages without friction, and friction where nothing evaluates it, of which nothing would come.
+        """Refuse creepages without friction, and friction that no feature evaluates.
+
+        Such inputs would have no effect.
 
         Raises
         ------
         InputError
-            With what is missing.
+            With the input that is missing, or the feature that is missing.
         """
         if self.asked and "creep" not in places("READINGS"):
             raise InputError(
                 f"friction coefficient is {self.friction:g}, but this fecontact has no feature creep, which evaluates"
                 " creep forces; leave friction out, or install fecontact with all its features"
             )
-        for one in () if self.asked else fields(self):
-            if (value := getattr(self, one.name)) != one.default:
-                label = one.metadata["input"].label
+        for field in () if self.asked else fields(self):
+            if (value := getattr(self, field.name)) != field.default:
+                label = field.metadata["input"].label
                 raise InputError(
                     f"{label} is {value!r}, but no friction coefficient is given; give one too, for example 0.3"
                 )

@@ -1,1 +1,1 @@
-"""What the commands do, one module for those that belong together: each parses, calls and prints."""
+"""Commands, grouped in modules: each command parses, calls and prints."""

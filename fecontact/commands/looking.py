@@ -56,16 +56,16 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
 
     case = options.case()
     tell_notes(unusual([case]))
-    seen = preview(case)
-    answer(preview_record(seen), lambda _: preview_lines(seen), json=json)
+    case_preview = preview(case)
+    answer(preview_record(case_preview), lambda _: preview_lines(case_preview), json=json)
     if out is not None:
         with telling_replaced(out):
-            preview_figure(seen, out)
+            preview_figure(case_preview, out)
         print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
     return 0
 
 
-# a table has a list of shifts, finds the roll, and shows both sides
+# the table has a list of shifts, determines the roll, and shows both sides
 @takes("pair", "wheelset", "profiles")
 def geometry(
     *,
@@ -95,8 +95,8 @@ def geometry(
     from fecontact.solving.wheelset_geometry import geometry as wheelset_geometry
 
     case = options.case()
-    found = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
-    record = functions_record(case, found)
+    contact_functions = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
+    record = functions_record(case, contact_functions)
     as_table = out is not None and out.suffix.lower() == ".csv"
     with telling_replaced(out):
         if out is not None and as_table:
@@ -104,7 +104,7 @@ def geometry(
         elif out is not None:
             from fecontact.outputs.geometry import functions_figure
 
-            functions_figure(case, found, out)
+            functions_figure(case, contact_functions, out)
     if loaded_kn is not None:
         conicities = feature_registry.the("LOADED_CONICITIES", "--loaded-kn")
         announce("the loaded wheelset takes about 15 s")
@@ -114,10 +114,10 @@ def geometry(
     return 0
 
 
-# Of a contact table.
-_SECONDS_A_LINE = 0.9
+# Time per line of a contact table, in s.
+_SECONDS_PER_LINE = 0.9
 
-# --- Commands on theories without any mesh: which there are, one of them at a position, and tables for vehicle codes.
+# --- Commands on theories without a mesh: their list, a theory at a position, and tables for vehicle codes.
 
 
 def theories(*, json: bool = False) -> int:
@@ -186,7 +186,7 @@ def table(
     tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
     tell_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
     lines = len(positions) * len(loads_N)
-    announce(f"{count(lines, 'line')}: about {duration(_SECONDS_A_LINE * lines)}")
+    announce(f"{count(lines, 'line')}: about {duration(_SECONDS_PER_LINE * lines)}")
     with many("lines") as progress:
         rows = made_table(case, positions, loads_N, map_folder=map_, progress=progress)
     if out is not None:
@@ -196,7 +196,7 @@ def table(
     return 3 if any(row["problem"] for row in rows) else 0
 
 
-# --- Commands on what a case is made of: its profiles, and the meshes of its bodies.
+# --- Commands on the parts of a case: its profiles, and the meshes of its bodies.
 
 
 @takes("profiles")
@@ -248,30 +248,30 @@ def profiles(
         answer(library_record(library), library_lines, json=json)
         return 0
     case = options.case()
-    found = name if library is None else in_folder(name, library)
-    as_wheel = partial(resolve_wheel, found, case.wheel_file)
+    profile_file = name if library is None else in_folder(name, library)
+    read_wheel = partial(resolve_wheel, profile_file, case.wheel_file)
     try:
-        profile = as_wheel().profile if kind == "wheel" else resolve_rail(found, case.rail_file)
-    except InputError as as_rail:
+        profile = read_wheel().profile if kind == "wheel" else resolve_rail(profile_file, case.rail_file)
+    except InputError as rail_error:
         if kind is not None:
             raise
         try:
-            profile = as_wheel().profile
-        except InputError as of_wheel:
-            # what the file is not is no news where it is known what is wrong with what it is
-            raise (of_wheel if isinstance(as_rail, WrongKindError) else as_rail) from None
-    refuse_unused_reading(profile.kind, (found,), case.wheel_file if profile.kind == "wheel" else case.rail_file)
+            profile = read_wheel().profile
+        except InputError as wheel_error:
+            # if the file is a wheel with an error, only the error of the wheel helps, not that the file is no rail
+            raise (wheel_error if isinstance(rail_error, WrongKindError) else rail_error) from None
+    refuse_unused_reading(profile.kind, (profile_file,), case.wheel_file if profile.kind == "wheel" else case.rail_file)
     close = [] if profile.points is None else nearest(profile.points, profile.kind)
     with telling_replaced(write):
-        written = None if write is None else write_text(write, csv_text(profile))
+        written_file = None if write is None else write_text(write, csv_text(profile))
     with telling_replaced(out):
-        drawn = None if out is None else profile_figure(profile, out)
+        picture = None if out is None else profile_figure(profile, out)
     answer(
         profile_record(profile, close),
         lambda _: profile_lines(profile, close),
         json=json,
-        picture=drawn,
-        written=written,
+        picture=picture,
+        written=written_file,
     )
     if out is None and not json:
         print("--out FILE.png draws its line and curvature")
@@ -305,9 +305,9 @@ def mesh(
     meshed = mesh_pair(case) if body == "both" else mesh_case(case, body)
     with telling_replaced(out):
         write_mesh(meshed, out, element=element)
-    for made in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
+    for body_mesh in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
         print(
-            f"{out}: {made.name}, {len(made.points)} nodes, {len(made.hexes)} hexahedra, surfaces"
-            f" {', '.join(made.surfaces)}" + ("; half of it, x >= 0" if made.half else "")
+            f"{out}: {body_mesh.name}, {len(body_mesh.points)} nodes, {len(body_mesh.hexes)} hexahedra, surfaces"
+            f" {', '.join(body_mesh.surfaces)}" + ("; half of it, x >= 0" if body_mesh.half else "")
         )
     return 0

@@ -1,4 +1,4 @@
-"""The commands `fecontact map` and `fecontact demo`."""
+"""Commands `fecontact map` and `fecontact demo`."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ def map_(
         cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
         tell_notes(unusual(cells))
         tell_geometry(cells)
-        # the limits of one load are that load
+        # the limits of a single load equal this load: no other loads are tried
         searched = len(positions) if len(loads_N) > 1 else 0
         further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))
         laws = measure == "theory"
-        kept = out / "positions"
-        tell_cost(cells, "cell", len(positions), kept, how, files=MAP_FILES_S, further=further, laws=laws)
+        finished_positions = out / "positions"
+        tell_cost(cells, "cell", len(positions), finished_positions, how, files=MAP_FILES_S, further=further, laws=laws)
         with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
@@ -83,12 +83,14 @@ def map_(
         if not how.quiet:
             show(map_lines(outcome.made, measure, theory, width=width()))
         tell_reused(outcome.reused, outcome.recomputed, "position", how)
-        lost = {
+        lost_cells = {
             f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
             for cell in outcome.made.cells
             if not cell.usable
         }
-        print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
+        print_reasons(
+            f"{len(lost_cells)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost_cells
+        )
         pictures = sorted(path.name for path in out.glob("map*.png"))
         tell_files(out, ("report.html", "map.csv", "contacts.csv", "stiffness.csv", "map.json", *pictures), "", how)
         if how.part is None and not (out / "stiffness.csv").is_file():
@@ -128,7 +130,7 @@ def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
         show([map_text(outcome.map, "pressure", width=width()), " "])
         tell_reused(outcome.reused, outcome.recomputed, "job", how)
         print_reasons(f"{len(outcome.lost)} without a usable result", outcome.lost)
-        answer = (*answer_sentences(outcome.map), *remedy_sentences(outcome.map), sphere_sentence(outcome.sphere))
-        for line in (*(fill(sentence, width() or WIDE) for sentence in answer), "", *file_lines(out, outcome)):
+        sentences = (*answer_sentences(outcome.map), *remedy_sentences(outcome.map), sphere_sentence(outcome.sphere))
+        for line in (*(fill(sentence, width() or WIDE) for sentence in sentences), "", *file_lines(out, outcome)):
             say(line)
     return 0 if outcome.all_converged else 3

@@ -1,4 +1,4 @@
-"""Commands on stored results, which solve nothing: judge, show, compare, and take as a baseline."""
+"""Commands on stored results, which solve nothing: judge, show, compare, and make a baseline."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fecontact.runs.judging_again import Judged
 
 
-# CPU seconds of a case or a cell without friction: 0.03 of a sphere, 0.1 of S1002 on 60E1, 0.5 where it has two lobes.
+# CPU seconds of a case or a cell without friction: 0.03 for a sphere, 0.1 for S1002 on 60E1, 0.5 with two lobes.
 _JUDGED_S = 0.1
 
 
@@ -53,31 +53,31 @@ def judge(
     from fecontact.files import json_text
     from fecontact.outputs.words import criteria_text
     from fecontact.regression.tables import load_table
-    from fecontact.runs.judged_study import workers_of
+    from fecontact.runs.judged_study import count_judging_processes
     from fecontact.runs.judging_again import judge as judge_stored
 
     case = options.case()
 
-    def before(places: int) -> str:
+    def before(place_count: int) -> str:
         loads = len(load_table(folder).rows)
-        each = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
-        seconds = each * loads / workers_of(places, case.creep)
-        what = "cell" if (folder / "map.json").is_file() else "case"
-        return f"{count(loads, what)}: about {duration(max(1.0, seconds))}"
+        seconds_per_load = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
+        seconds = seconds_per_load * loads / count_judging_processes(place_count, case.creep)
+        unit = "cell" if (folder / "map.json").is_file() else "case"
+        return f"{count(loads, unit)}: about {duration(max(1.0, seconds))}"
 
     with telling_replaced(out), many("positions or cases", before=before) as progress:
-        judged: Judged = judge_stored(
+        judged_results: Judged = judge_stored(
             folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
         )
     if json:
-        print(json_text(judged.record))
+        print(json_text(judged_results.record))
     else:
-        show(judged.parts(width()))
-    for problem in judged.problems:
+        show(judged_results.parts(width()))
+    for problem in judged_results.problems:
         print(f"not judged: {problem}", file=sys.stderr)
     if not json:
-        print(judged.words.format(criteria=criteria_text(case.criteria)))
-    return 0 if judged.all_judged else 3
+        print(judged_results.words.format(criteria=criteria_text(case.criteria)))
+    return 0 if judged_results.all_judged else 3
 
 
 def view(folder: Path) -> int:

@@ -1,4 +1,4 @@
-"""Commands that solve with finite elements: one case, a study, a map, the studies that have references."""
+"""Commands that solve with finite elements: a case, a study, and the studies with references."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ from fecontact.jobs.remaining import duration
 from fecontact.outputs.terminal import count, show
 from fecontact.packages import require_finite_elements
 
-# CPU seconds of creep forces of a case or a cell, with those of the loads of its limits, and of the laws of them: 0.9,
-# 1.3, 2.0 and 2.3 s, and 1.5, 2.3, 2.9 and 2.7 s, of a cell of S1002 on 60E1 at -4, 0, 3 and 5.5 mm.
+# CPU seconds of the creep forces of a case or a cell, with the loads of its limits, and CPU seconds of their laws.
+# At -4, 0, 3 and 5.5 mm a cell of S1002 on 60E1 took 0.9, 1.3, 2.0 and 2.3 s for the forces, and 1.5, 2.3, 2.9 and
+# 2.7 s for the laws.
 FORCES_S, LAWS_S = 2.0, 2.5
-# The time of the files is said from this part of the time of a solution on.
-_MUCH_KEPT = 0.1
+# The time of the files is printed if it is more than this fraction of the time of the solution.
+_LARGE_FILE_TIME = 0.1
 
 
 @takes(*get_args(Group))
@@ -65,33 +66,33 @@ def solve(
     if out is not None:
         prepare_for_case(out, case, force=force)
     cost = cost_of([case], 1) if out is None else cost_of([case], 1, files=CASE_FILES_S)
-    # a case that does not fit into the memory is refused with what it needs
+    # a case that does not fit into the memory is refused with the memory that it needs
     if cost and cost.memory_GB < cost.available_GB:
         announce(*cost.words)
     with solving() as progress:
         result = solve_case(case, progress=progress)
-        # what was solved is kept before it is shown: what it is shown on may be full, or closed
-        begun, told = time.perf_counter(), Told.of(result)
-        lost = None
+        # the solution is written to files before it is printed: the output may be full, or closed
+        start, case_records = time.perf_counter(), Told.of(result)
+        write_error = None
         try:
             if out is not None:
-                keep_with_report(result, told, out)
+                keep_with_report(result, case_records, out)
         except OSError as error:
-            # it is said afterwards, since the numbers are there
-            lost = error
-        kept_s = time.perf_counter() - begun
+            # the error is raised afterwards, since the numbers exist
+            write_error = error
+        files_s = time.perf_counter() - start
     solved_s = sum(result.effort.seconds.values())
-    if kept_s > _MUCH_KEPT * solved_s:
-        announce(f"files, pictures and report took {kept_s:.1f} s, the solution {solved_s:.1f} s")
+    if files_s > _LARGE_FILE_TIME * solved_s:
+        announce(f"files, pictures and report took {files_s:.1f} s, the solution {solved_s:.1f} s")
     if json:
-        print(json_text(told.record), flush=True)
+        print(json_text(case_records.record), flush=True)
     else:
         title, evidence = case_words(result.case, result.placement), result.case.refine == "evidence"
-        show(case_parts(told.record, title, elements=evidence), long=long)
+        show(case_parts(case_records.record, title, elements=evidence), long=long)
         if not long:
             say("--long prints all that is known" + ("" if out is None else f", {out / 'report.html'} shows it"))
-    if lost is not None:
-        raise lost
+    if write_error is not None:
+        raise write_error
     return 0 if result.load.usable else 3
 
 
@@ -134,16 +135,16 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
         tell_reused(outcome.reused, outcome.recomputed, "case", how)
         if outcome.conclusion:
             say(outcome.conclusion, quiet=how.quiet)
-        lost = tell_lost(outcome.rows, "case", "without a usable result")
-        shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
-        paraview = f"; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
+        lost_count = tell_lost(outcome.rows, "case", "without a usable result")
+        shown_collections = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
+        paraview = f"; for ParaView: {', '.join((*shown_collections, 'cases/*/case.vtm'))}, or fecontact view {out}"
         files = ("report.html", "study.csv", "study.png", "cases")
-        tell_files(out, files, paraview if lost < len(outcome.rows) else "", how)
+        tell_files(out, files, paraview if lost_count < len(outcome.rows) else "", how)
     return 0 if outcome.all_converged else 3
 
 
 def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Keep for the log what the table shows of each case."""
+    """Write verdict and warnings of each case to the log, as in the table."""
     for row in rows:
         log_only(f"{row['id']}: {row.get('verdict_answer') or row['status']}")
         for name in ("verdict_warnings", "warnings"):
@@ -153,7 +154,7 @@ def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
 
 def tell_cost(
     cases: Sequence[Case],
-    what: str,
+    noun: str,
     places: int,
     finished: Path,
     how: RunOptions,
@@ -162,37 +163,41 @@ def tell_cost(
     further: tuple[float, float] = (0.0, 0.0),
     laws: bool = False,
 ) -> None:
-    """Say about what cases take before they are solved.
+    """Announce the approximate cost of cases before they are solved.
 
     Parameters
     ----------
-    what
-        What one of them is called.
+    cases
+        Cases.
+    noun
+        Noun for a case, such as "cell".
     places
-        So many workers have something to do.
+        Largest number of workers with work.
     finished
-        Folder of those that were finished before.
+        Folder of the cases that were finished before.
+    how
+        Options of the run.
     files, further
         As for `cost_of`.
     laws
-        Whether laws of creep forces are judged where there is friction.
+        Whether laws of creep forces are judged if there is friction.
     """
     from fecontact.jobs.workers import default_workers
     from fecontact.runs.cost import cost_of
 
     if how.part is not None or how.scheduler is not None:
-        # how many others work, and on what machines, is not known
+        # the number of other workers and their machines are unknown
         return
     workers = how.workers or min(default_workers(), places)
     cost = cost_of(cases, workers, further=further, files=files)
     if cost is None:
-        # none can be solved, which the results say
+        # no case can be solved; the results report this
         return
     seconds = sum((FORCES_S + LAWS_S * laws) / workers for case in cases if case.creep.asked)
     forces = f"; creep forces about {duration(seconds)} more" * bool(seconds)
-    taken = f"; finished {finished.name} are taken as they are" * finished.is_dir()
-    expected, *short = cost.words
-    announce(f"{count(len(cases), what)}: {expected}{forces}{taken}", *short, quiet=how.quiet)
+    reuse_note = f"; finished {finished.name} are taken as they are" * finished.is_dir()
+    expected, *memory_notes = cost.words
+    announce(f"{count(len(cases), noun)}: {expected}{forces}{reuse_note}", *memory_notes, quiet=how.quiet)
 
 
 def validate(
@@ -218,24 +223,24 @@ def validate(
     workers
         Cases at a time, as for `run`.
     """
-    from fecontact.runs.validation import checked_studies
+    from fecontact.runs.validation import load_checked_studies
     from fecontact.runs.validation import validate as run_and_check
 
     @contextmanager
-    def watched(name: str) -> Iterator[Callable[[int, int, str], None]]:
+    def open_progress(name: str) -> Iterator[Callable[[int, int, str], None]]:
         print(name, file=sys.stderr)
         with many("cases") as progress:
             yield progress
 
     require_finite_elements()
-    chosen = checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
-    found = run_and_check(chosen, out, table=report, workers=workers, watched=watched)
-    for check in found.failed:
+    selected_studies = load_checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
+    result = run_and_check(selected_studies, out, table=report, workers=workers, watched=open_progress)
+    for check in result.failed:
         print(
             f"FAIL {check.quantity}, {check.case}: {check.deviation_percent:+.2f} % (limit {check.limit_percent:g} %)"
         )
     print(
-        f"{len(found.checks)} checks, {len(found.failed)} failed, {len(found.unusable)} studies with unusable cases:"
-        f" {found.path}"
+        f"{len(result.checks)} checks, {len(result.failed)} failed, {len(result.unusable)} studies with unusable cases:"
+        f" {result.path}"
     )
-    return 3 if found.unusable else int(bool(found.failed))
+    return 3 if result.unusable else int(bool(result.failed))

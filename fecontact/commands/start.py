@@ -1,4 +1,4 @@
-"""Commands of the first minutes: the guide, a study to begin with, its check, and the machine's."""
+"""Commands for the first steps: the guide, template files of a study, and checks of the study and of the machine."""
 
 from __future__ import annotations
 
@@ -44,20 +44,22 @@ def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
     from fecontact.files import json_text
     from fecontact.runs.check import check_study
 
-    found = check_study(file, quick=quick)
+    study_check = check_study(file, quick=quick)
     if json:
-        print(json_text(asdict(found)))
-        return 2 if found.problems else 0
-    print(f"{file}: {count(found.cases, 'case')}, {', '.join(found.varied) or 'nothing varied'}")
-    for line in () if found.cost is None else found.cost.words:
+        print(json_text(asdict(study_check)))
+        return 2 if study_check.problems else 0
+    print(f"{file}: {count(study_check.cases, 'case')}, {', '.join(study_check.varied) or 'nothing varied'}")
+    for line in () if study_check.cost is None else study_check.cost.words:
         print(line)
-    tell_notes(found.notes)
-    for problem in found.problems:
+    tell_notes(study_check.notes)
+    for problem in study_check.problems:
         print(f"error: {problem}", file=sys.stderr)
-    if 0 < found.placed < found.positions:
-        which = "up to the first that is none" if found.problems else "spread over the study"
-        print(f"{found.placed} of {count(found.positions, 'position')} were tried, {which}", file=sys.stderr)
-    return 2 if found.problems else 0
+    if 0 < study_check.placed < study_check.positions:
+        which = "up to the first that is none" if study_check.problems else "spread over the study"
+        print(
+            f"{study_check.placed} of {count(study_check.positions, 'position')} were tried, {which}", file=sys.stderr
+        )
+    return 2 if study_check.problems else 0
 
 
 def init(folder: Path) -> int:
@@ -70,10 +72,12 @@ def init(folder: Path) -> int:
     """
     from fecontact.runs.study_templates import write_templates
 
-    made = write_templates(folder)
-    for path in made:
+    template_files = write_templates(folder)
+    for path in template_files:
         print(path)
-    print(f"Next: fecontact check {made[0]}, then: fecontact run {made[0]} --out {folder / 'results'}")
+    print(
+        f"Next: fecontact check {template_files[0]}, then: fecontact run {template_files[0]} --out {folder / 'results'}"
+    )
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Jobs on a Dask cluster whose workers share the folder of the results."""
+"""Jobs on a Dask cluster with workers that share the folder of the results."""
 
 from __future__ import annotations
 
@@ -20,40 +20,45 @@ from fecontact.jobs.workers import Crew, Done, Group, Job, other_threads, run_gr
 
 _CONNECT_S = 10
 _FIRST_WORKER_S = 60
-# A new file may be visible on another machine only after a moment.
+# Longest wait for the lock file: a new file may be visible on another machine only after a moment.
 _SEEN_S = 5.0
 _RETRIES = 2
 _PAUSE_S = 1.0
 _TOPIC = "fecontact"
-_LOUD = ("distributed", "tornado", "asyncio", "concurrent")
+_LOGGERS_TO_SILENCE = ("distributed", "tornado", "asyncio", "concurrent")
 _LOG = logging.getLogger(__name__)
 
 
 @contextmanager
 def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
-    """The workers of a Dask cluster.
+    """Connect to the workers of a Dask cluster.
 
     Parameters
     ----------
     address
         Address of the scheduler, such as tcp://10.0.0.1:8786.
     lock
-        The lock file of the results' folder, which every worker must see.
+        Lock file of the folder of the results, which every worker must see.
     threads
-        Threads that a job computes on; workers with another number of threads in their environment are refused.
+        Threads of each job; workers with another number of threads in their environment are refused.
+
+    Yields
+    ------
+    Crew
+        The workers of the cluster.
 
     Raises
     ------
     InputError
-        If `distributed` is not installed, the scheduler is not reachable, no worker comes, or a worker does not see
-        the folder, or runs several tasks at once.
+        If `distributed` is not installed, the scheduler is not reachable, no worker comes, or a worker does not see the
+        folder, or runs several tasks at once.
     """
     with ExitStack() as stack:
-        client = stack.enter_context(_connected(address))
+        client = stack.enter_context(_connect(address))
         _check_workers(client, address, lock, threads)
 
         @contextmanager
-        def opened(count: int) -> Iterator[Executor]:
+        def open_executor(count: int) -> Iterator[Executor]:
             executor = client.get_executor(retries=_RETRIES)
             try:
                 yield executor
@@ -65,42 +70,45 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
         client.subscribe_topic(_TOPIC, lambda event: log_once(event[1]))
         # all jobs are handed out at once: the cluster distributes them, and runs the jobs of a lost worker again
         yield Crew(
-            open=opened,
+            open=open_executor,
             workers=max(2, len(client.nthreads())),
             together=10**9,
             run=partial(_run, lock, threads),
-            refuse=partial(_refuse_if_all_are_unlike, client),
-            lost=partial(_why_lost, client, address),
+            refuse=partial(_refuse_if_all_differ, client),
+            lost=partial(_explain_loss, client, address),
         )
 
 
 def _run(lock: Path, threads: int, jobs: Group) -> tuple[Done, ...]:
-    """Do `run_group`; a worker that fails the checks, since it came later, gives the jobs back to the others."""
+    """Do `run_group` on a worker that passes the checks.
+
+    A worker that came later may fail the checks; it returns its jobs to the other workers.
+    """
     if problem := worker_problem(lock, threads) or unlike(jobs[0]):
         distributed: Any = import_module("distributed")
         worker = distributed.get_worker()
         worker.log_event(_TOPIC, problem)
         time.sleep(_PAUSE_S)
-        worker.loop.add_callback(_step_aside, worker)
+        worker.loop.add_callback(_pause_worker, worker)
         raise distributed.Reschedule
     return run_group(jobs)
 
 
-def _step_aside(worker: Any) -> None:
-    """Take no job for a while: the scheduler would hand a returned job to this idle worker again."""
+def _pause_worker(worker: Any) -> None:
+    """Pause a worker for `_PAUSE_S`: the scheduler would hand a returned job to this idle worker again."""
     status = import_module("distributed.core").Status
     worker.status = status.paused
     worker.loop.call_later(_PAUSE_S, partial(setattr, worker, "status", status.running))
 
 
-def _refuse_if_all_are_unlike(client: Any, job: Job) -> None:
+def _refuse_if_all_differ(client: Any, job: Job) -> None:
     problems = client.run(unlike, job, on_error="return")
     if problems and all(problems.values()):
         worker, problem = next(iter(problems.items()))
         raise InputError(f"worker {worker}: {problem}; start workers of the same installation")
 
 
-def _why_lost(client: Any, address: str) -> str | None:
+def _explain_loss(client: Any, address: str) -> str | None:
     if client.status == "running":
         return None
     return (
@@ -110,7 +118,8 @@ def _why_lost(client: Any, address: str) -> str | None:
 
 
 @contextmanager
-def _connected(address: str) -> Iterator[Any]:
+def _connect(address: str) -> Iterator[Any]:
+    """Connect to a scheduler and yield the client."""
     try:
         # distributed is typed only in part
         distributed: Any = import_module("distributed")
@@ -124,18 +133,21 @@ def _connected(address: str) -> Iterator[Any]:
             " address is the one it prints"
         ) from error
     try:
-        with _silent():
+        with _silence_loggers():
             yield client
     finally:
         # closing fails if the scheduler is gone
-        with _silent(), contextlib.suppress(Exception):
+        with _silence_loggers(), contextlib.suppress(Exception):
             client.close()
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
-    """Silence loggers that report a lost scheduler with tracebacks: the run reports it in its rows."""
-    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOUD]
+def _silence_loggers() -> Iterator[None]:
+    """Silence loggers that report a lost scheduler with tracebacks.
+
+    The rows of the run report the lost scheduler.
+    """
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOGGERS_TO_SILENCE]
     loggers = [logging.getLogger(name) for name in names]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
@@ -148,6 +160,7 @@ def _silent() -> Iterator[None]:
 
 
 def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
+    """Wait for the first worker, and refuse workers that cannot work on the run."""
     try:
         client.wait_for_workers(1, timeout=_FIRST_WORKER_S)
     except TimeoutError as error:
@@ -166,7 +179,20 @@ def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
 
 
 def worker_problem(lock: Path, threads: int) -> str | None:
-    """Why this process cannot work on a run: it does not see the folder, or has another number of threads."""
+    """Explain why this process cannot work on a run.
+
+    Parameters
+    ----------
+    lock
+        Lock file of the run, which this process must see within 5 s.
+    threads
+        Threads of each job.
+
+    Returns
+    -------
+    str or None
+        The problem: this process does not see the folder, or has another number of threads. None without a problem.
+    """
     if problem := other_threads(threads):
         return f"{problem}; set it before the worker is started, and --threads likewise"
     end = time.monotonic() + _SEEN_S

@@ -1,4 +1,7 @@
-"""Running many jobs: each once, on all cores or a cluster; finished jobs are kept, also if others fail."""
+"""Runs of many jobs: each job once, on all cores or a cluster.
+
+Finished jobs are kept, also if others fail.
+"""
 
 from __future__ import annotations
 
@@ -17,25 +20,25 @@ from fecontact.jobs.remaining import Progress, duration, seconds_left
 from fecontact.jobs.store import Kept, kept_folder, locked, part_done, remove_leftovers
 from fecontact.jobs.workers import Crew, Done, Job, default_workers, process_crew, run_jobs
 
-_MOST_NAMES = 8
+_MAX_NAMES_SHOWN = 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """How jobs are run; apart from `threads` no setting changes a result.
+    """Settings of a run; except `threads` no setting changes a result.
 
     Attributes
     ----------
     workers
-        Processes at a time; None for `workers.default_workers`.
+        Number of processes at a time; None for `workers.default_workers`.
     threads
-        Threads that each job computes on; more than 1 may change the last digits of results.
+        Threads of each job; more than 1 may change the last digits of results.
     force
-        Solve finished jobs again.
+        Whether finished jobs are solved again.
     part
         (i, N): only every N-th job, from the i-th on.
     scheduler
-        Address of a Dask scheduler whose workers are to solve.
+        Address of a Dask scheduler with the workers that solve.
     """
 
     workers: int | None = None
@@ -53,17 +56,33 @@ class RunSettings:
 
     @property
     def part_suffix(self) -> str:
-        """Ending of the names of a part's tables; empty for a whole run."""
+        """Ending of the names of the tables of a part; empty for a complete run."""
         return "" if self.part is None else f".part-{self.part[0]}-of-{self.part[1]}"
 
-    def own_part(self, names: Sequence[str]) -> tuple[str, ...]:
+    def select_part(self, names: Sequence[str]) -> tuple[str, ...]:
         """Ids of the jobs in this part, each once."""
-        once = tuple(dict.fromkeys(names))
-        return once if self.part is None else once[self.part[0] - 1 :: self.part[1]]
+        distinct_names = tuple(dict.fromkeys(names))
+        return distinct_names if self.part is None else distinct_names[self.part[0] - 1 :: self.part[1]]
 
 
 def parse_part(text: str) -> tuple[int, int]:
-    """The part i of N from `i/N`."""
+    """Read the part i of N from the text `i/N`.
+
+    Parameters
+    ----------
+    text
+        The text.
+
+    Returns
+    -------
+    tuple of int
+        i and N.
+
+    Raises
+    ------
+    InputError
+        If the text has another form.
+    """
     match = re.fullmatch(r"(\d+)/(\d+)", text.strip())
     if match is None:
         raise InputError(f"part {text!r}: give the number of the part and the number of parts, such as 2/4")
@@ -77,15 +96,17 @@ class OpenRun:
     Attributes
     ----------
     crew
-        Workers that do the jobs.
+        Workers of the jobs.
+    settings
+        Settings of the run.
     progress
-        Called with the number of finished jobs, the number of all jobs, and what is under way.
+        Receives the number of finished jobs, the number of all jobs, and the present activity.
     run
         Name of the run; results of this run are taken even with `force`.
     reused
-        Ids of the jobs that were finished before, also when the run is interrupted.
+        Ids of the jobs that were finished before, also if the run is interrupted.
     recomputed
-        Why finished jobs were solved or evaluated again, by id.
+        Reasons for solving or evaluating finished jobs again, by id.
     """
 
     crew: Crew
@@ -98,7 +119,23 @@ class OpenRun:
 
 @contextmanager
 def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress | None = None) -> Iterator[OpenRun]:
-    """Lock the folder of a run and start its workers; finished jobs are kept below `store`.
+    """Lock the folder of a run and start its workers.
+
+    Parameters
+    ----------
+    out
+        Folder of the run.
+    store
+        Folder of the finished jobs.
+    settings
+        Settings of the run.
+    progress
+        Receives the progress.
+
+    Yields
+    ------
+    OpenRun
+        The run.
 
     Raises
     ------
@@ -106,7 +143,7 @@ def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress |
         If another run has the folder, or the cluster cannot be used.
     """
     try:
-        with locked(out, settings.part) as lock, _crew(settings, lock) as crew:
+        with locked(out, settings.part) as lock, _open_crew(settings, lock) as crew:
             if settings.part is None:
                 remove_unfinished(out)
                 remove_leftovers(store)
@@ -118,13 +155,14 @@ def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress |
                         path.unlink(missing_ok=True)
                 remove_leftovers(store)
     except KeyboardInterrupt as error:
-        # also where it comes before the first job, from the moment when the folder is held
+        # also for an interruption before the first job, as soon as the folder is locked
         error.add_note("what was finished is kept")
         raise
 
 
 @contextmanager
-def _crew(settings: RunSettings, lock: Path) -> Iterator[Crew]:
+def _open_crew(settings: RunSettings, lock: Path) -> Iterator[Crew]:
+    """Open the workers of a cluster, or of this machine."""
     if settings.scheduler is not None:
         from fecontact.jobs.cluster import dask_crew
 
@@ -134,11 +172,15 @@ def _crew(settings: RunSettings, lock: Path) -> Iterator[Crew]:
         yield process_crew(settings.workers or default_workers(), settings.threads)
 
 
-def finish(jobs: Sequence[Job], by: OpenRun, *, on_done: Callable[[Done], None] | None = None) -> None:
+def finish(jobs: Sequence[Job], held_run: OpenRun, *, on_done: Callable[[Done], None] | None = None) -> None:
     """Do all jobs that are not finished.
 
     Parameters
     ----------
+    jobs
+        Jobs, also the finished ones.
+    held_run
+        Run with the workers and the settings.
     on_done
         Called after each job, also for jobs that were finished before. After an interruption it is called for the jobs
         that workers finished meanwhile. It is not called for a job that ended with an error of the program.
@@ -148,11 +190,11 @@ def finish(jobs: Sequence[Job], by: OpenRun, *, on_done: Callable[[Done], None] 
     ProgramError
         If jobs ended with an error of the program, when all other jobs are done and kept.
     """
-    forced = [replace(job, run=by.run, force=job.force or by.settings.force) for job in jobs]
-    report = _Report(forced, by, on_done)
+    forced = [replace(job, run=held_run.run, force=job.force or held_run.settings.force) for job in jobs]
+    report = _Report(forced, held_run, on_done)
     report.reuse()
     try:
-        run_jobs(report.open, by.crew, report)
+        run_jobs(report.open, held_run.crew, report)
     except BaseException:
         # workers may have finished jobs that they could not report any more
         with contextlib.suppress(OSError):
@@ -179,15 +221,18 @@ class _Report:
         return [job for job in self._jobs if job.name not in self._done]
 
     def reuse(self) -> None:
-        """Mark finished jobs, whose results a worker still has to read, and note why other stored jobs are unusable."""
+        """Mark finished jobs, and note the reasons why other stored jobs are unusable.
+
+        A worker still has to read the results of the finished jobs.
+        """
         for job in self.open:
-            kept = Kept() if job.force else kept_folder(job.folder, job.name, job.origin)
-            if kept.usable:
+            stored_job = Kept() if job.force else kept_folder(job.folder, job.name, job.origin)
+            if stored_job.usable:
                 self._by.reused.append(job.name)
                 if job.read is None:
                     self.done(Done(name=job.name))
-            elif kept.found:
-                self._by.recomputed[job.name] = kept.problem or kept.outdated or ""
+            elif stored_job.found:
+                self._by.recomputed[job.name] = stored_job.problem or stored_job.outdated or ""
 
     def take_finished(self) -> None:
         """Take the jobs that workers finished before the run was interrupted."""
@@ -196,38 +241,40 @@ class _Report:
                 self.done(Done(name=job.name))
 
     def under_way(self, names: Sequence[str]) -> None:
-        """Report what is done, and about how long the rest will take."""
+        """Report the number of finished jobs, and the approximate remaining time."""
         now = time.monotonic()
         workers = self._by.crew.workers
-        # a cluster is handed all jobs, and begins with the first ones
+        # a cluster receives all jobs at once, and begins with the first jobs
         self._begun = {name: self._begun.get(name, now) for name in names[:workers]}
         if self._by.progress is not None:
             parts = {name: part_done(self._folders[name], name) for name in self._begun}
             labels = (f"{self._labels[name]} {parts[name][1] if name in parts else ''}".strip() for name in names)
-            text = ", ".join(labels) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
-            done, total = len(self._done), len(self._labels)
+            text = ", ".join(labels) if len(names) <= _MAX_NAMES_SHOWN else f"{len(names)} jobs"
+            done_count, total = len(self._done), len(self._labels)
             # jobs that were finished before need only be read
             unread = set(self._by.reused) - self._done - self._begun.keys()
-            waiting = total - done - len(self._begun) - len(unread)
-            ages = [now - begun for begun in self._begun.values()]
-            left = seconds_left(self._durations, ages, waiting, workers, [parts[name][0] for name in self._begun])
-            rest = "" if left is None else f"; about {duration(left)} left"
-            self._by.progress(done, total, f"solving {text}{rest}")
+            waiting = total - done_count - len(self._begun) - len(unread)
+            ages = [now - start for start in self._begun.values()]
+            remaining_s = seconds_left(
+                self._durations, ages, waiting, workers, [parts[name][0] for name in self._begun]
+            )
+            remaining_time = "" if remaining_s is None else f"; about {duration(remaining_s)} left"
+            self._by.progress(done_count, total, f"solving {text}{remaining_time}")
 
-    def done(self, done: Done) -> None:
+    def done(self, outcome: Done) -> None:
         """Keep the outcome of a job."""
-        self._done.add(done.name)
-        self._begun.pop(done.name, None)
-        if done.unreadable is not None:
-            self._by.reused.remove(done.name)
-            self._by.recomputed[done.name] = done.unreadable
-        # a job that was finished before took next to no time, which tells nothing about other jobs
-        if done.seconds and done.name not in self._by.reused:
-            self._durations.append(done.seconds)
-        if done.program_error:
-            self._program_errors.append(done)
+        self._done.add(outcome.name)
+        self._begun.pop(outcome.name, None)
+        if outcome.unreadable is not None:
+            self._by.reused.remove(outcome.name)
+            self._by.recomputed[outcome.name] = outcome.unreadable
+        # a job that was finished before took almost no time, which is no measure for other jobs
+        if outcome.seconds and outcome.name not in self._by.reused:
+            self._durations.append(outcome.seconds)
+        if outcome.is_program_error:
+            self._program_errors.append(outcome)
         elif self._on_done is not None:
-            self._on_done(done)
+            self._on_done(outcome)
 
     def refuse_program_errors(self) -> None:
         """Raise `ProgramError` if jobs ended with an error of the program."""

@@ -8,17 +8,17 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TypeVar
 
 Progress = Callable[[int, int, str], None]
-"""Hears the number of finished jobs, the number of all jobs, and what is under way."""
+"""Receives the number of finished jobs, the number of all jobs, and the present activity."""
 Result = TypeVar("Result")
 
-# Only the age of a job is known if it takes longer than all finished jobs: its rest is taken as this part of the age.
+# If a job takes longer than all finished jobs, its remaining time is estimated as this fraction of its age.
 _UNKNOWN_REST = 0.25
 
 
 def seconds_left(
     durations: Sequence[float], ages: Sequence[float], waiting: int, workers: int, parts: Sequence[float] = ()
 ) -> float | None:
-    """Expected seconds until the last job ends; None while no job has ended, and no part of a job.
+    """Expected seconds until the last job ends.
 
     A waiting job takes the mean time of the jobs that have ended, and goes to the worker that is free first. A job
     under way takes the mean time of the ended jobs that took longer than its present age. So workers without a job do
@@ -29,54 +29,74 @@ def seconds_left(
     durations
         Seconds that each ended job took.
     ages
-        Seconds that each job has been under way for.
+        Seconds since the start of each job under way.
     waiting
-        Jobs that nobody has begun.
+        Number of jobs that have not begun.
+    workers
+        Number of workers.
     parts
-        Which part of each job under way is done; 0 where it does not say. Such a job goes on as it went.
+        Finished fraction of each job under way; 0 if the job does not report it. A job with a fraction is expected to
+        continue at its speed so far.
+
+    Returns
+    -------
+    float or None
+        Seconds; None if no job has ended and no job reports a fraction.
     """
     parts = parts or [0.0] * len(ages)
-    known = [*durations, *(age / part for age, part in zip(ages, parts, strict=True) if part)]
-    if not known:
+    total_times = [*durations, *(age / fraction for age, fraction in zip(ages, parts, strict=True) if fraction)]
+    if not total_times:
         return None
-    mean = sum(known) / len(known)
-    free = [age / part - age if part else _rest(known, age) for age, part in zip(ages, parts, strict=True)]
-    free += [0.0] * (workers - len(free))
-    heapq.heapify(free)
+    mean = sum(total_times) / len(total_times)
+    times_to_free = [
+        age / fraction - age if fraction else _estimate_remaining_time(total_times, age)
+        for age, fraction in zip(ages, parts, strict=True)
+    ]
+    times_to_free += [0.0] * (workers - len(times_to_free))
+    heapq.heapify(times_to_free)
     for _ in range(waiting):
-        heapq.heapreplace(free, free[0] + mean)
-    return max(free)
+        heapq.heapreplace(times_to_free, times_to_free[0] + mean)
+    return max(times_to_free)
 
 
-def _rest(durations: Sequence[float], age: float) -> float:
+def _estimate_remaining_time(durations: Sequence[float], age: float) -> float:
     longer = [duration for duration in durations if duration > age]
     return sum(longer) / len(longer) - age if longer else _UNKNOWN_REST * age
 
 
 def watched(results: Iterable[Result], count: int, progress: Progress | None, words: str) -> Iterator[Result]:
-    """Results as they come, with progress and the time that is left after each.
+    """Yield results as they come, and report progress with the remaining time after each.
 
     Parameters
     ----------
     results
-        So many as `count`, one after the other; of none nothing is said.
+        Results of `count` jobs, one after the other. Nothing is reported without jobs.
+    count
+        Number of results.
+    progress
+        Receives the progress.
     words
-        What is done, such as "judging".
+        Present activity, such as "judging".
+
+    Yields
+    ------
+    Result
+        Each of the results.
     """
     if progress is None or not count:
         yield from results
         return
-    begun = time.monotonic()
+    start = time.monotonic()
     progress(0, count, words)
     for number, result in enumerate(results, start=1):
         yield result
         if number < count:
-            left = seconds_left([], [time.monotonic() - begun], 0, 1, [number / count])
-            progress(number, count, words if left is None else f"{words}; about {duration(left)} left")
+            remaining_s = seconds_left([], [time.monotonic() - start], 0, 1, [number / count])
+            progress(number, count, words if remaining_s is None else f"{words}; about {duration(remaining_s)} left")
 
 
 def duration(seconds: float) -> str:
-    """A time in words."""
+    """Time in words, in s, min or h."""
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"

@@ -1,4 +1,7 @@
-"""Finished jobs in folders of their own, and the lock by which one process at a time writes into a folder."""
+"""Finished jobs in separate folders, and locks of these folders.
+
+A lock lets only 1 process at a time write into a folder.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,15 @@ SCHEMA = "fecontact/stored/1"
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Versions and sources that decide about a result beside its inputs, for solving and for evaluating it."""
+    """Versions and sources that decide about a result in addition to its inputs.
+
+    Attributes
+    ----------
+    solved_by
+        Versions and sources of the solution, by name.
+    evaluated_by
+        Versions, sources and criteria of the evaluation, by name.
+    """
 
     solved_by: Mapping[str, str]
     evaluated_by: Mapping[str, str]
@@ -33,18 +44,18 @@ class Origin:
 
 @dataclass(frozen=True, kw_only=True)
 class Kept:
-    """A finished job as it is on disk.
+    """State of a stored job on disk.
 
     Attributes
     ----------
     found
         Whether the job has a folder.
     problem
-        Why the job must be solved again.
+        Reason for solving the job again.
     outdated
-        Why the job must be evaluated again; its stored fields are enough for this.
+        Reason for evaluating the job again; its stored fields are enough for this.
     run
-        The run that finished it.
+        Name of the run that finished the job.
     """
 
     found: bool = False
@@ -60,42 +71,102 @@ class Kept:
 
 @contextmanager
 def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterator[Path]:
-    """A temporary folder to write a job's files into, which replaces `final` in one step if nothing is raised.
+    """Open a temporary folder for a job's files.
 
-    Checksums of the files are written first. A reader, also after a killed run, sees the old folder, no folder, or the
-    whole new folder.
+    If nothing is raised, the temporary folder replaces `final` in one step. Checksums of the files are written first. A
+    reader, also after a killed run, sees the old folder, no folder, or the complete new folder.
+
+    Parameters
+    ----------
+    final
+        Folder of the job.
+    name
+        Id of the job.
+    origin
+        Versions and sources of the result.
+    run
+        Name of the run.
+
+    Yields
+    ------
+    Path
+        The temporary folder.
     """
-    temporary = _beside(final)
+    temporary = _name_temporary_folder(final)
     temporary.mkdir(parents=True)
     try:
         yield temporary
         write_manifest(temporary, [path for path in temporary.rglob("*") if path.is_file()], name, origin, run)
-        _put(temporary, final)
+        _replace_folder(temporary, final)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
-        _part_file(final, name).unlink(missing_ok=True)
+        _progress_file(final, name).unlink(missing_ok=True)
 
 
 def tell_part(folder: Path, name: str, part: float, words: str) -> None:
-    """Say beside the folder of a job which part of the job is done, and what is under way."""
+    """Write the finished fraction and the present activity of a job beside its folder.
+
+    Parameters
+    ----------
+    folder
+        Folder of the job.
+    name
+        Id of the job.
+    part
+        Finished fraction (no unit, 0 to 1).
+    words
+        Present activity.
+    """
     with contextlib.suppress(OSError):
-        write_json(_part_file(folder, name), [part, words])
+        write_json(_progress_file(folder, name), [part, words])
 
 
 def part_done(folder: Path, name: str) -> tuple[float, str]:
-    """What a job said last, (0, "") if it says nothing."""
+    """Read the finished fraction and the activity that a job wrote last.
+
+    Parameters
+    ----------
+    folder
+        Folder of the job.
+    name
+        Id of the job.
+
+    Returns
+    -------
+    tuple of float and str
+        Fraction and activity in brackets; (0, "") if the job wrote nothing.
+    """
     with contextlib.suppress(InputError):
-        part, words = read_json(_part_file(folder, name))
+        part, words = read_json(_progress_file(folder, name))
         return float(part), f"({words})"
     return 0.0, ""
 
 
-def _part_file(folder: Path, name: str) -> Path:
+def _progress_file(folder: Path, name: str) -> Path:
     return folder.with_name(f".{name}.under-way")
 
 
 def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origin, run: str = "") -> Path:
-    """Write the manifest of a job's result: checksums of its files, and the versions and sources that made them."""
+    """Write the manifest of a job's result: checksums of its files, and the versions and sources.
+
+    Parameters
+    ----------
+    folder
+        Folder of the result.
+    files
+        Files of the result, in this folder.
+    name
+        Id of the job.
+    origin
+        Versions and sources of the result.
+    run
+        Name of the run.
+
+    Returns
+    -------
+    Path
+        The manifest.
+    """
     manifest = {
         "schema": SCHEMA,
         "id": name,
@@ -107,15 +178,16 @@ def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origi
     return write_json(folder / MANIFEST, manifest)
 
 
-def _beside(final: Path) -> Path:
+def _name_temporary_folder(final: Path) -> Path:
     return final.with_name(f".{final.name}.{secrets.token_hex(6)}")
 
 
-def _put(temporary: Path, final: Path) -> None:
-    older = _beside(final)
+def _replace_folder(temporary: Path, final: Path) -> None:
+    """Move a temporary folder to its final name; the folder that had this name is removed."""
+    replaced = _name_temporary_folder(final)
     while True:
         with contextlib.suppress(FileNotFoundError):
-            final.rename(older)
+            final.rename(replaced)
         try:
             temporary.rename(final)
             break
@@ -123,14 +195,19 @@ def _put(temporary: Path, final: Path) -> None:
             # a worker that was taken for lost has stored the same job meanwhile
             if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                 raise
-            shutil.rmtree(older, ignore_errors=True)
-    shutil.rmtree(older, ignore_errors=True)
+            shutil.rmtree(replaced, ignore_errors=True)
+    shutil.rmtree(replaced, ignore_errors=True)
 
 
 def remove_leftovers(parent: Path, name: str | None = None) -> None:
-    """Remove temporary folders and files of killed processes: of the job `name`, or of all jobs below a folder.
+    """Remove temporary folders and files of killed processes.
 
-    Without `name` no other process may be using the store.
+    Parameters
+    ----------
+    parent
+        Folder of the store.
+    name
+        Id of a job; None for all jobs in the store. Then no other process may be using the store.
     """
     for path in parent.glob(".*" if name is None else f".{glob.escape(name)}.*"):
         if path.is_dir():
@@ -140,7 +217,22 @@ def remove_leftovers(parent: Path, name: str | None = None) -> None:
 
 
 def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
-    """State of a stored job, after a check of all its files."""
+    """Check all files of a stored job, and return its state.
+
+    Parameters
+    ----------
+    folder
+        Folder of the job.
+    name
+        Id of the job.
+    origin
+        Versions and sources that the result must have.
+
+    Returns
+    -------
+    Kept
+        The state.
+    """
     if not folder.is_dir():
         return Kept()
     manifest = whole_manifest(folder)
@@ -156,15 +248,26 @@ def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
 
 
 def whole_manifest(folder: Path) -> dict[str, Any] | str:
-    """The manifest of a folder whose files are all unchanged, or what is wrong with the folder."""
-    manifest = _manifest(folder)
+    """Read the manifest of a folder, and check that all its files are unchanged.
+
+    Parameters
+    ----------
+    folder
+        Folder of a result.
+
+    Returns
+    -------
+    dict or str
+        The manifest, or the problem of the folder.
+    """
+    manifest = _read_manifest(folder)
     if isinstance(manifest, str):
         return manifest
-    return _damage(folder, manifest["files"]) or manifest
+    return _find_damage(folder, manifest["files"]) or manifest
 
 
-def _manifest(folder: Path) -> dict[str, Any] | str:
-    """The manifest of a folder, or why it cannot be used."""
+def _read_manifest(folder: Path) -> dict[str, Any] | str:
+    """Read the manifest of a folder; returns the problem if it cannot be used."""
     try:
         manifest = read_json(folder / MANIFEST)
     except InputError:
@@ -172,13 +275,16 @@ def _manifest(folder: Path) -> dict[str, Any] | str:
     if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
         return f"{MANIFEST} has another layout than {SCHEMA}"
     shape = {"id": str, "solved_by": dict, "evaluated_by": dict, "run": str, "files": dict}
-    if not all(isinstance(manifest.get(key), kind) for key, kind in shape.items()) or not manifest["files"]:
+    if (
+        not all(isinstance(manifest.get(key), expected_type) for key, expected_type in shape.items())
+        or not manifest["files"]
+    ):
         return f"{MANIFEST} is damaged"
     return manifest
 
 
-def _damage(folder: Path, files: Mapping[str, str]) -> str | None:
-    """What is wrong with the first damaged or missing file of a folder; None if all files are unchanged."""
+def _find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
+    """Describe the first damaged or missing file of a folder; None if all files are unchanged."""
     for name, digest in files.items():
         try:
             path = folder / name
@@ -197,7 +303,24 @@ def _damage(folder: Path, files: Mapping[str, str]) -> str | None:
 
 
 def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
-    """The differences between two origins of a result in words, such as `numpy 2.1.0 -> 2.2.0`."""
+    """Differences between two origins of a result in words, such as `numpy 2.1.0 -> 2.2.0`.
+
+    Parameters
+    ----------
+    old, new
+        Versions and sources by name.
+
+    Returns
+    -------
+    str
+        The differences, separated by commas; empty without differences.
+
+    Examples
+    --------
+    >>> from fecontact.jobs.store import difference
+    >>> difference({"numpy": "2.1.0"}, {"numpy": "2.2.0"})
+    'numpy 2.1.0 -> 2.2.0'
+    """
     return ", ".join(
         f"{key} {old.get(key, 'none')} -> {new.get(key, 'none')}"
         for key in dict.fromkeys((*new, *old))
@@ -205,39 +328,53 @@ def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
     )
 
 
-# --- Locks of the operating system, by which one run at a time uses a folder; they end with the process.
+# --- Locks of the operating system. With them only one run at a time uses a folder; they end with the process.
 
 LOCK = "run.lock"
 
 
 @contextmanager
 def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
-    """Lock the folder of a run for the whole run, or for one part beside other parts; yields the lock file.
+    """Lock the folder of a run, for the complete run or for a part.
 
     Parameters
     ----------
+    out
+        Folder of the run.
     part
-        (i, N): parts share the folder with each other, but not with a run of the whole.
+        (i, N): parts share the folder with each other, but not with a complete run.
+
+    Yields
+    ------
+    Path
+        The lock file.
 
     Raises
     ------
     InputError
-        If another process holds the folder (the message says which), or if the file system has no locks.
+        If another process holds the folder (the message names it), or if the file system has no locks.
     """
     out.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
         if part is None:
-            stack.enter_context(_held(out / LOCK, f"process {os.getpid()} on {socket.gethostname()}"))
+            stack.enter_context(_lock_file(out / LOCK, f"process {os.getpid()} on {socket.gethostname()}"))
         else:
-            me = f"process {os.getpid()} on {socket.gethostname()}, part {part[0]}/{part[1]}"
-            others = f"runs of parts (--part), see {LOCK.replace('.lock', '.part-*.lock')}"
-            stack.enter_context(_held(out / LOCK, others, shared=True))
-            stack.enter_context(_held(out / f"run.part-{part[0]}-of-{part[1]}.lock", me))
+            holder = f"process {os.getpid()} on {socket.gethostname()}, part {part[0]}/{part[1]}"
+            other_holders = f"runs of parts (--part), see {LOCK.replace('.lock', '.part-*.lock')}"
+            stack.enter_context(_lock_file(out / LOCK, other_holders, shared=True))
+            stack.enter_context(_lock_file(out / f"run.part-{part[0]}-of-{part[1]}.lock", holder))
         yield out / LOCK
 
 
 @contextmanager
-def _held(path: Path, holder: str, *, shared: bool = False) -> Iterator[None]:
+def _lock_file(path: Path, holder: str, *, shared: bool = False) -> Iterator[None]:
+    """Lock a file, and write the name of the holder into it.
+
+    Raises
+    ------
+    InputError
+        If another process holds the file, or if the file system has no locks.
+    """
     # not truncated before it is locked: its text names the present holder
     with open(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+", encoding="utf-8") as file:
         try:

@@ -1,4 +1,4 @@
-"""Worker processes and the jobs that they do: threads, memory, time, and the death of a worker."""
+"""Worker processes and their jobs: threads, memory, time, and the death of a worker."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ from fecontact.files import write_text
 from fecontact.jobs.store import Origin, difference, kept_folder, new_folder, remove_leftovers
 from fecontact.process import collect_rarely
 
-# --- One job in a worker process: do its work, store its files, and report the outcome; nothing is raised.
+# --- A job in a worker process: do its work, store its files, and report the outcome; nothing is raised.
 
 # gmsh has one global state in each process.
-_ONE_AT_A_TIME = threading.Lock()
+_JOB_LOCK = threading.Lock()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Made:
-    """What came of the work of a job, beside the files in its folder.
+    """Result of the work of a job, in addition to the files in its folder.
 
     Attributes
     ----------
     short_of_memory
-        Whether there was not enough memory for all that was asked for.
+        Whether there was not enough memory for the complete work.
     value
-        What `Job.read` gives of the folder; None where it has to be read.
+        Value that `Job.read` gives for the folder; None if the folder has to be read.
     """
 
     short_of_memory: bool = False
@@ -59,40 +59,52 @@ class Made:
 
 
 class Work(Protocol):
-    """The work of a job: a callable that a worker can import."""
+    """Work of a job: a callable that a worker can import."""
 
     def __call__(self, folder: Path, finished: Path | None) -> Made:
         """Write the job's files into a folder.
 
-        `finished` is the job's stored folder if its fields are only to be evaluated again.
+        Parameters
+        ----------
+        folder
+            Folder for the files.
+        finished
+            Stored folder of the job if its fields are only to be evaluated again; otherwise None.
+
+        Returns
+        -------
+        Made
+            Result of the work.
         """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """A piece of work whose result is kept in a folder.
+    """Work with a result that is kept in a folder.
 
     Attributes
     ----------
     name, folder
-        Id of the job, and folder in which its result is kept.
+        Id of the job, and folder of its result.
     origin
-        Versions and sources on the machine that started the run; a worker must have the same.
+        Versions and sources on the machine that started the run; a worker must have equal ones.
     origin_here
         Determines the origin on a worker.
+    work
+        The work itself.
     read
-        Extracts what the run needs from the finished folder; called on the worker. It raises an `InputError` if the
+        Extracts the needed values from the finished folder; called on the worker. It raises an `InputError` if the
         folder has another layout; then the job is done again.
     label
         Name shown while the job is under way; `name` if not given.
     run
-        Name of the run, whose results are taken even with `force`.
+        Name of the run; its results are taken even with `force`.
     force
         Whether to solve the job again if it is finished.
     alone
-        Whether no other job runs beside the job on this machine.
+        Whether no other job runs on this machine at the same time.
     group
-        One worker does all jobs of a group, one after the other, so that their works may hand on what they share.
+        A worker does all jobs of a group, one after the other, so that their works may hand on shared objects.
     """
 
     name: str
@@ -109,7 +121,7 @@ class Job:
 
 
 PROGRAM_ERRORS = (AssertionError, AttributeError, ImportError, LookupError, NameError, NotImplementedError, TypeError)
-"""What only a wrong program raises: not the numbers of a position, the memory or the disk."""
+"""Exceptions that only a wrong program raises, and not the numbers of a position, the memory or the disk."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,22 +131,22 @@ class Done:
     Attributes
     ----------
     failure
-        Why the job has no result; None if it has a result.
+        Reason for a missing result; None if the job has a result.
+    is_program_error
+        Whether the failure is an error of the program, which is not caused by the inputs of the job.
     short_of_memory
         Whether the job may succeed when it runs alone.
     value
-        What `Job.read` returned, or would have.
+        Value that `Job.read` returned, or would have returned.
     unreadable
-        Why a job that was finished before had to be done again.
+        Reason for doing a job again that was finished before.
     seconds
-        How long it took.
-    program_error
-        Whether the failure is an error of the program, which says nothing about the inputs of the job.
+        Wall time of the job, in s.
     """
 
     name: str
     failure: str | None = None
-    program_error: bool = False
+    is_program_error: bool = False
     short_of_memory: bool = False
     value: Any = None
     unreadable: str | None = None
@@ -145,39 +157,50 @@ Group = tuple[Job, ...]
 
 
 def run_group(jobs: Group) -> tuple[Done, ...]:
-    """Do the jobs of a group in their order; what their works share is one object here, too."""
+    """Do the jobs of a group in their order; their works share objects also in this process."""
     return tuple(map(run_job, jobs))
 
 
 def run_job(job: Job) -> Done:
     """Do a job and put its folder into the store.
 
-    A job that was short of memory while others ran beside it is not stored: its result would depend on them.
+    A job that was short of memory while other jobs ran is not stored: its result would depend on the other jobs.
+
+    Parameters
+    ----------
+    job
+        The job.
+
+    Returns
+    -------
+    Done
+        Outcome, with the wall time.
     """
-    with _ONE_AT_A_TIME:
+    with _JOB_LOCK:
         _reset_peak_memory()
-        begun = time.monotonic()
-        done = _tried(job)
-        return replace(done, seconds=time.monotonic() - begun)
+        start = time.monotonic()
+        outcome = _try_job(job)
+        return replace(outcome, seconds=time.monotonic() - start)
 
 
-def _tried(job: Job) -> Done:
+def _try_job(job: Job) -> Done:
+    """Do a job; exceptions become failures of its outcome."""
     try:
-        return _do(job)
+        return _do_job(job)
     except MemoryError:
-        return _failed(job, "out of memory", short=True)
+        return _describe_failure(job, "out of memory", is_short_of_memory=True)
     except FecontactError as error:
-        return _failed(job, str(error), short=isinstance(error, NotEnoughMemory))
+        return _describe_failure(job, str(error), is_short_of_memory=isinstance(error, NotEnoughMemory))
     except OSError as error:
         # most often a full disk
-        return _failed(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
+        return _describe_failure(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
     except Exception as error:
         # other jobs go on; `finish` raises `ProgramError` for an error that no input can cause
         file = error_file(job.folder)
         with contextlib.suppress(OSError):
             write_text(file, traceback.format_exc())
-        done = _failed(job, f"{type(error).__name__}: {error}; see {file.name}")
-        return replace(done, program_error=isinstance(error, PROGRAM_ERRORS))
+        outcome = _describe_failure(job, f"{type(error).__name__}: {error}; see {file.name}")
+        return replace(outcome, is_program_error=isinstance(error, PROGRAM_ERRORS))
 
 
 def error_file(folder: Path) -> Path:
@@ -185,57 +208,73 @@ def error_file(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}.error.txt")
 
 
-def _failed(job: Job, failure: str, *, short: bool = False) -> Done:
-    return Done(name=job.name, failure=failure, short_of_memory=short and not job.alone)
+def _describe_failure(job: Job, failure: str, *, is_short_of_memory: bool = False) -> Done:
+    return Done(name=job.name, failure=failure, short_of_memory=is_short_of_memory and not job.alone)
 
 
-def _do(job: Job) -> Done:
+def _do_job(job: Job) -> Done:
+    """Do a job if it is not finished already, and check the stored files."""
     if problem := unlike(job):
         raise InputError(problem)
-    kept, unreadable = kept_folder(job.folder, job.name, job.origin), None
-    if kept.usable and (not job.force or (job.run and kept.run == job.run)):
-        # done already: by an earlier run, or by a worker that was lost before it could report
+    stored_before, unreadable = kept_folder(job.folder, job.name, job.origin), None
+    if stored_before.usable and (not job.force or (job.run and stored_before.run == job.run)):
+        # the job is finished: by an earlier run, or by a worker that was lost before it could report
         try:
-            return Done(name=job.name, value=_value(job))
+            return Done(name=job.name, value=_read_value(job))
         except InputError as error:
             unreadable = str(error)
-    judged = kept.found and kept.problem is None and not job.force and unreadable is None
+    is_to_judge = stored_before.found and stored_before.problem is None and not job.force and unreadable is None
     with new_folder(job.folder, job.name, job.origin, job.run) as folder:
-        made = job.work(folder, job.folder if judged else None)
-        if made.short_of_memory and not job.alone:
+        output = job.work(folder, job.folder if is_to_judge else None)
+        if output.short_of_memory and not job.alone:
             raise NotEnoughMemory("there was not enough memory to solve it as far as it would have been alone")
     error_file(job.folder).unlink(missing_ok=True)
     stored = kept_folder(job.folder, job.name, job.origin)
     if not stored.usable:
         raise OSError(f"what was written cannot be read again: {stored.problem or stored.outdated}")
-    value = _value(job) if made.value is None else made.value
+    value = _read_value(job) if output.value is None else output.value
     return Done(name=job.name, value=value, unreadable=unreadable)
 
 
-def _value(job: Job) -> Any:
+def _read_value(job: Job) -> Any:
     return None if job.read is None else job.read(job.folder)
 
 
 def unlike(job: Job) -> str | None:
-    """Why this process must not do a job: its versions or sources are not the run's."""
-    here = job.origin_here()
+    """Explain why this process must not do a job.
+
+    Parameters
+    ----------
+    job
+        The job, with the versions and sources of the run.
+
+    Returns
+    -------
+    str or None
+        The differences from the versions or sources of the run; None without differences.
+    """
+    local_origin = job.origin_here()
     changes = (
-        difference(job.origin.solved_by, here.solved_by),
-        difference(job.origin.evaluated_by, here.evaluated_by),
+        difference(job.origin.solved_by, local_origin.solved_by),
+        difference(job.origin.evaluated_by, local_origin.evaluated_by),
     )
-    said = ", ".join(filter(None, changes))
-    return f"worker on {socket.gethostname()} is not like the one that started the run: {said}" if said else None
+    differences = ", ".join(filter(None, changes))
+    return (
+        f"worker on {socket.gethostname()} is not like the one that started the run: {differences}"
+        if differences
+        else None
+    )
 
 
 def _reset_peak_memory() -> None:
-    """Reset the peak memory of the process, so that it is measured for each job; Linux only."""
+    """Reset the peak memory of the process, to measure it for each job; Linux only."""
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 
 
 # --- Worker processes of this machine, and what happens when a worker dies.
 
-_BYTES_A_WORKER, _TOLD_EVERY_S = 2e9, 2.0
+_BYTES_PER_WORKER, _REPORT_INTERVAL_S = 2e9, 2.0
 # A disk with less free space than this cannot hold the files of a case.
 _FULL_DISK_BYTES = 50e6
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
@@ -248,18 +287,18 @@ class Crew:
     Attributes
     ----------
     open
-        Opens an executor with so many workers; an exception stops the jobs that still run.
+        Opens an executor with a given number of workers; an exception stops the jobs that still run.
     workers
         Number of workers.
     together
-        Groups of jobs handed out at a time. If they are as many as workers, the jobs under way are known when a worker
-        dies.
+        Groups of jobs handed out at a time. If their number equals the number of workers, the jobs under way are
+        identified when a worker dies.
     run
         Function that a worker calls.
     refuse
         Raises an `InputError` if no worker can do the job.
     lost
-        Why workers cannot be reached any more; None as long as they can.
+        Explains why workers cannot be reached any more; returns None if they can.
     """
 
     open: Callable[[int], AbstractContextManager[Executor]]
@@ -277,37 +316,58 @@ class WorkersLost(FecontactError):
 
 
 class Report(Protocol):
-    """Receives reports about the jobs."""
+    """Receiver of reports about the jobs."""
 
     def under_way(self, names: Sequence[str]) -> None:
-        """These jobs have been handed to workers and are not done; of each group the one that is next."""
+        """Receive the names of the jobs that workers have and that are not done.
+
+        Of each group the next job is named.
+        """
 
     def done(self, done: Done) -> None:
-        """A job is done, and will not run again."""
+        """Receive the outcome of a job that will not run again."""
 
 
 def default_workers() -> int:
-    """A worker for each core that this process may use, and at most a worker for each 2 GB of available memory."""
+    """Default number of workers: a worker per usable core and per 2 GB of available memory.
+
+    Returns
+    -------
+    int
+        The smaller of both numbers, at least 1.
+    """
     import psutil
 
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(cores, int(psutil.virtual_memory().available / _BYTES_A_WORKER)))
+    return max(1, min(cores, int(psutil.virtual_memory().available / _BYTES_PER_WORKER)))
 
 
 def process_crew(workers: int, threads: int) -> Crew:
-    """Worker processes of this machine, each computing on so many threads.
+    """Worker processes of this machine.
 
     They are spawned, not forked: a fork would copy the threads and the state of MKL, OpenMP and gmsh only in part. Even
-    a single worker is a process of its own, so that its crash does not end the study. A daemonic process, such as a
-    worker of `multiprocessing.Pool`, must not have children: it does the jobs itself, on the threads that it has.
+    a single worker is a separate process, so that its crash does not end the study. A daemonic process, such as a
+    worker of `multiprocessing.Pool`, must not have children: it does the jobs itself, on its present threads.
+
+    Parameters
+    ----------
+    workers
+        Number of processes.
+    threads
+        Threads of each process.
+
+    Returns
+    -------
+    Crew
+        The workers.
     """
     if current_process().daemon:
         workers = 1
-    return Crew(open=lambda count: _process_pool(count, threads), workers=workers, together=workers)
+    return Crew(open=lambda worker_count: _process_pool(worker_count, threads), workers=workers, together=workers)
 
 
 class _ThisProcess(Executor):
-    """An executor that does each job in this process when it is submitted."""
+    """Executor that does each job in this process when it is submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
@@ -319,13 +379,14 @@ class _ThisProcess(Executor):
 
 
 @contextmanager
-def _process_pool(workers: int, threads: int) -> Iterator[Executor]:
+def _process_pool(worker_count: int, threads: int) -> Iterator[Executor]:
+    """Open a pool of worker processes; in a daemonic process an executor in this process."""
     if current_process().daemon:
         yield _ThisProcess()
         return
     # a process is started when the first job is handed to it, so the environment must last as long as the pool
     with thread_environment(threads):
-        executor = _QuietPool(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
+        executor = _QuietPool(worker_count, mp_context=get_context("spawn"), initializer=_initialise_worker)
         try:
             yield executor
         except BaseException:
@@ -345,12 +406,13 @@ class _QuietPool(ProcessPoolExecutor):
     """
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        with _no_script(), _no_interrupt():
+        with _hide_main_script(), _block_interrupt():
             return super().submit(fn, *args, **kwargs)
 
 
 @contextmanager
-def _no_script() -> Iterator[None]:
+def _hide_main_script() -> Iterator[None]:
+    """Hide the main module, so that a new process does not import the script."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:
@@ -360,20 +422,20 @@ def _no_script() -> Iterator[None]:
 
 
 @contextmanager
-def _no_interrupt() -> Iterator[None]:
-    """Block Ctrl-C; a process that is started meanwhile never receives it, not even while it imports its modules."""
+def _block_interrupt() -> Iterator[None]:
+    """Block Ctrl-C; a process that is started meanwhile never receives it, not even during its imports."""
     if not hasattr(signal, "pthread_sigmask"):
         # Windows
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
 
 
-def _begin_worker() -> None:
+def _initialise_worker() -> None:
     # Ctrl-C reaches all processes of a terminal; the parent decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     collect_rarely()
@@ -381,7 +443,10 @@ def _begin_worker() -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent has ended, also by kill -9, which a process pool does not notice."""
+    """End this process when its parent has ended.
+
+    A process pool does not notice an end by kill -9.
+    """
     parent = parent_process()
     if parent is not None:
         connection.wait([parent.sentinel])
@@ -390,14 +455,22 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def thread_environment(threads: int) -> Iterator[None]:
-    """Set the number of threads of the numerical libraries in new processes; the old environment returns at the end."""
-    wanted = {name: str(threads) for name in _THREAD_VARIABLES} | {"MKL_DYNAMIC": "FALSE"}
-    before = {name: os.environ.get(name) for name in wanted}
-    os.environ.update(wanted)
+    """Set the number of threads of the numerical libraries in new processes.
+
+    The previous environment returns at the end.
+
+    Parameters
+    ----------
+    threads
+        Number of threads.
+    """
+    variables = {name: str(threads) for name in _THREAD_VARIABLES} | {"MKL_DYNAMIC": "FALSE"}
+    previous_values = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
     try:
         yield
     finally:
-        for name, value in before.items():
+        for name, value in previous_values.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
@@ -405,7 +478,18 @@ def thread_environment(threads: int) -> Iterator[None]:
 
 
 def other_threads(threads: int) -> str | None:
-    """What is wrong with the number of threads in this process's environment; None if it is right."""
+    """Explain a wrong number of threads in the environment of this process.
+
+    Parameters
+    ----------
+    threads
+        Required number of threads.
+
+    Returns
+    -------
+    str or None
+        The wrong variable and its value; None if all variables are right.
+    """
     for name in _THREAD_VARIABLES:
         if os.environ.get(name) != str(threads):
             return f"its {name} is {os.environ.get(name, 'not set')}, not {threads}"
@@ -414,9 +498,23 @@ def other_threads(threads: int) -> str | None:
 
 @contextmanager
 def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
-    """A function like `map` for `count` items: in this process if `here`, else in worker processes on one thread each.
+    """Open a function like `map`, in this process or in single-threaded worker processes.
 
-    A daemonic process, which must not have children, does all of them. Without `workers` there are `default_workers`.
+    A daemonic process, which must not have children, does all items itself.
+
+    Parameters
+    ----------
+    count
+        Number of items.
+    here
+        Whether this process does all items.
+    workers
+        Number of processes; `default_workers` if not given.
+
+    Yields
+    ------
+    callable
+        Function with the arguments of `map`.
 
     Raises
     ------
@@ -441,51 +539,80 @@ def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterato
 
 
 def began_on_one_thread() -> bool:
-    """Whether the numerical libraries of this process have one thread; they read the environment when they start."""
+    """Whether the numerical libraries of this process have a single thread.
+
+    They read the environment when they start.
+    """
     try:
-        began = Path("/proc/self/environ").read_bytes().split(b"\0")
+        start_environment = Path("/proc/self/environ").read_bytes().split(b"\0")
     except OSError:
         return False
-    return all(f"{name}=1".encode() in began for name in _THREAD_VARIABLES)
+    return all(f"{name}=1".encode() in start_environment for name in _THREAD_VARIABLES)
 
 
 def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
     """Run all jobs and report each once.
 
-    When a worker process dies, the jobs that were under way run again, each alone; a job whose process dies twice is
-    reported as failed. A job that was short of memory beside others runs again alone, after all others.
+    When a worker process dies, the jobs that were under way run again, each alone; a job with two dead processes is
+    reported as failed. A job that was short of memory at the same time as other jobs runs again alone, after all
+    others.
+
+    Parameters
+    ----------
+    jobs
+        Jobs to run.
+    crew
+        Workers.
+    report
+        Receiver of the outcomes.
     """
     if jobs and crew.refuse is not None:
         crew.refuse(jobs[0])
     queue = deque(groups_of([replace(job, alone=crew.workers == 1) for job in jobs], crew.workers))
-    again: list[Job] = []
+    short_jobs: list[Job] = []
     while queue:
-        for job in _together(queue, again, crew, report):
-            report.done(_alone(job, crew, report, deaths=1))
-    for job in again:
-        report.done(_alone(job, crew, report, deaths=0))
+        for job in _together(queue, short_jobs, crew, report):
+            report.done(_run_alone(job, crew, report, deaths=1))
+    for job in short_jobs:
+        report.done(_run_alone(job, crew, report, deaths=0))
 
 
 def groups_of(jobs: Sequence[Job], workers: int) -> list[Group]:
-    """Jobs by their groups, which are split where they are fewer than workers."""
+    """Divide jobs into their groups; if there are fewer groups than workers, groups are split.
+
+    Parameters
+    ----------
+    jobs
+        Jobs with their groups.
+    workers
+        Number of workers.
+
+    Returns
+    -------
+    list of tuple of Job
+        Groups, each for a worker.
+    """
     groups: dict[str, list[Job]] = {}
     for job in jobs:
         groups.setdefault(job.group or job.name, []).append(job)
-    pieces = math.ceil(workers / max(1, len(groups)))
-    found = []
+    parts_per_group = math.ceil(workers / max(1, len(groups)))
+    split_groups = []
     for group in groups.values():
-        size = math.ceil(len(group) / pieces)
-        found += [tuple(group[first : first + size]) for first in range(0, len(group), size)]
-    return found
+        size = math.ceil(len(group) / parts_per_group)
+        split_groups += [tuple(group[first : first + size]) for first in range(0, len(group), size)]
+    return split_groups
 
 
-def _together(queue: deque[Group], again: list[Job], crew: Crew, report: Report) -> list[Job]:
-    """Run groups of the queue until it is empty or a worker dies; returns the jobs that were under way then."""
+def _together(queue: deque[Group], short_jobs: list[Job], crew: Crew, report: Report) -> list[Job]:
+    """Run groups of the queue until it is empty or a worker dies.
+
+    Returns the jobs that were under way when a worker died. Jobs that were short of memory are added to `short_jobs`.
+    """
     running: dict[Future[tuple[Done, ...]], Group] = {}
-    lost: list[Job] = []
+    lost_jobs: list[Job] = []
     with crew.open(crew.workers) as executor:
-        while (queue and not lost) or running:
-            while queue and not lost and len(running) < crew.together:
+        while (queue and not lost_jobs) or running:
+            while queue and not lost_jobs and len(running) < crew.together:
                 try:
                     running[executor.submit(crew.run, queue[0])] = queue[0]
                 except BrokenExecutor:
@@ -493,36 +620,36 @@ def _together(queue: deque[Group], again: list[Job], crew: Crew, report: Report)
                 queue.popleft()
             if not running:
                 break
-            report.under_way(list(map(_under_way, running.values())))
-            # what is left of a long job is told while it is under way
-            for future in wait(running, _TOLD_EVERY_S, return_when=FIRST_COMPLETED).done:
+            report.under_way(list(map(_name_present_job, running.values())))
+            # the remaining time of a long job is reported while it is under way
+            for future in wait(running, _REPORT_INTERVAL_S, return_when=FIRST_COMPLETED).done:
                 group = running.pop(future)
-                outcome = _outcome(future, group, crew)
+                outcome = _collect_outcome(future, group, crew)
                 if outcome is None:
-                    lost += group
+                    lost_jobs += group
                     continue
-                for job, done in zip(group, outcome, strict=True):
-                    if done.short_of_memory:
-                        again.append(job)
+                for job, job_outcome in zip(group, outcome, strict=True):
+                    if job_outcome.short_of_memory:
+                        short_jobs.append(job)
                     else:
-                        report.done(done)
-    return lost
+                        report.done(job_outcome)
+    return lost_jobs
 
 
-def _under_way(group: Group) -> str:
-    """Name of the job of a group that is done now: the first without a result."""
+def _name_present_job(group: Group) -> str:
+    """Name of the present job of a group: the first without a result."""
     return next((job for job in group if not job.folder.is_dir()), group[-1]).name
 
 
-def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
-    """Run a job with nothing beside it, each time in a new process."""
+def _run_alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
+    """Run a job while no other job runs, each time in a new process."""
     job = replace(job, alone=True)
     report.under_way([job.name])
     while deaths < 2:
         if deaths:
             remove_leftovers(job.folder.parent, job.name)
         with crew.open(1) as executor:
-            outcome = _outcome(executor.submit(crew.run, (job,)), (job,), crew)
+            outcome = _collect_outcome(executor.submit(crew.run, (job,)), (job,), crew)
         if outcome is not None:
             return outcome[0]
         deaths += 1
@@ -532,7 +659,7 @@ def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
     return Done(name=job.name, failure=f"its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
-def _outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tuple[Done, ...] | None:
+def _collect_outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tuple[Done, ...] | None:
     """Outcome of each job of a group; None if its worker died.
 
     Raises
@@ -540,7 +667,7 @@ def _outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tupl
     WorkersLost
         If no worker can be reached any more.
     """
-    wrong = False
+    is_program_error = False
     try:
         return future.result()
     except BrokenExecutor:
@@ -553,5 +680,5 @@ def _outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tupl
         failure = str(error)
     except Exception as error:
         # errors of the executor, such as a cluster that has given the job up
-        failure, wrong = f"{type(error).__name__}: {error}", isinstance(error, PROGRAM_ERRORS)
-    return tuple(Done(name=job.name, failure=failure, program_error=wrong) for job in group)
+        failure, is_program_error = f"{type(error).__name__}: {error}", isinstance(error, PROGRAM_ERRORS)
+    return tuple(Done(name=job.name, failure=failure, is_program_error=is_program_error) for job in group)

@@ -1,1 +1,1 @@
-"""What the command line calls: studies, maps, validation."""
+"""Functions behind the command line: studies, maps, validation."""

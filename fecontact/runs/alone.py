@@ -1,4 +1,4 @@
-"""What needs no finite elements: theories alone, contact tables."""
+"""Theories alone and contact tables, without finite elements."""
 
 from __future__ import annotations
 
@@ -23,47 +23,78 @@ Record = dict[str, Any]
 
 
 def hertz(case: Case) -> Record:
-    """Hertz's theory alone at a case's position: `hertz` is what a result is compared with.
+    """Evaluate Hertz's theory alone at the position of a case.
 
-    >>> import fecontact
-    >>> record = fecontact.hertz(fecontact.Case(lateral_shift_mm=4.0))
-    >>> round(record["ellipses"][0]["p_max_MPa"], -1)
-    1480.0
+    Parameters
+    ----------
+    case
+        Case; its meshes and criteria are not used.
 
-    `ellipses` has every touch point, and both sides of a junction, as if each carried the whole load; where the
-    surfaces conform there is no ellipse, and `problem` says so.
+    Returns
+    -------
+    dict
+        Record of Hertz. `hertz` is the ellipse that a result is compared with. `ellipses` has every touch point, and
+        both sides of a junction, as if each carried the whole load. If the surfaces conform there is no ellipse, and
+        `problem` gives the reason.
 
     Raises
     ------
     InputError
         As `place_case` and `hertz_of_case` do.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> record = fecontact.hertz(fecontact.Case(lateral_shift_mm=4.0))
+    >>> round(record["ellipses"][0]["p_max_MPa"], -1)
+    1480.0
     """
     return hertz_record(hertz_alone(case))
 
 
 def theory(case: Case, name: str) -> Record:
-    """One theory of the pressure alone at a case's position, such as `strip` or `multi_hertz`; `theories` lists them.
+    """Evaluate a theory of the pressure alone at the position of a case.
 
-    >>> import fecontact
-    >>> found = fecontact.theory(fecontact.Case(lateral_shift_mm=4.0), "strip")
-    >>> found["status"], round(found["p_max_MPa"], -1)
-    ('solved', 1480.0)
+    Parameters
+    ----------
+    case
+        Case; its meshes and criteria are not used.
+    name
+        Name of the theory, such as `strip` or `multi_hertz`; `theories` lists all names.
 
-    `status` is `solved` where the theory is in its range; `notes` say why it is not. `solutions` is the number of
-    approaches that were found to carry the force, and `problem` why there is no contact.
+    Returns
+    -------
+    dict
+        Record of the theory. `status` is `solved` if the theory is inside its range; otherwise `notes` give the
+        reasons. `solutions` is the number of approaches with this force, and `problem` the reason if there is no
+        contact.
 
     Raises
     ------
     InputError
-        For a name that there is not; as `place_case` does, and where there is no ellipse for Hertz.
+        For an unknown name; as `place_case` does, and if there is no ellipse for Hertz.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> record = fecontact.theory(fecontact.Case(lateral_shift_mm=4.0), "strip")
+    >>> record["status"], round(record["p_max_MPa"], -1)
+    ('solved', 1480.0)
     """
     check_theory(name)
     return alone_record(theory_alone(case, name))
 
 
 def theories() -> Record:
-    """The theories of the pressure that are judged, and laws, such as of creep forces, from the cheapest.
+    """List the judged theories of the pressure, and laws such as laws of creep forces.
 
+    Returns
+    -------
+    dict
+        Theories and laws by kind, from the cheapest.
+
+    Examples
+    --------
     >>> import fecontact
     >>> list(fecontact.theories()["pressure"])[0]
     'hertz'
@@ -71,11 +102,11 @@ def theories() -> Record:
     return theories_listed()
 
 
-# --- Contact tables for vehicle codes: lines over shift and load, with the verdicts of a stored map where it has them.
+# --- Contact tables for vehicle codes: lines over shift and load, with the verdicts of a stored map if it has them.
 
 Line = tuple[float, float]
-# Decimals to which shifts (mm) and loads (kN) are the same.
-_SAME = 6
+# Decimals to which shifts (mm) and loads (kN) are compared.
+_KEY_DECIMALS = 6
 
 
 def table(
@@ -86,71 +117,90 @@ def table(
     map_folder: str | Path | None = None,
     progress: Progress | None = None,
 ) -> list[Record]:
-    """A contact table over lateral shift and load, as flat dictionaries with units in their keys; nothing is solved.
-
-    >>> import fecontact
-    >>> rows = fecontact.table(fecontact.Case(roll="touching"), [0.0, 4.0], [50e3, 100e3])
-    >>> [(row["lateral_shift_mm"], row["load_kN"], row["cheapest_theory"]) for row in rows]
-    [(0.0, 50.0, 'strip'), (0.0, 100.0, 'strip'), (4.0, 50.0, 'hertz'), (4.0, 100.0, 'hertz')]
-
-    `strip_approach_between_percent` and `strip_stiffness_between_percent` say by how much straight lines to the
-    neighbouring shifts and loads miss the strips in the middle between them.
+    """Compute a contact table over lateral shift and load, without a solution.
 
     Parameters
     ----------
     case
-        Everything but lateral shift and load; its criteria say how near a cheap theory must be to the strips.
-    lateral_shifts_mm, loads_N
-        Of the wheelset, and wheel loads.
+        Everything except lateral shift and load; its criteria limit the deviation of a cheap theory from the strips.
+    lateral_shifts_mm
+        Lateral shifts of the wheelset, in mm.
+    loads_N
+        Wheel loads, in N.
     map_folder
-        A map that `fecontact map` wrote of the same pair: columns `map_*` have its verdicts at its shifts and loads.
+        Folder of a map that `fecontact map` wrote for this pair: columns `map_*` have its verdicts at its shifts and
+        loads.
     progress
-        As for `run`, with lines in place of cases.
+        Receives the progress as for `run`, with lines in place of cases.
+
+    Returns
+    -------
+    list of dict
+        Flat dictionaries with units in their keys, a dictionary per shift and load. `strip_approach_between_percent`
+        and `strip_stiffness_between_percent` are the errors of linear interpolation to the neighbouring shifts and
+        loads, compared with the strips in the middle between them. A position without contact is a row with its
+        `problem`.
 
     Raises
     ------
     InputError
-        Without shifts and loads, or for a map of another pair. A position that has no contact is a row with its
-        `problem`.
+        Without shifts and loads, or for a map of another pair.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> rows = fecontact.table(fecontact.Case(roll="touching"), [0.0, 4.0], [50e3, 100e3])
+    >>> [(row["lateral_shift_mm"], row["load_kN"], row["cheapest_theory"]) for row in rows]
+    [(0.0, 50.0, 'strip'), (0.0, 100.0, 'strip'), (4.0, 50.0, 'hertz'), (4.0, 100.0, 'hertz')]
     """
     shifts, loads = listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N")
     if not shifts or not loads:
         raise InputError("table: give at least one lateral shift and one load")
-    cells = None if map_folder is None else {_key(row): row for row in map_rows(Path(map_folder), case)}
+    map_rows_by_line = None if map_folder is None else {_line_key(row): row for row in map_rows(Path(map_folder), case)}
     rows = []
     lines = table_lines(case, shifts, loads)
     for line in watched(lines, len(shifts) * len(loads), progress, "strips and cheaper theories"):
         row = table_row(line)
-        if cells is not None:
-            row |= map_columns(cells.get(_key(row)))
+        if map_rows_by_line is not None:
+            row |= map_columns(map_rows_by_line.get(_line_key(row)))
         rows.append(row)
-    own = {(float(row["lateral_shift_mm"]), float(row["load_kN"])): row for row in rows}
-    between = list(_between(shifts, [load_N / 1e3 for load_N in loads]))
-    for middle, corners in watched(between, len(between), progress, "strips between lines"):
-        _add_between(case, middle, [own[corner] for corner in corners])
+    rows_by_line = {(float(row["lateral_shift_mm"]), float(row["load_kN"])): row for row in rows}
+    middles = list(_iterate_middles(shifts, [load_N / 1e3 for load_N in loads]))
+    for middle, corners in watched(middles, len(middles), progress, "strips between lines"):
+        _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners])
     return ordered(rows)
 
 
-def _between(shifts: Sequence[float], loads_kN: Sequence[float]) -> Iterator[tuple[Line, list[Line]]]:
-    """Middles between neighbouring lines, each as shift and load, and the lines around it."""
+def _iterate_middles(shifts: Sequence[float], loads_kN: Sequence[float]) -> Iterator[tuple[Line, list[Line]]]:
+    """Yield the middles between neighbouring lines, each with the lines around it.
+
+    A middle is a shift in mm and a load in kN.
+    """
     axes = [sorted(set(values)) for values in (shifts, loads_kN)]
-    cells: list[list[tuple[float, ...]]] = [list(pairwise(values)) or [(values[0],)] for values in axes]
-    for of_shift, of_load in product(*cells):
-        if len(of_shift) + len(of_load) > 2:
-            yield (sum(of_shift) / len(of_shift), sum(of_load) / len(of_load)), list(product(of_shift, of_load))
+    intervals: list[list[tuple[float, ...]]] = [list(pairwise(values)) or [(values[0],)] for values in axes]
+    for shift_interval, load_interval in product(*intervals):
+        if len(shift_interval) + len(load_interval) > 2:
+            yield (
+                (sum(shift_interval) / len(shift_interval), sum(load_interval) / len(load_interval)),
+                list(product(shift_interval, load_interval)),
+            )
 
 
-def _add_between(case: Case, middle: Line, rows: Sequence[Record]) -> None:
-    """Into the rows around a middle: what interpolation from them is off there, the largest of all their middles."""
-    found = stiffness_at(replace(case, lateral_shift_mm=middle[0], load_N=1e3 * middle[1]))
-    if found is None or not all("strip_approach_mm" in row for row in rows):
+def _add_interpolation_errors(case: Case, middle: Line, rows: Sequence[Record]) -> None:
+    """Add the error of interpolation at a middle to the rows around it.
+
+    A row keeps the largest error of all its middles, in %.
+    """
+    strip_values = stiffness_at(replace(case, lateral_shift_mm=middle[0], load_N=1e3 * middle[1]))
+    if strip_values is None or not all("strip_approach_mm" in row for row in rows):
         return
-    for name, value in zip(BETWEEN_LINES, found, strict=True):
-        around = [row[name] for row in rows]
-        off = 1e2 * abs(sum(around) / len(around) / value - 1.0)
+    for name, value in zip(BETWEEN_LINES, strip_values, strict=True):
+        row_values = [row[name] for row in rows]
+        deviation_percent = 1e2 * abs(sum(row_values) / len(row_values) / value - 1.0)
         for row in rows:
-            row[BETWEEN_LINES[name]] = max(off, row.get(BETWEEN_LINES[name], 0.0))
+            row[BETWEEN_LINES[name]] = max(deviation_percent, row.get(BETWEEN_LINES[name], 0.0))
 
 
-def _key(row: Mapping[str, Any]) -> tuple[float, float]:
-    return round(float(row["lateral_shift_mm"]), _SAME), round(float(row["load_kN"]), _SAME)
+def _line_key(row: Mapping[str, Any]) -> tuple[float, float]:
+    """Key of a row: lateral shift in mm and load in kN, rounded."""
+    return round(float(row["lateral_shift_mm"]), _KEY_DECIMALS), round(float(row["load_kN"]), _KEY_DECIMALS)

@@ -1,4 +1,4 @@
-"""Studies as files: a Python script with `cases(quick=False)`, or a TOML file of cases; templates of both."""
+"""Studies as files: a Python script with `cases(quick=False)`, or a TOML file of cases."""
 
 from __future__ import annotations
 
@@ -19,7 +19,21 @@ from fecontact.runs.toml_cases import toml_cases
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The cases of a study, its question, and what it makes of their rows: a text, and checks of its numbers."""
+    """Cases of a study, its question, and the evaluation of its rows.
+
+    Attributes
+    ----------
+    name
+        Name of the study.
+    cases
+        Its cases.
+    conclude
+        Makes a text from the rows and the folder of the results.
+    checks
+        Makes checks of numbers from the rows.
+    question
+        Question of the study, in a sentence.
+    """
 
     name: str
     cases: tuple[Case, ...]
@@ -29,7 +43,19 @@ class Study:
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:
-    """Read a study.
+    """Read a study from a file.
+
+    Parameters
+    ----------
+    path
+        Python script or TOML file.
+    quick
+        Whether to read the small version of the study.
+
+    Returns
+    -------
+    Study
+        The study.
 
     Raises
     ------
@@ -38,33 +64,40 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     """
     path = Path(path)
     if path.is_dir():
-        raise InputError(f"study {path}: {_folder_words(path)}")
+        raise InputError(f"study {path}: {_describe_folder(path)}")
     if not path.is_file():
         raise InputError(f"study {path}: no such file; give a script of studies/ or a TOML file of cases")
     if path.suffix == ".py":
-        return _from_script(path, quick)
+        return _load_script(path, quick)
     if path.suffix == ".toml":
         return Study(name=path.stem, cases=toml_cases(path, quick=quick))
     raise InputError(f"study {path}: the ending {path.suffix or '(none)'} is not known; allowed are .py and .toml")
 
 
 def kinds() -> dict[str, str]:
-    """Files by which a folder is known to hold results, and what they are of."""
+    """Files that identify a folder of results, with the kind of the results."""
     return {"study.json": "study", "row.json": "case", "map.json": "map"}
 
 
-def _folder_words(folder: Path) -> str:
-    """What a folder is, and what to give in its place."""
+def _describe_folder(folder: Path) -> str:
+    """Describe a folder that was given in place of a file, and the remedy."""
     for file, kind in kinds().items():
         if (folder / file).is_file():
             return f"it is a folder with the results of a {kind}; `fecontact judge` reads it; give the file of a study"
-    found = sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".py"))
-    files = ", ".join(map(str, found[:3])) + ", ..." * (len(found) > 3)
+    study_files = sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".py"))
+    files = ", ".join(map(str, study_files[:3])) + ", ..." * (len(study_files) > 3)
     return f"it is a folder; give the file of a study{f', such as {files}' if files else ''}"
 
 
-def _from_script(path: Path, quick: bool) -> Study:
-    module = _import(path)
+def _load_script(path: Path, quick: bool) -> Study:
+    """Read a study from a Python script.
+
+    Raises
+    ------
+    InputError
+        If the script has no function `cases`, or the function returns other objects than cases.
+    """
+    module = _import_script(path)
     make = getattr(module, "cases", None)
     if not callable(make):
         raise InputError(f"study {path}: it has no function cases(quick=False) that returns a list of Case")
@@ -80,7 +113,14 @@ def _from_script(path: Path, quick: bool) -> Study:
     )
 
 
-def _import(path: Path) -> ModuleType:
+def _import_script(path: Path) -> ModuleType:
+    """Import a script as a module.
+
+    Raises
+    ------
+    InputError
+        If the script has a syntax error.
+    """
     spec = importlib.util.spec_from_file_location(f"fecontact_study_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None

@@ -1,4 +1,4 @@
-"""About what time and memory many cases take, from a few of them that are placed and expected."""
+"""Approximate time and memory of many cases, from previews of some of them."""
 
 from __future__ import annotations
 
@@ -13,26 +13,28 @@ from fecontact.jobs.remaining import duration
 from fecontact.solving.cost import START_SECONDS, cpu_seconds, memory_GB, times_by_yielding
 from fecontact.solving.preview import preview, preview_to_solve
 
-# Each takes 0.1 to 0.6 s.
-_MOST_SEEN = 3
-_REFINED = 3.0
-"""Ratio of unknowns for a verdict that stays open: all meshes over the first ones, where the limit allows."""
+# A preview takes 0.1 to 0.6 s.
+_MAX_PREVIEWS = 3
+_REFINEMENT_RATIO = 3.0
+"""Ratio of unknowns for a verdict that stays unresolved: all meshes to the first meshes, if the limit allows it."""
 Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """About what a study or a map takes, on an idle machine.
+    """Approximate cost of a study or a map on an idle machine.
 
     Attributes
     ----------
+    workers
+        Number of workers.
     seconds, memory_GB
-        Of the whole and of its largest case, if every verdict is clear on its first meshes.
+        Time of all cases in s and memory of the largest case in GB, if every verdict is clear on its first meshes.
     most_seconds, most_memory_GB
-        Of the whole and of its largest case with finer meshes, where verdicts stay open: these go on up to as many
-        unknowns as cases may have, however few the first meshes have.
+        Time of all cases in s and memory of the largest case in GB with finer meshes, if verdicts stay unresolved. The
+        meshes are refined up to the largest number of unknowns that cases may have, also from small first meshes.
     available_GB
-        Memory that is free now.
+        Memory that is free now, in GB.
     """
 
     workers: int
@@ -44,7 +46,7 @@ class Cost:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Time and memory in words, and whether there is too little memory."""
+        """Time and memory in words, and a note if there is too little memory."""
         workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
         expected = (
             f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB per worker; up to"
@@ -55,13 +57,13 @@ class Cost:
         return (expected, f"{self.available_GB:.1f} GB are available: fewer --workers may be needed")
 
 
-# CPU seconds of files, pictures and reports: of each case or cell by its worker, and of all of them at the end. Of
-# S1002 on 60E1 under 100 kN a case alone took 2.7, 2.9 and 3.4 s, studies of 3 and 9 cases 7.3 and 15 s, maps of as
-# many positions, with one load each, 4.0 and 7.6 s.
+# CPU seconds of files, pictures and reports: per case or cell in its worker, and for all of them at the end. With
+# S1002 on 60E1 under 100 kN a single case took 2.7, 2.9 and 3.4 s, studies of 3 and 9 cases 7.3 and 15 s, and maps of
+# 3 and 9 positions, with one load each, 4.0 and 7.6 s.
 CASE_FILES_S, STUDY_FILES_S, MAP_FILES_S = (0.0, 2.8), (1.3, 3.3), (0.6, 2.2)
-# Part of the solution that a further load of a position takes, on meshes that it shares; of a map with its load limits.
-# 2 and 4 loads a position took 0.53 to 0.67 and 0.54 to 0.64 of what they would take one by one.
-_SHARING = 0.5
+# Time of a further load of a position on shared meshes, as a fraction of the time of a separate solution; for a map
+# with its load limits. 2 and 4 loads per position took 0.53 to 0.67 and 0.54 to 0.64 of the time of separate solutions.
+_FURTHER_LOAD_FRACTION = 0.5
 
 
 def cost_of(
@@ -71,73 +73,124 @@ def cost_of(
     further: tuple[float, float] = (0.0, 0.0),
     files: tuple[float, float] = (0.0, 0.0),
 ) -> Cost | None:
-    """What all cases take together, so many at a time; None where none of those that are looked at can be solved.
+    """Estimate the cost of all cases together; loads of a position share meshes.
 
-    Loads of a position share meshes. `further` has how many loads the limits of a map take for the lines of measured
-    points, about and at most; `files` the seconds of what is written of each case, and of all at the end.
+    Parameters
+    ----------
+    cases
+        Cases.
+    workers
+        Number of cases at a time.
+    further
+        Numbers of loads that the load limits of a map take for the profile variants of measured points: expected,
+        largest.
+    files
+        CPU seconds for the files of each case, and for all files at the end.
+
+    Returns
+    -------
+    Cost or None
+        The cost; None if no previewed case can be solved.
     """
     import psutil
 
-    seen = []
-    for case in spread(cases, _MOST_SEEN):
-        # what cannot be solved says so when it is its turn
+    previews = []
+    for case in spread(cases, _MAX_PREVIEWS):
+        # the error of a case that cannot be solved is reported when the case is solved
         with suppress(FecontactError):
-            seen.append(preview_to_solve(case))
-    if not seen:
+            previews.append(preview_to_solve(case))
+    if not previews:
         return None
-    first = [one.degrees_of_freedom for one in seen]
-    finest = [max(one.degrees_of_freedom, one.case.most_unknowns) for one in seen]
-    most = [min(_REFINED * unknowns, last) for unknowns, last in zip(first, finest, strict=True)]
-    times = [times_by_yielding(one.case, one.hertz.p0_MPa) for one in seen]
+    first_unknowns = [case_preview.degrees_of_freedom for case_preview in previews]
+    finest_unknowns = [
+        max(case_preview.degrees_of_freedom, case_preview.case.most_unknowns) for case_preview in previews
+    ]
+    refined_unknowns = [
+        min(_REFINEMENT_RATIO * unknowns, finest_count)
+        for unknowns, finest_count in zip(first_unknowns, finest_unknowns, strict=True)
+    ]
+    times = [times_by_yielding(case_preview.case, case_preview.hertz.p0_MPa) for case_preview in previews]
     solved_s, refined_s = (
-        sum(by * cpu_seconds(unknowns) for by, unknowns in zip(times, of, strict=True)) for of in (first, most)
+        sum(time_factor * cpu_seconds(unknowns) for time_factor, unknowns in zip(times, unknown_counts, strict=True))
+        for unknown_counts in (first_unknowns, refined_unknowns)
     )
-    lines_seconds = sum(one.lines_seconds for one in seen)
-    # a position with fewer others than workers is shared out among them
-    alone = max(len({any_load(case) for case in cases}), min(workers, len(cases)))
-    solved = (alone + _SHARING * (len(cases) - alone)) / len(seen) / workers
-    on_lines = len(cases) / len(seen) / workers * lines_seconds
-    of_limits, of_limits_most = (loads * lines_seconds / len(seen) / workers for loads in further)
-    beside = START_SECONDS + len(cases) * files[0] / workers + files[1]
+    variant_seconds = sum(case_preview.lines_seconds for case_preview in previews)
+    # if there are fewer positions than workers, the loads of a position are divided among workers
+    first_loads = max(len({use_common_load(case) for case in cases}), min(workers, len(cases)))
+    solutions_per_worker = (first_loads + _FURTHER_LOAD_FRACTION * (len(cases) - first_loads)) / len(previews) / workers
+    variants_s = len(cases) / len(previews) / workers * variant_seconds
+    limits_s, most_limits_s = (loads * variant_seconds / len(previews) / workers for loads in further)
+    fixed_s = START_SECONDS + len(cases) * files[0] / workers + files[1]
     return Cost(
         workers=workers,
-        seconds=beside + solved * solved_s + on_lines + of_limits,
-        memory_GB=memory_GB(max(first)),
-        most_seconds=beside + solved * refined_s + on_lines + of_limits_most,
-        most_memory_GB=memory_GB(max(finest)),
+        seconds=fixed_s + solutions_per_worker * solved_s + variants_s + limits_s,
+        memory_GB=memory_GB(max(first_unknowns)),
+        most_seconds=fixed_s + solutions_per_worker * refined_s + variants_s + most_limits_s,
+        most_memory_GB=memory_GB(max(finest_unknowns)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
 
 
-# A forecast takes 0.1 to 0.6 s; among more positions the last one is a small part of the whole.
-_MOST_FORECAST = 24
+# A forecast takes 0.1 to 0.6 s. With more positions the last position is a small part of the total time.
+_MAX_FORECASTS = 24
 
 
 def longest_first(cases: Mapping[str, Case], workers: int) -> list[str]:
-    """Names of positions, those first that will take longest, so that no worker waits long for the last one.
+    """Sort names of positions by the expected time, the longest first.
 
-    They stay in their order where that saves nothing: on one worker, with a worker for each, or where they are many.
+    So no worker waits long for the last position. The order stays if sorting saves nothing: with a single worker, with
+    a worker per position, or with many positions.
+
+    Parameters
+    ----------
+    cases
+        Cases by name.
+    workers
+        Number of workers.
+
+    Returns
+    -------
+    list of str
+        Sorted names.
     """
-    if not 1 < workers < len(cases) <= _MOST_FORECAST:
+    if not 1 < workers < len(cases) <= _MAX_FORECASTS:
         return list(cases)
     seconds = dict.fromkeys(cases, 0.0)
     for name, case in cases.items():
-        # what cannot be solved takes no time, and says so when it is its turn
+        # a case that cannot be solved takes no time; its error is reported when it is solved
         with suppress(FecontactError):
             seconds[name] = preview(case).cpu_seconds
     return sorted(cases, key=lambda name: -seconds[name])
 
 
-def spread(items: Sequence[Item], most: int) -> list[Item]:
-    """So many of some items at most, from the first to the last."""
-    step = max(1.0, (len(items) - 1) / (most - 1))
-    return [items[round(number * step)] for number in range(min(len(items), most))]
+def spread(candidates: Sequence[Item], max_count: int) -> list[Item]:
+    """Select evenly spaced elements of a sequence, from the first to the last.
+
+    Parameters
+    ----------
+    candidates
+        The sequence.
+    max_count
+        Largest number of elements.
+
+    Returns
+    -------
+    list
+        The selected elements.
+    """
+    step = max(1.0, (len(candidates) - 1) / (max_count - 1))
+    return [candidates[round(number * step)] for number in range(min(len(candidates), max_count))]
 
 
 _ANY_LOAD_N = 100e3
 
 
-def any_load(case: Case) -> Case:
-    """The same for all loads that share their meshes: a roll that is found under the load is another one for each."""
-    with_load = case.roll == "loaded" and case.roll_load_N is None
-    return case if with_load else replace(case, load_N=_ANY_LOAD_N)
+def use_common_load(case: Case) -> Case:
+    """Replace the load of a case by a common load.
+
+    Cases that share meshes are equal after this.
+
+    A roll that depends on the load is different for each load; then the case is returned unchanged.
+    """
+    has_roll_by_load = case.roll == "loaded" and case.roll_load_N is None
+    return case if has_roll_by_load else replace(case, load_N=_ANY_LOAD_N)

@@ -1,4 +1,4 @@
-"""The demo: a small map, a case of it with files for ParaView, and a contact for which Hertz is exact."""
+"""Demo: a small map, a case with files for ParaView, and a contact for which Hertz is exact."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from fecontact.runs.map_run import run_map
 from fecontact.runs.store import ROW, Solving, case_folder, job_of
 
 RADIUS_MM = 460.0
-"""Radius of the sphere."""
-# two cylinders of one radius that cross at right angles touch as a sphere of that radius touches a plane
+"""Radius of the sphere, in mm."""
+# two cylinders of equal radius that cross at right angles touch like a sphere of this radius on a plane
 SPHERE = Case(
     rail=f"circle:{RADIUS_MM:g}",
     wheel=f"cylinder:{RADIUS_MM:g}",
@@ -37,7 +37,16 @@ LOADS_N = (20e3, 100e3)
 
 
 def exact_peak_MPa() -> float:
-    """Peak pressure of the sphere in closed form (Johnson 1985, eq. 3.25): (6 F E*^2 / (pi^3 R^2))^(1/3)."""
+    """Peak pressure of the sphere in closed form, in MPa.
+
+    (6 F E*^2 / (pi^3 R^2))^(1/3), Johnson 1985, eq. 3.25. It is exact for small elastic deformations.
+
+    Examples
+    --------
+    >>> from fecontact.runs.demo import exact_peak_MPa
+    >>> round(exact_peak_MPa())
+    1068
+    """
     return float((6.0 * SPHERE.load_N * SPHERE.contact_modulus_MPa**2 / (math.pi**3 * RADIUS_MM**2)) ** (1.0 / 3.0))
 
 
@@ -48,14 +57,14 @@ class DemoOutcome:
     Attributes
     ----------
     map
-        The map of verdicts.
+        Map of verdicts.
     sphere, shown
         Rows of the sphere, and of the case with files for ParaView; the latter is None if every cell of the map is
         without a usable result.
     reused
         Ids of the positions and cases that were finished before.
     recomputed
-        Why finished positions and cases were solved, or judged, again, by id.
+        Reasons for solving or judging finished positions and cases again, by id.
     """
 
     map: ApplicabilityMap
@@ -66,7 +75,7 @@ class DemoOutcome:
 
     @property
     def lost(self) -> dict[str, str]:
-        """Why cells and cases are without a usable result, by their names."""
+        """Reasons for cells and cases without a usable result, by their names."""
         cells = {
             f"{cell.lateral_shift_mm:+g} mm, {cell.load_kN:g} kN": cell.status
             for cell in self.map.cells
@@ -90,53 +99,75 @@ def run_demo(
 ) -> DemoOutcome:
     """Solve the unfinished part of the demo, and write its files below `out`.
 
-    Both kinds of progress hear the number of finished jobs, the number of jobs, and the jobs under way.
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    settings
+        Settings of the run; the defaults if not given.
+    map_progress, case_progress
+        Receive the number of finished jobs, the number of jobs, and the jobs under way.
+
+    Returns
+    -------
+    DemoOutcome
+        Results of the demo.
     """
     settings = settings or RunSettings()
     outcome = run_map(BASE, SHIFTS_MM, LOADS_N, out, settings=settings, progress=map_progress)
-    shown = shown_case(outcome.made)
-    cases = {case_id(case): case for case in (SPHERE, shown) if case is not None}
+    paraview_case = shown_case(outcome.made)
+    cases = {case_id(case): case for case in (SPHERE, paraview_case) if case is not None}
     rows: dict[str, Row] = {}
 
-    def keep_row(done: Done) -> None:
-        rows[done.name] = _row(cases[done.name], done, out)
+    def keep_row(job_outcome: Done) -> None:
+        rows[job_outcome.name] = _row(cases[job_outcome.name], job_outcome, out)
 
-    with open_run(out, out / "cases", settings, case_progress) as by:
+    with open_run(out, out / "cases", settings, case_progress) as demo_run:
         jobs = [
-            job_of(case, case_folder(out, name), Solving(case=case, name=name), label=_label(case))
+            job_of(case, case_folder(out, name), Solving(case=case, name=name), label=_label_case(case))
             for name, case in cases.items()
         ]
-        finish(jobs, by, on_done=keep_row)
-    shown_row = None if shown is None else rows[case_id(shown)]
+        finish(jobs, demo_run, on_done=keep_row)
+    shown_row = None if paraview_case is None else rows[case_id(paraview_case)]
     if shown_row is not None and has_numbers(shown_row):
         write_view(case_folder(out, str(shown_row["id"])))
     return DemoOutcome(
         map=outcome.made,
         sphere=rows[case_id(SPHERE)],
         shown=shown_row,
-        reused=(*outcome.reused, *by.reused),
-        recomputed=outcome.recomputed | by.recomputed,
+        reused=(*outcome.reused, *demo_run.reused),
+        recomputed=outcome.recomputed | demo_run.recomputed,
     )
 
 
-def shown_case(made: ApplicabilityMap) -> Case | None:
-    """The case with the largest deviation of the peak pressure, if possible where Hertz fails.
+def shown_case(map_result: ApplicabilityMap) -> Case | None:
+    """Case with the largest deviation of the peak pressure.
 
-    None without a usable cell.
+    Cases for which Hertz fails are preferred.
+
+    Parameters
+    ----------
+    map_result
+        Map.
+
+    Returns
+    -------
+    Case or None
+        The case; None without a usable cell.
     """
-    loads = [cell.usable for cell in made.cells if cell.usable is not None]
+    loads = [cell.usable for cell in map_result.cells if cell.usable is not None]
     if not loads:
         return None
     worst = max(loads, key=lambda load: (load.verdict.answer == "FAILS", abs(load.deviation["p_max_MPa"])))
     return replace(BASE, lateral_shift_mm=worst.case.lateral_shift_mm, load_N=worst.load_N)
 
 
-def _label(case: Case) -> str:
+def _label_case(case: Case) -> str:
     return "sphere" if case is SPHERE else f"{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN"
 
 
-def _row(case: Case, done: Done, out: Path) -> Row:
-    """The row of a case that is done, also if it failed."""
-    if done.failure is None:
-        return read_row(case_folder(out, done.name) / ROW)
-    return {"id": done.name, "status": failed(done.failure), **input_columns(case)}
+def _row(case: Case, outcome: Done, out: Path) -> Row:
+    """Row of a finished case, also of a failed case."""
+    if outcome.failure is None:
+        return read_row(case_folder(out, outcome.name) / ROW)
+    return {"id": outcome.name, "status": failed(outcome.failure), **input_columns(case)}

@@ -1,4 +1,4 @@
-"""The folder of results before anything is solved: whether it can be written, and whether other results are in it."""
+"""Folder of results before a solution: whether it can be written, and whether it has other results."""
 
 from __future__ import annotations
 
@@ -16,30 +16,67 @@ from fecontact.runs.store import ROW
 
 
 def prepare_for_case(out: Path, case: Case, *, force: bool = False) -> None:
-    """Make the folder of a case and see that it can be written; one with other results in it is taken by force alone.
+    """Create the folder of a case and check that it can be written.
+
+    A folder with other results is used only by force.
+
+    Parameters
+    ----------
+    out
+        Folder.
+    case
+        Case that is to be solved.
+    force
+        Whether to write into a folder with other results.
 
     Raises
     ------
     InputError
-        With what is in it.
+        If the folder has other results; the message names them.
     OSError
-        If it cannot be written.
+        If the folder cannot be written.
     """
     name = case_id(case)
     prepare(out, ROW, lambda stored: stored["row"]["id"] == name, force)
 
 
 def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
-    """Do as `prepare_for_case` does, for a study."""
+    """Create the folder of a study and check that it can be written.
+
+    Parameters, and exceptions, are those of `prepare_for_case`; `name` is the name of the study.
+    """
     prepare(out, "study.json", lambda stored: stored["study"] == name, force)
 
 
-def prepare(out: Path, own: str, is_own: Callable[[Any], bool], force: bool) -> None:
-    """Make the folder of results whose file is `own`; others in it, that are not its own either, are taken by force."""
+def prepare(out: Path, result_file: str, can_continue: Callable[[Any], bool], force: bool) -> None:
+    """Create a folder of results and check that it can be written.
+
+    A folder with other results is used only by force.
+
+    Parameters
+    ----------
+    out
+        Folder.
+    result_file
+        Name of the file that identifies the results.
+    can_continue
+        Whether the stored content of this file belongs to the present results.
+    force
+        Whether to write into a folder with other results.
+
+    Raises
+    ------
+    InputError
+        If the folder has other results; the message names them.
+    OSError
+        If the folder cannot be written.
+    """
     for file, kind in () if force else kinds().items():
-        if (out / file).is_file() and not (file == own and _holds(is_own, out / file)):
-            which = f"another {kind}" if file == own else f"a {kind}"
-            raise InputError(f"{out} holds {which} ({file}), which would be lost; give another --out, or --force")
+        if (out / file).is_file() and not (file == result_file and _has_continuable_result(can_continue, out / file)):
+            existing_result = f"another {kind}" if file == result_file else f"a {kind}"
+            raise InputError(
+                f"{out} holds {existing_result} ({file}), which would be lost; give another --out, or --force"
+            )
     out.mkdir(parents=True, exist_ok=True)
     probe = out / f".probe.{secrets.token_hex(6)}"
     try:
@@ -48,9 +85,10 @@ def prepare(out: Path, own: str, is_own: Callable[[Any], bool], force: bool) -> 
         probe.unlink(missing_ok=True)
 
 
-def _holds(is_own: Callable[[Any], bool], path: Path) -> bool:
+def _has_continuable_result(can_continue: Callable[[Any], bool], path: Path) -> bool:
+    """Whether a file belongs to the present results, or is damaged."""
     try:
-        return is_own(read_json(path))
+        return can_continue(read_json(path))
     except (InputError, KeyError, TypeError, AttributeError):
-        # a file that is damaged is no result that could be lost
+        # a damaged file is not a result that could be lost
         return True

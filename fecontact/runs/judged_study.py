@@ -1,4 +1,4 @@
-"""A stored study or case judged again, by other criteria or with friction: no finite elements, no meshes."""
+"""Stored studies and cases judged again, by different criteria or with friction, without finite elements."""
 
 from __future__ import annotations
 
@@ -24,24 +24,25 @@ from fecontact.runs.report import report_judged
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
 from fecontact.runs.stored_folder import stored_study, unusable
 
-# A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
+# Number of cases from which on processes save time: a case takes some hundredths of a second, with creep forces
+# seconds, and a process takes seconds to begin.
 _WORTH_PROCESSES = 100
-# What is in a folder of results that were solved, and not of such that were judged again.
-_SOLVED = ("cases", "positions", RESULT)
+# Files and folders that only solved results have, and not results that were judged again.
+_FILES_OF_SOLVED_RESULTS = ("cases", "positions", RESULT)
 
 
 @dataclass(frozen=True, kw_only=True)
 class JudgedStudy:
-    """Rows of a study by other criteria.
+    """Rows of a study by different criteria.
 
     Attributes
     ----------
     rows
-        One row per case; the row of a case that cannot be judged has a status that says why.
+        A row per case; the status of a row gives the reason if the case cannot be judged.
     changed
-        Verdicts before and now, by id, where there are both and they differ.
+        Old and new verdict by id, for cases with two different verdicts.
     missing
-        Cases of the study that have no row yet, as it still runs or was interrupted.
+        Number of cases of the study without a row, since the study still runs or was interrupted.
     """
 
     rows: tuple[Row, ...]
@@ -55,26 +56,28 @@ class JudgedStudy:
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """None: rows have a status."""
+        """Always empty, since rows have a status."""
         return ()
 
     @property
     def words(self) -> str:
-        """How many cases were judged, and how many verdicts are others."""
-        lost = sum("verdict_answer" not in row for row in self.rows)
+        """Numbers of judged cases and of changed verdicts, in words."""
+        unjudged_count = sum("verdict_answer" not in row for row in self.rows)
         cases, changed = count(len(self.rows), "case"), count(len(self.changed), "verdict")
         if self.missing:
-            every = count(len(self.rows) + self.missing, "case")
-            cases = f"{len(self.rows)} of {every} ({self.missing} not solved yet)"
-        return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
+            all_cases = count(len(self.rows) + self.missing, "case")
+            cases = f"{len(self.rows)} of {all_cases} ({self.missing} not solved yet)"
+        return f"{cases} judged by {{criteria}}: {changed} changed" + (
+            f", {unjudged_count} not judged" if unjudged_count else ""
+        )
 
     @property
     def record(self) -> Mapping[str, Any]:
-        """The rows, the verdicts before and now that differ, by id, and how many cases have no row."""
+        """Rows, changed verdicts by id, and number of cases without a row."""
         return {"rows": self.rows, "changed": self.changed, "missing": self.missing}
 
     def parts(self, width: int | None) -> Iterable[Part]:
-        """The rows, and the verdicts that have changed."""
+        """Parts for a terminal: the rows and the changed verdicts."""
         changed = (f"{name}: {before} -> {now}" for name, (before, now) in self.changed.items())
         return (*judged_rows_parts(self.rows), *changed)
 
@@ -91,25 +94,36 @@ def judge_study(
 
     Parameters
     ----------
-    creep
-        Friction and creepages; each case's if not given.
+    folder
+        Folder of the study or the case.
+    criteria
+        Criteria.
     out
-        Folder for `study.csv`, `study.json`, `study.png` and `report.html` of the new verdicts; the old ones stay.
+        Folder for `study.csv`, `study.json`, `study.png` and `report.html` of the new verdicts; the old files stay.
+    creep
+        Friction and creepages; the stored values of each case if not given.
+    progress
+        Receives the progress.
+
+    Returns
+    -------
+    JudgedStudy
+        New rows and changed verdicts.
 
     Raises
     ------
     InputError
-        If the folder holds neither, or `out` is the folder itself.
+        If the folder holds neither a study nor a case, or `out` is the folder itself.
     """
     folder = Path(folder)
-    check_out(folder, out)
+    refuse_output_folder(folder, out)
     if (folder / RESULT).is_file():
         row = read_row(folder / ROW)
         name, before, folders, cases = str(row["id"]), [row], [folder], 1
     else:
         name, before, cases = stored_study(folder)
         folders = [case_folder(folder, str(row["id"])) for row in before]
-    rows = _judged_rows(before, folders, criteria, creep, progress)
+    rows = _judge_rows(before, folders, criteria, creep, progress)
     changed = {
         str(new["id"]): (str(old["verdict_answer"]), str(new["verdict_answer"]))
         for old, new in zip(before, rows, strict=True)
@@ -121,54 +135,87 @@ def judge_study(
     return JudgedStudy(rows=tuple(rows), changed=changed, missing=cases - len(rows))
 
 
-def _judged_rows(
+def _judge_rows(
     before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None, progress: Progress | None
 ) -> list[Row]:
-    rows = [_unjudged(old, folder) for old, folder in zip(before, folders, strict=True)]
-    left = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
-    with judges(len(left), creep) as map_over:
-        made = map_over(partial(_judged_row, criteria=criteria, creep=creep), left)
-        judged = iter(list(watched(made, len(left), progress, "judging")))
+    """Judge the cases of rows; rows that cannot be judged keep or get a status."""
+    rows = [_row_without_verdict(old, folder) for old, folder in zip(before, folders, strict=True)]
+    open_folders = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
+    with judges(len(open_folders), creep) as map_over:
+        judged_rows = map_over(partial(_judge_row, criteria=criteria, creep=creep), open_folders)
+        remaining_rows = iter(list(watched(judged_rows, len(open_folders), progress, "judging")))
     return [
-        {"id": old["id"], **next(judged), **({VARIED: old[VARIED]} if old.get(VARIED) else {})} if row is None else row
+        {"id": old["id"], **next(remaining_rows), **({VARIED: old[VARIED]} if old.get(VARIED) else {})}
+        if row is None
+        else row
         for old, row in zip(before, rows, strict=True)
     ]
 
 
 def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
-    """What judges so many on one thread, as the workers that solved them; this process if others are not worth it."""
-    return evaluators(count, here=_here(count, creep))
+    """Open a function like `map` for judging.
+
+    It runs on a single thread, as the workers that solved.
+
+    Parameters
+    ----------
+    count
+        Number of cases or positions.
+    creep
+        Friction and creepages.
+
+    Returns
+    -------
+    context manager
+        Yields the function; it works in this process if processes would save no time.
+    """
+    return evaluators(count, here=_is_done_here(count, creep))
 
 
-def workers_of(count: int, creep: Creep | None) -> int:
-    """How many processes judge so many."""
-    return 1 if _here(count, creep) else min(default_workers(), count)
+def count_judging_processes(count: int, creep: Creep | None) -> int:
+    """Number of processes that judge a number of cases."""
+    return 1 if _is_done_here(count, creep) else min(default_workers(), count)
 
 
-def _here(count: int, creep: Creep | None) -> bool:
-    worth = _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
-    return count < worth and began_on_one_thread()
+def _is_done_here(count: int, creep: Creep | None) -> bool:
+    worthwhile_count = _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
+    return count < worthwhile_count and began_on_one_thread()
 
 
-def _unjudged(old: Row, folder: Path) -> Row | None:
-    """The row of a case that has no result or cannot be judged any more, None of the others."""
+def _row_without_verdict(old: Row, folder: Path) -> Row | None:
+    """Row of a case that has no result or cannot be judged any more; None for other cases."""
     if not has_numbers(old):
         return old
     problem = unusable(folder)
-    kept = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
-    return None if problem is None else {"id": old["id"], "status": failed(problem), **kept}
+    inputs = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
+    return None if problem is None else {"id": old["id"], "status": failed(problem), **inputs}
 
 
-def _judged_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
+def _judge_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
     return case_row(read_case(folder, criteria=criteria, creep=creep))
 
 
-def check_out(folder: Path, out: Path | None) -> None:
-    """Refuse to write into the folder of the results or into one below it, and over other results that were solved."""
+def refuse_output_folder(folder: Path, out: Path | None) -> None:
+    """Refuse an output folder that would change or replace solved results.
+
+    These are the folder of the results, folders below it, and folders with other solved results.
+
+    Parameters
+    ----------
+    folder
+        Folder of the results.
+    out
+        Folder for the new files; None if no files are written.
+
+    Raises
+    ------
+    InputError
+        If `out` is refused.
+    """
     if out is not None and out.resolve().is_relative_to(folder.resolve()):
-        where = "is" if out.resolve() == folder.resolve() else "lies in"
-        raise InputError(f"--out {out} {where} the folder of the results, which stay as they are; give another one")
+        relation = "is" if out.resolve() == folder.resolve() else "lies in"
+        raise InputError(f"--out {out} {relation} the folder of the results, which stay as they are; give another one")
     if out is not None and any((out / file).is_file() for file in kinds()):
-        solved = next((name for name in _SOLVED if (out / name).exists()), None)
-        if solved is not None:
-            raise InputError(f"--out {out} holds other results, which were solved ({solved}); give another folder")
+        solved_file = next((name for name in _FILES_OF_SOLVED_RESULTS if (out / name).exists()), None)
+        if solved_file is not None:
+            raise InputError(f"--out {out} holds other results, which were solved ({solved_file}); give another folder")

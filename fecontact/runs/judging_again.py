@@ -1,4 +1,4 @@
-"""Stored results judged again, by other criteria or by a newer evaluation: no finite elements, no meshes."""
+"""Stored results judged again, by different criteria or by a newer evaluation, without finite elements."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.remaining import Progress
 from fecontact.outputs.parts import Part
-from fecontact.runs.judged_study import check_out, judge_study
+from fecontact.runs.judged_study import judge_study, refuse_output_folder
 from fecontact.runs.stored_map import judge_map
 
 
 class Judged(Protocol):
-    """Results by other criteria, and what they say of themselves."""
+    """Results by different criteria, with their descriptions."""
 
     @property
     def all_judged(self) -> bool:
-        """Whether all was judged and may be used."""
+        """Whether all results were judged and may be used."""
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """What cannot be judged, where the rows do not say it."""
+        """Reasons for results that cannot be judged, if the rows do not give them."""
 
     @property
     def words(self) -> str:
-        """What was judged; where the criteria stand is {criteria}."""
+        """Description of the judged results; {criteria} is the place of the criteria."""
 
     @property
     def record(self) -> Mapping[str, Any]:
-        """All of it, for other programs."""
+        """Complete results for other programs."""
 
     def parts(self, width: int | None) -> Iterable[Part]:
-        """All of it, for a terminal of so many columns."""
+        """Complete results for a terminal with `width` columns."""
 
 
 def judge(
@@ -48,45 +48,47 @@ def judge(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Any:
-    """Judge a stored study, map or case again, by other criteria or with friction; nothing is solved.
+    """Judge a stored study, map or case again, by different criteria or with friction; nothing is solved.
 
     Parameters
     ----------
     folder
-        That fecontact wrote; it stays as it is.
+        Folder that fecontact wrote; it stays unchanged.
     criteria
-        The usual ones if not given.
+        Criteria; the defaults if not given.
     creep
-        Friction and creepages; without friction each case's own are used.
+        Friction and creepages; without friction the stored values of each case are used.
     measure
-        Of a map, what it is about; by `theory` with friction the laws of creep forces are judged too.
+        Measure of a map; for `theory` with friction the laws of creep forces are judged too.
     theory
-        Of a map: a theory of the pressure, whose map is drawn beside the map of Hertz.
+        For a map: theory of the pressure with a separate map beside the map of Hertz.
     out
         Folder for tables, pictures and report of the new verdicts.
     progress
-        As for `run`; of a map with positions in place of cases.
+        Receives the progress as for `run`; for a map with positions in place of cases.
 
     Returns
     -------
     JudgedStudy or JudgedMap
+        The new verdicts.
 
     Raises
     ------
     InputError
-        If the folder holds no results or is `out`, for creepages without friction, and for a measure without it.
+        If the folder holds no results or is `out`, for creepages without friction, and for a measure that needs
+        friction if there is none.
     """
     folder, out = Path(folder), None if out is None else Path(out)
     criteria, creep = criteria or Criteria(), creep or Creep()
     creep.refuse_unheard()
-    asked = creep if creep.asked else None
-    check_out(folder, out)
+    given_creep = creep if creep.asked else None
+    refuse_output_folder(folder, out)
     if (folder / "map.json").is_file():
-        return judge_map(folder, criteria, out, creep=asked, measure=measure, theory=theory, progress=progress)
+        return judge_map(folder, criteria, out, creep=given_creep, measure=measure, theory=theory, progress=progress)
     if measure != "pressure" or theory != HERTZ:
         what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
         raise InputError(
             f"{what}, but {folder} has no map.json; a study and a case have every theory in their tables, and forces by"
             " --friction alone"
         )
-    return judge_study(folder, criteria, out, creep=asked, progress=progress)
+    return judge_study(folder, criteria, out, creep=given_creep, progress=progress)

@@ -1,4 +1,4 @@
-"""Results read back from their folders: cases, studies and maps, as the objects that solving gave."""
+"""Stored results read back from their folders: cases, studies and maps, as solving returned them."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def load(folder: str | Path) -> Any:
     Parameters
     ----------
     folder
-        Of a case (what `solve --out` writes, or one of a study's `cases/`), of a study, or of a map.
+        Folder of a case (from `solve --out`, or a folder in `cases/` of a study), of a study, or of a map.
 
     Returns
     -------
     CaseResult, tuple of CaseResult, or ApplicabilityMap
-        What the solution gave, but for the meshes; of a study the cases that have a result, in its order.
+        Results as the solution returned them, without the meshes; for a study the cases with a result, in its order.
 
     Raises
     ------
@@ -38,9 +38,9 @@ def load(folder: str | Path) -> Any:
     if (folder / "study.json").is_file():
         _, rows, _ = stored_study(folder)
         folders = [case_folder(folder, row["id"]) for row in rows if has_numbers(row)]
-        for one in folders:
-            refuse_unusable(one)
-        return tuple(read_case(one) for one in folders)
+        for case_path in folders:
+            refuse_unusable(case_path)
+        return tuple(read_case(case_path) for case_path in folders)
     if (folder / "map.json").is_file():
         return load_map(folder)
     raise InputError(f"{folder}: it has no {' or '.join(_FILES)}; {REMEDY}")

@@ -1,4 +1,4 @@
-"""Verdicts of a stored map looked up by another command: its rows, and its verdicts over the load at each shift."""
+"""Verdicts of a stored map for other commands: its rows, and its verdicts over the load at each shift."""
 
 from __future__ import annotations
 
@@ -16,22 +16,29 @@ from fecontact.outputs.records.results import case_inputs
 from fecontact.regression.tables import load_table
 from fecontact.runs.stored_map import map_document
 
-# Inputs of a case that say which contact it is; the others say how it is solved and judged.
-_CONTACT = (
+# Inputs of a case that determine the contact. Other inputs determine how it is solved and judged.
+_CONTACT_INPUTS = (
     *("rail", "wheel", "inclination_rad", "roll", "roll_rad", "yaw_rad", "roll_load_N", "flange_climb", "side"),
     *("opposite", "load_kind", "rail_material", "wheel_material", "rolling_radius_mm", "track"),
 )
 
 
 def map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[Mapping[str, str]]:
-    """Rows of a stored map, as it was judged when it was written.
+    """Read the rows of a stored map, with the verdicts at the time of writing.
 
     Parameters
     ----------
+    folder
+        Folder of the map.
     case
-        The contact that it must be of.
+        Case with the required contact.
     but_for
-        Inputs that may be others.
+        Inputs that may differ.
+
+    Returns
+    -------
+    list of mapping
+        Rows of `map.csv`.
 
     Raises
     ------
@@ -39,32 +46,56 @@ def map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[M
         For a map of another contact, and for files that were changed.
     """
     document = map_document(folder)
-    theirs, own = (_contact(one) for one in (document["case"], case_inputs(case)))
-    different = [name for name in _CONTACT if name not in but_for and theirs.get(name) != own.get(name)]
+    map_inputs, given_inputs = (_select_contact_inputs(record) for record in (document["case"], case_inputs(case)))
+    different = [
+        name for name in _CONTACT_INPUTS if name not in but_for and map_inputs.get(name) != given_inputs.get(name)
+    ]
     if different:
-        told = "; ".join(f"{name} {theirs.get(name)!r} there, {own.get(name)!r} here" for name in different)
-        raise InputError(f"{folder}: it is the map of another contact ({told}); give the same inputs, or another map")
+        differences = "; ".join(
+            f"{name} {map_inputs.get(name)!r} there, {given_inputs.get(name)!r} here" for name in different
+        )
+        raise InputError(
+            f"{folder}: it is the map of another contact ({differences}); give the same inputs, or another map"
+        )
     return list(load_table(folder / "map.csv").rows.to_dict("records"))
 
 
-def _contact(record: Mapping[str, Any]) -> Record:
-    """The inputs that say which contact it is, without what is said of yielding."""
-    found = {name: record.get(name) for name in _CONTACT}
+def _select_contact_inputs(record: Mapping[str, Any]) -> Record:
+    """Inputs that determine the contact, without the inputs of yielding."""
+    contact_inputs = {name: record.get(name) for name in _CONTACT_INPUTS}
     for name in ("rail_material", "wheel_material"):
-        found[name] = {key: value for key, value in (record.get(name) or {}).items() if key in ("young_MPa", "poisson")}
-    return found
+        contact_inputs[name] = {
+            key: value for key, value in (record.get(name) or {}).items() if key in ("young_MPa", "poisson")
+        }
+    return contact_inputs
 
 
 def map_bands(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
-    """Each shift of a stored map (mm), how far on both sides it counts (mm), and its verdicts over the load."""
+    """Read the verdicts of a stored map over the load.
+
+    Parameters
+    ----------
+    folder
+        Folder of the map.
+
+    Returns
+    -------
+    list of tuple
+        For each lateral shift: the shift in mm, its range on both sides in mm, and its verdicts over the load.
+    """
     document = map_document(folder)
     reach = 0.5 * column_width(document["lateral_shifts_mm"])
-    return [(one["lateral_shift_mm"], reach, _bands(one, document["cells"])) for one in document["limits"]]
+    return [(limit["lateral_shift_mm"], reach, _bands(limit, document["cells"])) for limit in document["limits"]]
 
 
 def _bands(limit: Mapping[str, Any], cells: Sequence[Mapping[str, Any]]) -> Sequence[Band]:
-    own = [cell for cell in cells if cell["lateral_shift_mm"] == limit["lateral_shift_mm"] and "verdict" in cell]
-    answers = [(cell["load_N"], cell["verdict"]["answer"]) for cell in own]
-    answers += [(one["load_N"], one["verdict"]) for one in limit["tried"]]
+    """Verdicts over the load at a lateral shift, with the unresolved loads in kN."""
+    cells_at_shift = [
+        cell for cell in cells if cell["lateral_shift_mm"] == limit["lateral_shift_mm"] and "verdict" in cell
+    ]
+    answers = [(cell["load_N"], cell["verdict"]["answer"]) for cell in cells_at_shift]
+    answers += [(load_record["load_N"], load_record["verdict"]) for load_record in limit["tried"]]
     open_kN = {1e-3 * load_N for load_N, answer in answers if answer == "UNRESOLVED"}
-    return bands_of(LoadLimit(intervals=tuple(LoadInterval(**one) for one in limit["intervals"])), open_kN)
+    return bands_of(
+        LoadLimit(intervals=tuple(LoadInterval(**load_record) for load_record in limit["intervals"])), open_kN
+    )

@@ -1,4 +1,4 @@
-"""Positions of a map in their folders: solved by a worker, kept, and read back to be judged again."""
+"""Positions of a map in their folders: solved by a worker, kept, and read back for a new verdict."""
 
 from __future__ import annotations
 
@@ -21,22 +21,31 @@ from fecontact.runs.store import (
     copy_solved,
     judged_again,
     keep_loads,
+    read_solution,
     read_stored,
     refuse_changed_profiles,
-    solved_in,
 )
 
 
 def position_folder(out: Path, name: str) -> Path:
-    """Folder of a finished position; another one for other inputs or other loads."""
+    """Folder of a finished position; different inputs or loads have different folders."""
     return out / "positions" / name
 
 
 @dataclass(frozen=True, kw_only=True)
 class SolvingPosition:
-    """What a worker does with a position under several loads, which increase: solve it and keep it.
+    """Work on a position under several increasing loads: solve it and keep it.
 
-    `dear` and `pictured` as in `found_position`.
+    Attributes
+    ----------
+    case
+        Case of the position.
+    name
+        Id of the position.
+    loads_N
+        Loads in N, increasing.
+    dear, pictured
+        As in `found_position`.
     """
 
     case: Case
@@ -46,24 +55,37 @@ class SolvingPosition:
     pictured: bool = False
 
     def __call__(self, folder: Path, finished: Path | None) -> Made:
-        """Solve, or take over what is in the finished folder where a new solution would have no more."""
-        again = None if finished is None else judged_again(read_position, finished, self.case)
-        if finished is not None and again is not None and again.limit.narrowed:
+        """Solve the position, or copy the finished folder.
+
+        The folder is copied if a new solution would not have more data.
+        """
+        stored_position = None if finished is None else judged_again(read_position, finished, self.case)
+        if finished is not None and stored_position is not None and stored_position.limit.narrowed:
             copy_solved(finished, folder, self.case)
             return Made()
         position = solve_position(self.case, self.loads_N, partial(tell_part, folder, self.name))
         keep_position(position, self.case, folder)
         refuse_changed_profiles(self.case, self.name, self.loads_N)
-        found = _found(position, dear=self.dear, pictured=self.pictured)
-        return Made(short_of_memory=position.short_of_memory, value=found)
+        position_with_pictures = _draw_position(position, dear=self.dear, pictured=self.pictured)
+        return Made(short_of_memory=position.short_of_memory, value=position_with_pictures)
 
 
 def keep_position(position: MapPosition, case: Case, folder: Path) -> None:
-    """Put all that a position can be judged again from into a folder."""
+    """Write all data from which a position can be judged again.
+
+    Parameters
+    ----------
+    position
+        Solved position.
+    case
+        Its case.
+    folder
+        Folder for the files.
+    """
     cells = [_cell_record(cell) for cell in position.cells]
-    stopped = None if position.stopped is None else _cell_record(position.stopped)
-    own = {"cells": cells, "tried": len(position.tried), "stopped": stopped, "reason": position.limit.reason}
-    keep_loads(position, case, folder, **own)
+    stopped_record = None if position.stopped is None else _cell_record(position.stopped)
+    entries = {"cells": cells, "tried": len(position.tried), "stopped": stopped_record, "reason": position.limit.reason}
+    keep_loads(position, case, folder, **entries)
 
 
 def _cell_record(cell: MapCell) -> dict[str, Any]:
@@ -73,58 +95,110 @@ def _cell_record(cell: MapCell) -> dict[str, Any]:
 def read_position(
     folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None, dear: bool = False
 ) -> MapPosition:
-    """Do as `read_case` does, for a position; with `dear` what features read in seconds a load, too."""
-    position = read_stored(_position_of, Path(folder), criteria, creep)
+    """Read a finished position and judge it.
+
+    Parameters
+    ----------
+    folder
+        Folder of the position.
+    criteria, creep
+        Criteria, and friction with creepages; those of the stored case if not given.
+    dear
+        Whether to include the readings of features that take seconds per load.
+
+    Returns
+    -------
+    MapPosition
+        The position.
+
+    Raises
+    ------
+    InputError
+        As `read_case` does.
+    """
+    position = read_stored(_restore_position, Path(folder), criteria, creep)
     return with_dear_readings(position) if dear else position
 
 
-# --- What a worker makes of a position beside its numbers, while other workers have other positions.
+# --- Readings and pictures of a position. A worker makes them while other workers have other positions.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FoundPosition:
-    """A position, and pictures of its cells by their loads (N), as WEBP."""
+class PicturedPosition:
+    """A position, and pictures of its cells.
+
+    Attributes
+    ----------
+    position
+        The position.
+    pictures
+        Pictures in WEBP format, by the load in N.
+    """
 
     position: MapPosition
     pictures: Mapping[float, bytes]
 
 
-def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool) -> FoundPosition:
-    """A stored position, with `dear` as in `read_position`; where it is `pictured`, with a picture of each cell."""
-    return _found(read_position(folder, criteria=criteria, creep=creep), dear=dear, pictured=pictured)
+def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool) -> PicturedPosition:
+    """Read a finished position, with pictures of its cells.
+
+    Parameters
+    ----------
+    folder
+        Folder of the position.
+    criteria, creep
+        Criteria, and friction with creepages.
+    dear
+        Whether to include the readings of features that take seconds per load.
+    pictured
+        Whether to draw a picture of each cell.
+
+    Returns
+    -------
+    PicturedPosition
+        The position and its pictures.
+
+    Raises
+    ------
+    InputError
+        As `read_case` does.
+    """
+    return _draw_position(read_position(folder, criteria=criteria, creep=creep), dear=dear, pictured=pictured)
 
 
-def _found(position: MapPosition, *, dear: bool, pictured: bool) -> FoundPosition:
+def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> PicturedPosition:
+    """Draw the cells of a position, and evaluate the slow quantities of a row."""
     from fecontact.maps.report import cell_picture
 
     pictures = {}
     for cell in position.cells:
         if cell.judged is not None:
-            # what a row takes longest for; the load keeps it
+            # the most expensive quantity of a row; the load keeps it
             _ = cell.judged.comparison.overlap
             if pictured and position.placement is not None:
                 pictures[cell.load_N] = cell_picture(cell.judged, position.placement)
-    return FoundPosition(position=with_dear_readings(position) if dear else position, pictures=pictures)
+    return PicturedPosition(position=with_dear_readings(position) if dear else position, pictures=pictures)
 
 
-def _position_of(stored: Stored) -> MapPosition:
+def _restore_position(stored: Stored) -> MapPosition:
+    """Restore a position, its load limit and its cells from the stored loads."""
     record, shift, placement = stored.record, stored.case.lateral_shift_mm, stored.placement
     cells = {cell["load_N"]: MapCell(lateral_shift_mm=shift, **cell) for cell in record["cells"]}
-    stopped = record["stopped"] and MapCell(lateral_shift_mm=shift, **record["stopped"])
+    stopped_cell = record["stopped"] and MapCell(lateral_shift_mm=shift, **record["stopped"])
     if placement is None:
         limit = LoadLimit(reason=record["reason"])
         return MapPosition(lateral_shift_mm=shift, cells=tuple(cells.values()), limit=limit)
-    tried = tuple(stored.judged(number, tried=True) for number in range(record["tried"]))
+    tried = tuple(stored.judged(number, is_from_search=True) for number in range(record["tried"]))
     for number in range(len(tried), len(record["loads"])):
-        judged = stored.judged(number)
-        cells[judged.load_N] = solved_cell(shift, judged)
-    return mapped_position(shift, cells.values(), tried, placement, stopped=stopped)
+        load = stored.judged(number)
+        cells[load.load_N] = solved_cell(shift, load)
+    return mapped_position(shift, cells.values(), tried, placement, stopped=stopped_cell)
 
 
 def has_open_loads(folder: Path) -> bool:
-    """Whether a finished position has loads that failed or did not converge, so that it is worth another try."""
+    """Whether a finished position has failed or not converged loads, which are worth another attempt."""
     try:
-        return not all(usable(cell) for cell in solved_in(folder)["cells"])
+        return not all(usable(cell) for cell in read_solution(folder)["cells"])
     except (InputError, KeyError, TypeError):
-        # not there or damaged: it is solved anyway
+        # a missing or damaged position is solved anyway
         return False

@@ -1,4 +1,4 @@
-"""An applicability map while it is made: positions as jobs, each kept as it is finished."""
+"""Applicability maps as runs: positions as jobs, each kept when it is finished."""
 
 from __future__ import annotations
 
@@ -34,14 +34,24 @@ from fecontact.runs.identity import case_id, provenance, with_absolute_paths
 from fecontact.runs.map_positions import SolvingPosition, found_position, has_open_loads, position_folder
 from fecontact.runs.store import job_of
 
-# Pictures are drawn while a map is made, but in its first minute; tables take so small a part of the time: what they
-# cost grows with the positions, and it is taken from those who solve.
-_DRAWN_EVERY_S, _PART_FOR_TABLES = 60.0, 0.02
+# Interval of drawing, and fraction of the time for tables. Pictures are drawn while a map is made, except in its first
+# minute. The cost of tables grows with the positions and takes time from solving, so its fraction is small.
+_DRAWING_INTERVAL_S, _PART_FOR_TABLES = 60.0, 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
 class MapOutcome:
-    """What a map gave, which positions were finished before, and why others were solved, or judged, again."""
+    """Results of a map.
+
+    Attributes
+    ----------
+    made
+        The map.
+    reused
+        Ids of the positions that were finished before.
+    recomputed
+        Reasons for solving or judging finished positions again, by id.
+    """
 
     made: ApplicabilityMap
     reused: tuple[str, ...] = ()
@@ -59,24 +69,37 @@ def run_map(
     settings: RunSettings | None = None,
     progress: Progress | None = None,
 ) -> MapOutcome:
-    """Solve all positions and loads that are not finished, find each position's load limit, and write the map.
+    """Solve all unfinished positions and loads, find the load limits, and write the map.
 
     Parameters
     ----------
     base_case
-        Everything but lateral shift and load.
+        Everything except lateral shift and load.
+    lateral_shifts_mm
+        Lateral shifts in mm.
+    loads_N
+        Wheel loads in N.
+    out
+        Folder for the results.
     measure
-        By `theory` with friction the laws of creep forces are judged and written too.
+        Measure of the map; for `theory` with friction the laws of creep forces are judged and written too.
     theory
-        A theory of the pressure, whose map is drawn beside the map of Hertz.
+        Theory of the pressure with a separate map beside the map of Hertz.
+    settings
+        Settings of the run; the defaults if not given.
     progress
-        Called with the number of finished positions, how many there are, and what is under way.
+        Receives the number of finished positions, the number of positions, and the present activity.
+
+    Returns
+    -------
+    MapOutcome
+        The map.
 
     Raises
     ------
     InputError
         If there are no shifts or loads, or values that no case can have; if another run has the folder, or the cluster
-        cannot be used. A position that cannot be solved is not an error but cells whose status says why.
+        cannot be used. A position that cannot be solved raises no error: the status of its cells gives the reason.
     """
     settings = settings or RunSettings()
     shifts, loads = tuple(sorted(set(lateral_shifts_mm))), tuple(sorted(set(loads_N)))
@@ -89,33 +112,37 @@ def run_map(
             "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
             f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"
         )
-    # all are made first: a value that no case can have is said before anything is solved
-    every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
-    cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
-    with open_run(out, out / "positions", settings, progress) as by:
+    # all cases are made first: a value that no case can have is refused before anything is solved
+    all_cases = [
+        replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)
+    ]
+    cases = {case.lateral_shift_mm: case for case in all_cases[:: len(loads)]}
+    with open_run(out, out / "positions", settings, progress) as opened_run:
         dear = measure == "theory"
-        run = _Run(base_case=base_case, cases=cases, loads_N=loads, out=out, by=by, theory=theory, dear=dear)
+        run = _MapRun(
+            base_case=base_case, cases=cases, loads_N=loads, out=out, opened_run=opened_run, theory=theory, dear=dear
+        )
         try:
             run.solve()
         except BaseException:
             with contextlib.suppress(OSError):
                 run.write()
             raise
-        made = run.write()
-        if by.settings.part is None and made.positions:
-            write_map_report(made, out, theory=theory, pictures=run.pictures)
-    return MapOutcome(made=made, reused=tuple(by.reused), recomputed=by.recomputed)
+        map_result = run.write()
+        if opened_run.settings.part is None and map_result.positions:
+            write_map_report(map_result, out, theory=theory, pictures=run.pictures)
+    return MapOutcome(made=map_result, reused=tuple(opened_run.reused), recomputed=opened_run.recomputed)
 
 
 @dataclass(kw_only=True)
-class _Run:
-    """What is known of a map while it is made."""
+class _MapRun:
+    """State of a map while it is made."""
 
     base_case: Case
     cases: Mapping[float, Case]
     loads_N: tuple[float, ...]
     out: Path
-    by: OpenRun
+    opened_run: OpenRun
     theory: str
     dear: bool
 
@@ -124,80 +151,111 @@ class _Run:
         self._positions: dict[float, MapPosition] = {}
         self.pictures: dict[tuple[float, float], bytes] = {}
         cells = len(self.cases) * len(self.loads_N)
-        # of more cells only some get a picture, which is known at the end
-        self._pictured = self.by.settings.part is None and cells <= pictures_that_fit((), cells)
+        # if there are more cells, only some get a picture, and they are chosen at the end
+        self._pictured = self.opened_run.settings.part is None and cells <= pictures_that_fit((), cells)
         self._drawn_at, self._tables_at = time.monotonic(), -math.inf
 
     def solve(self) -> None:
-        """Solve what is not finished."""
-        names = self.by.settings.own_part(list(self._shifts))
-        # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
+        """Solve the positions that are not finished."""
+        names = self.opened_run.settings.select_part(list(self._shifts))
+        # towards the gauge corner curvatures are large and second patches appear: the longest positions come first
         names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
         largest = {name: replace(self.cases[self._shifts[name]], load_N=self.loads_N[-1]) for name in names}
-        names = tuple(longest_first(largest, self.by.crew.workers))
-        # loads that failed or did not converge are tried once more, after all others
+        names = tuple(longest_first(largest, self.opened_run.crew.workers))
+        # loads that failed or did not converge are tried again, after all others
         jobs = sorted(map(self._job, names), key=lambda job: job.force)
-        finish(jobs, self.by, on_done=self._done)
+        finish(jobs, self.opened_run, on_done=self._keep_position)
 
     def write(self, *, drawn: bool = True) -> ApplicabilityMap:
-        """Write the files of the map, or of the part, with the positions that are known."""
-        found = tuple(self._positions[shift] for shift in sorted(self._positions))
-        made = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=found)
-        name, begun = f"map{self.by.settings.part_suffix}", time.monotonic()
+        """Write the files of the map, or of the part, with the finished positions."""
+        positions_so_far = tuple(self._positions[shift] for shift in sorted(self._positions))
+        map_result = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=positions_so_far)
+        name, start = f"map{self.opened_run.settings.part_suffix}", time.monotonic()
         positions = {name: shift for name, shift in self._shifts.items() if shift in self._positions}
         origin = provenance(self.base_case, positions=positions)
-        write_map(made, self.out, name, theory=self.theory, provenance=origin, drawn=drawn)
+        write_map(map_result, self.out, name, theory=self.theory, provenance=origin, drawn=drawn)
         now = time.monotonic()
-        self._tables_at = now + (now - begun) / _PART_FOR_TABLES
+        self._tables_at = now + (now - start) / _PART_FOR_TABLES
         if drawn:
             self._drawn_at = now
-        return made
+        return map_result
 
     def _job(self, name: str) -> Job:
+        """Job of a position; it is forced if loads failed or did not converge."""
         case = self.cases[self._shifts[name]]
-        if self.by.settings.scheduler:
+        if self.opened_run.settings.scheduler:
             case = with_absolute_paths(case)
-        dear, pictured, by = self.dear, self._pictured, self.base_case
+        dear, pictured, base_case = self.dear, self._pictured, self.base_case
         work = SolvingPosition(case=case, name=name, loads_N=self.loads_N, dear=dear, pictured=pictured)
-        read = partial(found_position, criteria=by.criteria, creep=by.creep, dear=dear, pictured=pictured)
+        read_folder = partial(
+            found_position, criteria=base_case.criteria, creep=base_case.creep, dear=dear, pictured=pictured
+        )
         job = job_of(case, position_folder(self.out, name), work)
-        open_ = has_open_loads(job.folder) and kept_folder(job.folder, job.name, job.origin).problem is None
-        return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm", force=open_)
+        has_retry = has_open_loads(job.folder) and kept_folder(job.folder, job.name, job.origin).problem is None
+        return replace(job, read=read_folder, label=f"{case.lateral_shift_mm:+z.2f} mm", force=has_retry)
 
-    def _done(self, done: Done) -> None:
-        shift = self._shifts[done.name]
-        why = done.failure
-        if why is None:
-            self._positions[shift] = done.value.position
-            self.pictures |= {(shift, load_N): picture for load_N, picture in done.value.pictures.items()}
+    def _keep_position(self, outcome: Done) -> None:
+        """Keep the outcome of a position; write the files if their time has come."""
+        shift = self._shifts[outcome.name]
+        failure = outcome.failure
+        if failure is None:
+            self._positions[shift] = outcome.value.position
+            self.pictures |= {(shift, load_N): picture for load_N, picture in outcome.value.pictures.items()}
         else:
-            self._positions[shift] = failed_position(shift, self.loads_N, why)
+            self._positions[shift] = failed_position(shift, self.loads_N, failure)
         now = time.monotonic()
-        # what was finished before is drawn with the next one that is solved, or at the end, as is the last one
-        if len(self._positions) < len(self._shifts) and done.name not in self.by.reused and now >= self._tables_at:
-            # a full disk now may have room at the end
+        # positions finished before are drawn with the next solved position, or at the end, like the last position
+        if (
+            len(self._positions) < len(self._shifts)
+            and outcome.name not in self.opened_run.reused
+            and now >= self._tables_at
+        ):
+            # a disk that is full now may have room at the end
             with contextlib.suppress(OSError):
-                self.write(drawn=now - self._drawn_at > _DRAWN_EVERY_S)
+                self.write(drawn=now - self._drawn_at > _DRAWING_INTERVAL_S)
 
 
-# --- The folder of a map before anything is solved, and maps from Python, as `fecontact map` solves them.
+# --- Folder of a map before the solution, and maps from Python, as `fecontact map` solves them.
 
-# of the case of a map these are the map's own, or those by which it is judged
-_NOT_OF_A_MAP = ("lateral_shift_mm", "load_N", "criteria", "creep")
+# inputs of the case of a map that its positions and loads replace, or that only judge
+_IGNORED_INPUTS = ("lateral_shift_mm", "load_N", "criteria", "creep")
 
 
 def prepare_for_map(
     out: Path, case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float], *, force: bool = False
 ) -> None:
-    """Do as `prepare_for_case` does, for a map, which goes on with more shifts, other criteria and other friction."""
-    own = {name: value for name, value in case_inputs(case).items() if name not in _NOT_OF_A_MAP}
-    written = json.loads(json_text(own))
+    """Create the folder of a map and check that it can be written.
+
+    A map continues with more shifts, different criteria and different friction.
+
+    Parameters
+    ----------
+    out
+        Folder.
+    case
+        Case of the map.
+    lateral_shifts_mm
+        Lateral shifts in mm.
+    loads_N
+        Wheel loads in N.
+    force
+        Whether to write into a folder with other results.
+
+    Raises
+    ------
+    InputError
+        If the folder has other results; the message names them.
+    OSError
+        If the folder cannot be written.
+    """
+    map_inputs = {name: value for name, value in case_inputs(case).items() if name not in _IGNORED_INPUTS}
+    stored_form = json.loads(json_text(map_inputs))
 
     def is_own(stored: Any) -> bool:
-        same_places = set(stored["lateral_shifts_mm"]) <= set(lateral_shifts_mm) and set(stored["loads_N"]) == set(
+        has_same_places = set(stored["lateral_shifts_mm"]) <= set(lateral_shifts_mm) and set(stored["loads_N"]) == set(
             loads_N
         )
-        return same_places and all(stored["case"].get(name) == value for name, value in written.items())
+        return has_same_places and all(stored["case"].get(name) == value for name, value in stored_form.items())
 
     prepare(out, "map.json", is_own, force)
 
@@ -214,22 +272,31 @@ def map_(
     force: bool = False,
     progress: Progress | None = None,
 ) -> MapOutcome:
-    """Map where Hertz holds over lateral shift and load; the same call goes on where an interrupted one stopped.
+    """Map the validity of Hertz over lateral shift and load.
+
+    If the run is interrupted, an equal call resumes it.
 
     Parameters
     ----------
     case
-        Everything but lateral shift and load.
-    lateral_shifts_mm, loads_N
-        Of the wheelset, and wheel loads.
+        Everything except lateral shift and load.
+    lateral_shifts_mm
+        Lateral shifts of the wheelset, in mm.
+    loads_N
+        Wheel loads, in N.
     out
         Folder for the results; `fecontact.load` reads them back.
     measure
-        By `theory` with friction the laws of creep forces are judged and written too.
+        Measure of the map; for `theory` with friction the laws of creep forces are judged and written too.
     theory
-        A theory of the pressure, whose map is drawn beside the map of Hertz.
+        Theory of the pressure with a separate map beside the map of Hertz.
     workers, force, progress
         As for `run`, with shifts in place of cases.
+
+    Returns
+    -------
+    MapOutcome
+        The map.
 
     Raises
     ------
@@ -237,7 +304,7 @@ def map_(
         As `run_map` does, and for a folder that holds other results.
     """
     require_finite_elements()
-    asked = case, listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N"), Path(out)
-    prepare_for_map(asked[-1], *asked[:-1], force=force)
+    map_arguments = case, listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N"), Path(out)
+    prepare_for_map(map_arguments[-1], *map_arguments[:-1], force=force)
     settings = RunSettings(workers=workers, force=force)
-    return run_map(*asked, measure=measure, theory=theory, settings=settings, progress=progress)
+    return run_map(*map_arguments, measure=measure, theory=theory, settings=settings, progress=progress)

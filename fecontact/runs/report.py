@@ -1,4 +1,4 @@
-"""`report.html` of what was solved or judged: which cases it shows, and pictures of the pair and of new verdicts."""
+"""`report.html` of solved or judged results: its cases, and pictures of the pair and of new verdicts."""
 
 from __future__ import annotations
 
@@ -21,13 +21,26 @@ from fecontact.runs.store import Told, case_folder, keep_solved, keep_told, read
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
-# Each takes up to a second to draw, and judging shall not take minutes.
-_MOST_JUDGED_PICTURES = 12
+# A picture takes up to 1 s, and judging must not take minutes.
+_MAX_JUDGED_PICTURES = 12
 
 
 def study_pair(study: Study, rows: Sequence[Row]) -> ShownPair | None:
-    """The pair of the case that uses most of a limit; None where no case can be used."""
-    for row in most_used(_usable(rows), 1):
+    """Place the pair of the case with the largest limit utilisation.
+
+    Parameters
+    ----------
+    study
+        Study with the cases.
+    rows
+        Rows of the cases.
+
+    Returns
+    -------
+    ShownPair or None
+        The pair; None without a usable case.
+    """
+    for row in most_used(_select_usable(rows), 1):
         case = next(case for case in study.cases if case_id(case) == row["id"])
         return ShownPair(row=row, placement=place_case(case))
     return None
@@ -39,30 +52,66 @@ def report_study(
     out: Path,
     criteria: Criteria | None,
     conclusion: str | None,
-    shown: ShownPair | None,
+    shown_pair: ShownPair | None,
 ) -> Path:
-    """Write the report of a study that lies in `out`."""
+    """Write the report of a study with its results in `out`.
+
+    Parameters
+    ----------
+    study
+        Study.
+    rows
+        Rows of its cases.
+    out
+        Folder of the results and of the report.
+    criteria
+        Criteria of all cases; None if the cases have different criteria.
+    conclusion
+        Text of the conclusion; None without a conclusion.
+    shown_pair
+        Pair for the picture; None without a picture.
+
+    Returns
+    -------
+    Path
+        The report.
+    """
     return write_study_report(
         study.name,
         [reported_case(row, case_folder(out, str(row["id"]))) for row in rows],
         out,
-        shown=shown,
+        shown=shown_pair,
         criteria=criteria,
         conclusion=conclusion,
     )
 
 
-def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
-    """Put the files of a solved case into a folder, as `load` and `judge` read them, with its report."""
+def keep_with_report(result: CaseResult, case_records: Told, folder: Path) -> Path:
+    """Write the files of a solved case for `load` and `judge`, and its report.
+
+    Parameters
+    ----------
+    result
+        Solved case.
+    case_records
+        Row and record of the case.
+    folder
+        Folder for the files.
+
+    Returns
+    -------
+    Path
+        The report.
+    """
     keep_solved(result, result.case, folder)
-    keep_told(result, told, folder, svg=True)
+    keep_told(result, case_records, folder, svg=True)
     seal_case(result.case, folder)
     relief = relief_picture(result.load, result.placement)
     return write_study_report(
         case_words(result.case, result.placement),
-        [ReportedCase(row=told.row, record=told.record, picture=folder / "case.png", relief=relief)],
+        [ReportedCase(row=case_records.row, record=case_records.record, picture=folder / "case.png", relief=relief)],
         folder,
-        shown=ShownPair(row=told.row, placement=result.placement),
+        shown=ShownPair(row=case_records.row, placement=result.placement),
         criteria=result.case.criteria,
     )
 
@@ -70,39 +119,59 @@ def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
 def report_judged(
     name: str, rows: Sequence[Row], folders: Sequence[Path], out: Path, criteria: Criteria, creep: Creep | None
 ) -> Path:
-    """Write the report, and the picture, of rows that were judged by other criteria; their cases are in the folders.
+    """Write the report, and the picture, of rows that were judged by different criteria.
 
-    Pictures of cases have the new verdicts; they are in the report alone.
+    Pictures of cases have the new verdicts; only the report has these pictures.
+
+    Parameters
+    ----------
+    name
+        Name of the study.
+    rows
+        New rows.
+    folders
+        Folders of the cases, a folder per row.
+    out
+        Folder for the report.
+    criteria
+        New criteria.
+    creep
+        New friction and creepages; None for the stored ones.
+
+    Returns
+    -------
+    Path
+        The report.
     """
     rails = {str(row["rail"]) for row in rows}
-    most = most_used(_usable(rows), _MOST_JUDGED_PICTURES)
-    shown = None
+    pictured_rows = most_used(_select_usable(rows), _MAX_JUDGED_PICTURES)
+    shown_pair = None
     with TemporaryDirectory() as temporary:
         cases = []
         for row, folder in zip(rows, folders, strict=True):
-            if row not in most:
-                kept = reported_case(row, folder)
-                cases.append(ReportedCase(row=row, record={"solver": kept.record.get("solver", {})}))
+            if row not in pictured_rows:
+                stored_case = reported_case(row, folder)
+                cases.append(ReportedCase(row=row, record={"solver": stored_case.record.get("solver", {})}))
                 continue
             result = read_case(folder, criteria=criteria, creep=creep)
             path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png", svg=False)
             relief = relief_picture(result.load, result.placement) if len(rows) == 1 else None
             cases.append(ReportedCase(row=row, record=result_record(result), picture=path, relief=relief))
-            if row is most[0]:
-                shown = ShownPair(row=row, placement=result.placement)
-        rail = shown.placement.rail.profile if shown is not None and len(rails) == 1 else None
-        # a single case is no line over the shift
+            if row is pictured_rows[0]:
+                shown_pair = ShownPair(row=row, placement=result.placement)
+        rail = shown_pair.placement.rail.profile if shown_pair is not None and len(rails) == 1 else None
+        # a single case gives no curve over the shift
         if sum(row.get("fe_p_max_MPa") is not None for row in rows) > 1:
             study_figure(rows, out / "study.png", rail, criteria)
         return write_study_report(
             f"{name}, judged again",
             cases,
             out,
-            shown=shown,
+            shown=shown_pair,
             criteria=criteria,
             pictures="judge a case alone to see another one",
         )
 
 
-def _usable(rows: Sequence[Row]) -> list[Row]:
+def _select_usable(rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if usable(row)]

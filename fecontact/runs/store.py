@@ -1,7 +1,7 @@
-"""Finished results in their folders: cases, and what features solve at a position under loads of their own.
+"""Finished results in their folders: cases, and solutions of features at a position under several loads.
 
-`solved.json`, `fields.npz` and `profiles/` have the inputs and what was solved. All else in a folder is made from them,
-and they are judged again, by other criteria or a newer evaluation, without being solved.
+`solved.json`, `fields.npz` and `profiles/` have the inputs and the solution. All other files of a folder are made from
+them. Results are judged again from them, by different criteria or a newer evaluation, without a new solution.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ from fecontact.solving.solve import CaseResult, Effort, SharedLoads, solve, unre
 
 SCHEMA = "fecontact/solved/2"
 SOLVED, FIELDS, PROFILES = "solved.json", "fields.npz", "profiles"
-"""What was solved, its fields, and the profiles that are files."""
+"""File of the solution, file of its fields, and folder of the profiles that are files."""
 RESULT, ROW = "result.json", "row.json"
-"""What is told of a case: all of it, and its line of a table."""
-_BODIES = ("rail.vtu", "wheel.vtu")
-_SHOWN = ("case.png", "case.svg", "case.vtm", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp")
+"""Files of the record of a case, and of its row of a table."""
+_BODY_FILES = ("rail.vtu", "wheel.vtu")
+_PICTURE_FILES = ("case.png", "case.svg", "case.vtm", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp")
 
 Result = TypeVar("Result")
 
@@ -62,9 +62,18 @@ def case_folder(out: Path, name: str) -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class Solving:
-    """What a worker does with a case: solve it and keep it; `settings` are the command's.
+    """Work on a case: solve it and keep it.
 
-    `loads` are all loads of a study at its position, which its group shares; None where it is the only one.
+    Attributes
+    ----------
+    case
+        Case.
+    name
+        Id of the case.
+    settings
+        Settings of the command, for the provenance.
+    loads
+        All loads of a study at its position, which the group of the job shares; None for a single load.
     """
 
     case: Case
@@ -73,13 +82,13 @@ class Solving:
     loads: SharedLoads | None = None
 
     def __call__(self, folder: Path, finished: Path | None) -> Made:
-        """Solve, or judge again what is in the finished folder, and write all files."""
-        if finished is not None and (again := judged_again(read_case, finished, self.case)) is not None:
+        """Solve the case, or judge the finished folder again, and write all files."""
+        if finished is not None and (judged_result := judged_again(read_case, finished, self.case)) is not None:
             from fecontact.outputs.paraview.vtk import write_contact_vtk
 
             copy_solved(finished, folder, self.case)
-            write_contact_vtk(again, folder)
-            keep_told(again, Told.of(again), folder, self.settings)
+            write_contact_vtk(judged_result, folder)
+            keep_told(judged_result, Told.of(judged_result), folder, self.settings)
             return Made()
         result = solve(self.case) if self.loads is None else self.loads.sweep.result(self.case.load_N)
         keep_solved(result, self.case, folder)
@@ -88,47 +97,90 @@ class Solving:
         return Made(short_of_memory=result.short_of_memory)
 
 
-class OfLoads(Protocol):
-    """What was solved at a position."""
+class SolvedLoads(Protocol):
+    """Solution at a position."""
 
     @property
     def placement(self) -> Placement | None:
-        """None where the wheel could not be placed."""
+        """Placement of the wheel; None if the wheel could not be placed."""
 
     @property
     def solved(self) -> tuple[JudgedLoad, ...]:
-        """All loads that gave numbers."""
+        """All loads with numbers."""
 
 
-Solved = TypeVar("Solved", bound=OfLoads)
+Solved = TypeVar("Solved", bound=SolvedLoads)
 
 
-def judged_again(read: Callable[..., Solved], finished: Path, case: Case) -> Solved | None:
-    """What is stored by the criteria and readings of today, None where a new solution would have more."""
+def judged_again(read_result: Callable[..., Solved], finished: Path, case: Case) -> Solved | None:
+    """Read a stored result with the present criteria and readings.
+
+    Parameters
+    ----------
+    read_result
+        Reads the result of a folder, with the keywords `criteria` and `creep`.
+    finished
+        Folder of the stored result.
+    case
+        Case with the present criteria, friction and creepages.
+
+    Returns
+    -------
+    SolvedLoads or None
+        The result. None if it has another layout, or if a new solution would refine its meshes further.
+    """
     try:
-        result = read(finished, criteria=case.criteria, creep=case.creep)
+        result = read_result(finished, criteria=case.criteria, creep=case.creep)
     except InputError:
-        # of another layout
+        # the result has another layout
         return None
     placement = result.placement
-    refined = placement is not None and any(would_be_refined(load, placement) for load in result.solved)
-    return None if refined else result
+    is_refined_further = placement is not None and any(would_be_refined(load, placement) for load in result.solved)
+    return None if is_refined_further else result
 
 
 def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()) -> None:
-    """Refuse what was solved where its inputs have another name by now.
+    """Refuse a solution if the id of its inputs has changed.
+
+    Parameters
+    ----------
+    case
+        Case of the solution.
+    name
+        Id of the case before the solution.
+    loads_N
+        Loads in N of a position under several loads.
 
     Raises
     ------
     InputError
-        If the file of a profile is another one.
+        If the file of a profile was changed.
     """
     if case_id(case, loads_N) != name:
         raise InputError("a profile's file changed while it was used for solving; give the same command again")
 
 
 def job_of(case: Case, folder: Path, work: Work, *, label: str = "", group: str = "") -> Job:
-    """Job that is kept in a folder of its own name; its case says what decides about its numbers."""
+    """Job of a case; its folder has the name of the job.
+
+    Parameters
+    ----------
+    case
+        Case that determines the origin of the numbers.
+    folder
+        Folder of the result.
+    work
+        Work of the job.
+    label
+        Name shown while the job is under way.
+    group
+        Group of the job.
+
+    Returns
+    -------
+    Job
+        The job.
+    """
     return Job(
         name=folder.name,
         folder=folder.absolute(),
@@ -142,19 +194,37 @@ def job_of(case: Case, folder: Path, work: Work, *, label: str = "", group: str 
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
-    """What is told of a case: its line of a table, and all of it."""
+    """Row and record of a case.
+
+    Attributes
+    ----------
+    row
+        Row of a table.
+    record
+        Complete record.
+    """
 
     row: Row
     record: Mapping[str, Any]
 
     @classmethod
     def of(cls, result: CaseResult) -> Told:
-        """What is told of a solved case."""
+        """Row and record of a solved case."""
         return cls(row={"id": case_id(result.case), **case_row(result)}, record=result_record(result))
 
 
 def keep_solved(result: CaseResult, case: Case, folder: Path) -> None:
-    """Put a solved case into a folder: all that it can be judged again from, and its meshes."""
+    """Write all data from which a solved case can be judged again, and its meshes.
+
+    Parameters
+    ----------
+    result
+        Solved case.
+    case
+        Case with the present criteria.
+    folder
+        Folder for the files.
+    """
     from fecontact.outputs.paraview.vtk import write_case_vtk
 
     peaks = {body: asdict(peak) for body, peak in result.von_mises.items()}
@@ -162,55 +232,95 @@ def keep_solved(result: CaseResult, case: Case, folder: Path) -> None:
     write_case_vtk(result, folder)
 
 
-def keep_loads(result: OfLoads, case: Case, folder: Path, **own: Any) -> None:
-    """Put the solved loads of a position into a folder: all that they can be judged again from, and what is `own`."""
+def keep_loads(result: SolvedLoads, case: Case, folder: Path, **entries: Any) -> None:
+    """Write all data from which the loads of a position can be judged again.
+
+    Parameters
+    ----------
+    result
+        Solution at the position.
+    case
+        Case of the position.
+    folder
+        Folder for the files.
+    **entries
+        Further entries of `solved.json`.
+    """
     copy_profiles(case, folder)
     arrays: Arrays = {}
     record = {
         "schema": SCHEMA,
         "case": case_inputs(case),
         "placement": None if result.placement is None else placement_record(result.placement),
-        "loads": [solved_record(one.solved, arrays, f"load{number}_") for number, one in enumerate(result.solved)],
-        **own,
+        "loads": [solved_record(load.solved, arrays, f"load{number}_") for number, load in enumerate(result.solved)],
+        **entries,
     }
     write_arrays(folder / FIELDS, arrays)
     write_json(folder / SOLVED, record)
 
 
 def keep_told(
-    result: CaseResult, told: Told, folder: Path, settings: Mapping[str, Any] | None = None, *, svg: bool = False
+    result: CaseResult,
+    case_records: Told,
+    folder: Path,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    svg: bool = False,
 ) -> None:
-    """Put what is told of a case beside what was solved; `settings` are the command's, `svg` adds a picture of lines.
+    """Write row, record and picture of a case beside its solution.
 
-    A picture of lines takes as long as that of pixels: a study of hundreds of cases has none.
+    A vector picture takes as long as a pixel picture: a study of hundreds of cases has no vector pictures.
+
+    Parameters
+    ----------
+    result
+        Solved case.
+    case_records
+        Row and record of the case.
+    folder
+        Folder for the files.
+    settings
+        Settings of the command, for the provenance.
+    svg
+        Whether to write a vector picture too.
     """
     from fecontact.outputs.figures.case import case_figure
 
     case_figure(result, folder / "case.png", svg=svg)
-    made = provenance(result.case, id=told.row["id"], settings=dict(settings or {}))
-    write_json(folder / RESULT, {**told.record, "provenance": made})
-    write_row(folder / ROW, told.row)
+    result_provenance = provenance(result.case, id=case_records.row["id"], settings=dict(settings or {}))
+    write_json(folder / RESULT, {**case_records.record, "provenance": result_provenance})
+    write_row(folder / ROW, case_records.row)
 
 
 def seal_case(case: Case, folder: Path) -> None:
-    """Seal the files of a case in a folder that may have others."""
-    own = [folder / file for file in (SOLVED, FIELDS, RESULT, ROW, *_BODIES, *_SHOWN)]
-    own += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
-    write_manifest(folder, own, case_id(case), origin_of(case))
+    """Seal the files of a case in a folder that may have other files."""
+    sealed_files = [folder / file for file in (SOLVED, FIELDS, RESULT, ROW, *_BODY_FILES, *_PICTURE_FILES)]
+    sealed_files += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
+    write_manifest(folder, sealed_files, case_id(case), origin_of(case))
 
 
 def copy_profiles(case: Case, folder: Path) -> None:
-    """Keep the profiles of a case that are files beside its result: without them it could not be judged again."""
+    """Copy the profile files of a case beside its result; the case could not be judged again without them."""
     for body, spec in case.profiles.items():
-        if (file := content_of(spec)) is not None:
-            own = folder / PROFILES / body / file[0]
-            own.parent.mkdir(parents=True, exist_ok=True)
-            own.write_bytes(file[1])
+        if (name_and_content := content_of(spec)) is not None:
+            target = folder / PROFILES / body / name_and_content[0]
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(name_and_content[1])
 
 
 def copy_solved(finished: Path, folder: Path, case: Case) -> None:
-    """Take what was solved over into a new folder, with the criteria by which it is judged from now on."""
-    for file in (FIELDS, *_BODIES):
+    """Copy a solution into a new folder, with the present criteria.
+
+    Parameters
+    ----------
+    finished
+        Folder of the solution.
+    folder
+        New folder.
+    case
+        Case with the present criteria.
+    """
+    for file in (FIELDS, *_BODY_FILES):
         if (finished / file).is_file():
             shutil.copyfile(finished / file, folder / file)
     if (finished / PROFILES).is_dir():
@@ -220,56 +330,129 @@ def copy_solved(finished: Path, folder: Path, case: Case) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Stored:
-    """What a folder has of a solved position; the case by the criteria and creepages that are asked for."""
+    """Content of the folder of a solved position.
+
+    Attributes
+    ----------
+    record
+        Content of `solved.json`.
+    case
+        Case with the requested criteria and creepages.
+    placement
+        Placement of the wheel; None if the wheel could not be placed.
+    arrays
+        Fields of the solution.
+    """
 
     record: Mapping[str, Any]
     case: Case
     placement: Placement | None
     arrays: Mapping[str, NDArray[np.float64]]
 
-    def judged(self, number: int, *, tried: bool = False) -> JudgedLoad:
-        """A load; one that the search for a limit solved is judged by Hertz alone."""
+    def judged(self, number: int, *, is_from_search: bool = False) -> JudgedLoad:
+        """Judge a load by all theories; a load of the search for a limit is judged only by Hertz.
+
+        Parameters
+        ----------
+        number
+            Number of the load in the record.
+        is_from_search
+            Whether the search for a load limit solved the load.
+
+        Returns
+        -------
+        JudgedLoad
+            The judged load.
+        """
         assert self.placement is not None
         load = self.record["loads"][number]
         case = replace(self.case, load_N=load["load_N"])
-        solved = solved_from_record(load, self.arrays, unrefined(case) if tried else case)
-        return judge_load(solved, self.placement, (HERTZ,) if tried else THEORIES)
+        solved = solved_from_record(load, self.arrays, unrefined(case) if is_from_search else case)
+        return judge_load(solved, self.placement, (HERTZ,) if is_from_search else THEORIES)
 
 
 def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> CaseResult:
-    """Read a finished case and judge it, by other criteria, friction and creepages than its own if they are given.
+    """Read a finished case and judge it.
+
+    Parameters
+    ----------
+    folder
+        Folder of the case.
+    criteria, creep
+        Criteria, and friction with creepages; the stored values if not given.
+
+    Returns
+    -------
+    CaseResult
+        The result, without meshes.
 
     Raises
     ------
     InputError
-        If the folder holds no finished case, or one of another layout, and what to do.
+        If the folder holds no finished case, or a case of another layout; the message has the remedy.
     """
-    return read_stored(_case_of, Path(folder), criteria, creep)
+    return read_stored(_restore_case, Path(folder), criteria, creep)
 
 
-def read_stored(of: Callable[[Stored], Result], folder: Path, criteria: Criteria | None, creep: Creep | None) -> Result:
-    """What a function makes of a stored position, by other criteria and creepages if they are given."""
-    record = solved_in(folder)
-    with refused_if_changed(folder, "solve it again"):
+def read_stored(
+    make_result: Callable[[Stored], Result], folder: Path, criteria: Criteria | None, creep: Creep | None
+) -> Result:
+    """Read a stored position and make a result of it.
+
+    Parameters
+    ----------
+    make_result
+        Makes the result from the content of the folder.
+    folder
+        Folder of the position.
+    criteria, creep
+        Criteria, and friction with creepages; None for the stored values.
+
+    Returns
+    -------
+    Result
+        The result.
+
+    Raises
+    ------
+    InputError
+        If the folder has another layout, or was changed.
+    """
+    record = read_solution(folder)
+    with refuse_changed_files(folder, "solve it again"):
         case = stored_case(folder, record["case"])
         case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
         placement = None if record["placement"] is None else stored_placement(case, record["placement"])
-        return of(Stored(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS)))
+        return make_result(Stored(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS)))
 
 
 @contextmanager
-def refused_if_changed(path: Path, remedy: str) -> Iterator[None]:
-    """Refuse whatever a file that was changed on purpose leads to."""
+def refuse_changed_files(path: Path, remedy: str) -> Iterator[None]:
+    """Turn every exception that a changed file causes into an `InputError`.
+
+    Parameters
+    ----------
+    path
+        File or folder for the message.
+    remedy
+        Remedy for the message.
+
+    Raises
+    ------
+    InputError
+        In place of exceptions that are not from fecontact.
+    """
     try:
         yield
     except FecontactError:
         raise
     except Exception as error:
-        said = f"{type(error).__name__}: {error}"
-        raise InputError(f"{path}: it cannot be read ({said}); {remedy}") from error
+        reason = f"{type(error).__name__}: {error}"
+        raise InputError(f"{path}: it cannot be read ({reason}); {remedy}") from error
 
 
-def _case_of(stored: Stored) -> CaseResult:
+def _restore_case(stored: Stored) -> CaseResult:
+    """Restore the result of a case from its stored content."""
     placement, effort = stored.placement, stored.record["effort"]
     assert placement is not None
     return CaseResult(
@@ -286,24 +469,52 @@ def _case_of(stored: Stored) -> CaseResult:
     )
 
 
-def solved_in(folder: Path) -> Mapping[str, Any]:
-    """What `solved.json` of a folder says.
+def read_solution(folder: Path) -> Mapping[str, Any]:
+    """Read `solved.json` of a folder.
+
+    Parameters
+    ----------
+    folder
+        Folder of a result.
+
+    Returns
+    -------
+    mapping
+        The content.
 
     Raises
     ------
     InputError
-        If there is none, or one of another layout, and what to do.
+        If the file is missing or has another layout; the message has the remedy.
     """
     path = folder / SOLVED
     record = read_json(path)
-    found = record.get("schema") if isinstance(record, Mapping) else None
-    if not isinstance(record, Mapping) or found != SCHEMA:
-        raise InputError(f"{path}: its layout is {found}, not {SCHEMA}; solve it again")
+    schema = record.get("schema") if isinstance(record, Mapping) else None
+    if not isinstance(record, Mapping) or schema != SCHEMA:
+        raise InputError(f"{path}: its layout is {schema}, not {SCHEMA}; solve it again")
     return record
 
 
 def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
-    """The case of a record, with the profiles that were stored beside it in place of the files that it was given."""
+    """Make the case of a record, with the stored profiles as its files.
+
+    Parameters
+    ----------
+    folder
+        Folder of the result.
+    record
+        Record of the case.
+
+    Returns
+    -------
+    Case
+        The case.
+
+    Raises
+    ------
+    InputError
+        If the record has a profile that is not stored in the folder.
+    """
     case = case_from_record({name: value for name, value in record.items() if name not in FOUND_INPUTS})
     files = {}
     for body, spec in case.profiles.items():

@@ -1,4 +1,4 @@
-"""Folders of finished results: which of them can be read and judged by this version, and the rows of a study."""
+"""Folders of finished results: their usability in this version, and the rows of a study."""
 
 from __future__ import annotations
 
@@ -12,19 +12,33 @@ from fecontact.jobs.store import whole_manifest
 from fecontact.outputs.records.results import Row
 from fecontact.outputs.study_files import STUDY_SCHEMA
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
-from fecontact.runs.store import SOLVED, refused_if_changed, solved_in, stored_case
+from fecontact.runs.store import SOLVED, read_solution, refuse_changed_files, stored_case
 
 REMEDY = "give the folder of a case, a map or a study of fecontact"
 
 
 def refuse_unusable(folder: Path) -> None:
-    """Raise `InputError` where a finished case or position cannot be judged any more, with why and what to do."""
+    """Raise `InputError` if a finished case or position cannot be judged any more.
+
+    The message has the reason and the remedy.
+    """
     if problem := unusable(folder):
         raise InputError(problem)
 
 
 def unusable(folder: Path) -> str | None:
-    """Why a finished case or position cannot be judged any more, and what to do."""
+    """Explain why a finished case or position cannot be judged any more.
+
+    Parameters
+    ----------
+    folder
+        Folder of the case or position.
+
+    Returns
+    -------
+    str or None
+        The reason and the remedy; None if it can be judged.
+    """
     file = folder / SOLVED
     if not file.is_file():
         return f"{folder}: there is no finished result of this version ({SOLVED}); solve it"
@@ -32,24 +46,36 @@ def unusable(folder: Path) -> str | None:
     if isinstance(manifest, str):
         return f"{folder}: {manifest}; solve it again"
     try:
-        with refused_if_changed(file, "solve it again"):
-            case = stored_case(folder, solved_in(folder)["case"])
+        with refuse_changed_files(file, "solve it again"):
+            case = stored_case(folder, read_solution(folder)["case"])
     except InputError as error:
         return str(error)
-    # the packages, and the solver, of the machine that solved it need not be there for judging it
-    made, here = (of.get(SOLVING_SOURCE, "none") for of in (manifest["solved_by"], origin_of(case).solved_by))
-    if made == here:
+    # a verdict needs neither the packages nor the solver of the machine that solved the case
+    stored_source, present_source = (
+        digests.get(SOLVING_SOURCE, "none") for digests in (manifest["solved_by"], origin_of(case).solved_by)
+    )
+    if stored_source == present_source:
         return None
-    return f"{folder}: made by another version: {SOLVING_SOURCE} {made} -> {here}; solve it again"
+    return f"{folder}: made by another version: {SOLVING_SOURCE} {stored_source} -> {present_source}; solve it again"
 
 
 def stored_study(folder: Path) -> tuple[str, list[Row], int]:
-    """Name and rows of a study as `study.json` has them, and how many cases it has or will have.
+    """Read the name and the rows of a study from `study.json`.
+
+    Parameters
+    ----------
+    folder
+        Folder of the study.
+
+    Returns
+    -------
+    tuple of str, list of rows, and int
+        Name, rows, and number of cases, which include cases that are still to be solved.
 
     Raises
     ------
     InputError
-        If it has another layout.
+        If the file is missing, or has another layout.
     """
     if not (folder / "study.json").exists():
         raise InputError(f"{folder}: there are no results in it; {REMEDY}")
@@ -62,9 +88,9 @@ def stored_study(folder: Path) -> tuple[str, list[Row], int]:
 
 
 def _is_row(row: Any) -> bool:
-    """Whether a row names a case, in a folder of its own, and what came of it."""
-    texts = isinstance(row, Mapping) and isinstance(row.get("id"), str) and isinstance(row.get("status"), str)
-    return texts and is_name(row["id"])
+    """Whether a row has a status and an id that can name a folder."""
+    has_texts = isinstance(row, Mapping) and isinstance(row.get("id"), str) and isinstance(row.get("status"), str)
+    return has_texts and is_name(row["id"])
 
 
 def is_name(text: Any) -> bool:
@@ -73,7 +99,27 @@ def is_name(text: Any) -> bool:
 
 
 def sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
-    """A document of a layout as it was written."""
+    """Read a document, and check its layout and its seal.
+
+    Parameters
+    ----------
+    path
+        File.
+    schema
+        Required layout.
+    remedy
+        Remedy for the message of an error.
+
+    Returns
+    -------
+    mapping
+        The document.
+
+    Raises
+    ------
+    InputError
+        If the document has another layout, or was changed.
+    """
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != schema:
         raise InputError(f"{path}: its layout is not {schema}; {remedy}")

@@ -23,15 +23,25 @@ from fecontact.outputs.parts import Part
 from fecontact.outputs.terminal import count
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import position_folder, read_position
-from fecontact.runs.store import refused_if_changed, solved_in, stored_case
+from fecontact.runs.store import read_solution, refuse_changed_files, stored_case
 from fecontact.runs.stored_folder import is_name, sealed, unusable
 
-Judges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
+OpenJudges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class JudgedMap:
-    """A map by other criteria, and what of it cannot be judged, in words."""
+    """Map by different criteria.
+
+    Attributes
+    ----------
+    map
+        The map.
+    problems
+        Reasons for positions that cannot be judged.
+    measure, theory
+        Measure and theory of the printed map.
+    """
 
     map: ApplicabilityMap
     problems: tuple[str, ...]
@@ -45,31 +55,41 @@ class JudgedMap:
 
     @property
     def words(self) -> str:
-        """How many cells were judged."""
+        """Number of judged cells, in words."""
         return f"{count(len(self.map.cells), 'cell')} judged by {{criteria}}"
 
     @property
     def record(self) -> Mapping[str, Any]:
-        """The map as `map.json` has it."""
+        """The map in the layout of `map.json`."""
         return map_record(self.map)
 
     def parts(self, width: int | None) -> Iterable[Part]:
-        """The map by its measure."""
+        """Parts for a terminal: the map by its measure."""
         return map_lines(self.map, self.measure, self.theory, width=width)
 
 
 def load_map(folder: Path) -> ApplicabilityMap:
-    """A finished map.
+    """Read a finished map.
+
+    Parameters
+    ----------
+    folder
+        Folder of the map.
+
+    Returns
+    -------
+    ApplicabilityMap
+        The map.
 
     Raises
     ------
     InputError
-        As `read_map` does, and where a position of it cannot be used.
+        As `read_map` does, and if a position of the map cannot be used.
     """
-    made, problems = read_map(folder)
+    loaded_map, problems = read_map(folder)
     if problems:
         raise InputError(next(iter(problems.values())))
-    return made
+    return loaded_map
 
 
 def judge_map(
@@ -84,25 +104,58 @@ def judge_map(
 ) -> JudgedMap:
     """Judge a stored map by given criteria, and with friction and creepages.
 
-    A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map,
-    by `theory` with friction also with files of the laws of creep forces.
+    A load limit is as sharp as the loads that were solved.
+
+    Parameters
+    ----------
+    folder
+        Folder of the map.
+    criteria
+        Criteria.
+    out
+        Folder for the files of the new map; for the measure `theory` with friction also for the laws of creep forces.
+    creep
+        Friction and creepages; the stored values if not given.
+    measure
+        Measure of the printed map.
+    theory
+        Theory of the pressure of the printed map.
+    progress
+        Receives the progress.
+
+    Returns
+    -------
+    JudgedMap
+        The new map.
 
     Raises
     ------
     InputError
-        If the folder holds no map, or for a measure that needs friction without any.
+        If the folder holds no map, or for a measure that needs friction if there is none.
     """
-    by = partial(judges, creep=creep)
-    made, problems = read_map(folder, criteria, creep, dear=measure == "theory", judges=by, progress=progress)
-    refuse_measure(made.case, measure, theory)
+    open_judges = partial(judges, creep=creep)
+    new_map, problems = read_map(
+        folder, criteria, creep, dear=measure == "theory", judges=open_judges, progress=progress
+    )
+    refuse_measure(new_map.case, measure, theory)
     if out is not None:
-        write_map(made, out, theory=theory)
-        write_map_report(made, out, theory=theory)
-    return JudgedMap(map=made, problems=tuple(problems.values()), measure=measure, theory=theory)
+        write_map(new_map, out, theory=theory)
+        write_map_report(new_map, out, theory=theory)
+    return JudgedMap(map=new_map, problems=tuple(problems.values()), measure=measure, theory=theory)
 
 
 def map_document(folder: Path) -> Mapping[str, Any]:
-    """What `map.json` says, as it was written together with `map.csv`.
+    """Read `map.json`, and check that it was written together with `map.csv`.
+
+    Parameters
+    ----------
+    folder
+        Folder of the map.
+
+    Returns
+    -------
+    mapping
+        Content of `map.json`.
 
     Raises
     ------
@@ -118,13 +171,28 @@ def read_map(
     creep: Creep | None = None,
     *,
     dear: bool = False,
-    judges: Judges = lambda count: nullcontext(map),
+    judges: OpenJudges = lambda count: nullcontext(map),
     progress: Progress | None = None,
 ) -> tuple[ApplicabilityMap, dict[float, str]]:
-    """A finished map, and which positions cannot be used.
+    """Read a finished map, and find positions that cannot be used.
 
-    Criteria, friction and creepages are the map's, unless others are given. `judges` opens what reads so
-    many positions as `map` does.
+    Parameters
+    ----------
+    folder
+        Folder of the map.
+    criteria, creep
+        Criteria, and friction with creepages; the values of the map if not given.
+    dear
+        Whether to include the readings of features that take seconds per load.
+    judges
+        Opens a function like `map` for a given number of positions.
+    progress
+        Receives the progress.
+
+    Returns
+    -------
+    tuple of ApplicabilityMap and dict
+        The map, and the problems of unusable positions by their lateral shift in mm.
 
     Raises
     ------
@@ -132,33 +200,40 @@ def read_map(
         If `map.json` has another layout, or no position of the map can be read.
     """
     document = map_document(folder)
-    read = partial(_position, criteria=criteria, creep=creep, dear=dear)
-    with refused_if_changed(folder / "map.json", "make the map again"):
+    read_folder = partial(_try_position, criteria=criteria, creep=creep, dear=dear)
+    with refuse_changed_files(folder / "map.json", "make the map again"):
         names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if is_name(name)}
         folders = {shift: position_folder(folder, name) for shift, name in names.items()}
-        problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
-        usable = {shift: own for shift, own in folders.items() if shift not in problems}
+        problems = {shift: problem for shift, position_path in folders.items() if (problem := unusable(position_path))}
+        usable = {shift: position_path for shift, position_path in folders.items() if shift not in problems}
         with judges(len(usable)) as map_over:
-            judged = watched(map_over(read, usable.values()), len(usable), progress, "judging")
-            found: dict[float, MapPosition | str] = dict(zip(usable, judged, strict=True))
-        problems |= {shift: one for shift, one in found.items() if isinstance(one, str)}
-        known = {shift: one for shift, one in found.items() if not isinstance(one, str)}
+            judged_positions = watched(map_over(read_folder, usable.values()), len(usable), progress, "judging")
+            results: dict[float, MapPosition | str] = dict(zip(usable, judged_positions, strict=True))
+        problems |= {shift: result for shift, result in results.items() if isinstance(result, str)}
+        positions_by_shift = {shift: result for shift, result in results.items() if not isinstance(result, str)}
         positions = [
-            known[shift] if shift in known else failed_position(shift, document["loads_N"], problems[shift])
+            positions_by_shift[shift]
+            if shift in positions_by_shift
+            else failed_position(shift, document["loads_N"], problems[shift])
             for shift in folders
         ]
-        if not known:
-            why = next(iter(problems.values()), "none is there")
-            raise InputError(f"{folder}: no position of the map can be judged ({why})")
-        first = usable[min(known)]
-        base = stored_case(first, solved_in(first)["case"])
-        case = replace(base, lateral_shift_mm=0.0, criteria=criteria or base.criteria, creep=creep or base.creep)
+        if not positions_by_shift:
+            reason = next(iter(problems.values()), "none is there")
+            raise InputError(f"{folder}: no position of the map can be judged ({reason})")
+        first = usable[min(positions_by_shift)]
+        stored_base_case = stored_case(first, read_solution(first)["case"])
+        case = replace(
+            stored_base_case,
+            lateral_shift_mm=0.0,
+            criteria=criteria or stored_base_case.criteria,
+            creep=creep or stored_base_case.creep,
+        )
         return ApplicabilityMap(case=case, loads_N=tuple(document["loads_N"]), positions=tuple(positions)), problems
 
 
-def _position(folder: Path, **by: Any) -> MapPosition | str:
-    """A finished position, or why it cannot be read."""
+def _try_position(folder: Path, **settings: Any) -> MapPosition | str:
+    """Read a finished position; returns the problem if it cannot be read."""
     try:
-        return read_position(folder, **by)
+        return read_position(folder, **settings)
     except InputError as error:
         return str(error)

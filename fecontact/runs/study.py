@@ -1,4 +1,7 @@
-"""Many cases: each solved once, kept as it is finished, and told of in tables, figures and reports."""
+"""Studies of many cases: each case solved once, and shown in tables, figures and reports.
+
+Every case is kept when it is finished.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import profile_identity
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.casefile import Study, load_study
-from fecontact.runs.cost import any_load, longest_first
+from fecontact.runs.cost import longest_first, use_common_load
 from fecontact.runs.folder import prepare_for_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.report import report_study, study_pair
@@ -30,27 +33,27 @@ from fecontact.runs.store import ROW, Solving, case_folder, job_of
 from fecontact.runs.varied import varied_words
 from fecontact.solving.solve import SharedLoads
 
-# --- Many cases: each solved once, kept as it is finished, and told of in tables, figures and collections.
+# --- Many cases: each is solved once, kept when it is finished, and shown in tables, figures and collections.
 
 _TABLES_EVERY_S = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyOutcome:
-    """What a study gave.
+    """Results of a study.
 
     Attributes
     ----------
     rows
-        One a case, in the order of the study's cases.
+        A row per case, in the order of the study's cases.
     conclusion
-        The text of the study's conclusion; None if it has none, and for a part.
+        Text of the study's conclusion; None for a study without a conclusion, and for a part.
     collections
         Names of the ParaView collections over the lateral shift.
     reused
         Ids of the cases that were finished before.
     recomputed
-        Why finished cases were solved, or judged, again, by id.
+        Reasons for solving or judging finished cases again, by id.
     """
 
     rows: tuple[Row, ...]
@@ -61,7 +64,7 @@ class StudyOutcome:
 
     @property
     def all_converged(self) -> bool:
-        """Whether every case gave a result that may be used."""
+        """Whether every case has a usable result."""
         return all(usable(row) for row in self.rows)
 
 
@@ -72,46 +75,65 @@ def run_study(
     settings: RunSettings | None = None,
     progress: Progress | None = None,
 ) -> StudyOutcome:
-    """Solve all cases of a study that are not finished and write its outputs below `out`.
+    """Solve all unfinished cases of a study, and write its outputs below `out`.
 
-    A case that cannot be solved becomes a row that says why; the others go on. Cases are kept as they finish, so that
-    the same call goes on where an interrupted one stopped. Cases are solved in processes of their own, which do not
-    import the script that calls this.
+    If a case cannot be solved, the status of its row gives the reason, and the other cases continue. Cases are kept
+    when they finish, so that an interrupted run resumes with the same call. Cases are solved in separate processes,
+    which do not import the script that calls this function.
 
     Parameters
     ----------
+    study
+        Study.
+    out
+        Folder for the results.
+    settings
+        Settings of the run; the defaults if not given.
     progress
-        Called with the number of finished cases, the number of cases, and what is under way.
+        Receives the number of finished cases, the number of cases, and the present activity.
+
+    Returns
+    -------
+    StudyOutcome
+        Rows, conclusion and collections.
 
     Raises
     ------
     InputError
-        If another run has the folder, the cluster cannot be used, or two cases differ in criteria or creepages alone.
+        If another run has the folder, the cluster cannot be used, or two cases differ only in criteria or creepages.
     """
     settings = settings or RunSettings()
     command = {"workers": settings.workers, "threads": settings.threads, "scheduler": settings.scheduler}
     command["part"] = settings.part and f"{settings.part[0]}/{settings.part[1]}"
     for case in study.cases:
         case.creep.refuse_unheard()
-    named = [(case_id(case), case) for case in study.cases]
-    cases = _by_name(named)
-    solved = {name: with_absolute_paths(case) if settings.scheduler else case for name, case in cases.items()}
-    shared = _shared(solved)
-    own = _own_part(settings, {name: where for name, (where, _) in shared.items()})
-    table = _Table(study.name, [(name, case) for name, case in named if name in set(own)], len(named), out, settings)
-    with open_run(out, out / "cases", settings, progress) as by:
+    named_cases = [(case_id(case), case) for case in study.cases]
+    cases = _collect_cases(named_cases)
+    solved_cases = {name: with_absolute_paths(case) if settings.scheduler else case for name, case in cases.items()}
+    shared_loads = _shared(solved_cases)
+    own_names = _select_part(settings, {name: position_name for name, (position_name, _) in shared_loads.items()})
+    table = _Table(
+        study.name,
+        [(name, case) for name, case in named_cases if name in set(own_names)],
+        len(named_cases),
+        out,
+        settings,
+    )
+    with open_run(out, out / "cases", settings, progress) as study_run:
         jobs = [
             job_of(
-                solved[name],
+                solved_cases[name],
                 case_folder(out, name),
-                Solving(case=solved[name], name=name, settings=command, loads=shared[name][1]),
-                label=_label(cases[name], study.cases),
-                group=shared[name][0],
+                Solving(case=solved_cases[name], name=name, settings=command, loads=shared_loads[name][1]),
+                label=_label_case(cases[name], study.cases),
+                group=shared_loads[name][0],
             )
-            for name in _ordered({name: shared[name][0] for name in own}, solved, by.crew.workers)
+            for name in _order_cases(
+                {name: shared_loads[name][0] for name in own_names}, solved_cases, study_run.crew.workers
+            )
         ]
         try:
-            finish(jobs, by, on_done=table.done)
+            finish(jobs, study_run, on_done=table.done)
         finally:
             with contextlib.suppress(OSError):
                 table.write()
@@ -119,68 +141,81 @@ def run_study(
         collections: tuple[str, ...] = ()
         conclusion: str | None = None
         if settings.part is None:
-            criteria = _only_criteria(study.cases)
-            shown = study_pair(study, rows)
-            collections = study_figures(rows, out, _only_rail(study.cases), criteria)
-            conclusion = _conclude(study, rows, out)
-            report_study(study, rows, out, criteria, conclusion, shown)
+            criteria = _common_criteria(study.cases)
+            shown_pair = study_pair(study, rows)
+            collections = study_figures(rows, out, _common_rail(study.cases), criteria)
+            conclusion = _write_conclusion(study, rows, out)
+            report_study(study, rows, out, criteria, conclusion, shown_pair)
     return StudyOutcome(
         rows=tuple(rows),
         conclusion=conclusion,
         collections=collections,
-        reused=tuple(by.reused),
-        recomputed=by.recomputed,
+        reused=tuple(study_run.reused),
+        recomputed=study_run.recomputed,
     )
 
 
 def _shared(cases: Mapping[str, Case]) -> dict[str, tuple[str, SharedLoads | None]]:
-    """For each case a name of its position, and the loads there that share their meshes; None for one alone."""
+    """Name of the position of each case, and the loads with shared meshes there.
+
+    The loads are None for a position with a single load.
+    """
     positions: dict[Case, dict[str, float]] = {}
     for name, case in cases.items():
-        positions.setdefault(any_load(case), {})[name] = case.load_N
-    found: dict[str, tuple[str, SharedLoads | None]] = {}
-    for own in positions.values():
-        first, loads = next(iter(own)), tuple(sorted(own.values()))
-        together = SharedLoads(case=cases[first], loads_N=loads) if len(own) > 1 else None
+        positions.setdefault(use_common_load(case), {})[name] = case.load_N
+    positions_by_case: dict[str, tuple[str, SharedLoads | None]] = {}
+    for loads_by_name in positions.values():
+        first, loads = next(iter(loads_by_name)), tuple(sorted(loads_by_name.values()))
+        shared_loads = SharedLoads(case=cases[first], loads_N=loads) if len(loads_by_name) > 1 else None
         # loads that share a mesh come one after the other
-        found |= dict.fromkeys(sorted(own, key=own.__getitem__), (first, together))
-    return found
+        positions_by_case |= dict.fromkeys(sorted(loads_by_name, key=loads_by_name.__getitem__), (first, shared_loads))
+    return positions_by_case
 
 
-def _own_part(settings: RunSettings, positions: Mapping[str, str]) -> list[str]:
-    """The cases of a part: all loads of a position are in one where there are as many positions as parts."""
+def _select_part(settings: RunSettings, positions: Mapping[str, str]) -> list[str]:
+    """Names of the cases of a part.
+
+    All loads of a position are in the same part if there are at least as many positions as parts.
+    """
     names = list(dict.fromkeys(positions.values()))
     if settings.part is not None and settings.part[1] > len(names):
-        return list(settings.own_part(list(positions)))
-    own = set(settings.own_part(names))
-    return [name for name, where in positions.items() if where in own]
+        return list(settings.select_part(list(positions)))
+    own_positions = set(settings.select_part(names))
+    return [name for name, position_name in positions.items() if position_name in own_positions]
 
 
-def _ordered(positions: Mapping[str, str], cases: Mapping[str, Case], workers: int) -> list[str]:
-    """Names of cases by their positions, the longest first; loads of one stay in their order."""
-    of_position: dict[str, list[str]] = {}
-    for name, where in positions.items():
-        of_position.setdefault(where, []).append(name)
+def _order_cases(positions: Mapping[str, str], cases: Mapping[str, Case], workers: int) -> list[str]:
+    """Names of cases by their positions, the longest first; loads of a position stay in their order."""
+    names_by_position: dict[str, list[str]] = {}
+    for name, position_name in positions.items():
+        names_by_position.setdefault(position_name, []).append(name)
     largest = {
-        where: max((cases[name] for name in names), key=lambda case: case.load_N)
-        for where, names in of_position.items()
+        position_name: max((cases[name] for name in names), key=lambda case: case.load_N)
+        for position_name, names in names_by_position.items()
     }
-    return [name for where in longest_first(largest, workers) for name in of_position[where]]
+    return [name for position_name in longest_first(largest, workers) for name in names_by_position[position_name]]
 
 
-def _label(case: Case, cases: tuple[Case, ...]) -> str:
-    """What a case is called while it is solved: position and load, and the pair where there are several."""
+def _label_case(case: Case, cases: tuple[Case, ...]) -> str:
+    """Label of a case while it is solved: position and load, and the pair if there are several pairs."""
     pair = ""
-    if len({(one.rail, one.wheel) for one in cases}) > 1:
+    if len({(other_case.rail, other_case.wheel) for other_case in cases}) > 1:
         rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
         pair = f"{wheel} on {rail} "
-    along = f" at {case.distance_mm:g} mm" if case.irregularities else ""
-    return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN{along}"
+    distance_text = f" at {case.distance_mm:g} mm" if case.irregularities else ""
+    return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN{distance_text}"
 
 
-def _by_name(named: list[tuple[str, Case]]) -> dict[str, Case]:
+def _collect_cases(named_cases: list[tuple[str, Case]]) -> dict[str, Case]:
+    """Cases by name, each once.
+
+    Raises
+    ------
+    InputError
+        If two cases differ only in criteria or creepages.
+    """
     cases: dict[str, Case] = {}
-    for name, case in named:
+    for name, case in named_cases:
         first = cases.setdefault(name, case)
         if (first.criteria, first.creep) != (case.criteria, case.creep):
             what = "criteria" if first.criteria != case.criteria else "friction or creepages"
@@ -192,28 +227,45 @@ def _by_name(named: list[tuple[str, Case]]) -> dict[str, Case]:
 
 
 class _Table:
-    """The rows of a study's cases as they are finished."""
+    """Rows of the finished cases of a study."""
 
-    def __init__(self, study: str, named: list[tuple[str, Case]], cases: int, out: Path, settings: RunSettings) -> None:
-        self._study, self._named, self._cases, self._out = study, named, cases, out
+    def __init__(
+        self, study: str, named_cases: list[tuple[str, Case]], cases: int, out: Path, settings: RunSettings
+    ) -> None:
+        """Prepare an empty table.
+
+        Parameters
+        ----------
+        study
+            Name of the study.
+        named_cases
+            Names and cases of the table.
+        cases
+            Number of cases of the complete study.
+        out
+            Folder of the results.
+        settings
+            Settings of the run.
+        """
+        self._study, self._named, self._cases, self._out = study, named_cases, cases, out
         self._stem = f"study{settings.part_suffix}"
         self._rows: dict[str, Row] = {}
-        self._inputs = dict(named)
-        told = varied_words([case for _, case in named])
-        self._varied = {name: words for (name, _), words in zip(named, told, strict=True) if words}
+        self._inputs = dict(named_cases)
+        varied_texts = varied_words([case for _, case in named_cases])
+        self._varied = {name: words for (name, _), words in zip(named_cases, varied_texts, strict=True) if words}
         self._written = time.monotonic()
 
-    def done(self, done: Done) -> None:
-        """Take what came of a case; write the tables if that was some time ago."""
-        name = done.name
-        if done.failure is None:
+    def done(self, outcome: Done) -> None:
+        """Take the outcome of a case; write the tables if the last time was `_TABLES_EVERY_S` ago."""
+        name = outcome.name
+        if outcome.failure is None:
             self._rows[name] = read_row(case_folder(self._out, name) / ROW)
         else:
-            self._rows[name] = {"id": name, "status": failed(done.failure), **input_columns(self._inputs[name])}
+            self._rows[name] = {"id": name, "status": failed(outcome.failure), **input_columns(self._inputs[name])}
         if name in self._varied:
             self._rows[name] = {**self._rows[name], VARIED: self._varied[name]}
         if time.monotonic() - self._written > _TABLES_EVERY_S:
-            # a full disk now may have room at the end
+            # a disk that is full now may have room at the end
             with contextlib.suppress(OSError):
                 self.write()
             self._written = time.monotonic()
@@ -225,8 +277,8 @@ class _Table:
         return rows
 
 
-def _only_rail(cases: tuple[Case, ...]) -> Profile | None:
-    """The rail of all cases, if they have the same one and it can be read."""
+def _common_rail(cases: tuple[Case, ...]) -> Profile | None:
+    """Rail of all cases; None if they have different rails, or if it cannot be read."""
     rails = {(case.rail, case.rail_file) for case in cases}
     if len(rails) > 1:
         return None
@@ -236,13 +288,14 @@ def _only_rail(cases: tuple[Case, ...]) -> Profile | None:
         return None
 
 
-def _only_criteria(cases: tuple[Case, ...]) -> Criteria | None:
-    """The criteria of all cases, if they have the same."""
-    found = {case.criteria for case in cases}
-    return found.pop() if len(found) == 1 else None
+def _common_criteria(cases: tuple[Case, ...]) -> Criteria | None:
+    """Criteria of all cases; None if the cases have different criteria."""
+    distinct_criteria = {case.criteria for case in cases}
+    return distinct_criteria.pop() if len(distinct_criteria) == 1 else None
 
 
-def _conclude(study: Study, rows: list[Row], out: Path) -> str | None:
+def _write_conclusion(study: Study, rows: list[Row], out: Path) -> str | None:
+    """Conclusion of a study; a sentence if cases without a usable result prevent it."""
     if study.conclude is None:
         return None
     unusable = sum(not usable(row) for row in rows)
@@ -264,10 +317,9 @@ def run(
     force: bool = False,
     progress: Progress | None = None,
 ) -> StudyOutcome:
-    """Solve many cases at a time, each once, and write their tables, pictures and ParaView files.
+    """Solve many cases, and write their tables, pictures and ParaView files.
 
-    The same call goes on where an interrupted one stopped. `outcome.rows` is a list of flat dictionaries, one a case,
-    with units in their keys, as `pandas.DataFrame` takes it.
+    Each case is solved once. If the run is interrupted, an equal call resumes it.
 
     Parameters
     ----------
@@ -276,30 +328,43 @@ def run(
     out
         Folder for the results; `fecontact.load` reads them back.
     quick
-        The small version of a study file.
+        Whether to solve the small version of a study file.
     workers
-        Cases at a time; as many as there are cores and 2 GB of memory for each, if not given.
+        Number of cases at a time; if not given, a worker per core and per 2 GB of memory.
     threads
-        Threads that each case computes on.
+        Threads of each case.
     force
-        Solve finished cases again, and write into a folder that holds other results.
+        Whether to solve finished cases again, and to write into a folder that holds other results.
     progress
-        Called with the number of finished cases, the number of cases, and what is under way.
+        Receives the number of finished cases, the number of cases, and the present activity.
+
+    Returns
+    -------
+    StudyOutcome
+        Its `rows` are flat dictionaries, a dictionary per case, with units in their keys, suitable for
+        `pandas.DataFrame`.
 
     Raises
     ------
     InputError
-        If the study cannot be read, or another run has the folder. A case that cannot be solved is not an error but a
-        row whose status says why.
+        If the study cannot be read, or another run has the folder. A case that cannot be solved raises no error: the
+        status of its row gives the reason.
     """
     require_finite_elements()
     settings = RunSettings(workers=workers, threads=threads, force=force)
-    found = _study(study, Path(out), quick)
-    prepare_for_study(Path(out), found.name, force=force)
-    return run_study(found, Path(out), settings=settings, progress=progress)
+    loaded_study = _read_study(study, Path(out), quick)
+    prepare_for_study(Path(out), loaded_study.name, force=force)
+    return run_study(loaded_study, Path(out), settings=settings, progress=progress)
 
 
-def _study(study: str | Path | Study | Iterable[Case], out: Path, quick: bool) -> Study:
+def _read_study(study: str | Path | Study | Iterable[Case], out: Path, quick: bool) -> Study:
+    """Study from a file, from cases, or as given.
+
+    Raises
+    ------
+    InputError
+        If there is no case, or an object that is not a case.
+    """
     if isinstance(study, Study):
         return study
     if isinstance(study, str | Path):

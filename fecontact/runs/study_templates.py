@@ -1,4 +1,4 @@
-"""Files to begin with: a study as TOML, and the same study as a script."""
+"""Template files: a study as TOML, and an equal study as a script."""
 
 from __future__ import annotations
 
@@ -12,15 +12,25 @@ _TEMPLATES = {"cases.toml": "cases.toml", "study.py": "study.py.txt"}
 
 
 def write_templates(folder: Path) -> tuple[Path, ...]:
-    """Write the files and return their paths, the TOML first.
+    """Write the template files into a folder.
+
+    Parameters
+    ----------
+    folder
+        Folder for the files.
+
+    Returns
+    -------
+    tuple of Path
+        The files, the TOML file first.
 
     Raises
     ------
     InputError
-        If one of them is there already; then nothing is written.
+        If a file exists already; then nothing is written.
     """
-    there = [str(folder / name) for name in _TEMPLATES if (folder / name).exists()]
-    if there:
-        raise InputError(f"{', '.join(there)}: there already; give another folder")
-    own = files("fecontact.runs") / "templates"
-    return tuple(write_text(folder / name, (own / file).read_text("utf-8")) for name, file in _TEMPLATES.items())
+    existing_files = [str(folder / name) for name in _TEMPLATES if (folder / name).exists()]
+    if existing_files:
+        raise InputError(f"{', '.join(existing_files)}: there already; give another folder")
+    templates = files("fecontact.runs") / "templates"
+    return tuple(write_text(folder / name, (templates / file).read_text("utf-8")) for name, file in _TEMPLATES.items())

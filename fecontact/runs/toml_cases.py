@@ -16,51 +16,75 @@ from fecontact.inputs.kinds import Number
 from fecontact.inputs.slots import Slot
 from fecontact.inputs.texts import nearest, parse_numbers, renamed
 
-_INNERMOST = ("rail", "wheel", "load_N", "lateral_shift_mm")
-_MOST_CASES = 100_000
+_FASTEST_FIELDS = ("rail", "wheel", "load_N", "lateral_shift_mm")
+_MAX_CASES = 100_000
 
 Values = dict[Slot, list[Any]]
 
 
 def toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
-    """All cases of a file; `quick` takes the resolution of that name for each.
+    """Read all cases of a TOML file.
+
+    Parameters
+    ----------
+    path
+        File.
+    quick
+        Whether to use the resolution "quick" for each case.
+
+    Returns
+    -------
+    tuple of Case
+        The cases.
 
     Raises
     ------
     InputError
         If the file cannot be read, or has a key, a type or a value that is not allowed.
     """
-    data = _parsed(path)
-    with _named(f"study {path}"):
-        tables = data.pop("case", None)
-        common = _values(data)
+    document = _parse_file(path)
+    with _name_in_errors(f"study {path}"):
+        tables = document.pop("case", None)
+        common = _read_values(document)
         if tables is None:
-            return _combined(common, quick)
+            return _combine(common, quick)
         if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
             raise InputError("case: cases are given as tables, each of which begins with the line [[case]]")
     cases: list[Case] = []
     for number, table in enumerate(tables, start=1):
-        with _named(f"study {path}, [[case]] {number}"):
-            cases += _combined(common | _values(table, "case."), quick)
+        with _name_in_errors(f"study {path}, [[case]] {number}"):
+            cases += _combine(common | _read_values(table, "case."), quick)
     return tuple(cases)
 
 
 def case_of(table: Mapping[str, Any]) -> Case:
-    """The case that the table `case` of another file describes, with the keys of a study.
+    """Read a case from the table `case` of another file.
+
+    The keys are the keys of a study.
+
+    Parameters
+    ----------
+    table
+        The table.
+
+    Returns
+    -------
+    Case
+        The case.
 
     Raises
     ------
     InputError
         For a key or a value that is not allowed, and for lists, which make several cases.
     """
-    with _named("[case]"):
-        cases = _combined(_values(table, "case."), quick=False)
+    with _name_in_errors("[case]"):
+        cases = _combine(_read_values(table, "case."), quick=False)
         if len(cases) > 1:
             raise InputError(f"its lists make {len(cases)} cases; allowed: one; give one value for each key")
     return cases[0]
 
 
-def _parsed(path: Path) -> dict[str, Any]:
+def _parse_file(path: Path) -> dict[str, Any]:
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -69,88 +93,112 @@ def _parsed(path: Path) -> dict[str, Any]:
 
 
 @contextmanager
-def _named(where: str) -> Iterator[None]:
+def _name_in_errors(where: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
         raise InputError(f"{where}: {error}") from error
 
 
-def _values(data: Mapping[str, Any], prefix: str = "") -> Values:
-    """Lists of values, of which most have one, by their inputs."""
+def _read_values(inputs_by_key: Mapping[str, Any], prefix: str = "") -> Values:
+    """Lists of values by their inputs; most lists have a single value."""
     values: Values = {}
-    for key, value in data.items():
+    for key, value in inputs_by_key.items():
         if key not in PARTS:
-            slot = _slot(key, "", prefix)
-            with _named(key):
-                values[slot] = _listed(slot, value)
+            slot = _find_slot(key, "", prefix)
+            with _name_in_errors(key):
+                values[slot] = _read_list(slot, value)
         elif isinstance(value, dict):
-            with _named(f"[{prefix}{key}]"):
-                values |= _table(value, key, prefix)
+            with _name_in_errors(f"[{prefix}{key}]"):
+                values |= _read_table(value, key, prefix)
         else:
             raise InputError(f"{key} is {value!r}; it is a table, which begins with the line [{prefix}{key}]")
     return values
 
 
-def _table(data: Mapping[str, Any], table: str, prefix: str) -> Values:
+def _read_table(entries: Mapping[str, Any], table: str, prefix: str) -> Values:
+    """Values of a table of inputs, such as `criteria`.
+
+    Raises
+    ------
+    InputError
+        For a key or a value that is not allowed, and for lists.
+    """
     values: Values = {}
-    for key, value in data.items():
-        slot = _slot(key, table, prefix)
-        with _named(key):
+    for key, value in entries.items():
+        slot = _find_slot(key, table, prefix)
+        with _name_in_errors(key):
             if isinstance(value, list) and not slot.input.each:
                 raise InputError(f"it is {value!r}; allowed: {slot.input.allowed}; a list cannot stand in a table")
             values[slot] = [slot.input.read(value)]
     return values
 
 
-def _slot(key: str, table: str, prefix: str) -> Slot:
-    own = {slot.key: slot for slot in INPUTS if slot.table == table}
-    if key in own:
-        return own[key]
-    if old := renamed(key):
-        raise InputError(old)
-    elsewhere = [f"[{prefix}{slot.table}]" if slot.table else "no table" for slot in INPUTS if slot.key == key]
-    beside = () if table else tuple(PARTS) if prefix else (*PARTS, "case")
-    known = {name: name for name in (*own, *beside)}
-    # a user may know an input by its name in Python or on the command line
-    known |= {name: slot.key for slot in own.values() for name in (slot.field, *slot.input.options)}
-    meant = f"; {key} stands in {' or '.join(elsewhere)}" if elsewhere else nearest(key, known)
+def _find_slot(key: str, table: str, prefix: str) -> Slot:
+    """Input with a key in a table.
+
+    Raises
+    ------
+    InputError
+        If there is no such key; the message has the nearest key or the right table.
+    """
+    slots_by_key = {slot.key: slot for slot in INPUTS if slot.table == table}
+    if key in slots_by_key:
+        return slots_by_key[key]
+    if advice := renamed(key):
+        raise InputError(advice)
+    other_tables = [f"[{prefix}{slot.table}]" if slot.table else "no table" for slot in INPUTS if slot.key == key]
+    table_names = () if table else tuple(PARTS) if prefix else (*PARTS, "case")
+    slots_by_name = {name: name for name in (*slots_by_key, *table_names)}
+    # a user may use the name of an input in Python or on the command line
+    slots_by_name |= {name: slot.key for slot in slots_by_key.values() for name in (slot.field, *slot.input.options)}
+    suggestion = f"; {key} stands in {' or '.join(other_tables)}" if other_tables else nearest(key, slots_by_name)
     tables = "" if table else f"; tables: {', '.join(f'[{prefix}{name}]' for name in PARTS)}"
-    raise InputError(f"{key}: there is no such key{meant}; keys: {', '.join(own)}{tables}")
+    raise InputError(f"{key}: there is no such key{suggestion}; keys: {', '.join(slots_by_key)}{tables}")
 
 
-def _listed(slot: Slot, value: Any) -> list[Any]:
-    described = slot.input
-    if isinstance(value, list) and not (value and described.one_list(value)):
+def _read_list(slot: Slot, value: Any) -> list[Any]:
+    """Values of a list, or a list with a single value."""
+    description = slot.input
+    if isinstance(value, list) and not (value and description.one_list(value)):
         if not value:
-            raise InputError(f"it is an empty list; allowed: {described.allowed}, or a list of such values")
-        return [read for item in value for read in _listed_item(slot, item)]
-    return _listed_item(slot, value)
+            raise InputError(f"it is an empty list; allowed: {description.allowed}, or a list of such values")
+        return [element_value for element in value for element_value in _read_element(slot, element)]
+    return _read_element(slot, value)
 
 
-def _listed_item(slot: Slot, value: Any) -> list[Any]:
-    described = slot.input
-    if not (isinstance(described, Number) and not described.forms and isinstance(value, str)):
-        return [described.read(value)]
+def _read_element(slot: Slot, value: Any) -> list[Any]:
+    """Values of an element of a list; a text may be a range of numbers."""
+    description = slot.input
+    if not (isinstance(description, Number) and not description.forms and isinstance(value, str)):
+        return [description.read(value)]
     try:
-        numbers = parse_numbers(value, described.label)
+        numbers = parse_numbers(value, description.label)
     except InputError as error:
-        raise InputError(f"{error}; allowed: {described.allowed}") from error
-    return [described.read(number) for number in numbers]
+        raise InputError(f"{error}; allowed: {description.allowed}") from error
+    return [description.read(number) for number in numbers]
 
 
-def _combined(values: Values, quick: bool) -> tuple[Case, ...]:
+def _combine(values: Values, quick: bool) -> tuple[Case, ...]:
+    """Cases for all combinations of values.
+
+    Raises
+    ------
+    InputError
+        If there are more than `_MAX_CASES` combinations.
+    """
     if quick:
-        values = values | {_slot("resolution", "", ""): ["quick"]}
-    # the last one changes fastest, so that a series over the shift stays together
-    slots = sorted(values, key=_place)
+        values = values | {_find_slot("resolution", "", ""): ["quick"]}
+    # the last input changes fastest, so that a series over the shift stays together
+    slots = sorted(values, key=_sorting_key)
     count = math.prod(len(values[slot]) for slot in slots)
-    if count > _MOST_CASES:
-        raise InputError(f"the lists make {count} cases; allowed are {_MOST_CASES}; take shorter lists or [[case]]")
+    if count > _MAX_CASES:
+        raise InputError(f"the lists make {count} cases; allowed are {_MAX_CASES}; take shorter lists or [[case]]")
     return tuple(
-        case_with(dict(zip(slots, combination, strict=True))) for combination in product(*(values[s] for s in slots))
+        case_with(dict(zip(slots, combination, strict=True)))
+        for combination in product(*(values[combined_slot] for combined_slot in slots))
     )
 
 
-def _place(slot: Slot) -> tuple[int, int]:
-    return (_INNERMOST.index(slot.field) if slot.field in _INNERMOST else -1, INPUTS.index(slot))
+def _sorting_key(slot: Slot) -> tuple[int, int]:
+    return (_FASTEST_FIELDS.index(slot.field) if slot.field in _FASTEST_FIELDS else -1, INPUTS.index(slot))

@@ -1,4 +1,4 @@
-"""Studies run and their numbers checked against references, all of them in one table."""
+"""Validation: studies run, and their numbers checked against references, in a table."""
 
 from __future__ import annotations
 
@@ -19,7 +19,17 @@ from fecontact.runs.study import run_study
 
 @dataclass(frozen=True, kw_only=True)
 class Validation:
-    """Checks of all studies, studies with cases or checks without a usable result, and the file of the table."""
+    """Result of a validation.
+
+    Attributes
+    ----------
+    checks
+        Checks of all studies.
+    unusable
+        Studies with cases or checks without a usable result.
+    path
+        File of the table.
+    """
 
     checks: tuple[Check, ...]
     unusable: tuple[str, ...]
@@ -39,51 +49,74 @@ def validate(
     workers: int | None = None,
     watched: Callable[[str], AbstractContextManager[Progress]],
 ) -> Validation:
-    """Run studies that have checks, and write a table of them and a page for each; other studies' lines are kept.
+    """Run studies with checks, and write a table and a page for each study.
+
+    The lines of other studies are kept.
 
     Parameters
     ----------
+    studies
+        Studies with checks.
     out
-        Folder for the results, one folder a study.
+        Folder for the results, with a folder per study.
     table
-        Markdown file for a line of each study; VALIDATION.md in `out`, if not given. Their pages are beside it.
+        Markdown file with a line per study; VALIDATION.md in `out`, if not given. The pages are beside it.
+    workers
+        Number of cases at a time.
     watched
-        Who hears of the progress of a study, by its name.
+        Opens the receiver of the progress of a study, by its name.
+
+    Returns
+    -------
+    Validation
+        The checks.
     """
-    found: dict[str, list[Check]] = {}
+    checks_by_study: dict[str, list[Check]] = {}
     unusable = []
     for study in studies:
         with watched(study.name) as progress:
             outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
-        bad = [str(row["id"]) for row in outcome.rows if not usable(row)]
-        if bad:
-            unusable.append(f"{study.name}: {', '.join(bad)}")
+        unusable_ids = [str(row["id"]) for row in outcome.rows if not usable(row)]
+        if unusable_ids:
+            unusable.append(f"{study.name}: {', '.join(unusable_ids)}")
         assert study.checks is not None
         try:
-            found[study.name] = study.checks([row for row in outcome.rows if usable(row)])
+            checks_by_study[study.name] = study.checks([row for row in outcome.rows if usable(row)])
         except FecontactError as error:
-            # hours of other studies are not lost with one
+            # an error in a study must not lose hours of other studies
             unusable.append(f"{study.name}: its checks: {error}")
     path = table or out / "VALIDATION.md"
-    asked = {study.name: study.question for study in studies}
-    before = path.read_text("utf-8") if path.exists() else ""
-    summary, *pages = reports(found, asked, versions(), unusable, before).items()
+    questions = {study.name: study.question for study in studies}
+    previous_text = path.read_text("utf-8") if path.exists() else ""
+    summary, *pages = reports(checks_by_study, questions, versions(), unusable, previous_text).items()
     for place, text in ((path.name, summary[1]), *pages):
         write_text(path.parent / place, text)
-    checks = tuple(check for own in found.values() for check in own)
+    checks = tuple(check for study_checks in checks_by_study.values() for check in study_checks)
     return Validation(checks=checks, unusable=tuple(unusable), path=path)
 
 
-def checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Study, ...]:
-    """Those of some study files that have checks.
+def load_checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Study, ...]:
+    """Read study files, and select the studies that have checks.
+
+    Parameters
+    ----------
+    paths
+        Files.
+    quick
+        Whether to read the small versions of the studies.
+
+    Returns
+    -------
+    tuple of Study
+        Studies with checks.
 
     Raises
     ------
     InputError
-        If none has, or a file is no study.
+        If no study has checks, or a file is not a study.
     """
     loaded = [load_study(path, quick=quick) for path in paths]
-    found = tuple(study for study in loaded if study.checks is not None)
-    if not found:
+    studies_with_checks = tuple(study for study in loaded if study.checks is not None)
+    if not studies_with_checks:
         raise InputError("validate: none of the studies has a function checks(rows); give scripts of studies/ that do")
-    return found
+    return studies_with_checks
