@@ -165,7 +165,7 @@ def test_a_room_uses_only_the_rooms_below_it(name):
         f"{module} uses {imported_module}"
         for module in room_modules
         for imported_module in imported(module)[0]
-        if room(other) != name
+        if room(imported_module) != name
     }
     allowed_imports = {line for line in outside_imports if room(line.rpartition(" ")[2]) in ROOMS[name]}
     assert outside_imports == allowed_imports
@@ -177,7 +177,7 @@ def test_every_room_uses_only_what_stands_before_it():
         (name, used_room)
         for name, used_rooms in ROOMS.items()
         for used_room in used_rooms
-        if below not in order[: order.index(name)]
+        if used_room not in order[: order.index(name)]
     }
     assert upwards == set()
 
@@ -189,7 +189,7 @@ def test_there_are_few_arrows_between_folders():
         (room(module), room(imported_module))
         for module in MODULES
         for imported_module in imported(module)[0]
-        if room(module) in names and room(other) in names and room(module) != room(other)
+        if room(module) in names and room(imported_module) in names and room(module) != room(imported_module)
     }
     assert len(arrows) <= MOST_ARROWS
 
@@ -291,7 +291,9 @@ def test_what_needs_no_finite_elements_reaches_none(name):
 
 
 def test_only_the_doors_open_what_the_command_line_calls():
-    users = {room(module) for module in MODULES for imported_module in imported(module)[0] if room(other) == "runs"}
+    users = {
+        room(module) for module in MODULES for imported_module in imported(module)[0] if room(imported_module) == "runs"
+    }
     assert users <= {"runs", "commands", "__init__", *OWN}
 
 

@@ -1,4 +1,4 @@
-"""Measured points: which profile they are, the line smoothed from them, and what is said of a case beforehand."""
+"""Measured points: the nearest profile, the smoothed line, and the messages before a solution."""
 
 import json
 import math
@@ -59,7 +59,7 @@ def read(points, kind="rail", **reading):
 
 
 def corner_wear(y):
-    """At the gauge corner; the rest of the head says where the rail was."""
+    """Wear at the gauge corner; the rest of the head shows the place of the rail."""
     return 0.6 * np.exp(-(((y + 25.0) / 8.0) ** 2))
 
 
@@ -93,7 +93,11 @@ def test_a_moved_line_is_found_where_it_lies(name, expected):
     ("kind", "name", "wear"), [("rail", "54E1", corner_wear), ("wheel", "S1002", None), ("wheel", "CONE20", None)]
 )
 def test_lines_together_are_found_where_each_is_by_itself(kind, name, wear):
-    """Also far off their own, beyond their ends, and along a straight line, where nothing says how far along."""
+    """Registration of several profiles together equals that of each profile alone.
+
+    The points are also far off the profiles, beyond their ends, and along a straight line, where nothing says how far
+    along.
+    """
     displacement = Registration(turn_rad=0.02, shift=(1.0, -0.7))
     points = sampled(name, 0.01, 1.7, wear=wear, registration=displacement)
     lines = [load(one) for one in names(kind)]
@@ -223,7 +227,10 @@ def test_a_deviation_is_told_across_the_line_as_the_nearest_profile_is():
 
 
 def test_points_that_tell_nothing_of_the_line_are_counted():
-    """One of two that nearly coincide, and those beyond the end of the profile that the line is held against."""
+    """Points without information are left out and counted.
+
+    These are a point that nearly coincides with another, and points beyond the end of the nominal profile.
+    """
     points = sampled("60E1", 0.005)
     doubled = np.insert(
         points, range(40, 140, 10), points[40:140:10] + 0.01 * np.sign(np.diff(points, axis=0)[40:140:10]), axis=0
@@ -254,7 +261,10 @@ def test_half_of_a_wave_of_the_width_is_left(wave_mm):
 
 @pytest.mark.parametrize("filter_mm", [1.0, 8.0, 30.0])
 def test_the_smoothing_spline_is_that_of_scipy(filter_mm):
-    """Uneven points, each counting for the line beside it; scipy's own equations keep ten digits here."""
+    """Uneven points, each with the weight of the line beside it.
+
+    The equations of scipy keep ten digits here.
+    """
     rng = np.random.default_rng(4)
     s = np.cumsum(rng.uniform(0.5, 1.3, 150))
     values = np.column_stack((s, 20.0 * np.sin(s / 30.0))) + rng.normal(0.0, 0.01, (150, 2))
@@ -280,7 +290,10 @@ def test_the_noise_is_told_from_the_points(noise_mm, step_mm):
 
 
 def test_the_stated_curvature_noise_is_the_one_that_arises():
-    """With one width, over seeds: the standard deviation of the curvature half way along the top of the head."""
+    """Standard deviation over seeds of the curvature half way along the top of the head.
+
+    All seeds use a single filter width.
+    """
     lines = [read(sampled("60E1", 0.01, seed=seed), filter_mm=15.0, nominal="60E1") for seed in range(40)]
     arisen = np.std([line.curvature(3.0) for line in lines])
     measured = lines[0].measured
@@ -329,7 +342,10 @@ def test_the_deviation_from_the_nominal_scales():
 
 @pytest.mark.parametrize("spacing_mm", [0.5, 2.0])
 def test_three_points_are_bent_as_their_one_second_difference_says(spacing_mm):
-    """min |u - v|^2 + (w / 2 pi)^4 (D u)^2 with D = (1, -2, 1) / h^2: one number is left of the smoothing."""
+    """Smoothing of three points has a single unknown.
+
+    min |u - v|^2 + (w / 2 pi)^4 (D u)^2 with D = (1, -2, 1) / h^2.
+    """
     width, v = 3.0, np.array([0.0, 0.4, 0.1])
     values = np.column_stack((np.zeros(3), v))
     smoothed = least_bending(spacing_mm * np.arange(3.0), values, np.tile([0.0, 1.0], (3, 1)), width)
@@ -449,7 +465,7 @@ def test_the_labels_of_the_picture_of_a_measured_line_are_apart(monkeypatch):
 
 
 def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypatch):
-    """In the pictures of a line that is smoothed, of one that is not, and of the pair in position."""
+    """Marks in the pictures of a smoothed line, of an exact line, and of the pair in position."""
     figures = []
     monkeypatch.setattr("fecontact.outputs.figures.position.save_figure", lambda figure, path: figures.append(figure))
     monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: figures.append(figure))

@@ -562,7 +562,10 @@ def test_reference_meshes_can_be_read(name):
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the process's signals from /proc")
 def test_gmsh_leaves_broken_pipes_to_python():
-    """gmsh sets SIGPIPE to its default, which would end a study when one of its worker processes dies."""
+    """gmsh sets SIGPIPE to its default.
+
+    With the default a study would end when a worker process dies.
+    """
     rail_mesh(placed("circle:300", "cylinder:460", 0.0), ZONE, half=True, size=BodySize())
     status = Path("/proc/self/status").read_text()
     ignored = int(next(line.split()[1] for line in status.splitlines() if line.startswith("SigIgn")), 16)
