@@ -279,8 +279,8 @@ class First:
 def noticing(root: Path, tests: list[str], seconds: dict[str, float]) -> str:
     """The test that fails first.
 
-    "the end" if the process ends without a report, or nothing if all pass. The tests run in a separate process, which has
-    all imports but the package.
+    "the end" if the process ends without a report, or nothing if all pass. The tests run in a separate process, which
+    has all imports but the package.
     """
     reader, pipe = os.pipe()
     if (child := os.fork()) == 0:
