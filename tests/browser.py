@@ -51,14 +51,14 @@ page.onload = () => {{
 
 def browser() -> str:
     """The browser; skips the test where there is none."""
-    found = next((path for name in _NAMES if (path := shutil.which(name))), None)
-    if found is None:
+    path_found = next((path for name in _NAMES if (path := shutil.which(name))), None)
+    if path_found is None:
         pytest.skip("no Chromium is installed (Debian: apt-get install chromium)")
-    return found
+    return path_found
 
 
 class _Quiet(SimpleHTTPRequestHandler):
-    """Serves a folder, and keeps what it was asked for."""
+    """Server of a folder with a list of its requests."""
 
     asked: list[str] = []  # noqa: RUF012
 
@@ -69,7 +69,7 @@ class _Quiet(SimpleHTTPRequestHandler):
 
 
 def shown(page: Path, width: int, tmp_path: Path) -> dict[str, Any]:
-    """What a page of a width looks like: its pictures, requests, cells, and messages on the console.
+    """Pictures, requests, cells and console messages of a page at a width.
 
     With FECONTACT_SCREENSHOTS set to a folder a picture of the page is put there, to be looked at.
     """
@@ -77,13 +77,13 @@ def shown(page: Path, width: int, tmp_path: Path) -> dict[str, Any]:
     folder.mkdir(exist_ok=True)
     shutil.copyfile(page, folder / page.name)
     (folder / "frame.html").write_text(_FRAME.format(name=page.name, width=width), "utf-8")
-    told, console = _told(folder, width, tmp_path, page.stem)
-    asked = [line.split()[1] for line in _Quiet.asked]
-    return told | {"console": console, "asked": sorted(set(asked))}
+    record, console = _told(folder, width, tmp_path, page.stem)
+    requests = [line.split()[1] for line in _Quiet.asked]
+    return record | {"console": console, "asked": sorted(set(requests))}
 
 
 def _told(folder: Path, width: int, tmp_path: Path, picture: str, *flags: str) -> tuple[Any, list[str]]:
-    """What frame.html of a folder tells of itself, and messages on the console."""
+    """Record of frame.html in a folder, and messages on the console."""
     program = browser()
     _Quiet.asked = []
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(folder))) as server:
@@ -92,23 +92,23 @@ def _told(folder: Path, width: int, tmp_path: Path, picture: str, *flags: str) -
         command = [program, "--headless=new", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", *flags]
         command += [f"--user-data-dir={tmp_path / 'browser'}", f"--window-size={max(width, 500)},4000"]
         command += ["--no-first-run", "--virtual-time-budget=20000", "--hide-scrollbars"]
-        told = said = ""
+        text = said = ""
         for _ in range(3):
             # on a busy machine the first start may end before the page is there, or never
             with contextlib.suppress(subprocess.TimeoutExpired):
-                done = subprocess.run(
+                process = subprocess.run(
                     [*command, "--dump-dom", address], capture_output=True, text=True, timeout=120, check=False
                 )
-                said = done.stderr
-                told = done.stdout.partition('<pre id="told">')[2].partition("</pre>")[0]
-            if told:
+                said = process.stderr
+                text = process.stdout.partition('<pre id="told">')[2].partition("</pre>")[0]
+            if text:
                 break
-        if picture and (kept := os.environ.get("FECONTACT_SCREENSHOTS")):
-            path = Path(kept) / f"{picture}_{width}.png"
+        if picture and (picture_folder := os.environ.get("FECONTACT_SCREENSHOTS")):
+            path = Path(picture_folder) / f"{picture}_{width}.png"
             subprocess.run([*command, f"--screenshot={path}", address], capture_output=True, timeout=180, check=True)
         server.shutdown()
-    assert told, said[-2000:]
-    return json.loads(unescape(told)), [line for line in said.splitlines() if "CONSOLE" in line]
+    assert text, said[-2000:]
+    return json.loads(unescape(text)), [line for line in said.splitlines() if "CONSOLE" in line]
 
 
 # Pages of a site, one after the other in one frame: what sticks out, the ground, and what is hard to read on it.
@@ -169,9 +169,9 @@ next();
 def looked_at(
     site: Path, pages: Sequence[str], width: int, tmp_path: Path, *, dark: bool, least_contrast: float
 ) -> dict[str, Any]:
-    """What pages of a site look like at a width, for a reader who prefers a light or a dark ground.
+    """Records of pages of a site at a width, on a light or a dark ground.
 
-    With FECONTACT_SCREENSHOTS set, a picture is taken of the first one.
+    With FECONTACT_SCREENSHOTS set, a picture is taken of the first page.
     """
     frame, scheme = site / "frame.html", f"--blink-settings=preferredColorScheme={0 if dark else 1}"
 
@@ -188,18 +188,21 @@ def looked_at(
 
 
 def assert_readable(page: Path, tmp_path: Path, *, widths: tuple[int, ...] = (400, 1600)) -> dict[str, Any]:
-    """A page is whole and can be read at these widths; returns what the last one looks like."""
-    found: dict[str, Any] = {}
+    """Check that a page is complete and readable at these widths.
+
+    Returns the record of the page at the last width.
+    """
+    pages: dict[str, Any] = {}
     for width in widths:
-        found = shown(page, width, tmp_path)
-        assert found["console"] == []
-        assert found["requests"] == []
+        pages = shown(page, width, tmp_path)
+        assert pages["console"] == []
+        assert pages["requests"] == []
         # the favicon of the frame is the browser's own wish
-        assert set(found["asked"]) <= {"/frame.html", f"/{page.name}", "/favicon.ico"}
-        assert found["width"] == width
+        assert set(pages["asked"]) <= {"/frame.html", f"/{page.name}", "/favicon.ico"}
+        assert pages["width"] == width
         # nothing sticks out
-        assert found["content_width"] <= width
-        for words, size, right, full in found["pictures"]:
+        assert pages["content_width"] <= width
+        for words, size, right, full in pages["pictures"]:
             assert size > 100, words
             # the picture itself, not only its frame
             assert right <= width, words
@@ -207,9 +210,9 @@ def assert_readable(page: Path, tmp_path: Path, *, widths: tuple[int, ...] = (40
             # in full size its words can be read on a telephone as on a screen; the page does not get wider
             assert full[0] > 0.99 * min(1100, size), words
             assert full[1] <= width, words
-        for text, wide, font in found["cells"]:
+        for text, wide, font in pages["cells"]:
             assert font >= 12.0, text
             # no word is broken into syllables: an average character is half of its height wide
             longest = max((len(word) for word in text.split()), default=0)
             assert wide >= min(0.4 * font * longest, 0.5 * width), text
-    return found
+    return pages

@@ -1,4 +1,4 @@
-"""Commands that compute, over the library at random: how each ends, and what must hold of what it prints.
+"""Random commands that compute, over the whole library, with the rules for their ends and outputs.
 
 `python tests/command_matrix.py [--rounds N] [--seed S] [--solve]` prints a table: how many lines of each command were
 drawn, answered and refused, with the reasons, and ends with exit code 1 if a line broke a rule. With `--solve` it draws
@@ -44,7 +44,7 @@ SOLVING = {"solve": 8, "map": 1, "run": 1, "loaded geometry": 1, "fleet": 1}
 
 @dataclass
 class Tally:
-    """What came of the lines of a command."""
+    """Answers, refusals and broken rules of the lines of a command."""
 
     drawn: int = 0
     answered: int = 0
@@ -61,12 +61,12 @@ def pair(rng: random.Random) -> list[str]:
     ]
 
 
-def maybe(rng: random.Random, part: float, *words: str) -> list[str]:
+def maybe(rng: random.Random, probability: float, *words: str) -> list[str]:
     """Words of a command, in a part of the draws."""
-    return list(words) if rng.random() < part else []
+    return list(words) if rng.random() < probability else []
 
 
-def standing(rng: random.Random) -> list[str]:
+def position_options(rng: random.Random) -> list[str]:
     """Options of a wheel on a rail, without its shift and load."""
     return [
         *pair(rng),
@@ -81,7 +81,7 @@ def standing(rng: random.Random) -> list[str]:
 def position(rng: random.Random) -> list[str]:
     """Options of a wheel on a rail under a load."""
     return [
-        *standing(rng),
+        *position_options(rng),
         f"--shift={rng.uniform(-8.0, 8.0):.2f}",
         f"--load-kn={rng.choice((2, 20, 60, 100, 160, 250))}",
         *irregular(rng),
@@ -135,7 +135,7 @@ def _irregular(rng: random.Random) -> list[str]:
     waves = [f"--wavelengths-mm={rng.choice(('20', '30,120'))}", f"--amplitudes-um={rng.choice(('5', '10,80'))}"]
     what = rng.choice(([alone, "--positions-mm=-20,0,11"], waves))
     where = [f"--shift={rng.uniform(-8.0, 8.0):.2f}", f"--load-kn={rng.choice((20, 100))}"]
-    return [*standing(rng), *where, *what, "--workers=1", *shown(rng, "irregular")]
+    return [*position_options(rng), *where, *what, "--workers=1", *shown(rng, "irregular")]
 
 
 def _geometry(rng: random.Random) -> list[str]:
@@ -159,7 +159,7 @@ def _map(rng: random.Random) -> list[str]:
     loads = f"--loads-kn={rng.choice(('20,100', '60'))}"
     # a map is stored always
     out = f"--out=map{rng.randrange(10**9)}"
-    return [*standing(rng), *_solved(rng), f"--shifts={shifts(rng)}", loads, "--workers=1", out, "--json"]
+    return [*position_options(rng), *_solved(rng), f"--shifts={shifts(rng)}", loads, "--workers=1", out, "--json"]
 
 
 def _run(rng: random.Random) -> list[str]:
@@ -178,12 +178,17 @@ def _run(rng: random.Random) -> list[str]:
 
 def line_of(command: str, rng: random.Random) -> list[str]:
     """A command line with options drawn at random."""
-    drawn = {
+    words = {
         "hertz": lambda: [*position(rng), *shown(rng)],
         "theory": lambda: [rng.choice((*THEORIES,)), *position(rng), *shown(rng)],
         "place": lambda: [*position(rng), *yielding(rng), *shown(rng, "place", ".png")],
         "geometry": lambda: _geometry(rng),
-        "table": lambda: [*standing(rng), f"--shifts={shifts(rng)}", "--loads-kn=20,110", *shown(rng, "table", ".csv")],
+        "table": lambda: [
+            *position_options(rng),
+            f"--shifts={shifts(rng)}",
+            "--loads-kn=20,110",
+            *shown(rng, "table", ".csv"),
+        ],
         "creep": lambda: _creep(rng),
         "curve": lambda: _curve(rng),
         "irregular": lambda: _irregular(rng),
@@ -194,7 +199,7 @@ def line_of(command: str, rng: random.Random) -> list[str]:
         "run": lambda: _run(rng),
         "fleet": lambda: ["run", "fleet/fleet.toml", f"--out=screened{rng.randrange(10**9)}"],
     }
-    return [command.split()[-1], *drawn[command]()]
+    return [command.split()[-1], *words[command]()]
 
 
 def ending(line: list[str]) -> Ended:
@@ -210,10 +215,10 @@ def message(ended: Ended) -> str:
 
 
 def reason(text: str) -> str:
-    """A refusal without its numbers and names: what is counted."""
+    """A refusal without its numbers and names, for counting."""
     text = re.sub(r"[+-]?\d[\d.,e:+-]*", "N", text)
-    for known in (*names("rail"), *names("wheel")):
-        text = text.replace(known, "NAME")
+    for name in (*names("rail"), *names("wheel")):
+        text = text.replace(name, "NAME")
     return re.split(r"[;(]", text)[0][:110].strip()
 
 
@@ -228,59 +233,65 @@ def _not_json(text: str) -> str:
     return ""
 
 
-def _lost(line: list[str], told: Any) -> str:
+def _lost(line: list[str], answer: Any) -> str:
     """Items that were asked for and are not in the answer."""
-    asked = {word.split("=")[0]: word.split("=", 1)[-1] for word in line}
+    options = {word.split("=")[0]: word.split("=", 1)[-1] for word in line}
     counts = {
         "geometry": ("positions", "--shifts", 1),
         "table": ("rows", "--shifts", 2),
-        "curve": ("curves", "--radii", 1 + asked.get("--theory", "").count(",")),
-        "map": ("cells", "--shifts", 1 + asked.get("--loads-kn", "").count(",")),
+        "curve": ("curves", "--radii", 1 + options.get("--theory", "").count(",")),
+        "map": ("cells", "--shifts", 1 + options.get("--loads-kn", "").count(",")),
     }
     if line[0] == "run" and line[1].startswith("study"):
-        loads = told and {row["load_kN"] for row in told}
-        solved = sum(row.get("fe_p_max_MPa") is not None for row in told)
-        return "" if len(told) == 2 * len(loads) and solved in (0, len(loads)) else f"{solved} of {len(told)} cases"
+        loads = answer and {row["load_kN"] for row in answer}
+        solved_count = sum(row.get("fe_p_max_MPa") is not None for row in answer)
+        return (
+            ""
+            if len(answer) == 2 * len(loads) and solved_count in (0, len(loads))
+            else f"{solved_count} of {len(answer)} cases"
+        )
     if line[0] not in counts:
         return ""
     items, option, times = counts[line[0]]
-    expected = times * len(asked[option].split(","))
+    expected = times * len(options[option].split(","))
     # a table is a list
-    count = len(told if isinstance(told, list) else told[items])
+    count = len(answer if isinstance(answer, list) else answer[items])
     return "" if count == expected else f"{count} of {expected} {items}"
 
 
-def _contradictions(told: dict[str, Any]) -> Iterator[str]:
-    """Theories of a solved case whose verdict is not that of their deviation, uncertainty and limit."""
-    limits, verdict = told["verdict"]["limits"], told["verdict"]
+def _contradictions(record: dict[str, Any]) -> Iterator[str]:
+    """Theories of a solved case with a verdict that contradicts their deviation, uncertainty and limit."""
+    limits, verdict = record["verdict"]["limits"], record["verdict"]
     side = "hertz_gauge" if verdict["side"] == "gauge" else "hertz"
-    used = max(abs(told["theories"][side]["deviation"][measure]) / limit for measure, limit in limits.items())
-    if not math.isclose(used, verdict["limit_used"], rel_tol=1e-9):
-        yield f"{verdict['limit_used']} of a limit against {used} by its numbers"
-    against = {side: verdict, "plastic": told["plastic"]["hertz"]["verdict"]} if "plastic" in told else {side: verdict}
-    for name, judged in against.items():
-        answers = set(judged["each"].values())
+    utilisation = max(abs(record["theories"][side]["deviation"][measure]) / limit for measure, limit in limits.items())
+    if not math.isclose(utilisation, verdict["limit_used"], rel_tol=1e-9):
+        yield f"{verdict['limit_used']} of a limit against {utilisation} by its numbers"
+    against = (
+        {side: verdict, "plastic": record["plastic"]["hertz"]["verdict"]} if "plastic" in record else {side: verdict}
+    )
+    for name, judgement in against.items():
+        answers = set(judgement["each"].values())
         worst = next(answer for answer in ("FAILS", "UNRESOLVED", "HOLDS") if answer in answers)
         # numbers that must not be used leave it open, but for a failure that the half-space makes certain
-        if judged["answer"] != worst and told["status"] == "converged" and name != "plastic":
-            yield f"{name} {judged['answer']} where the worst measure {worst}"
-    if "plastic" in told:
-        yield from _against_numbers("plastic", told["plastic"]["hertz"], limits)
-    yield from _against_numbers("elements", told["elements"]["hertz"], limits)
-    for name, theory in told["theories"].items():
-        yield from _against_numbers(name, theory, limits)
+        if judgement["answer"] != worst and record["status"] == "converged" and name != "plastic":
+            yield f"{name} {judgement['answer']} where the worst measure {worst}"
+    if "plastic" in record:
+        yield from _number_contradictions("plastic", record["plastic"]["hertz"], limits)
+    yield from _number_contradictions("elements", record["elements"]["hertz"], limits)
+    for name, theory in record["theories"].items():
+        yield from _number_contradictions(name, theory, limits)
 
 
-def _against_numbers(name: str, theory: dict[str, Any], limits: dict[str, float]) -> Iterator[str]:
+def _number_contradictions(name: str, theory: dict[str, Any], limits: dict[str, float]) -> Iterator[str]:
     # measured profiles are judged on each of their lines; the library's are exact
     for measure, answer in theory.get("verdict", {}).get("each", {}).items():
-        numbers = [theory[of].get(measure, math.nan) for of in ("deviation", "uncertainty")]
+        numbers = [theory[key].get(measure, math.nan) for key in ("deviation", "uncertainty")]
         if answer_of(*(math.nan if number is None else number for number in numbers), limits[measure]) != answer:
             yield f"{name} {answer} by {measure} against its numbers"
 
 
 def broken_rules(line: list[str], ended: Ended) -> Iterator[str]:
-    """What is wrong with the way in which a command ended."""
+    """Rules that the end of a command breaks."""
     if ended.raised:
         yield ended.raised
         return
@@ -307,12 +318,12 @@ def broken_rules(line: list[str], ended: Ended) -> Iterator[str]:
 
 
 def try_lines(counts: Mapping[str, int], seed: int) -> dict[str, Tally]:
-    """Run so many lines of each command in an empty folder."""
-    rng, came = random.Random(seed), {command: Tally() for command in counts}
+    """Run a number of lines of each command in an empty folder."""
+    rng, tallies = random.Random(seed), {command: Tally() for command in counts}
     with TemporaryDirectory() as folder, contextlib.chdir(folder):
         if "fleet" in counts:
             ending(["fleet", "examples", "fleet", "--wheels=2", "--rails=2"])
-        for command, tally in came.items():
+        for command, tally in tallies.items():
             for _ in range(counts[command]):
                 line = line_of(command, rng)
                 ended = ending(line)
@@ -322,28 +333,28 @@ def try_lines(counts: Mapping[str, int], seed: int) -> dict[str, Tally]:
                 elif ended.code in (2, 3):
                     tally.refused[f"{ended.code}: {reason(message(ended)) or 'told in the answer'}"] += 1
                 tally.bad += [f"{shlex.join(line)}: {rule}" for rule in broken_rules(line, ended)]
-    return came
+    return tallies
 
 
 def main() -> int:
-    """Draw command lines and print what came of them."""
+    """Draw command lines and print their tallies."""
     parser = argparse.ArgumentParser(description="Draw commands that compute over the library.")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--solve", action="store_true")
-    given = parser.parse_args()
+    options = parser.parse_args()
     os.environ.setdefault("COLUMNS", "200")
-    counts = {command: given.rounds * count for command, count in (SOLVING if given.solve else FAST).items()}
-    came = try_lines(counts, given.seed)
+    counts = {command: options.rounds * count for command, count in (SOLVING if options.solve else FAST).items()}
+    tallies = try_lines(counts, options.seed)
     print(f"{'command':16} {'drawn':>6} {'answered':>8} {'refused':>8} {'bad':>5}")
-    for command, tally in came.items():
+    for command, tally in tallies.items():
         row = (tally.drawn, tally.answered, sum(tally.refused.values()), len(tally.bad))
         print("{:16} {:6} {:8} {:8} {:5}".format(command, *row))
-    for why, times in sum((tally.refused for tally in came.values()), Counter()).most_common():
+    for why, times in sum((tally.refused for tally in tallies.values()), Counter()).most_common():
         print(f"{times:6} {why}")
-    for text in (text for tally in came.values() for text in tally.bad):
+    for text in (text for tally in tallies.values() for text in tally.bad):
         print(f"BAD {text}")
-    return int(any(tally.bad for tally in came.values()))
+    return int(any(tally.bad for tally in tallies.values()))
 
 
 if __name__ == "__main__":

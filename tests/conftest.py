@@ -1,4 +1,4 @@
-"""What several test files share: solved cases, and how hypothesis runs."""
+"""Shared fixtures of the tests: solved cases, and settings of hypothesis."""
 
 # ruff: noqa: E402 - threads are set before NumPy is imported
 
@@ -30,7 +30,10 @@ settings.load_profile("fecontact")
 
 @pytest.fixture(scope="session")
 def solved(tmp_path_factory) -> Callable[[Case], CaseResult]:
-    """Solves a case once for all tests and all their processes; what it returns has all but the factors."""
+    """Solver of a case, once for all tests and all their processes.
+
+    Its result has everything but the factors.
+    """
     folder = tmp_path_factory.getbasetemp()
     if fcntl is not None and "PYTEST_XDIST_WORKER" in os.environ:
         # each process has a folder of its own in that of the run

@@ -1,6 +1,7 @@
-"""A stand-in for solving, which worker processes can import; it does what `plan.json` in the study's folder says.
+"""A stand-in for solving, which worker processes can import.
 
-The plan gives for a load in kN what shall happen to its case; `solves.txt` there has a line a solve.
+It follows `plan.json` in the study's folder. The plan gives for a load in kN what shall happen to its case;
+`solves.txt` there has a line a solve.
 """
 
 import errno
@@ -63,7 +64,7 @@ class FakeWork:
 
 
 def _act(what: str, begun: int) -> bool:
-    """Do what is planned; whether there was too little memory for all of it."""
+    """Do the planned action; returns whether all of it had too little memory."""
     match what.split():
         case ["die"]:
             os._exit(9)
@@ -88,13 +89,13 @@ def _act(what: str, begun: int) -> bool:
 
 def row(case: Case) -> dict[str, Any]:
     """A row with the columns that tables and figures need; some numbers are none, as it can happen."""
-    made: dict[str, Any] = {"status": "converged", **input_columns(case), "touch_rail_y_mm": 1.0 / 3.0}
+    columns: dict[str, Any] = {"status": "converged", **input_columns(case), "touch_rail_y_mm": 1.0 / 3.0}
     for number, measure in enumerate(MEASURES):
-        made[f"fe_{measure}"] = made[f"hertz_{measure}"] = case.load_N / (3.0 + number)
+        columns[f"fe_{measure}"] = columns[f"hertz_{measure}"] = case.load_N / (3.0 + number)
     # of points that cannot be thinned it is not known how uncertain they leave the peak
     uncertainty = {name: math.nan if name == "p_max_MPa" else 0.01 for name, floor in FLOORS.items() if floor}
     verdict = judge(dict.fromkeys(FLOORS, 0.1), uncertainty, case.criteria)
-    return made | {
+    return columns | {
         **flat({"hertz": {"deviation": dict.fromkeys(FLOORS, 0.1), "uncertainty": uncertainty}}),
         "geometry_junction_distance_mm": math.inf,
         "verdict_answer": verdict.answer,

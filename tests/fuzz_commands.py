@@ -63,10 +63,10 @@ TEXTS = (
 
 def options(command: str) -> list[tuple[str, bool]]:
     """Names of a command's options, and whether each takes a value."""
-    found: Any = app[command] if command != "baseline" else app["baseline"]["update"]
+    node: Any = app[command] if command != "baseline" else app["baseline"]["update"]
     return [
         (name, argument.hint not in (bool, bool | None))
-        for argument in found.assemble_argument_collection()
+        for argument in node.assemble_argument_collection()
         for name in argument.names
         if name.startswith("--")
     ]
@@ -75,25 +75,25 @@ def options(command: str) -> list[tuple[str, bool]]:
 def words(rng: random.Random) -> list[str]:
     """A command line."""
     command = rng.choice(COMMANDS)
-    made = [command, *shlex.split(rng.choice(POSITIONS.get(command, ("",))))]
-    known = options(command)
-    for _ in range(rng.choice((0, 1, 1, 2, 3, 5)) if known else 0):
-        name, valued = rng.choice(known)
+    line = [command, *shlex.split(rng.choice(POSITIONS.get(command, ("",))))]
+    known_options = options(command)
+    for _ in range(rng.choice((0, 1, 1, 2, 3, 5)) if known_options else 0):
+        name, valued = rng.choice(known_options)
         if command == "curve" and name == "--workers":
             continue
         value = rng.choice(rng.choice((USUAL, USUAL, USUAL, NUMBERS, TEXTS)))
         if rng.random() < 0.03:
             name = name[:-1] + rng.choice("xyz")
-        made += [f"{name}={value}"] if valued else [name]
-    if command == "table" and not any(word.startswith("--shifts") for word in made):
-        made += ["--shifts=-4:4:4", "--loads-kn=50"]
+        line += [f"{name}={value}"] if valued else [name]
+    if command == "table" and not any(word.startswith("--shifts") for word in line):
+        line += ["--shifts=-4:4:4", "--loads-kn=50"]
     if command == "creep" and rng.random() < 0.7:
-        made += [*("--a-mm", "5.8", "--b-mm", "8.5", "--normal-force-kn", "100", "--friction", "0.3")]
-    return made
+        line += [*("--a-mm", "5.8", "--b-mm", "8.5", "--normal-force-kn", "100", "--friction", "0.3")]
+    return line
 
 
 def files(folder: Path) -> None:
-    """What command lines name."""
+    """Files that the command lines use."""
     for name, text in {
         "good.csv": csv_text(load("54E1"), step_mm=0.5),
         "other.csv": csv_text(load("60E1"), step_mm=0.5),
@@ -115,7 +115,7 @@ def _stop(*_: object) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Ended:
-    """How a command line ended: its exit code, or what was raised in its place, and what it printed."""
+    """End of a command line: exit code or raised exception, and printed text."""
 
     code: int | None
     raised: str
@@ -144,12 +144,12 @@ def run(line: list[str], *, slowest_s: float = SLOWEST_S) -> Ended:
 
 
 def no_numbers(text: str) -> list[str]:
-    """What a text has in place of numbers."""
+    """Words of a text in place of numbers, such as nan."""
     return re.findall(r"(?<![\w./-])[+-]?(?:nan|inf)(?![\w./-])", text, re.IGNORECASE)
 
 
 def tried(line: list[str]) -> tuple[str, str]:
-    """What comes of a command line: its exit code, or a failure with its words."""
+    """Run a command line; returns its exit code, or a failure with its words."""
     ended = run(line)
     if ended.raised:
         return "failure", ended.raised
@@ -164,8 +164,8 @@ def tried(line: list[str]) -> tuple[str, str]:
 
 
 def fuzz_commands(count: int, seed: int) -> tuple[Counter[str], list[str]]:
-    """Draw so many command lines; what came of them, and what must not."""
-    rng, came, failures = random.Random(seed), Counter[str](), []
+    """Draw command lines; returns their endings and the failures."""
+    rng, endings, failures = random.Random(seed), Counter[str](), []
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     with TemporaryDirectory() as folder, contextlib.chdir(folder):
         files(Path(folder))
@@ -174,23 +174,23 @@ def fuzz_commands(count: int, seed: int) -> tuple[Counter[str], list[str]]:
             for _ in range(count):
                 line = words(rng)
                 result, said = tried(line)
-                came[result] += 1
+                endings[result] += 1
                 if result == "failure":
                     failures.append(f"{shlex.join(word[:80] for word in line)}: {said}")
         finally:
             resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
-    return came, failures
+    return endings, failures
 
 
 def main() -> int:
-    """Fuzz the command line and say what came of it."""
+    """Fuzz the command line and print the endings."""
     parser = argparse.ArgumentParser(description="Draw command lines at random.")
     parser.add_argument("--count", type=int, default=600)
     parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
+    options = parser.parse_args()
     os.environ.setdefault("COLUMNS", "200")
-    came, failures = fuzz_commands(given.count, given.seed)
-    print(f"command lines: {dict(came)}", flush=True)
+    endings, failures = fuzz_commands(options.count, options.seed)
+    print(f"command lines: {dict(endings)}", flush=True)
     for text in failures:
         print(f"      {text}")
     return int(bool(failures))

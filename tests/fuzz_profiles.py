@@ -1,4 +1,4 @@
-"""Mutated profile files: each must end in a clear refusal, or in a line that says what was done about it.
+"""Mutated profile files: each must end in a clear refusal, or in a line with notes on its repairs.
 
 `python tests/fuzz_profiles.py [--count N] [--seed S]` (`make fuzz`) mutates N files of each format and ends with exit
 code 1 if one of them raises anything but a refusal, takes more than two seconds, gets a message that nobody reads, or
@@ -42,7 +42,7 @@ HOSTILE = (
 
 
 def originals() -> dict[str, str]:
-    """One good file a format: heads and treads with points 0.5 mm apart."""
+    """A good file per format: heads and treads with points 0.5 mm apart."""
     rail, wheel = load("54E1"), load("S1002")
     # the instrument's own axes: into the depth of the body, and from the back of the flange
     ban, whl = points_along(rail, 0.5) * (1.0, -1.0), points_along(wheel, 0.5) * (1.0, -1.0) + (70.0, 0.0)
@@ -67,7 +67,7 @@ def kind_of(ending: str) -> str:
 
 
 def mutated(text: str, rng: random.Random) -> str:
-    """A text with one to four things done to it."""
+    """Apply one to four mutations to a text."""
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         text = rng.choice(MUTATIONS)(text, rng)
     return text
@@ -107,7 +107,7 @@ def _swap(lines: list[str], rng: random.Random) -> None:
 
 
 def _number(lines: list[str], rng: random.Random) -> None:
-    """One digit, sign, point or power of ten of one line."""
+    """Change a digit, sign, point or power of ten in a line."""
     at = rng.randrange(len(lines))
     line = lines[at]
     digits = [i for i, c in enumerate(line) if c.isdigit()]
@@ -136,7 +136,7 @@ MUTATIONS = (
 
 @dataclass
 class Count:
-    """What became of the files of one format."""
+    """Counts of refused, accepted and failed files of a format."""
 
     refused: int = 0
     taken: int = 0
@@ -145,11 +145,11 @@ class Count:
 
 
 def _hertz(case: Case) -> tuple[float, float, bool]:
-    """Peak pressure, what its profiles leave open of it, and whether there is an ellipse."""
+    """Peak pressure, its uncertainty from the profiles, and whether there is an ellipse."""
     try:
         placement = place_case(case)
-        part = hertz_uncertainty(case, placement) or {"p_max_MPa": 0.0}
-        return hertz_of_case(case, placement).p0_MPa, part["p_max_MPa"], True
+        uncertainty = hertz_uncertainty(case, placement) or {"p_max_MPa": 0.0}
+        return hertz_of_case(case, placement).p0_MPa, uncertainty["p_max_MPa"], True
     except FecontactError:
         return 0.0, 0.0, False
 
@@ -173,8 +173,8 @@ def _read(path: Path, reading: Reading, count: Count) -> Profile | None:
     return None
 
 
-def check(path: Path, known: dict[float, float], notes: set[str], count: Count, *, hertz: bool) -> None:
-    """Read one mutated file and count what becomes of it."""
+def check(path: Path, expected: dict[float, float], notes: set[str], count: Count, *, hertz: bool) -> None:
+    """Read a mutated file and count its outcome."""
     _check_other_readings(path, count, smoothed=hertz)
     # of this process: on a busy machine the clock on the wall tells nothing
     start = time.process_time()
@@ -188,11 +188,11 @@ def check(path: Path, known: dict[float, float], notes: set[str], count: Count, 
         silent = {note for note in profile.notes if "scatter about" not in note} <= notes
         if hertz and silent:
             try:
-                for shift, p0 in known.items():
-                    found, open_part, placed = _hertz(_case(path, shift))
-                    off = abs(found - p0)
+                for shift, p0 in expected.items():
+                    peak_MPa, open_part, is_placed = _hertz(_case(path, shift))
+                    off = abs(peak_MPa - p0)
                     # what is stated is a part of what was found
-                    if placed and not (math.isnan(open_part) or off <= max(MOST_OFF * p0, open_part * found)):
+                    if is_placed and not (math.isnan(open_part) or off <= max(MOST_OFF * p0, open_part * peak_MPa)):
                         said = f"Hertz is {100 * off / p0:.0f} % off at {shift:g} mm, and nothing is said"
                         count.failures.append(said)
             except Exception as error:
@@ -202,7 +202,10 @@ def check(path: Path, known: dict[float, float], notes: set[str], count: Count, 
 
 
 def _check_other_readings(path: Path, count: Count, *, smoothed: bool) -> None:
-    """The same file with what is wrong left out, and now and then smoothed: half a second each."""
+    """Read a file with its faults left out, and now and then smoothed.
+
+    Each reading takes half a second.
+    """
     for reading in (Reading(repair=True), *([Reading(filter_mm=20.0, repair=True)] if smoothed else [])):
         try:
             resolve_rail(str(path), reading) if kind_of(path.suffix) == "rail" else resolve_wheel(str(path), reading)
@@ -214,15 +217,18 @@ def _check_other_readings(path: Path, count: Count, *, smoothed: bool) -> None:
 
 
 def fuzz(ending: str, count: int, seed: int, keep: Path | None = None, *, hertz_every: int = 20) -> Count:
-    """Mutate the file of one format so many times; of every `hertz_every`-th that is taken Hertz is looked at."""
+    """Mutate the file of a format a number of times.
+
+    Hertz is computed for every `hertz_every`-th accepted file.
+    """
     rng, made = random.Random(f"{seed}{ending}"), Count()
     text = originals()[ending]
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"mutated{ending}"
         path.write_text(text, "utf-8")
-        known = {shift: _hertz(_case(path, shift))[0] for shift in SHIFTS_MM}
-        read = resolve_rail(str(path)) if kind_of(ending) == "rail" else resolve_wheel(str(path)).profile
-        notes = {note for note in read.notes if "scatter about" not in note}
+        expected = {shift: _hertz(_case(path, shift))[0] for shift in SHIFTS_MM}
+        profile = resolve_rail(str(path)) if kind_of(ending) == "rail" else resolve_wheel(str(path)).profile
+        notes = {note for note in profile.notes if "scatter about" not in note}
         for number in range(count):
             changed = mutated(text, rng)
             if changed == text:
@@ -235,7 +241,7 @@ def fuzz(ending: str, count: int, seed: int, keep: Path | None = None, *, hertz_
                 content = content[:at] + bytes([rng.randrange(128, 256)]) + content[at:]
             path.write_bytes(content)
             before = len(made.failures)
-            check(path, known, notes, made, hertz=number % hertz_every == 0)
+            check(path, expected, notes, made, hertz=number % hertz_every == 0)
             if len(made.failures) > before and keep is not None:
                 keep.mkdir(parents=True, exist_ok=True)
                 (keep / f"{ending[1:]}_{seed}_{number}{ending}").write_bytes(content)
@@ -243,24 +249,24 @@ def fuzz(ending: str, count: int, seed: int, keep: Path | None = None, *, hertz_
 
 
 def main() -> int:
-    """Fuzz all formats and say what became of the files."""
+    """Fuzz all formats and print the counts."""
     parser = argparse.ArgumentParser(description="Mutate profile files of every format.")
     parser.add_argument("--count", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--hertz-every", type=int, default=20, help="of how many files one is also smoothed and placed")
     parser.add_argument("--format", choices=FORMATS, action="append")
-    given = parser.parse_args()
+    options = parser.parse_args()
     failed = 0
-    for ending in given.format or FORMATS:
+    for ending in options.format or FORMATS:
         start = time.perf_counter()
-        found = fuzz(ending, given.count, given.seed, Path("fuzz_failures"), hertz_every=given.hertz_every)
-        failed += len(found.failures)
+        count = fuzz(ending, options.count, options.seed, Path("fuzz_failures"), hertz_every=options.hertz_every)
+        failed += len(count.failures)
         print(
-            f"{ending:5} {given.count} files: {found.refused} refused, {found.taken} taken, {len(found.failures)}"
+            f"{ending:5} {options.count} files: {count.refused} refused, {count.taken} taken, {len(count.failures)}"
             f" failures, {time.perf_counter() - start:.0f} s",
             flush=True,
         )
-        for text in found.failures[:10]:
+        for text in count.failures[:10]:
             print(f"      {text}")
     return int(failed > 0)
 

@@ -45,7 +45,7 @@ def places(value: Any) -> list[tuple[Any, Any]]:
 
 
 def mutate(document: Any, rng: random.Random) -> str:
-    """Change or remove one value anywhere in a document."""
+    """Change or remove a value anywhere in a document."""
     container, key = rng.choice(places(document))
     before = repr(container[key])[:40]
     if rng.random() < 0.3:
@@ -56,7 +56,7 @@ def mutate(document: Any, rng: random.Random) -> str:
 
 
 def damaged(folder: Path, rng: random.Random) -> str:
-    """Change one JSON file of a folder of results and make all checksums fit."""
+    """Change a JSON file of a folder of results and make all checksums fit."""
     files = [path for path in sorted(folder.rglob("*.json")) if path.name != MANIFEST or rng.random() < 0.2]
     path = rng.choice(files)
     document = read_json(path)
@@ -85,39 +85,39 @@ def read_all(folder: Path, out: Path) -> dict[str, Callable[[], object]]:
 
 
 def tried(call: Callable[[], object]) -> tuple[str, str]:
-    """What came of a call: read, refused, or a failure with its words."""
+    """Outcome of a call: read, refused, or a failure with its words."""
     start = time.process_time()
     try:
         call()
-        came, said = "read", ""
+        ending, said = "read", ""
     except FecontactError as error:
-        came, said = "refused", str(error)
+        ending, said = "refused", str(error)
     except Exception as error:
         return "failure", f"{type(error).__name__}: {str(error)[:150]}"
     if len(said) > LONGEST_MESSAGE:
         return "failure", f"a message of {len(said)} characters"
     seconds = time.process_time() - start
-    return ("failure", f"took {seconds:.0f} CPU s") if seconds > SLOWEST_S else (came, said)
+    return ("failure", f"took {seconds:.0f} CPU s") if seconds > SLOWEST_S else (ending, said)
 
 
 def fuzz_results(original: Path, count: int, seed: int) -> tuple[Counter[str], list[str]]:
-    """Damage a folder so many times; what came of it, and what must not."""
-    rng, came, failures = random.Random(seed), Counter[str](), []
+    """Damage a folder a number of times; returns the endings and the failures."""
+    rng, endings, failures = random.Random(seed), Counter[str](), []
     for _ in range(count):
         with TemporaryDirectory() as temporary:
             folder = shutil.copytree(original, Path(temporary) / "results")
             what = damaged(folder, rng)
             for name, call in read_all(folder, Path(temporary) / "out").items():
                 result, said = tried(call)
-                came[result] += 1
+                endings[result] += 1
                 if result == "failure":
                     failures.append(f"{name}, {what}: {said}")
-    return came, failures
+    return endings, failures
 
 
 def fuzz_studies(count: int, seed: int) -> tuple[Counter[str], list[str]]:
-    """The same of study files in TOML, also with bytes that are no UTF-8."""
-    rng, came, failures = random.Random(seed), Counter[str](), []
+    """Damage study files in TOML, also with bytes that are not UTF-8."""
+    rng, endings, failures = random.Random(seed), Counter[str](), []
     with TemporaryDirectory() as temporary:
         path = Path(temporary) / "study.toml"
         for _ in range(count):
@@ -137,27 +137,27 @@ def fuzz_studies(count: int, seed: int) -> tuple[Counter[str], list[str]]:
                         )
             path.write_bytes(data)
             result, said = tried(lambda: toml_cases(path))
-            came[result] += 1
+            endings[result] += 1
             if result == "failure":
                 failures.append(f"{bytes(data)[:300]!r}: {said}")
-    return came, failures
+    return endings, failures
 
 
 def main() -> int:
-    """Fuzz both and say what came of it."""
+    """Fuzz results and study files and print the endings."""
     parser = argparse.ArgumentParser(description="Damage results and study files.")
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    every = {"study files": fuzz_studies(given.count, given.seed)}
-    if given.folder is not None:
-        every[str(given.folder)] = fuzz_results(given.folder, given.count, given.seed)
-    for name, (came, failures) in every.items():
-        print(f"{name}: {dict(came)}", flush=True)
+    options = parser.parse_args()
+    results = {"study files": fuzz_studies(options.count, options.seed)}
+    if options.folder is not None:
+        results[str(options.folder)] = fuzz_results(options.folder, options.count, options.seed)
+    for name, (endings, failures) in results.items():
+        print(f"{name}: {dict(endings)}", flush=True)
         for text in failures[:30]:
             print(f"      {text}")
-    return int(any(failures for _, failures in every.values()))
+    return int(any(failures for _, failures in results.values()))
 
 
 if __name__ == "__main__":

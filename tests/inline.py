@@ -1,4 +1,4 @@
-"""Jobs done in this process, one after the other: the tests run beside each other already."""
+"""Jobs done in this process, in sequence: the tests already run in parallel."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -12,7 +12,7 @@ from fecontact.runs.study import StudyOutcome, run_study
 
 
 class Inline(Executor):
-    """Calls at once, in the thread that asks: gmsh must not be used from another one."""
+    """Immediate calls in the calling thread: gmsh must not be used from another thread."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
@@ -30,7 +30,7 @@ def inline_crew() -> Crew:
 
 @contextmanager
 def stand_ins(crew: Crew | None, work: Callable[..., Any] | None, place: str) -> Iterator[None]:
-    """Another crew in the place of processes, and another work in that of the solution."""
+    """Replace the crew of processes by another crew, and the work of the solution by another work."""
     with pytest.MonkeyPatch.context() as patch:
         if crew is not None:
             patch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: crew)
@@ -40,8 +40,8 @@ def stand_ins(crew: Crew | None, work: Callable[..., Any] | None, place: str) ->
 
 
 def study_by(
-    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
+    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **options: Any
 ) -> StudyOutcome:
     """`run_study` with another crew or work."""
     with stand_ins(crew, work, "fecontact.runs.study.Solving"):
-        return run_study(*arguments, **more)
+        return run_study(*arguments, **options)

@@ -20,7 +20,7 @@ LOADS_KN = (40.0, 80.0, 120.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Made:
-    """The folder, and what finite elements would say of each position."""
+    """A folder with a made fleet, and the planted answer of finite elements for each position."""
 
     folder: Path
     truth: dict[tuple[str, str, float, float], str]
@@ -32,13 +32,16 @@ class Made:
         return sum(self.weights[key] for key, answer in self.truth.items() if answer == "HOLDS")
 
     def answer(self, case: Case) -> str:
-        """What finite elements would say of a case that was made here."""
+        """Planted answer of finite elements for a case of the made fleet."""
         wheel, rail = (int(name.partition(":")[2]) for name in (case.wheel, case.rail))
         return self.truth[f"w{wheel - 400}", f"r{rail - 300}", case.lateral_shift_mm, case.load_N / 1e3]
 
     @staticmethod
     def case(wheel: str, rail: str, shift_mm: float, load_kN: float) -> Case:
-        """A case whose number of both profiles is in its radii, so that each position is another case."""
+        """A case with the numbers of both profiles in its radii.
+
+        So each position is a different case.
+        """
         return Case(
             wheel=f"cylinder:{400 + int(wheel[1:])}",
             rail=f"circle:{300 + int(rail[1:])}",
@@ -76,39 +79,39 @@ def profiles(count: int, body: str, random: np.random.Generator) -> list[dict]:
 def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1, parts: int = 3) -> Made:
     """Write the Parquet files of a fleet into a folder."""
     random = np.random.default_rng(seed)
-    of = {body: profiles(count, body, random) for body, count in (("wheel", wheels), ("rail", rails))}
-    write(folder / "profiles.parquet", [*of["wheel"], *of["rail"]])
-    good = {body: [row for row in rows if row["status"] == "read"] for body, rows in of.items()}
-    whole = {body: sum(row["weight"] for row in rows) for body, rows in good.items()}
+    bodies = {body: profiles(count, body, random) for body, count in (("wheel", wheels), ("rail", rails))}
+    write(folder / "profiles.parquet", [*bodies["wheel"], *bodies["rail"]])
+    good = {body: [row for row in rows if row["status"] == "read"] for body, rows in bodies.items()}
+    totals = {body: sum(row["weight"] for row in rows) for body, rows in good.items()}
     loads = dict(zip(LOADS_KN, (0.2, 0.5, 0.3), strict=True))
     rows, truth, weights = [], {}, {}
     for wheel in good["wheel"]:
         for rail in good["rail"]:
             for shift in SHIFTS_MM:
-                for load, part in loads.items():
+                for load, share in loads.items():
                     key = (wheel["name"], rail["name"], shift, load)
                     true = 4.0 - 0.7 * abs(shift) - load / 40.0 + 1.2 * wheel["wear_mm"] + random.normal(0.0, 1.0)
-                    seen = true + random.normal(0.0, 0.7)
-                    verdict = "OPEN" if abs(seen) < 1.0 else "HOLDS" if seen > 0.0 else "FAILS"
+                    observed = true + random.normal(0.0, 0.7)
+                    verdict = "OPEN" if abs(observed) < 1.0 else "HOLDS" if observed > 0.0 else "FAILS"
                     refused = random.random() < 0.02
-                    weights[key] = wheel["weight"] / whole["wheel"] * rail["weight"] / whole["rail"] * part / 5.0
+                    weights[key] = wheel["weight"] / totals["wheel"] * rail["weight"] / totals["rail"] * share / 5.0
                     answer = "OPEN" if abs(true) < 0.15 else "HOLDS" if true > 0.0 else "FAILS"
                     truth[key] = "UNSOLVED" if refused and random.random() < 0.9 else answer
                     rows.append(
                         dict(zip(("wheel", "rail", "shift_mm", "load_kN"), key, strict=True))
                         | {
                             "weight": weights[key],
-                            "p_max_percent": 5.0 - seen,
-                            "hertz_p_max_MPa": 1400.0 - 60.0 * seen + 2.0 * load,
+                            "p_max_percent": 5.0 - observed,
+                            "hertz_p_max_MPa": 1400.0 - 60.0 * observed + 2.0 * load,
                             "verdict": "REFUSED" if refused else verdict,
-                            "margin": None if refused else seen,
+                            "margin": None if refused else observed,
                             "cause": "curvature changes in the patch" if verdict == "FAILS" and not refused else None,
                             "cheapest_theory": None
                             if refused
                             else "hertz"
                             if verdict == "HOLDS"
                             else "strip"
-                            if seen < -2.0
+                            if observed < -2.0
                             else "OPEN",
                             "reason": "the wheel does not run on the rail" if refused else None,
                         }

@@ -7,8 +7,14 @@ import pytest
 
 
 def slow_but(params: Iterable[Any], *quick: int) -> list[Any]:
-    """Parameters of a test, of which only those at some places are in the usual suite; the others are slow."""
+    """Parameters of a test, marked slow except at some places.
+
+    Only the parameters at these places are in the usual suite.
+    """
     return [
-        pytest.param(*one if isinstance(one, tuple) else (one,), marks=() if place in quick else pytest.mark.slow)
-        for place, one in enumerate(params)
+        pytest.param(
+            *parameter if isinstance(parameter, tuple) else (parameter,),
+            marks=() if place in quick else pytest.mark.slow,
+        )
+        for place, parameter in enumerate(params)
     ]

@@ -1,4 +1,4 @@
-"""Mutants: one operator, constant or sign of the physics changed at a time; does a test notice?
+"""Mutants: changes of a single operator, constant or sign of the physics, and the tests that notice them.
 
 `python tests/mutants.py [--count N] [--seed S]` (`make mutants`) draws places in the rooms of the physics, changes one
 at a time in a copy of the program and runs the tests that call the function there, quick ones first. A mutant that no
@@ -92,13 +92,13 @@ def too_long(*_: object) -> None:
 
 
 def pytest_collection_modifyitems(items: list[Any]) -> None:
-    """Leaves out what was noted before."""
+    """Leave out the tests that were noted before."""
     _, seconds = reached(Path(os.environ["FECONTACT_CALLS"]))
     items[:] = [item for item in items if item.nodeid not in seconds]
 
 
 def pytest_runtest_logstart(nodeid: str, location: object) -> None:
-    """Traces calls alone: lines would cost ten times as much."""
+    """Trace calls alone: lines would cost ten times as long."""
     CALLS.of, CALLS.begun_s = set(), cpu_s()
     signal.signal(signal.SIGPROF, too_long)
     signal.setitimer(signal.ITIMER_PROF, NOTED_S)
@@ -114,12 +114,12 @@ def pytest_runtest_logreport(report: Any) -> None:
 
 
 def pytest_runtest_logfinish(nodeid: str, location: object) -> None:
-    """Writes what was noted."""
+    """Write the note of a test."""
     sys.settrace(None)
     signal.setitimer(signal.ITIMER_PROF, 0.0)
     with (Path(os.environ["FECONTACT_CALLS"]) / "calls.jsonl").open("a") as file:
-        told = {"test": nodeid, "seconds": round(cpu_s() - CALLS.begun_s, 3), "calls": sorted(CALLS.of)}
-        file.write(json.dumps(told) + "\n")
+        record = {"test": nodeid, "seconds": round(cpu_s() - CALLS.begun_s, 3), "calls": sorted(CALLS.of)}
+        file.write(json.dumps(record) + "\n")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -128,7 +128,7 @@ def pytest_runtest_logfinish(nodeid: str, location: object) -> None:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A place in a file of the package, and what is changed there."""
+    """A place in a file of the package, and the change there."""
 
     file: str
     index: int
@@ -138,7 +138,10 @@ class Mutant:
 
 
 def changed(node: ast.AST) -> str:
-    """Changes a node in place and says what; empty where there is nothing to change."""
+    """Change a node in place and describe the change.
+
+    The text is empty if there is nothing to change.
+    """
     match node:
         case ast.BinOp() | ast.BoolOp() if type(node.op) in OPERATORS:
             old, node.op = node.op, OPERATORS[type(node.op)]()  # type: ignore[assignment]
@@ -174,33 +177,36 @@ def places(tree: ast.AST, function: int = 0) -> Iterator[tuple[ast.AST, int]]:
 
 def mutants_of(file: str) -> list[Mutant]:
     """All of a file."""
-    found = []
+    mutants = []
     tree = ast.parse((ROOT / "fecontact" / file).read_text())
     for index, (node, function) in enumerate(places(tree)):
         if change := changed(node):
-            found.append(Mutant(file, index, node.lineno, function, change))  # type: ignore[attr-defined]
-    return found
+            mutants.append(Mutant(file, index, node.lineno, function, change))  # type: ignore[attr-defined]
+    return mutants
 
 
 def functions_with(mutant: Mutant) -> list[str]:
-    """The function around it; of a constant of the module those in its file that name it, or else the file."""
+    """The function around a mutant.
+
+    For a constant of the module these are the functions in its file that name it, or else the file.
+    """
     if mutant.function:
         return [f"{mutant.file}:{mutant.function}"]
     tree = ast.parse((ROOT / "fecontact" / mutant.file).read_text())
-    around = next(each for each in tree.body if each.lineno <= mutant.line <= (each.end_lineno or 0))
-    names = {each.id for each in ast.walk(around) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
+    around = next(node for node in tree.body if node.lineno <= mutant.line <= (node.end_lineno or 0))
+    names = {node.id for node in ast.walk(around) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     users = [
-        f"{mutant.file}:{first_line(each)}"
-        for each in ast.walk(tree)
-        if isinstance(each, ast.FunctionDef)
-        and any(isinstance(name, ast.Name) and name.id in names for name in ast.walk(each))
+        f"{mutant.file}:{first_line(node)}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        and any(isinstance(name, ast.Name) and name.id in names for name in ast.walk(node))
     ]
     return users or [mutant.file]
 
 
 def first_line(function: ast.FunctionDef) -> int:
     """As its compiled code has it."""
-    return min([function.lineno, *(each.lineno for each in function.decorator_list)])
+    return min([function.lineno, *(decorator.lineno for decorator in function.decorator_list)])
 
 
 def mutated(mutant: Mutant) -> str:
@@ -214,11 +220,14 @@ def mutated(mutant: Mutant) -> str:
 # Runs
 
 
-def environment(root: Path, **others: str) -> dict[str, str]:
-    """One thread a process, the copy before what is installed, and no compiled file that outlives its mutant."""
+def environment(root: Path, **extra: str) -> dict[str, str]:
+    """Environment variables of a run of mutants.
+
+    One thread per process, the copy before the installed package, and no compiled file that outlives its mutant.
+    """
     threads = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    own = {"PYTHONPATH": f"{root}{os.pathsep}{root / 'tests'}", "PYTHONDONTWRITEBYTECODE": "1"}
-    return {**os.environ, **threads, **own, **others}
+    variables = {"PYTHONPATH": f"{root}{os.pathsep}{root / 'tests'}", "PYTHONDONTWRITEBYTECODE": "1"}
+    return {**os.environ, **threads, **variables, **extra}
 
 
 def noted(folder: Path, files: list[str]) -> None:
@@ -228,21 +237,24 @@ def noted(folder: Path, files: list[str]) -> None:
 
 
 def reached(folder: Path) -> tuple[dict[str, list[str]], dict[str, float]]:
-    """Tests that call each function or file, those first that call little else and take little, and their seconds."""
+    """Tests that call each function or file, and their seconds.
+
+    Tests that call little else and take little time come first.
+    """
     tests, seconds, cost = defaultdict(set), {}, {}
     path = folder / "calls.jsonl"
     for line in path.read_text().splitlines() if path.exists() else []:
-        told = json.loads(line)
-        seconds[told["test"]] = told["seconds"]
-        cost[told["test"]] = (told["seconds"] + 0.05) * len(told["calls"])
-        for function in told["calls"]:
-            tests[function].add(told["test"])
-            tests[function.partition(":")[0]].add(told["test"])
-    return {key: sorted(each, key=lambda test: (cost[test], test)) for key, each in tests.items()}, seconds
+        record = json.loads(line)
+        seconds[record["test"]] = record["seconds"]
+        cost[record["test"]] = (record["seconds"] + 0.05) * len(record["calls"])
+        for function in record["calls"]:
+            tests[function].add(record["test"])
+            tests[function.partition(":")[0]].add(record["test"])
+    return {key: sorted(callers, key=lambda test: (cost[test], test)) for key, callers in tests.items()}, seconds
 
 
 def within(tests: list[str], seconds: dict[str, float], budget_s: float) -> list[str]:
-    """The first of them that fit into the time, one at least."""
+    """The first tests that fit into the time, at least a single test."""
     chosen: list[str] = []
     for test in tests:
         budget_s -= seconds[test]
@@ -253,7 +265,7 @@ def within(tests: list[str], seconds: dict[str, float], budget_s: float) -> list
 
 
 class First:
-    """The first test that fails, told through a pipe."""
+    """Reporter of the first failing test through a pipe."""
 
     def __init__(self, pipe: int) -> None:
         self.pipe = pipe
@@ -265,11 +277,12 @@ class First:
 
 
 def noticing(root: Path, tests: list[str], seconds: dict[str, float]) -> str:
-    """The test that fails first, "the end" where there is none of it, or nothing if all pass.
+    """The test that fails first.
 
-    They run in a process of their own, which has all imports but the package.
+    "the end" if the process ends without a report, or nothing if all pass. The tests run in a separate process, which
+    has all imports but the package.
     """
-    told, pipe = os.pipe()
+    reader, pipe = os.pipe()
     if (child := os.fork()) == 0:
         os.setpgid(0, 0)
         longest_s = int(START_S + MOST_TIMES * sum(seconds[test] for test in tests))
@@ -288,7 +301,7 @@ def noticing(root: Path, tests: list[str], seconds: dict[str, float]) -> str:
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     with suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)
-    with os.fdopen(told) as lines:
+    with os.fdopen(reader) as lines:
         return "" if code in (0, 5) else lines.readline().strip() or "the end"
 
 
@@ -299,43 +312,43 @@ def noticed_by(
     calling = list(dict.fromkeys(test for function in functions_with(mutant) for test in tests.get(function, [])))
     if not calling:
         return "unreached"
-    few = within(calling[:FEW], seconds, FEW_S)
+    nearest = within(calling[:FEW], seconds, FEW_S)
     files = {test.partition("::")[0] for test in calling}
-    others = [test for test in seconds if test.partition("::")[0] in files and seconds[test] < NOTED_S]
-    others = sorted(set(others) - set(few), key=lambda test: (test not in calling, seconds[test], test))
+    other_tests = [test for test in seconds if test.partition("::")[0] in files and seconds[test] < NOTED_S]
+    other_tests = sorted(set(other_tests) - set(nearest), key=lambda test: (test not in calling, seconds[test], test))
     path = root / "fecontact" / mutant.file
-    kept = path.read_text()
+    original = path.read_text()
     try:
         path.write_text(mutated(mutant))
         return (
-            noticing(root, few, seconds)
-            or (others and noticing(root, within(others, seconds, most_s), seconds))
+            noticing(root, nearest, seconds)
+            or (other_tests and noticing(root, within(other_tests, seconds, most_s), seconds))
             or "nobody"
         )
     finally:
-        path.write_text(kept)
+        path.write_text(original)
 
 
 def drawn(count: int, seed: int, room: str) -> list[Mutant]:
-    """Mutants by chance, of a room or file alone where one is named."""
+    """Random mutants, of a single room or file if it is named."""
     package = ROOT / "fecontact"
     names = []
     for each in ROOMS:
         paths = [package / each] if each.endswith(".py") else sorted((package / each).glob("*.py"))
         names += [path.relative_to(package).as_posix() for path in paths]
-    every = [mutant for name in names if name.startswith(room) for mutant in mutants_of(name)]
-    print(f"{count} of {len(every)} places")
-    return random.Random(seed).sample(every, min(count, len(every)))
+    mutants = [mutant for name in names if name.startswith(room) for mutant in mutants_of(name)]
+    print(f"{count} of {len(mutants)} places")
+    return random.Random(seed).sample(mutants, min(count, len(mutants)))
 
 
 def finished(path: Path, again: bool) -> dict[Mutant, str]:
-    """What was found before; `again` leaves out those that nobody noticed."""
-    found = {}
+    """Results of earlier runs; `again` leaves out the mutants that nobody noticed."""
+    results = {}
     for line in path.read_text().splitlines() if path.exists() else []:
-        told = json.loads(line)
-        by, _ = told.pop("noticed_by"), told.pop("seconds")
-        found[Mutant(**told)] = by
-    return {mutant: by for mutant, by in found.items() if not again or by not in ("nobody", "unreached")}
+        record = json.loads(line)
+        test, _ = record.pop("noticed_by"), record.pop("seconds")
+        results[Mutant(**record)] = test
+    return {mutant: test for mutant, test in results.items() if not again or test not in ("nobody", "unreached")}
 
 
 def copied(root: Path) -> None:
@@ -346,7 +359,10 @@ def copied(root: Path) -> None:
 
 
 def main() -> None:
-    """Draws, changes, runs, and prints who survives; what is finished stays in the folder."""
+    """Draw mutants, run their tests, and print the survivors.
+
+    Finished mutants stay in the folder.
+    """
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
@@ -355,21 +371,21 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=45.0, help="CPU time of tests after the first few, for each")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mutants")
     parser.add_argument("tests", nargs="*", help="files of tests whose calls are noted before; all where none were")
-    asked = parser.parse_args()
-    asked.out.mkdir(parents=True, exist_ok=True)
-    if asked.tests or not (asked.out / "calls.jsonl").exists():
-        noted(asked.out, asked.tests)
-    tests, seconds = reached(asked.out)
-    record = asked.out / "mutants.jsonl"
-    before, counts = finished(record, asked.again), defaultdict(int)
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.tests or not (options.out / "calls.jsonl").exists():
+        noted(options.out, options.tests)
+    tests, seconds = reached(options.out)
+    record = options.out / "mutants.jsonl"
+    before, counts = finished(record, options.again), defaultdict(int)
     for name in HEAVY:
         import_module(name)
     with TemporaryDirectory() as folder:
         copied(Path(folder))
-        for number, mutant in enumerate(drawn(asked.count, asked.seed, asked.room), 1):
+        for number, mutant in enumerate(drawn(options.count, options.seed, options.room), 1):
             begun_s = time.monotonic()
             if mutant not in before:
-                before[mutant] = noticed_by(Path(folder), mutant, tests, seconds, asked.seconds)
+                before[mutant] = noticed_by(Path(folder), mutant, tests, seconds, options.seconds)
                 told = {**vars(mutant), "noticed_by": before[mutant], "seconds": time.monotonic() - begun_s}
                 with record.open("a") as file:
                     file.write(json.dumps(told) + "\n")
@@ -379,7 +395,7 @@ def main() -> None:
                 print(
                     f"{number:4d} {before[mutant]}: fecontact/{mutant.file}:{mutant.line} {mutant.change}", flush=True
                 )
-    print(", ".join(f"{count} {by}" for by, count in sorted(counts.items())))
+    print(", ".join(f"{count} {noticer}" for noticer, count in sorted(counts.items())))
 
 
 if __name__ == "__main__":

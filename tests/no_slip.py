@@ -17,36 +17,39 @@ DEGREE = 12
 
 
 def no_slip_coefficients(a_over_b: float, poisson: float, degree: int = DEGREE) -> dict[str, float]:
-    """Kalker's coefficients; c23 and c32 are one by reciprocity, here from two solutions."""
+    """Kalker's coefficients; c23 and c32 are equal by reciprocity, here from two solutions."""
     b = 1.0 / a_over_b
     motions = {
         "xi": lambda x, y: (x, 0.0 * x),
         "eta": lambda x, y: (0.0 * x, x),
         "spin": lambda x, y: (-x * y, 0.5 * x**2),
     }
-    found = no_slip_forces(a_over_b, poisson, motions, degree)
+    forces = no_slip_forces(a_over_b, poisson, motions, degree)
     root = math.sqrt(b)
     return {
-        "c11": -found["xi"][0] / b,
-        "c22": -found["eta"][1] / b,
-        "c23": -found["spin"][1] / (b * root),
-        "c32": found["eta"][2] / (b * root),
-        "c33": -found["spin"][2] / b**2,
+        "c11": -forces["xi"][0] / b,
+        "c22": -forces["eta"][1] / b,
+        "c23": -forces["spin"][1] / (b * root),
+        "c32": forces["eta"][2] / (b * root),
+        "c33": -forces["spin"][2] / b**2,
     }
 
 
 def no_slip_forces(a_over_b, poisson, motions, degree=DEGREE):
-    """Fx, Fy and Mz of each motion: a displacement (u, v) of (x, y) whose derivative along x is the rigid slip."""
+    """Fx, Fy and Mz of each motion.
+
+    A motion is a displacement (u, v) of (x, y); its derivative along x is the rigid slip.
+    """
     b = 1.0 / a_over_b
     # about the square root of as many points each way as polynomials have
     places = np.sqrt((np.arange(degree // 2 + 2) + 0.5) / (degree // 2 + 2))
     turns = 2.0 * np.pi * np.arange(2 * degree + 3) / (2 * degree + 3)
     x, y = (np.outer(places, turn).ravel() for turn in (np.cos(turns), np.sin(turns)))
     fit = np.linalg.pinv(_polynomials(degree, x, y))
-    moved = fit @ _displacements(degree, x, y, b, poisson, math.ceil(60 * max(b, 1.0 / b)))
+    slips = fit @ _displacements(degree, x, y, b, poisson, math.ceil(60 * max(b, 1.0 / b)))
     along = [number for number, (power, _) in enumerate(_powers(degree)) if power > 0]
     # both components of the displacement in those polynomials that are not of y alone
-    slopes = np.block([[moved[0], moved[2]], [moved[2], moved[1]]])[along + [len(fit) + number for number in along]]
+    slopes = np.block([[slips[0], slips[2]], [slips[2], slips[1]]])[along + [len(fit) + number for number in along]]
     edge = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 8 * degree)
     leading = _polynomials(degree, np.cos(edge), np.sin(edge))
     leading = np.block([[leading, 0.0 * leading], [0.0 * leading, leading]])
@@ -75,13 +78,14 @@ def _polynomials(degree, x, y):
 
 
 def _displacements(degree, x, y, b, poisson, angles):
-    """Displacements xx, yy and xy (3, points, n) of the first body against the second under the tractions on it.
+    """Displacements of the first body against the second under the tractions on it.
 
-    In polar coordinates about the point 1/r goes, and along each chord Gauss and Chebyshev's rule is exact.
+    They are xx, yy and xy, of shape (3, points, n). In polar coordinates about the point 1/r goes, and along each chord
+    Gauss and Chebyshev's rule is exact.
     """
     count = degree // 2 + 1
     nodes = np.cos((2 * np.arange(count) + 1) * np.pi / (2 * count))
-    found = np.zeros((3, x.size, len(_powers(degree))))
+    displacements = np.zeros((3, x.size, len(_powers(degree))))
     for angle in np.pi * (np.arange(angles) + 0.5) / angles:
         cos, sin = math.cos(angle), math.sin(angle)
         step = (cos, sin / b)
@@ -92,8 +96,8 @@ def _displacements(degree, x, y, b, poisson, angles):
         chord = _polynomials(degree, x[:, None] + r * step[0], y[:, None] + r * step[1]).sum(axis=1)
         chord *= np.pi / count / math.sqrt(squared)
         kernels = (1.0 - poisson * sin**2, 1.0 - poisson * cos**2, poisson * sin * cos)
-        found += np.array(kernels)[:, None, None] * (np.pi / angles) * chord
-    return found / math.pi
+        displacements += np.array(kernels)[:, None, None] * (np.pi / angles) * chord
+    return displacements / math.pi
 
 
 def _forces(degree, b):
@@ -104,8 +108,8 @@ def _forces(degree, b):
     x, y = (np.outer(np.sin(tilt), turn).ravel() for turn in (np.cos(turns), np.sin(turns)))
     # on the half-sphere x = sin(tilt) cos(turn) the root is cos(tilt) and goes
     area = b * np.repeat(weights * np.sin(tilt), turns.size) * (np.pi / (degree + 4))
-    each = _polynomials(degree, x, y) * area[:, None]
-    force, none = each.sum(axis=0), np.zeros(each.shape[1])
+    tractions = _polynomials(degree, x, y) * area[:, None]
+    force, zeros = tractions.sum(axis=0), np.zeros(tractions.shape[1])
     return np.array(
-        [np.append(force, none), np.append(none, force), np.append(-b * (y @ each), x @ each)],
+        [np.append(force, zeros), np.append(zeros, force), np.append(-b * (y @ tractions), x @ tractions)],
     )

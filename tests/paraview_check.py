@@ -1,4 +1,4 @@
-"""What ParaView itself makes of the files: pvpython tests/paraview_check.py FOLDER [PICTURES].
+"""Checks of the files in ParaView itself: pvpython tests/paraview_check.py FOLDER [PICTURES].
 
 Loads every collection of a study or a case, walks all steps and integrates the pressures over the contact. With a
 folder for pictures it renders both views of `view.py` at every step, as large as they are in ParaView windows of 1000
@@ -56,16 +56,16 @@ def check_step(source, step: float | None) -> list[str]:
         block = simple.ExtractBlock(Input=source)
         block.Selectors = [f"/Root/{name}"]
         block.UpdatePipeline(step) if step is not None else block.UpdatePipeline()
-        found = {key: array.GetNumberOfComponents() for key, array in block.PointData.items()}
+        components = {key: array.GetNumberOfComponents() for key, array in block.PointData.items()}
         # bodies that yield have more
-        if not arrays.items() <= found.items():
-            faults.append(f"{name} has {found}")
-        told = fetched(block).GetFieldData()
-        if (told.GetNumberOfArrays() > 0) != (name == "pressure"):
-            faults.append(f"{name} has {told.GetNumberOfArrays()} field data")
+        if not arrays.items() <= components.items():
+            faults.append(f"{name} has {components}")
+        field_data = fetched(block).GetFieldData()
+        if (field_data.GetNumberOfArrays() > 0) != (name == "pressure"):
+            faults.append(f"{name} has {field_data.GetNumberOfArrays()} field data")
         if name == "pressure":
-            force = told.GetArray("normal_force_N").GetValue(0)
-            faults += check_field_data(told, step)
+            force = field_data.GetArray("normal_force_N").GetValue(0)
+            faults += check_field_data(field_data, step)
         if arrays is CONTACT:
             faults += check_forces(block, name, step, force)
         simple.Delete(block)
@@ -79,12 +79,12 @@ def fetched(block):
     return data
 
 
-def check_field_data(told, step: float | None) -> list[str]:
+def check_field_data(field_data, step: float | None) -> list[str]:
     faults = []
-    shift = told.GetArray("lateral_shift_mm").GetValue(0)
+    shift = field_data.GetArray("lateral_shift_mm").GetValue(0)
     if step is not None and shift != step:
         faults.append(f"the case of {shift:g} mm is at another time")
-    if not told.GetAbstractArray("annotation").GetValue(0).count("Hertz"):
+    if not field_data.GetAbstractArray("annotation").GetValue(0).count("Hertz"):
         faults.append("the annotation does not tell the verdict")
     return faults
 
@@ -94,10 +94,10 @@ def check_forces(block, name: str, step: float | None, force: float) -> list[str
     integrated = simple.IntegrateVariables(Input=block)
     integrated.UpdatePipeline(step) if step is not None else integrated.UpdatePipeline()
     for array in ("contact_pressure_MPa", "hertz_pressure_MPa"):
-        part = integrated.PointData[array].GetRange()[0] / force - 1.0
-        say(f"  {name}: {array}: integral {1e2 * part:+.4f} % from the normal force")
-        if not abs(part) < TOLERANCE:
-            faults.append(f"{name}: {array} integrates to {1e2 * part:+.3f} % beside the force")
+        deviation = integrated.PointData[array].GetRange()[0] / force - 1.0
+        say(f"  {name}: {array}: integral {1e2 * deviation:+.4f} % from the normal force")
+        if not abs(deviation) < TOLERANCE:
+            faults.append(f"{name}: {array} integrates to {1e2 * deviation:+.3f} % beside the force")
     simple.Delete(integrated)
     return faults
 
@@ -105,19 +105,19 @@ def check_forces(block, name: str, step: float | None, force: float) -> list[str
 def render(folder: Path, pictures: Path) -> list[str]:
     pictures.mkdir(parents=True, exist_ok=True)
     script = folder / "view.py"
-    made = {"__file__": str(script), "__name__": "__main__"}
-    exec(compile(script.read_text("utf-8"), script, "exec"), made)
+    script_names = {"__file__": str(script), "__name__": "__main__"}
+    exec(compile(script.read_text("utf-8"), script, "exec"), script_names)
     faults = []
-    for step in list(getattr(made["SOURCE"], "TimestepValues", None) or [None]):
+    for step in list(getattr(script_names["SOURCE"], "TimestepValues", None) or [None]):
         if step is not None:
             simple.GetAnimationScene().AnimationTime = step
         for width, size in VIEWS.items():
-            for name, view in zip(("pressure", "stress"), made["VIEWS"], strict=True):
+            for name, view in zip(("pressure", "stress"), script_names["VIEWS"], strict=True):
                 # a picture for each window: letters keep their size in points
                 view.ViewSize = size
                 path = pictures / f"{name}{'' if step is None else f'_{step:+.2f}mm'}_{width}.png"
-                shown = pixels(view, path)
-                found = seen(view, shown, step, made) if name == "pressure" else []
+                picture = pixels(view, path)
+                found = seen(view, picture, step, script_names) if name == "pressure" else []
                 found += [*at_border(view, path.with_suffix(".text.png"))]
                 faults += [f"{path.name}: {fault}" for fault in found]
     return faults
@@ -134,7 +134,7 @@ def pixels(view, path: Path) -> np.ndarray:
     return vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars()).reshape(height, width, -1)[..., :3].astype(int)
 
 
-def seen(view, shown: np.ndarray, step: float | None, made: dict) -> list[str]:
+def seen(view, picture: np.ndarray, step: float | None, script_names: dict) -> list[str]:
     """Faults of Hertz's ellipses: along how much of each there are pixels of the colour of an ellipse."""
     lines = simple.FindSource("hertz_ellipse")
     lines.UpdatePipeline(step) if step is not None else lines.UpdatePipeline()
@@ -143,17 +143,19 @@ def seen(view, shown: np.ndarray, step: float | None, made: dict) -> list[str]:
     points = vtk_to_numpy(data.GetPoints().GetData())
     ends = points[[[data.GetCell(k).GetPointId(i) for i in (0, 1)] for k in range(data.GetNumberOfCells())]]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    colours = 255.0 * np.array([made["ORANGE"], made["PINK"]])
-    coloured = (np.abs(shown[..., None, :] - colours).max(axis=-1) < OFF_COLOUR).any(axis=-1)
-    there = np.array([is_there(coloured, pixel(view, middle)) for middle in ends.mean(axis=1)])
+    colours = 255.0 * np.array([script_names["ORANGE"], script_names["PINK"]])
+    coloured = (np.abs(picture[..., None, :] - colours).max(axis=-1) < OFF_COLOUR).any(axis=-1)
+    is_coloured = np.array([is_there(coloured, pixel(view, middle)) for middle in ends.mean(axis=1)])
     faults = []
     for lobe in np.unique(of_lobe):
-        own = of_lobe == lobe
-        part = float(lengths[own] @ there[own] / lengths[own].sum())
+        in_lobe = of_lobe == lobe
+        fraction = float(lengths[in_lobe] @ is_coloured[in_lobe] / lengths[in_lobe].sum())
         words = "Hertz's ellipse" if lobe == 0 else f"the ellipse of lobe {lobe}"
-        say(f"  {'' if step is None else f'{step:+g} mm, '}{view.ViewSize[0]} pixels: {1e2 * part:.1f} % of {words}")
-        if part < SEEN:
-            faults.append(f"{1e2 * part:.1f} % of {words} is seen")
+        say(
+            f"  {'' if step is None else f'{step:+g} mm, '}{view.ViewSize[0]} pixels: {1e2 * fraction:.1f} % of {words}"
+        )
+        if fraction < SEEN:
+            faults.append(f"{1e2 * fraction:.1f} % of {words} is seen")
     return faults
 
 
@@ -170,19 +172,19 @@ def is_there(coloured: np.ndarray, place: tuple[int, int]) -> bool:
     column, row = place
     if not (0 <= column < coloured.shape[1] and 0 <= row < coloured.shape[0]):
         return False
-    near = (slice(max(0, one - AROUND), one + AROUND + 1) for one in (row, column))
+    near = (slice(max(0, index - AROUND), index + AROUND + 1) for index in (row, column))
     return bool(coloured[tuple(near)].any())
 
 
 def at_border(view, path: Path) -> list[str]:
     """Faults of letters, drawn without the bodies: whether any touch the border, and whether there are any."""
-    bodies = [one for one in view.Representations if hasattr(one, "ColorArrayName") and one.Visibility]
-    for one in bodies:
-        one.Visibility = 0
-    shown = pixels(view, path)
-    for one in bodies:
-        one.Visibility = 1
-    letters = shown.max(axis=-1) < 200
+    bodies = [body for body in view.Representations if hasattr(body, "ColorArrayName") and body.Visibility]
+    for body in bodies:
+        body.Visibility = 0
+    picture = pixels(view, path)
+    for body in bodies:
+        body.Visibility = 1
+    letters = picture.max(axis=-1) < 200
     edges = np.concatenate([letters[0], letters[-1], letters[:, 0], letters[:, -1]])
     path.unlink()
     return ["it has no text"] * (not letters.any()) + ["text touches the border"] * bool(edges.any())

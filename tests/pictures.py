@@ -1,4 +1,7 @@
-"""Runs without pictures: those of a case take seconds, and are looked at by tests of their own."""
+"""Runs without pictures.
+
+The pictures of a case take seconds, and have separate tests.
+"""
 
 from pathlib import Path
 
@@ -6,10 +9,15 @@ import pytest
 
 
 def draw_nothing(patch: pytest.MonkeyPatch, *, of_studies: bool = False) -> None:
-    """Leave out the pictures of cases and reports, and those of studies if they are not asked for."""
+    """Leave out the pictures of cases and reports.
+
+    Pictures of studies are left out if they are not requested.
+    """
     patch.setattr("fecontact.outputs.figures.case.case_figure", _empty_files)
     patch.setattr("fecontact.runs.study.study_pair", lambda study, rows: None)
-    patch.setattr("fecontact.runs.study.report_study", lambda study, rows, out, criteria, conclusion, shown: None)
+    patch.setattr(
+        "fecontact.runs.study.report_study", lambda study, rows, out, criteria, conclusion, wants_pictures: None
+    )
     if not of_studies:
         patch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: ())
 

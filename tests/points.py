@@ -16,7 +16,10 @@ AS_IS = Reading(filter_mm=0.0)
 
 
 def simpack(y, z, kind="rail", *, points=None, **keys):
-    """A SIMPACK file with z down; the first written by hand from a real one, keys by their names with underscores."""
+    """A SIMPACK file with z down.
+
+    The first is written by hand from a real file, keys by their names with underscores.
+    """
     rows = points or "\n".join(f"{a:.12e} {b:.12e}" for a, b in zip(y, -np.asarray(z), strict=True))
     body = "".join(f"    {key.replace('_', '.')} = {value}   ! a comment\n" for key, value in keys.items())
     return (
@@ -27,7 +30,7 @@ def simpack(y, z, kind="rail", *, points=None, **keys):
 
 
 def profile_from_points(y, z, *, kind: Kind, name: str, reading: Reading = AS_IS) -> Profile:
-    """Splines through points, or what else is asked for."""
+    """A profile of splines through points, or another requested profile."""
     return line_through(Points(points=np.column_stack((y, z)).astype(float), kind=kind, name=name), reading)
 
 

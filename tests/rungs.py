@@ -1,4 +1,4 @@
-"""Rungs that nobody solved: a pressure, and what goes with it; and lines that nobody smoothed."""
+"""Rungs without a solution: a pressure with its attributes; and profile variants without smoothing."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from fecontact.solving.quadratic_gap import quadratic_rung
 
 
 def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) -> Rung:
-    """A rung of nothing but a pressure (nx, ns), and of what is given."""
+    """A rung of a pressure (nx, ns) and the given attributes alone."""
     plain = {
         "gap_mm": np.zeros(grid.shape),
         "approach_mm": 0.1,
@@ -31,27 +31,28 @@ def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) ->
 def planted_lines(
     *factors: float, peaks: tuple[float, ...] = (), others: dict[str, float] | None = None, without: int = 0
 ) -> Lines:
-    """Lines on which 1 + Hertz's deviation in peak pressure is multiplied by factors, and some that have no contact.
+    """Profile variants with planted deviations, and some variants that have no contact.
 
-    `peaks` are those of the half-space there, 1000 MPa if not given; `others` are factors of other theories.
+    On each, 1 + the deviation of Hertz in peak pressure is multiplied by a factor. `peaks` are the peaks of the
+    half-space there, 1000 MPa if not given; `others` are factors of other theories.
     """
     deviation = dict.fromkeys((*MEASURES, *MISFITS), 0.0)
 
-    def line(label: str, p_max_MPa: float, **by: float) -> OnLine:
-        moved = {name: deviation | {"p_max_MPa": factor - 1.0} for name, factor in by.items()}
-        return OnLine(label=label, p_max_MPa=p_max_MPa, deviations=moved)
+    def line(label: str, p_max_MPa: float, **factors_by_theory: float) -> OnLine:
+        deviations = {name: deviation | {"p_max_MPa": factor - 1.0} for name, factor in factors_by_theory.items()}
+        return OnLine(label=label, p_max_MPa=p_max_MPa, deviations=deviations)
 
     others = others or {}
-    made = [
+    variants = [
         line(f"filter {k} mm", peak, hertz=factor, **others)
         for k, (factor, peak) in enumerate(zip(factors, peaks or (1e3,) * len(factors), strict=True), start=4)
     ]
-    own = line("own line", 1e3, hertz=1.0, **dict.fromkeys(others, 1.0))
-    return Lines(own=own, others=(*made, *(OnLine(label=f"noise {k}") for k in range(without))))
+    reference = line("own line", 1e3, hertz=1.0, **dict.fromkeys(others, 1.0))
+    return Lines(own=reference, others=(*variants, *(OnLine(label=f"noise {k}") for k in range(without))))
 
 
 def on_half_space(case: Case, placement: Placement, rung: Rung, unknowns: tuple[int, int] = (9, 9)) -> SolvedLoad:
-    """A load whose finite elements are a half-space, the same on both meshes."""
+    """A load with a half-space as its finite elements, equal on both meshes."""
     levels = tuple(
         Level(
             nodal=rung,

@@ -20,7 +20,9 @@ _TABLE_LAMBDA = (1.4526, 1.6355, 1.7735, 1.8752, 1.9453, 1.9864, 2.0)
 def curvature_sums_per_mm(
     *, R1_mm: float, R1_prime_mm: float, R2_mm: float, R2_prime_mm: float, plane_angle_rad: float = 0.0
 ) -> tuple[float, float]:
-    """Sum k1 = A + B and difference k2 = abs(B - A) of the gap coefficients in 1/mm, from the principal radii.
+    """Sum k1 = A + B and difference k2 = abs(B - A) of the gap coefficients in 1/mm.
+
+    Both are computed from the principal radii.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Verdict and cause: the truth table, its boundaries, and what more uncertainty may and may not change."""
+"""Verdict and cause: the truth table, its boundaries, and the permitted effects of a larger uncertainty."""
 
 import math
 
@@ -64,17 +64,17 @@ def verdict(p: float, area: float, u_p: float = 0.0, u_area: float = 0.0, criter
     ],
 )
 def test_truth_table(sign, p, area, u_p, u_area, answer, measure):
-    found = verdict(sign * p, -sign * area, u_p, u_area)
-    assert (found.answer, found.measure) == (answer, measure)
+    judgement = verdict(sign * p, -sign * area, u_p, u_area)
+    assert (judgement.answer, judgement.measure) == (answer, measure)
 
 
 def test_boundaries():
     # exactly at the limit: neither beyond nor within
     assert verdict(0.0625, 0.0).answer == "UNRESOLVED"
     assert verdict(0.0, 0.125).answer == "UNRESOLVED"
-    above, below = math.nextafter(0.0625, 1.0), math.nextafter(0.0625, 0.0)
-    assert verdict(above, 0.0).answer == "FAILS"
-    assert verdict(below, 0.0).answer == "HOLDS"
+    next_above, next_below = math.nextafter(0.0625, 1.0), math.nextafter(0.0625, 0.0)
+    assert verdict(next_above, 0.0).answer == "FAILS"
+    assert verdict(next_below, 0.0).answer == "HOLDS"
     # the uncertainty just reaches the limit, from both sides
     assert verdict(0.0625 + 0.03125, 0.0, 0.03125).answer == "UNRESOLVED"
     assert verdict(0.0625 - 0.03125, 0.0, 0.03125).answer == "UNRESOLVED"
@@ -94,11 +94,11 @@ def test_boundaries():
     ],
 )
 def test_a_measure_that_is_no_number_leaves_it_open(p, area, u_p, u_area):
-    found = verdict(p, area, u_p, u_area)
-    assert found.answer == "UNRESOLVED"
+    judgement = verdict(p, area, u_p, u_area)
+    assert judgement.answer == "UNRESOLVED"
     # one measure is fine: the other one is named
     fine = A if not (math.isfinite(p) and math.isfinite(u_p)) else P
-    assert found.measure == ({P, A} - {fine}).pop()
+    assert judgement.measure == ({P, A} - {fine}).pop()
 
 
 def test_a_certain_failure_needs_no_other_number():
@@ -126,13 +126,13 @@ def test_more_uncertainty_never_decides(p, area, u_p, u_area, more_p, more_area)
 
 @given(p=numbers, area=numbers, u_p=sizes, u_area=sizes)
 def test_a_decision_is_right_wherever_the_truth_lies_within_the_uncertainty(p, area, u_p, u_area):
-    found = verdict(p, area, u_p, u_area).answer
+    answer = verdict(p, area, u_p, u_area).answer
     truths = [(abs(p) + i * u_p, abs(area) + j * u_area) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    held = [max(t_p / CRITERIA.p_max, t_area / CRITERIA.area) <= 1.0 for t_p, t_area in truths]
-    if found == "HOLDS":
-        assert all(held)
-    elif found == "FAILS":
-        assert not any(held)
+    holds = [max(t_p / CRITERIA.p_max, t_area / CRITERIA.area) <= 1.0 for t_p, t_area in truths]
+    if answer == "HOLDS":
+        assert all(holds)
+    elif answer == "FAILS":
+        assert not any(holds)
     else:
         # neither answer would be safe: some limit lies within
         exact = [
@@ -164,11 +164,11 @@ def judged(deviation: dict[str, float], uncertainty: dict[str, float] | None = N
 def test_each_measure_is_judged_by_its_own_limit(measure, sign):
     limit = LIMITS[measure]
     for factor, answer in ((0.999, "HOLDS"), (1.0, "UNRESOLVED"), (1.001, "FAILS")):
-        found = judged({measure: sign * factor * limit})
-        assert (found.answer, found.measure) == (answer, measure)
-        assert found.each == dict.fromkeys(LIMITS, "HOLDS") | {measure: answer}
-        assert found.failing == ((measure,) if answer == "FAILS" else ())
-        assert found.unknown == ()
+        judgement = judged({measure: sign * factor * limit})
+        assert (judgement.answer, judgement.measure) == (answer, measure)
+        assert judgement.each == dict.fromkeys(LIMITS, "HOLDS") | {measure: answer}
+        assert judgement.failing == ((measure,) if answer == "FAILS" else ())
+        assert judgement.unknown == ()
     # an uncertainty that reaches the limit from either side leaves it open; a little less decides
     for factor, far in ((0.5, "HOLDS"), (1.5, "FAILS")):
         assert judged({measure: sign * factor * limit}, {measure: 0.501 * limit}).answer == "UNRESOLVED"
@@ -183,26 +183,26 @@ def test_what_is_judged_by_nobody_does_not_matter():
 
 def test_several_measures_fail_and_the_one_furthest_beyond_decides():
     # 3, 4 and 5 limits
-    found = judged({"p_max_MPa": -0.15, "b_mm": 0.40, "separate_load": 0.005})
-    assert (found.answer, found.measure) == ("FAILS", "separate_load")
-    assert found.failing == ("p_max_MPa", "b_mm", "separate_load")
-    assert sum(answer == "HOLDS" for answer in found.each.values()) == 5
+    judgement = judged({"p_max_MPa": -0.15, "b_mm": 0.40, "separate_load": 0.005})
+    assert (judgement.answer, judgement.measure) == ("FAILS", "separate_load")
+    assert judgement.failing == ("p_max_MPa", "b_mm", "separate_load")
+    assert sum(answer == "HOLDS" for answer in judgement.each.values()) == 5
 
 
 def test_a_failure_is_worse_than_an_open_measure_and_that_than_none():
     assert FROM_BEST == ("HOLDS", "UNRESOLVED", "FAILS")
-    found = judged({"valley": 0.3}, {"a_mm": 5.0})
-    assert (found.answer, found.measure, found.failing) == ("FAILS", "valley", ("valley",))
-    assert (found.each["a_mm"], found.each["b_mm"]) == ("UNRESOLVED", "HOLDS")
+    judgement = judged({"valley": 0.3}, {"a_mm": 5.0})
+    assert (judgement.answer, judgement.measure, judgement.failing) == ("FAILS", "valley", ("valley",))
+    assert (judgement.each["a_mm"], judgement.each["b_mm"]) == ("UNRESOLVED", "HOLDS")
 
 
 @pytest.mark.parametrize("measure", LIMITS)
 def test_no_number_never_holds(measure):
     for deviation, uncertainty in ((math.nan, 0.0), (0.0, math.nan), (math.nan, math.nan), (0.0, math.inf)):
-        found = judged({measure: deviation}, {measure: uncertainty})
-        assert (found.answer, found.measure, found.each[measure]) == ("UNRESOLVED", measure, "UNRESOLVED")
+        judgement = judged({measure: deviation}, {measure: uncertainty})
+        assert (judgement.answer, judgement.measure, judgement.each[measure]) == ("UNRESOLVED", measure, "UNRESOLVED")
         # it was told, but is no number
-        assert found.unknown == ()
+        assert judgement.unknown == ()
 
 
 @pytest.mark.parametrize("measure", LIMITS)
@@ -214,16 +214,16 @@ def test_a_measure_that_the_result_does_not_tell_leaves_it_open(measure, missing
         del deviation[measure]
     if missing != "deviation":
         del uncertainty[measure]
-    found = judge(deviation, uncertainty, Criteria())
-    assert (found.answer, found.measure, found.unknown) == ("UNRESOLVED", measure, (measure,))
-    assert found.each == dict.fromkeys(LIMITS, "HOLDS") | {measure: "UNRESOLVED"}
+    judgement = judge(deviation, uncertainty, Criteria())
+    assert (judgement.answer, judgement.measure, judgement.unknown) == ("UNRESOLVED", measure, (measure,))
+    assert judgement.each == dict.fromkeys(LIMITS, "HOLDS") | {measure: "UNRESOLVED"}
     # whoever does not ask for it has his answer
-    rest = tuple(name for name, of in zip(FIELDS, LIMITS, strict=True) if of != measure)
+    rest = tuple(name for name, field_measure in zip(FIELDS, LIMITS, strict=True) if field_measure != measure)
     assert judge(deviation, uncertainty, Criteria(judged_by=rest)).answer == "HOLDS"
     # and a certain failure needs nothing else
-    other = next(name for name in LIMITS if name != measure)
-    failed = judge(deviation | {other: 0.9}, uncertainty, Criteria())
-    assert (failed.answer, failed.measure, failed.unknown) == ("FAILS", other, (measure,))
+    failing_measure = next(name for name in LIMITS if name != measure)
+    failed = judge(deviation | {failing_measure: 0.9}, uncertainty, Criteria())
+    assert (failed.answer, failed.measure, failed.unknown) == ("FAILS", failing_measure, (measure,))
 
 
 # --- criteria ---------------------------------------------------------------------------------------------------
@@ -257,7 +257,7 @@ def test_who_asks_for_strength_does_not_hear_of_the_patch():
     answers = {
         name: judge(deviation, uncertainty, Criteria(judged_by=(name,))) for name in ("strength", "patch", "all")
     }
-    assert {name: found.answer for name, found in answers.items()} == {
+    assert {name: judgement.answer for name, judgement in answers.items()} == {
         "strength": "HOLDS",
         "patch": "FAILS",
         "all": "FAILS",

@@ -1,4 +1,7 @@
-"""Who may import whom, room by room: a validator that shares code with what it validates proves nothing."""
+"""Permitted imports of each folder of the package.
+
+A validator that shares code with the validated module proves nothing.
+"""
 
 import ast
 import subprocess
@@ -94,11 +97,11 @@ FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyv
 
 def modules() -> dict[str, Path]:
     """Every module of the package by its dotted name below it."""
-    found = {}
+    module_paths = {}
     for path in PACKAGE.rglob("*.py"):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
-        found[".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)] = path
-    return found
+        module_paths[".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)] = path
+    return module_paths
 
 
 MODULES = modules()
@@ -112,7 +115,10 @@ def room(module: str) -> str:
 
 @cache
 def imported(module: str) -> tuple[set[str], set[str]]:
-    """Modules of the package that a module imports, also inside its functions, and packages from elsewhere."""
+    """Imported modules of the package and imported packages from elsewhere.
+
+    Imports inside the functions of the module count too.
+    """
     inside, outside = set(), set()
     for node in ast.walk(ast.parse(MODULES[module].read_text("utf-8"))):
         if isinstance(node, ast.Import):
@@ -138,14 +144,14 @@ def imported(module: str) -> tuple[set[str], set[str]]:
 
 def reachable(module: str) -> set[str]:
     """Modules that a module needs, directly or through others."""
-    seen: set[str] = set()
+    reached: set[str] = set()
     queue = [module]
     while queue:
         name = queue.pop()
-        if name not in seen:
-            seen.add(name)
+        if name not in reached:
+            reached.add(name)
             queue += imported(name)[0]
-    return seen - {module}
+    return reached - {module}
 
 
 def test_every_room_is_known():
@@ -154,16 +160,24 @@ def test_every_room_is_known():
 
 @pytest.mark.parametrize("name", ROOMS)
 def test_a_room_uses_only_the_rooms_below_it(name):
-    own = [module for module in MODULES if room(module) == name]
-    used = {f"{module} uses {other}" for module in own for other in imported(module)[0] if room(other) != name}
-    allowed = {line for line in used if room(line.rpartition(" ")[2]) in ROOMS[name]}
-    assert used == allowed
+    room_modules = [module for module in MODULES if room(module) == name]
+    outside_imports = {
+        f"{module} uses {imported_module}"
+        for module in room_modules
+        for imported_module in imported(module)[0]
+        if room(imported_module) != name
+    }
+    allowed_imports = {line for line in outside_imports if room(line.rpartition(" ")[2]) in ROOMS[name]}
+    assert outside_imports == allowed_imports
 
 
 def test_every_room_uses_only_what_stands_before_it():
     order = list(ROOMS)
     upwards = {
-        (name, below) for name, used in ROOMS.items() for below in used if below not in order[: order.index(name)]
+        (name, used_room)
+        for name, used_rooms in ROOMS.items()
+        for used_room in used_rooms
+        if used_room not in order[: order.index(name)]
     }
     assert upwards == set()
 
@@ -172,10 +186,10 @@ def test_there_are_few_arrows_between_folders():
     folders = {path.parent.relative_to(PACKAGE).parts[:1] for path in MODULES.values()} - {()}
     names = {name for (name,) in folders} - {"features", "inputs"} | set(OWN)
     arrows = {
-        (room(module), room(other))
+        (room(module), room(imported_module))
         for module in MODULES
-        for other in imported(module)[0]
-        if room(module) in names and room(other) in names and room(module) != room(other)
+        for imported_module in imported(module)[0]
+        if room(module) in names and room(imported_module) in names and room(module) != room(imported_module)
     }
     assert len(arrows) <= MOST_ARROWS
 
@@ -190,8 +204,12 @@ def test_the_folders_of_outputs_have_no_circle():
     uses: dict[str, set[str]] = {}
     for module in [module for module in MODULES if module.startswith("outputs.")]:
         folder = module.split(".")[1]
-        others = {other.split(".")[1] for other in imported(module)[0] if other.startswith("outputs.")}
-        uses.setdefault(folder, set()).update(others - {folder})
+        imported_folders = {
+            imported_module.split(".")[1]
+            for imported_module in imported(module)[0]
+            if imported_module.startswith("outputs.")
+        }
+        uses.setdefault(folder, set()).update(imported_folders - {folder})
     TopologicalSorter(uses).prepare()
     assert len(uses) > 5
 
@@ -243,7 +261,7 @@ def test_readers_of_profile_files_know_nothing_of_the_library():
 
 def test_theory_and_finite_elements_never_meet_below_the_comparison():
     for module in MODULES:
-        rooms = {room(other) for other in reachable(module)} | {room(module)}
+        rooms = {room(reached_module) for reached_module in reachable(module)} | {room(module)}
         if {"contact_theories", "fe"} <= rooms:
             assert rooms & {"judging", "solving"}, module
 
@@ -265,12 +283,17 @@ def test_theory_and_finite_elements_never_meet_below_the_comparison():
 def test_what_needs_no_finite_elements_reaches_none(name):
     for module in [module for module in MODULES if room(module) == name]:
         reached = {module, *reachable(module)}
-        assert not {other for other in reached if room(other) == "fe"}, module
-        assert not {package for other in reached for package in imported(other)[1]} & FINITE_ELEMENT_PACKAGES, module
+        assert not {reached_module for reached_module in reached if room(reached_module) == "fe"}, module
+        assert (
+            not {package for reached_module in reached for package in imported(reached_module)[1]}
+            & FINITE_ELEMENT_PACKAGES
+        ), module
 
 
 def test_only_the_doors_open_what_the_command_line_calls():
-    users = {room(module) for module in MODULES for other in imported(module)[0] if room(other) == "runs"}
+    users = {
+        room(module) for module in MODULES for imported_module in imported(module)[0] if room(imported_module) == "runs"
+    }
     assert users <= {"runs", "commands", "__init__", *OWN}
 
 
@@ -284,19 +307,25 @@ def test_importing_the_package_is_light():
     # users look at the command line's help many times before they solve anything
     heavy = ["vtk", "vtkmodules", "pyvista", "gmsh", "matplotlib", "pandas", "skfem", "pyamg", "pypardiso"]
     code = f"import sys, fecontact; print([name for name in {heavy!r} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
-    assert done.stdout.strip() == "[]"
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent
+    )
+    assert process.stdout.strip() == "[]"
 
 
 def test_data_frames_are_for_comparing_alone():
     # their import takes a quarter of a second, a tenth of a solution
     code = "import sys, fecontact.runs.study, fecontact.runs.load; print('pandas' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
-    assert done.stdout.strip() == "False"
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent
+    )
+    assert process.stdout.strip() == "False"
 
 
 def test_no_folder_hides_a_public_name():
     # a folder that is imported is an attribute of the package, in place of a function of its name
     code = "import fecontact; print(*fecontact.__all__)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
-    assert {module.partition(".")[0] for module in MODULES} & set(done.stdout.split()) == {"plot"}
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent
+    )
+    assert {module.partition(".")[0] for module in MODULES} & set(process.stdout.split()) == {"plot"}

@@ -1,4 +1,7 @@
-"""With a yield stress the verdict against bodies that yield comes first, and the one against elastic bodies second."""
+"""Order of the two verdicts of a case with a yield stress.
+
+The verdict against bodies that yield comes first, and the verdict against elastic bodies second.
+"""
 
 import io
 import json
@@ -38,24 +41,27 @@ SOFTER = 0.78
 
 
 def softer(rung: Rung) -> Rung:
-    """A contact whose pressure is cut off."""
+    """A contact with a truncated pressure."""
     return replace(rung, pressure_MPa=rung.pressure_MPa.clip(max=SOFTER * rung.pressure_MPa.max()))
 
 
 @pytest.fixture(scope="module")
 def result(elliptic_quick):
-    """A case in which Hertz holds, with a pressure of bodies that yield whose peak is far lower."""
-    solved, body = elliptic_quick.load.solved, YieldedBody(yield_MPa=450.0, tangent_MPa=4200.0, first_yield_N=24e3)
+    """A case in which Hertz holds on elastic bodies.
+
+    The pressure of the bodies that yield has a far lower peak.
+    """
+    solution, body = elliptic_quick.load.solved, YieldedBody(yield_MPa=450.0, tangent_MPa=4200.0, first_yield_N=24e3)
     levels = []
-    for level in solved.levels:
+    for level in solution.levels:
         fe, nodal = softer(level.fe), softer(level.nodal)
         before, after = measures_of(level.fe).as_dict(), measures_of(fe).as_dict()
         steps = {name: after[name] / before[name] - 1.0 for name in MEASURES}
         path = (PathPoint(load_N=100e3, steps=steps, largest_strain=0.01, corrections=3, change=1e-6),)
         bodies = {"rail": replace(body, largest_strain=0.01)}
         levels.append(replace(level, yielded=Yielded(fe=fe, nodal=nodal, bodies=bodies, path=path, by_band={})))
-    case = replace(solved.case, rail_material=STEEL)
-    load = judge_load(replace(solved, case=case, levels=tuple(levels)), elliptic_quick.placement)
+    case = replace(solution.case, rail_material=STEEL)
+    load = judge_load(replace(solution, case=case, levels=tuple(levels)), elliptic_quick.placement)
     assert (load.elastic_verdict.answer, load.verdict.answer) == ("HOLDS", "FAILS")
     return replace(elliptic_quick, load=load)
 
@@ -67,7 +73,7 @@ def printed(parts, **options) -> str:
 
 
 def first_answer(text: str) -> str:
-    """The first verdict that a text says."""
+    """The first verdict in a text."""
     return re.search("FAILS|HOLDS|UNRESOLVED", text)[0]
 
 
@@ -120,21 +126,21 @@ def test_what_is_asked_for_is_read_against_bodies_that_yield(result):
 
 def test_python_record_row_and_terminal_have_the_same_two_verdicts(result):
     row, record = case_row(result), json.loads(json_text(result_record(result)))
-    for asked, elastic in (
+    for plastic_record, elastic in (
         (result.verdict.answer, result.elastic_verdict.answer),
         (result.load.verdict.answer, result.load.elastic_verdict.answer),
         (record["verdict"]["answer"], record["elastic_verdict"]["answer"]),
         (row["verdict_answer"], row["elastic_verdict_answer"]),
         re.findall(r"Hertz (FAILS|HOLDS|UNRESOLVED)", printed(case_parts(record)))[:2],
     ):
-        assert (asked, elastic) == ("FAILS", "HOLDS")
+        assert (plastic_record, elastic) == ("FAILS", "HOLDS")
     assert "Hertz FAILS by p_max_MPa" in repr(result.load)
     # Hertz's peak is furthest beyond its limit against bodies that yield
     hertz, plastic = result.hertz.p0_MPa, measures_of(result.load.level.yielded.fe).p_max_MPa
-    used = (hertz / plastic - 1.0) / result.case.criteria.p_max
-    assert record["verdict"]["limit_used"] == row["verdict_limit_used"] == pytest.approx(used, rel=1e-9)
+    utilisation = (hertz / plastic - 1.0) / result.case.criteria.p_max
+    assert record["verdict"]["limit_used"] == row["verdict_limit_used"] == pytest.approx(utilisation, rel=1e-9)
     assert record["elastic_verdict"]["limit_used"] == row["elastic_verdict_limit_used"] == result.load.limit_used
-    assert result.load.limit_used < 1.0 < used
+    assert result.load.limit_used < 1.0 < utilisation
     assert (record["verdict"]["measure"], record["verdict"]["cause"]) == ("p_max_MPa", "plasticity")
     assert (row["verdict_cause"], row["elastic_verdict_cause"]) == ("plasticity", None)
     assert record["verdict"]["each"] == dict(result.load.plastic.verdict.each)
@@ -177,17 +183,17 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     assert lines["finite elements, bodies that yield"] == pytest.approx(SOFTER * elastic, rel=1e-9)
     assert first_answer(" ".join(case_annotation(result).split())) == "FAILS"
     level = result.load.level
-    shown = contact_surface(result, level.fe, level.yielded.fe).point_data
-    plastic = shown["plastic_pressure_MPa"]
+    point_data = contact_surface(result, level.fe, level.yielded.fe).point_data
+    plastic = point_data["plastic_pressure_MPa"]
     assert float(plastic.max()) == pytest.approx(SOFTER * elastic, rel=1e-9)
-    np.testing.assert_allclose(shown["hertz_minus_fe_MPa"], shown["hertz_pressure_MPa"] - plastic, atol=1e-9)
-    drawn = study_figure([case_row(result)], tmp_path / "study.png").with_suffix(".svg").read_text("utf-8")
-    assert "FAILS" in drawn
-    assert "HOLDS" not in drawn
+    np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], point_data["hertz_pressure_MPa"] - plastic, atol=1e-9)
+    svg_text = study_figure([case_row(result)], tmp_path / "study.png").with_suffix(".svg").read_text("utf-8")
+    assert "FAILS" in svg_text
+    assert "HOLDS" not in svg_text
 
 
 def wider(rung: Rung, nodes: int) -> Rung:
-    """The same contact on a grid with so many more nodes across on the field side."""
+    """Extend the grid of a contact by a number of nodes across, on the field side."""
     step, low = rung.grid.steps_mm[1], rung.grid.s_mm[-1]
     s = np.append(rung.grid.s_mm, low + step * np.arange(1, nodes + 1))
     pressure, gap = (np.pad(values, ((0, 0), (0, nodes))) for values in (rung.pressure_MPa, rung.gap_mm))
@@ -199,25 +205,25 @@ def test_bodies_that_yield_may_have_a_wider_grid_than_elastic_ones(result):
     # further than Hertz's ellipse
     yielded = replace(level.yielded, fe=wider(level.yielded.fe, 40))
     for first, second in ((level.fe, yielded.fe), (yielded.fe, level.yielded.fe)):
-        shown = contact_surface(result, first, second)
+        surface = contact_surface(result, first, second)
         usual = contact_surface(result, level.fe, level.yielded.fe)
-        assert shown.n_points > usual.n_points
+        assert surface.n_points > usual.n_points
         # both have all nodes of the smaller grid at the same places
-        where = [shown.find_closest_point(point) for point in usual.points]
-        np.testing.assert_allclose(shown.points[where], usual.points, atol=1e-6)
+        where = [surface.find_closest_point(point) for point in usual.points]
+        np.testing.assert_allclose(surface.points[where], usual.points, atol=1e-6)
         assert float(usual.point_data["plastic_pressure_MPa"].max()) > 1.0
         np.testing.assert_allclose(
-            shown.point_data["plastic_pressure_MPa"][where], usual.point_data["plastic_pressure_MPa"], atol=1e-6
+            surface.point_data["plastic_pressure_MPa"][where], usual.point_data["plastic_pressure_MPa"], atol=1e-6
         )
         pressure = "plastic_pressure_MPa" if first is yielded.fe else "contact_pressure_MPa"
         np.testing.assert_allclose(
-            shown.point_data["contact_pressure_MPa"][where], usual.point_data[pressure], atol=1e-6
+            surface.point_data["contact_pressure_MPa"][where], usual.point_data[pressure], atol=1e-6
         )
-        assert np.count_nonzero(shown.point_data["plastic_pressure_MPa"]) == np.count_nonzero(
+        assert np.count_nonzero(surface.point_data["plastic_pressure_MPa"]) == np.count_nonzero(
             usual.point_data["plastic_pressure_MPa"]
         )
-    solved = replace(result.load.solved, levels=(replace(level, yielded=yielded),))
-    fields, usual = PressureFields.of(replace(result.load, solved=solved)), PressureFields.of(result.load)
+    solution = replace(result.load.solved, levels=(replace(level, yielded=yielded),))
+    fields, usual = PressureFields.of(replace(result.load, solved=solution)), PressureFields.of(result.load)
     assert fields.elastic.shape == fields.fe.shape == fields.grid.shape
     assert fields.grid.shape != usual.grid.shape
     assert fields.elastic[fields.peak] == pytest.approx(usual.elastic[usual.peak], rel=1e-9)
@@ -233,18 +239,18 @@ def test_a_map_takes_it(result):
 
     cell = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="converged", judged=result.load)
     assert (cell.verdict, cell.cause) == ("FAILS", "plasticity")
-    known = KnownLoad.of(result.load)
-    assert known.answer == "FAILS"
+    known_load = KnownLoad.of(result.load)
+    assert known_load.answer == "FAILS"
     plastic = measures_of(result.load.level.yielded.fe).p_max_MPa
-    assert known.excess == pytest.approx((result.hertz.p0_MPa / plastic - 1.0) / 0.05 - 1.0)
+    assert known_load.excess == pytest.approx((result.hertz.p0_MPa / plastic - 1.0) / 0.05 - 1.0)
     assert judged_by(result.load, "hertz").verdict.answer == "FAILS"
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    made = ApplicabilityMap(case=result.case, loads_N=(100e3,), positions=(position,))
-    view = verdict_view(made)
+    applicability_map = ApplicabilityMap(case=result.case, loads_N=(100e3,), positions=(position,))
+    view = verdict_view(applicability_map)
     assert view.title == "where Hertz holds, against bodies that yield"
-    (shown,) = view.columns[0].cells
-    assert (shown.answer, shown.letter) == ("FAILS", "Y")
-    said = map_answer(made, "pressure")
+    (view_cell,) = view.columns[0].cells
+    assert (view_cell.answer, view_cell.letter) == ("FAILS", "Y")
+    said = map_answer(applicability_map, "pressure")
     assert "fails" in said[0]
     assert "where the bodies yield" in said[0]
     assert said[-1] == "Verdicts are against bodies that yield."
@@ -262,7 +268,7 @@ def test_a_rail_that_yields_is_not_said_to_hold(tmp_path, capsys):
 
 @dataclass(frozen=True)
 class Elastic:
-    """What is taken of a judgement on elastic bodies."""
+    """Stand-in for a judgement on elastic bodies, with the attributes that the tests read."""
 
     approximation: str
     deviation: dict
@@ -278,7 +284,7 @@ def test_a_step_that_is_unsure_counts_by_what_hertz_has_of_the_contact_that_yiel
     monkeypatch.setattr(verdict, "deviations_of", lambda *_: after)
     monkeypatch.setattr(verdict, "judge_on_lines", lambda _, numerical, *__: (numerical, numerical))
     elastic = Elastic("Hertz", {"p_max_MPa": 0.0, "misplaced_load": 0.02}, {"p_max_MPa": 0.01, "misplaced_load": 0.003})
-    unsure = {"p_max_MPa": 0.02, "misplaced_load": 0.004}
-    solved = SimpleNamespace(case=SimpleNamespace(criteria=None))
-    found = verdict._against(elastic, SimpleNamespace(fe=None), unsure, solved)
-    assert found.numerical == pytest.approx({"p_max_MPa": 1.25 * 0.01 + 1.25 * 0.02, "misplaced_load": 0.007})
+    step_uncertainty = {"p_max_MPa": 0.02, "misplaced_load": 0.004}
+    solution = SimpleNamespace(case=SimpleNamespace(criteria=None))
+    judgement = verdict._against(elastic, SimpleNamespace(fe=None), step_uncertainty, solution)
+    assert judgement.numerical == pytest.approx({"p_max_MPa": 1.25 * 0.01 + 1.25 * 0.02, "misplaced_load": 0.007})

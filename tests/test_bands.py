@@ -1,4 +1,7 @@
-"""Patches far apart: a grid with regular nodes at each of them, beside the same contact on regular nodes all over."""
+"""Patches far apart: a grid with regular nodes at each patch.
+
+The reference is a grid with regular nodes all over.
+"""
 
 from dataclasses import replace
 from math import atan
@@ -42,7 +45,10 @@ def two():
 
 
 def banded(half: bool) -> tuple[Bands, ContactGrid]:
-    """Bands of steps 0.2 and 0.4 mm, 6 mm apart, and a regular grid of 0.2 mm that has all of their nodes."""
+    """Bands of steps 0.2 and 0.4 mm, 6 mm apart, and a regular grid.
+
+    The regular grid of 0.2 mm contains all nodes of the bands.
+    """
     stretches = (
         Stretch(low_mm=-2.0, high_mm=2.0, intervals=20),
         Stretch(low_mm=8.0, high_mm=16.0, intervals=20),
@@ -80,15 +86,18 @@ def test_a_banded_half_space_is_symmetric(half):
     inside = np.zeros(bands.grid.shape, dtype=bool)
     inside[1 if half else 2 : -2, 2:-2] = True
     # neither on the plane of symmetry, whose nodes have half a cell, nor next to a strip
-    for own in bands.columns:
-        inside[:, [own.start, own.stop - 1]] = False
+    for columns in bands.columns:
+        inside[:, [columns.start, columns.stop - 1]] = False
     p, q = (np.where(inside, rng.uniform(size=bands.grid.shape), 0.0).ravel() for _ in range(2))
-    one, other = np.dot(area * p, compliance(q)), np.dot(area * q, compliance(p))
-    assert one == pytest.approx(other, rel=1e-12)
+    q_work, p_work = np.dot(area * p, compliance(q)), np.dot(area * q, compliance(p))
+    assert q_work == pytest.approx(p_work, rel=1e-12)
 
 
 def test_two_contacts_on_bands_are_those_on_regular_nodes():
-    """A ball on a small cap and one on a wide one, both 0.02 mm high beside the other: forces and peaks."""
+    """Forces and peaks of a ball on a small cap and on a wide cap.
+
+    Each cap is 0.02 mm high beside the other cap.
+    """
 
     def gap(x, s):
         return np.minimum((x**2 + s**2) / 60.0, 0.02 + (x**2 + (s - 12.0) ** 2) / 400.0)
@@ -107,15 +116,15 @@ def test_two_contacts_on_bands_are_those_on_regular_nodes():
                 area_mm2=grid.whole_area_mm2(),
             )
         )
-    found, expected = (solve_contact(problem, 9e3) for problem in problems)
-    assert found.status == expected.status == "converged"
-    assert found.approach_mm == pytest.approx(expected.approach_mm, rel=2e-4)
+    banded_contact, expected = (solve_contact(problem, 9e3) for problem in problems)
+    assert banded_contact.status == expected.status == "converged"
+    assert banded_contact.approach_mm == pytest.approx(expected.approach_mm, rel=2e-4)
     for low, high in ((-2.0, 2.0), (8.0, 16.0)):
         force, peak = [], []
-        for problem, solution, grid in zip(problems, (found, expected), (bands.grid, regular), strict=True):
-            own = (grid.s_mm >= low) & (grid.s_mm <= high)
-            force.append((problem.area_mm2 * solution.pressure_MPa).reshape(grid.shape)[:, own].sum())
-            peak.append(solution.pressure_MPa.reshape(grid.shape)[:, own].max())
+        for problem, solution, grid in zip(problems, (banded_contact, expected), (bands.grid, regular), strict=True):
+            in_band = (grid.s_mm >= low) & (grid.s_mm <= high)
+            force.append((problem.area_mm2 * solution.pressure_MPa).reshape(grid.shape)[:, in_band].sum())
+            peak.append(solution.pressure_MPa.reshape(grid.shape)[:, in_band].max())
         assert min(force) > 2e3
         # the second patch has 8 nodes on its semi-axis here and 16 there
         assert force[0] == pytest.approx(force[1], rel=3e-3)
@@ -141,7 +150,10 @@ def test_shape_functions_of_unequal_nodes():
 
 
 def test_patches_far_apart_are_parts_with_elements_of_their_own(two):
-    """What the half-space says of this case: 2.3 mm at the gauge corner, 6.9 mm on the head, 5.1 mm between."""
+    """The case has two patches that are far apart.
+
+    On the half-space they are 2.3 mm wide at the gauge corner and 6.9 mm on the head, with 5.1 mm between them.
+    """
     corner, head = two.expected.parts
     assert corner.s_low_mm == two.expected.s_low_mm
     assert head.s_high_mm == two.expected.s_high_mm
@@ -181,7 +193,10 @@ def test_elements_whose_size_is_given_have_it_everywhere(two):
 
 
 def test_elements_below_patches_far_apart_are_longer(two):
-    """Four times the width that each would have by itself, as long as each has its number of them along x too."""
+    """Elements are four times as wide as for each patch alone.
+
+    They have that length along x too, as long as each patch has its number of elements along x.
+    """
     step_x, step_s = two.element_size_mm
     assert step_x == pytest.approx(4.0 * step_s, rel=1e-12)
     corner, head = two.expected.parts
@@ -204,11 +219,11 @@ def test_bands_hold_the_patches_and_their_margins(two):
     assert zone.intervals_s == s.size - 1
     assert zone.intervals_s % 2 == 0
     assert np.all(np.diff(s) > 0.0)
-    for band, own, part in zip(zone.bands, zone.columns, two.expected.parts, strict=True):
-        steps = np.diff(s[own])
+    for band, columns, patch_part in zip(zone.bands, zone.columns, two.expected.parts, strict=True):
+        steps = np.diff(s[columns])
         np.testing.assert_allclose(steps, band.step_mm, rtol=1e-9)
-        assert s[own][0] <= part.s_low_mm - MARGIN_ELEMENTS * band.step_mm + 1e-9
-        assert s[own][-1] >= part.s_high_mm + MARGIN_ELEMENTS * band.step_mm - 1e-9
+        assert s[columns][0] <= patch_part.s_low_mm - MARGIN_ELEMENTS * band.step_mm + 1e-9
+        assert s[columns][-1] >= patch_part.s_high_mm + MARGIN_ELEMENTS * band.step_mm - 1e-9
         assert band.step_mm <= 2.0 * zone.step_x_mm * (1.0 + 1e-9)
     assert zone.bands[0].step_mm == pytest.approx(zone.step_s_mm, rel=1e-9)
     # neighbouring steps grow by the rate of the grading, and by rounding to an even number
@@ -219,21 +234,24 @@ def test_bands_hold_the_patches_and_their_margins(two):
 
 
 def test_bodies_have_the_zone_of_their_bands(two):
-    """Rail nodes lie where the zone says; the wheel's bands face the rail's."""
+    """Rail nodes lie on the lines of the zone; the bands of the wheel face the bands of the rail."""
     zone = fine_zone(two.expected, two.element_size_mm)
     meshes = [make(two.placement, zone, half=True, size=TWO.size) for make in (rail_mesh, wheel_mesh)]
     on_rail, on_wheel = (two.placement.project(mesh.points[mesh.contact_nodes[0]]) for mesh in meshes)
     np.testing.assert_allclose(on_rail[:, 1], zone.s_mm, atol=1e-9)
     assert on_wheel[0, 1] < zone.s_mm[0]
     assert on_wheel[-1, 1] > zone.s_mm[-1]
-    for band, own in zip(zone.bands, zone.columns, strict=True):
+    for band, columns in zip(zone.bands, zone.columns, strict=True):
         inside = (on_wheel[:, 1] > band.low_mm - 1e-6) & (on_wheel[:, 1] < band.high_mm + 1e-6)
         assert np.diff(on_wheel[inside, 1]).max() < 1.1 * band.step_mm
-        assert own.stop - own.start - 1 == band.intervals
+        assert columns.stop - columns.start - 1 == band.intervals
 
 
 def test_layers_are_as_deep_as_the_line_above_them_allows(two):
-    """Below the gauge corner of 13 mm they end early, below the head by the width of its band alone."""
+    """Layers below the gauge corner of 13 mm end early.
+
+    Below the head, the width of its band alone limits their depth.
+    """
     bands = (Stretch(low_mm=-6.0, high_mm=6.0, intervals=24), Stretch(low_mm=14.0, high_mm=30.0, intervals=32))
     sizes = {"half_length_mm": 20.0, "step_x_mm": 0.5, "step_s_mm": 0.5, "semi_axis_mm": 6.0}
     zone = FineZone(s_low_mm=-6.0, s_high_mm=30.0, bands=bands, **sizes)
@@ -251,8 +269,8 @@ def test_bands_that_meet_are_one_zone(two):
     wide = replace(
         two.expected,
         parts=tuple(
-            replace(part, s_low_mm=low, s_high_mm=high, larger=1.0)
-            for part, low, high in zip(two.expected.parts, (-0.9, 6.5), (6.0, 13.3), strict=True)
+            replace(patch_part, s_low_mm=low, s_high_mm=high, larger=1.0)
+            for patch_part, low, high in zip(two.expected.parts, (-0.9, 6.5), (6.0, 13.3), strict=True)
         ),
     )
     assert fine_zone(wide, two.element_size_mm).bands == ()
@@ -299,22 +317,22 @@ def test_loads_share_bands_that_are_fine_enough_for_each(two):
     assert _serves(together, two)
     assert _serves(together, smaller)
     # fine enough at the narrowest patch is not enough
-    wide = tuple(replace(part, larger=part.larger * 1.2) for part in together.expected.parts)
+    wide = tuple(replace(joint_part, larger=joint_part.larger * 1.2) for joint_part in together.expected.parts)
     assert not _serves(replace(together, expected=replace(together.expected, parts=wide)), smaller)
-    for part, own in zip(together.expected.parts, smaller.expected.parts, strict=True):
-        assert element_width_mm(together.element_size_mm, part) <= (1 + 1e-9) * element_width_mm(
-            smaller.element_size_mm, own
+    for joint_part, smaller_part in zip(together.expected.parts, smaller.expected.parts, strict=True):
+        assert element_width_mm(together.element_size_mm, joint_part) <= (1 + 1e-9) * element_width_mm(
+            smaller.element_size_mm, smaller_part
         )
 
 
 def test_one_patch_shares_as_before():
     position = position_of(Case(lateral_shift_mm=-4.0, roll="given", resolution="quick"))
     smaller = position.for_load(60e3)
-    made = _made_for(position, [position, smaller], 1.0)
-    assert made.expected == position.expected
-    assert made.element_size_mm == tuple(map(min, position.element_size_mm, smaller.element_size_mm))
-    assert _serves(made, position)
-    assert _serves(made, smaller)
+    shared = _made_for(position, [position, smaller], 1.0)
+    assert shared.expected == position.expected
+    assert shared.element_size_mm == tuple(map(min, position.element_size_mm, smaller.element_size_mm))
+    assert _serves(shared, position)
+    assert _serves(shared, smaller)
 
 
 # --- as one zone ------------------------------------------------------------------------------------------------
@@ -322,30 +340,31 @@ def test_one_patch_shares_as_before():
 
 @pytest.mark.slow
 def test_bands_and_one_zone_make_the_same_contact(two, monkeypatch):
-    """Finite bodies with a band for each patch, and with equal elements all over, finer ones in deep layers.
+    """Finite bodies with a band for each patch, and with equal elements all over.
 
-    Layers of 25 steps are not deep enough there: 30,685 N below the head in place of 30,745, and in bands 30,760.
+    The equal elements are finer in deep layers. Layers of 25 steps are not deep enough there: 30,685 N below the head
+    in place of 30,745, and in bands 30,760.
     """
     banded = Meshes(two).solve(two)
     monkeypatch.setattr("fecontact.fe.meshing._PART_STEPS", 70)
-    one = replace(two, expected=two.expected.joined())
-    finer = CoupledMesh(one, 1.0 / MESH_RATIO)
-    joined = finer.solve(one)
+    single_zone = replace(two, expected=two.expected.joined())
+    finer = CoupledMesh(single_zone, 1.0 / MESH_RATIO)
+    joined = finer.solve(single_zone)
     finer.close()
     assert banded.status == joined.status == "converged"
-    unknowns = [sum(one.degrees_of_freedom.values()) for one in (banded.levels[0], joined)]
+    unknowns = [sum(level.degrees_of_freedom.values()) for level in (banded.levels[0], joined)]
     assert unknowns[0] < 0.3 * unknowns[1]
-    for own, other in zip(parts_of(banded.levels[0].fe), parts_of(joined.fe), strict=True):
+    for banded_part, joined_part in zip(parts_of(banded.levels[0].fe), parts_of(joined.fe), strict=True):
         # measured 0.07, 0.15 and 0.14 %; the stated uncertainties are 0.1, 0.3 and 0.3 %
-        assert own.rung.normal_force_N == pytest.approx(other.rung.normal_force_N, rel=1.5e-3)
-        assert own.rung.pressure_MPa.max() == pytest.approx(other.rung.pressure_MPa.max(), rel=3e-3)
-        assert own.area_mm2 == pytest.approx(other.area_mm2, rel=4e-3)
+        assert banded_part.rung.normal_force_N == pytest.approx(joined_part.rung.normal_force_N, rel=1.5e-3)
+        assert banded_part.rung.pressure_MPa.max() == pytest.approx(joined_part.rung.pressure_MPa.max(), rel=3e-3)
+        assert banded_part.area_mm2 == pytest.approx(joined_part.area_mm2, rel=4e-3)
 
 
 def test_a_preview_counts_the_elements_of_bands(two):
-    seen = preview(TWO)
+    previewed = preview(TWO)
     zone = fine_zone(two.expected, two.element_size_mm)
-    assert seen.elements[1] == zone.intervals_s
+    assert previewed.elements[1] == zone.intervals_s
 
 
 def test_other_meshes_begin_with_the_room_that_the_first_one_needed(monkeypatch):
@@ -357,9 +376,9 @@ def test_other_meshes_begin_with_the_room_that_the_first_one_needed(monkeypatch)
     )
     position = position_of(case)
     meshes = Meshes(position, keep=True)
-    solved = meshes.solve(position)
-    assert [level.enlarged for level in solved.levels] == [1, 0]
-    assert not any(level.at_edge for level in solved.levels)
+    solution = meshes.solve(position)
+    assert [level.enlarged for level in solution.levels] == [1, 0]
+    assert not any(level.at_edge for level in solution.levels)
     # a further load begins as it would by itself
     meshes.drop_enlarged()
     assert meshes.solve(position).levels[0].enlarged == 1

@@ -1,4 +1,4 @@
-"""The command line: exit codes, one clear line for bad input, JSON alone on standard output."""
+"""The command line: exit codes, a single clear line for bad input, pure JSON on standard output."""
 
 import errno
 import json
@@ -88,8 +88,8 @@ def test_help_and_version_are_instant_and_import_nothing_heavy():
         "print(sorted({'numpy', 'scipy', 'skfem', 'gmsh', 'vtk', 'pyvista', 'matplotlib'} & set(sys.modules)))"
     )
     start = time.perf_counter()
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip().endswith("[]")
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout.strip().endswith("[]")
     # half a second would already be felt; the bound leaves room for a loaded machine
     assert time.perf_counter() - start < 5.0
 
@@ -100,8 +100,8 @@ def test_hertz_as_json_needs_no_gmsh(capsys):
         "pair = ['--rail', 'circle:300', '--wheel', 'cylinder:460', '--inclination', 'none'];"
         "sys.exit(call(['hertz', *pair, '--json']))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    record = json.loads(done.stdout)
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    record = json.loads(process.stdout)
     # Johnson (1985), section 4.2, as in test_hertz
     assert record["ellipses"][0]["p_max_MPa"] == pytest.approx(1237.559, abs=1e-3)
 
@@ -274,17 +274,17 @@ def test_a_working_folder_that_is_gone_is_said(tmp_path):
     code = "import os, sys; os.rmdir(os.getcwd()); from fecontact.cli import call; sys.exit(call(sys.argv[1:]))"
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
     command = [sys.executable, "-c", code, "table", "--shifts", "3", "--loads-kn", "50", "--out", "table.csv"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
-    assert done.returncode == 2
-    assert "the working folder is no more: change into one that is there" in done.stderr
+    process = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert process.returncode == 2
+    assert "the working folder is no more: change into one that is there" in process.stderr
 
 
 def test_an_error_of_the_system_without_a_name_is_not_blamed_on_the_workers_where_the_folder_is_gone(monkeypatch):
     # as `os.getcwd` raises it
-    gone = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-    assert "/dev/shm" in _system_error(gone)
-    monkeypatch.setattr(Path, "cwd", raising(gone))
-    assert "/dev/shm" not in _system_error(gone)
+    missing_folder = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+    assert "/dev/shm" in _system_error(missing_folder)
+    monkeypatch.setattr(Path, "cwd", raising(missing_folder))
+    assert "/dev/shm" not in _system_error(missing_folder)
 
 
 def test_an_error_of_the_program_in_a_job_is_one_line_and_an_exit_code_of_its_own(tmp_path, monkeypatch, capsys):

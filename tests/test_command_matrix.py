@@ -1,4 +1,7 @@
-"""Commands that compute, over the library at random: rules that each keeps, and invariants of what they answer."""
+"""Random commands that compute, over the whole library.
+
+Each keeps its rules, and its answers have the required invariants.
+"""
 
 import json
 import math
@@ -18,15 +21,15 @@ from fecontact.solving.solve import solve
 MIRRORED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm", "normal_force_N")
 
 
-def bad_of(came) -> list[str]:
-    return [text for tally in came.values() for text in tally.bad]
+def bad_of(tallies) -> list[str]:
+    return [text for tally in tallies.values() for text in tally.bad]
 
 
 def test_commands_that_compute_keep_the_rules():
-    came = try_lines(FAST, seed=1)
-    assert bad_of(came) == []
+    tallies = try_lines(FAST, seed=1)
+    assert bad_of(tallies) == []
     # most are answered, so that the rules of answers are seen too
-    assert sum(tally.answered for tally in came.values()) > 0.6 * sum(FAST.values())
+    assert sum(tally.answered for tally in tallies.values()) > 0.6 * sum(FAST.values())
 
 
 @pytest.mark.slow
@@ -63,7 +66,7 @@ def test_the_right_wheel_is_the_mirror_image_of_the_left_one(seed):
         left, right = (answer_of("theory", name, *body, *at) for at in (left_at, right_at))
         assert (left is None) == (right is None), name
         if left is not None:
-            assert [right[of] for of in MIRRORED] == pytest.approx([left[of] for of in MIRRORED], rel=1e-6), name
+            assert [right[key] for key in MIRRORED] == pytest.approx([left[key] for key in MIRRORED], rel=1e-6), name
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 20))])
@@ -81,11 +84,12 @@ def test_both_sides_of_a_wheelset_are_alike(seed):
         return
     assert middle["left"] == middle["right"]
     for key in ("rail_y_mm", "wheel_y_mm", "contact_angle_rad", "rolling_radius_mm"):
-        for one, other in (("left", "right"), ("right", "left")):
-            there, here = (
-                [touch[key] for touch in at[side]["touch_points"]] for at, side in ((outward, one), (inward, other))
+        for side, opposite_side in (("left", "right"), ("right", "left")):
+            far_side, near_side = (
+                [touch[key] for touch in at[side]["touch_points"]]
+                for at, side in ((outward, side), (inward, opposite_side))
             )
-            assert there == pytest.approx(here, abs=1e-6), key
+            assert far_side == pytest.approx(near_side, abs=1e-6), key
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 20))])
@@ -94,8 +98,8 @@ def test_more_load_presses_deeper_and_wider(seed):
     where = [*pair(rng), f"--shift={rng.uniform(-6.0, 5.0):.2f}"]
     for name in THEORIES:
         answers = [answer_of("theory", name, *where, f"--load-kn={load}") for load in (20, 50, 110)]
-        known = [one for one in answers if one is not None]
-        for lighter, heavier in pairwise(known):
+        contacts = [answer for answer in answers if answer is not None]
+        for lighter, heavier in pairwise(contacts):
             for measure in ("approach_mm", "area_mm2", "normal_force_N"):
                 assert heavier[measure] > lighter[measure], (name, measure)
 
@@ -109,16 +113,18 @@ def test_patches_share_the_whole_normal_force(seed):
     rng = random.Random(seed)
     where = WHERE if seed == 0 else [*pair(rng), f"--shift={rng.uniform(3.0, 7.0):.2f}", "--load-kn=50"]
     for name in ("multi_hertz", "half_space"):
-        told = answer_of("theory", name, *where)
-        if told is None or len(told["patches"]) < 2:
+        record = answer_of("theory", name, *where)
+        if record is None or len(record["patches"]) < 2:
             assert seed > 0
             continue
-        assert sum(patch["normal_force_N"] for patch in told["patches"]) == pytest.approx(
-            told["normal_force_N"], rel=1e-6
+        assert sum(patch["normal_force_N"] for patch in record["patches"]) == pytest.approx(
+            record["normal_force_N"], rel=1e-6
         )
         if name == "multi_hertz":
             # along the normal of each: together they carry the wheel
-            vertical = sum(patch["normal_force_N"] * math.cos(patch["contact_angle_rad"]) for patch in told["patches"])
+            vertical = sum(
+                patch["normal_force_N"] * math.cos(patch["contact_angle_rad"]) for patch in record["patches"]
+            )
             assert vertical == pytest.approx(50e3, rel=1e-3)
 
 
@@ -143,8 +149,8 @@ def test_solved_cases_balance_mirror_and_press_deeper(seed):
         refine="never",
     )
     right = replace(left, side="right", lateral_shift_mm=-left.lateral_shift_mm)
-    one, mirrored, heavier = (solve(case) for case in (left, right, replace(left, load_N=1.8 * left.load_N)))
-    for result in (one, mirrored, heavier):
+    original, mirrored, heavier = (solve(case) for case in (left, right, replace(left, load_N=1.8 * left.load_N)))
+    for result in (original, mirrored, heavier):
         field = result.load.fe.pressure.whole()
         if result.load.comparison.patch.pieces == 1:
             # where the surface turns below the patch, less of the pressure counts along the normal at first touch; in
@@ -153,20 +159,20 @@ def test_solved_cases_balance_mirror_and_press_deeper(seed):
             assert float((area * field.values).sum()) == pytest.approx(result.normal_force_N, rel=2e-3)
             assert result.normal_force_N == pytest.approx(result.case.load_N, rel=1e-6)
         verdict, limits = result.verdict, result.case.criteria.limits
-        each = {name: answer_of_numbers(result.load, name, limit) for name, limit in limits.items()}
-        assert dict(verdict.each) == each
-    own, other = (result.comparison.fe.as_dict() for result in (one, mirrored))
+        answers = {name: answer_of_numbers(result.load, name, limit) for name, limit in limits.items()}
+        assert dict(verdict.each) == answers
+    measures, mirrored_measures = (result.comparison.fe.as_dict() for result in (original, mirrored))
     for measure in OF_FE:
         # the mesh is mirrored too, up to the rounding of its nodes
-        assert other[measure] == pytest.approx(own[measure], rel=1e-4), measure
-    assert mirrored.verdict.each == one.verdict.each
+        assert mirrored_measures[measure] == pytest.approx(measures[measure], rel=1e-4), measure
+    assert mirrored.verdict.each == original.verdict.each
     for measure in ("p_max_MPa", "area_mm2", "approach_mm"):
-        assert heavier.comparison.fe.as_dict()[measure] > own[measure], measure
+        assert heavier.comparison.fe.as_dict()[measure] > measures[measure], measure
 
 
 def answer_of_numbers(load, measure: str, limit: float) -> str:
     """The answer that deviation, uncertainty and limit of a measure give."""
-    off, unsure = abs(load.deviation[measure]), load.uncertainty[measure]
-    if off - unsure > limit:
+    off, uncertainty = abs(load.deviation[measure]), load.uncertainty[measure]
+    if off - uncertainty > limit:
         return "FAILS"
-    return "HOLDS" if off + unsure < limit else "UNRESOLVED"
+    return "HOLDS" if off + uncertainty < limit else "UNRESOLVED"

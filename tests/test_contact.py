@@ -24,7 +24,7 @@ def hertz(rail: float, load: float = LOAD) -> HertzContact:
 
 
 def grid(rail: float, count: int, *, half: bool = True, room: float = 1.3) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes with `count` steps a semi-axis, the centre on one of them."""
+    """Nodes with `count` steps per semi-axis and a node in the centre."""
     h, k = hertz(rail), int(room * count) + 1
     x = h.a_mm / count * np.arange(0 if half else -k, k + 1)
     return x, h.b_mm / count * np.arange(-k, k + 1)
@@ -125,18 +125,22 @@ def test_half_space_problem_of_a_grid(half):
     nodes = ContactGrid(x_mm=x, s_mm=s, half=half)
     gap = (0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 80.0 * s[None, :] ** 2).ravel()
     closing = np.random.default_rng(4).uniform(0.8, 1.0, gap.size)
-    made = half_space_problem(nodes, gap, contact_modulus_MPa=MODULUS)
+    grid_problem = half_space_problem(nodes, gap, contact_modulus_MPa=MODULUS)
     by_hand = uniform_problem(x, s, gap, half=half)
     # cells at the ends are half of those inside, and nothing touches there
-    assert made.area_mm2.sum() == pytest.approx((2.0 if half else 1.0) * np.ptp(x) * np.ptp(s), rel=1e-12)
-    inside = made.area_mm2.reshape(nodes.shape)[0 if half else 1 : -1, 1:-1]
+    assert grid_problem.area_mm2.sum() == pytest.approx((2.0 if half else 1.0) * np.ptp(x) * np.ptp(s), rel=1e-12)
+    inside = grid_problem.area_mm2.reshape(nodes.shape)[0 if half else 1 : -1, 1:-1]
     np.testing.assert_allclose(inside, by_hand.area_mm2.reshape(nodes.shape)[0 if half else 1 : -1, 1:-1], rtol=1e-12)
     p = np.random.default_rng(1).uniform(size=gap.size)
-    np.testing.assert_allclose(made.compliance(p), by_hand.compliance(p), rtol=1e-12)
-    np.testing.assert_array_equal(made.gap_mm, gap)
-    np.testing.assert_array_equal(made.closing, 1.0)
-    one, two = (solve_contact(problem, LOAD, tolerance=1e-9) for problem in (made, by_hand))
-    np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=1e-7 * two.pressure_MPa.max())
+    np.testing.assert_allclose(grid_problem.compliance(p), by_hand.compliance(p), rtol=1e-12)
+    np.testing.assert_array_equal(grid_problem.gap_mm, gap)
+    np.testing.assert_array_equal(grid_problem.closing, 1.0)
+    first_solution, second_solution = (
+        solve_contact(problem, LOAD, tolerance=1e-9) for problem in (grid_problem, by_hand)
+    )
+    np.testing.assert_allclose(
+        first_solution.pressure_MPa, second_solution.pressure_MPa, atol=1e-7 * second_solution.pressure_MPa.max()
+    )
     tilted = half_space_problem(nodes, gap, closing=closing, contact_modulus_MPa=MODULUS)
     np.testing.assert_array_equal(tilted.closing, closing)
 
@@ -152,7 +156,10 @@ def values_on(nodes: ContactGrid) -> np.ndarray:
 
 
 def moments(field: Field) -> list[float]:
-    """Sum over the whole contact, and its first and second moments, in the areas of the nodes."""
+    """Sum over the full contact, and its first and second moments.
+
+    Each node has the weight of its area.
+    """
     x, s, p = field.grid.x_mm[:, None], field.grid.s_mm[None, :], field.values
     area = field.grid.whole_area_mm2().reshape(field.grid.shape)
     return [float(np.sum(area * p * w)) for w in (1.0, s, x**2, s**2, x**2 * s)]
@@ -160,17 +167,17 @@ def moments(field: Field) -> list[float]:
 
 def test_the_whole_of_a_half_field_keeps_sums_and_mirrors_positions():
     half = Field(grid=HALF_GRID, values=values_on(HALF_GRID))
-    whole = half.whole()
-    assert not whole.grid.half
-    assert whole.grid.shape == whole.values.shape == (9, 7)
-    np.testing.assert_array_equal(whole.grid.x_mm, -whole.grid.x_mm[::-1])
-    np.testing.assert_array_equal(whole.grid.x_mm[4:], HALF_GRID.x_mm)
-    np.testing.assert_array_equal(whole.grid.s_mm, HALF_GRID.s_mm)
-    np.testing.assert_array_equal(whole.values, whole.values[::-1])
+    full_field = half.whole()
+    assert not full_field.grid.half
+    assert full_field.grid.shape == full_field.values.shape == (9, 7)
+    np.testing.assert_array_equal(full_field.grid.x_mm, -full_field.grid.x_mm[::-1])
+    np.testing.assert_array_equal(full_field.grid.x_mm[4:], HALF_GRID.x_mm)
+    np.testing.assert_array_equal(full_field.grid.s_mm, HALF_GRID.s_mm)
+    np.testing.assert_array_equal(full_field.values, full_field.values[::-1])
     # the plane of symmetry is there once
-    np.testing.assert_array_equal(whole.values[4:], half.values)
-    assert moments(whole) == pytest.approx(moments(half), rel=1e-12)
-    assert whole.whole() is whole
+    np.testing.assert_array_equal(full_field.values[4:], half.values)
+    assert moments(full_field) == pytest.approx(moments(half), rel=1e-12)
+    assert full_field.whole() is full_field
 
 
 def test_a_full_field_is_whole():
@@ -223,19 +230,25 @@ def test_fields_of_nodes_may_have_components():
 # --- a contact on the nodes of elements beside the same one on finer nodes -------------------------------------------
 
 
-def lines(nodes: int, step: float, offset: float) -> np.ndarray:
+def node_lines(nodes: int, step: float, offset: float) -> np.ndarray:
     return step * (np.arange(-nodes, nodes + 1) + offset)
 
 
 @pytest.mark.parametrize("half", [True, False])
 @pytest.mark.parametrize("seed", range(3))
 def test_means_over_shape_functions_are_no_misfit(half, seed):
-    """Nodal pressures from an ellipsoid by Gauss's rule, finer ones in the mean over their cells: one contact."""
+    """An ellipsoid on coarse and on fine nodes is a single contact.
+
+    Nodal pressures are integrated by Gauss's rule, finer pressures are means over their cells.
+    """
     rng = np.random.default_rng(seed)
     exact = hertz(300.0)
     (off_x, off_s), (fine_x, fine_s) = rng.uniform(-0.5, 0.5, 2), rng.uniform(-0.5, 0.5, 2)
-    x, fx = lines(9, exact.a_mm / 6.0, 0.0 if half else off_x), lines(40, exact.a_mm / 32.3, 0.0 if half else fine_x)
-    s, fs = lines(9, exact.b_mm / 6.0, off_s), lines(40, exact.b_mm / 31.7, fine_s)
+    x, fx = (
+        node_lines(9, exact.a_mm / 6.0, 0.0 if half else off_x),
+        node_lines(40, exact.a_mm / 32.3, 0.0 if half else fine_x),
+    )
+    s, fs = node_lines(9, exact.b_mm / 6.0, off_s), node_lines(40, exact.b_mm / 31.7, fine_s)
     # hat functions by 24 intervals of two Gauss points on either side
     t = (np.arange(-24, 24)[:, None] + 0.5 + np.array([-0.5, 0.5]) / math.sqrt(3.0)).ravel() / 24.0
     weight = (1.0 - np.abs(t)) / (1.0 - np.abs(t)).sum()
@@ -246,13 +259,13 @@ def test_means_over_shape_functions_are_no_misfit(half, seed):
     fine = exact.pressure_MPa(fx[:, None], fs[None, :])
     rows = slice(9, None) if half else slice(None)
     fine_rows = slice(40, None) if half else slice(None)
-    one = rung_with(ContactGrid(x_mm=x[rows], s_mm=s, half=half), nodal[rows])
-    other = rung_with(ContactGrid(x_mm=fx[fine_rows], s_mm=fs, half=half), fine[fine_rows])
+    coarse_rung = rung_with(ContactGrid(x_mm=x[rows], s_mm=s, half=half), nodal[rows])
+    fine_rung = rung_with(ContactGrid(x_mm=fx[fine_rows], s_mm=fs, half=half), fine[fine_rows])
     # the finer pressure is taken at its nodes: measured 0.16 % at most
-    assert misfit(one, other) < 2.5e-3
+    assert misfit(coarse_rung, fine_rung) < 2.5e-3
     # 2 % more on one side and less on the other: half of the integral of 2 % of the pressure
-    tilted = rung_with(one.grid, one.pressure_MPa * (1.0 + 0.02 * np.sign(s)[None, :]))
-    assert misfit(tilted, other) == pytest.approx(0.01, abs=2.5e-3)
+    tilted = rung_with(coarse_rung.grid, coarse_rung.pressure_MPa * (1.0 + 0.02 * np.sign(s)[None, :]))
+    assert misfit(tilted, fine_rung) == pytest.approx(0.01, abs=2.5e-3)
 
 
 def test_misfit_by_hand():
@@ -260,27 +273,37 @@ def test_misfit_by_hand():
     # 16 steps between two nodes, a force at one fine node
     fine = ContactGrid(x_mm=np.arange(-48, 49) / 16.0, s_mm=np.arange(-48, 49) / 16.0, half=False)
 
-    def at(grid: ContactGrid, x: float, s: float, force: float = 160.0) -> np.ndarray:
+    def point_pressure(grid: ContactGrid, x: float, s: float, force: float = 160.0) -> np.ndarray:
         p = np.zeros(grid.shape)
         p[np.argmin(np.abs(grid.x_mm - x)), np.argmin(np.abs(grid.s_mm - s))] = force / np.prod(grid.steps_mm)
         return p
 
-    def found(nodal: np.ndarray, finer: np.ndarray) -> float:
+    def nodal_misfit(nodal: np.ndarray, finer: np.ndarray) -> float:
         return misfit(rung_with(nodes, nodal), rung_with(fine, finer))
 
     # the mean of a hat over the fine cell at its top, and over that of its neighbour
-    top, beside = 1.0 - 1.0 / 64.0, 1.0 / 128.0
-    assert found(at(nodes, 1.0, 0.0), at(fine, 1.0, 0.0)) == pytest.approx(1.0 - top**2, rel=1e-12)
+    top, neighbour = 1.0 - 1.0 / 64.0, 1.0 / 128.0
+    assert nodal_misfit(point_pressure(nodes, 1.0, 0.0), point_pressure(fine, 1.0, 0.0)) == pytest.approx(
+        1.0 - top**2, rel=1e-12
+    )
     # all of the load one node on
-    assert found(at(nodes, 2.0, 0.0), at(fine, 1.0, 0.0)) == pytest.approx(1.0 - beside * top, rel=1e-12)
+    assert nodal_misfit(point_pressure(nodes, 2.0, 0.0), point_pressure(fine, 1.0, 0.0)) == pytest.approx(
+        1.0 - neighbour * top, rel=1e-12
+    )
     # a quarter of the way to the next node: three quarters belong to the first
-    assert found(at(nodes, 1.0, 0.0), at(fine, 1.25, 0.0)) == pytest.approx(1.0 - 0.75 * top, rel=1e-12)
-    both = 0.75 * at(nodes, 1.0, 0.0) + 0.25 * at(nodes, 2.0, 0.0)
-    assert found(both, at(fine, 1.25, 0.0)) == pytest.approx(1.0 - top, rel=1e-12)
+    assert nodal_misfit(point_pressure(nodes, 1.0, 0.0), point_pressure(fine, 1.25, 0.0)) == pytest.approx(
+        1.0 - 0.75 * top, rel=1e-12
+    )
+    two_nodes = 0.75 * point_pressure(nodes, 1.0, 0.0) + 0.25 * point_pressure(nodes, 2.0, 0.0)
+    assert nodal_misfit(two_nodes, point_pressure(fine, 1.25, 0.0)) == pytest.approx(1.0 - top, rel=1e-12)
     # in both directions: 0.75 * 0.5 of it at the node
-    assert found(at(nodes, 1.0, 0.0), at(fine, 1.25, -0.5)) == pytest.approx(1.0 - 0.375, rel=1e-12)
+    assert nodal_misfit(point_pressure(nodes, 1.0, 0.0), point_pressure(fine, 1.25, -0.5)) == pytest.approx(
+        1.0 - 0.375, rel=1e-12
+    )
     # too much load altogether is half as much misplaced
-    assert found(1.1 * at(nodes, 1.0, 0.0), at(fine, 1.0, 0.0)) == pytest.approx(0.05 + 1.0 - top**2, rel=1e-12)
+    assert nodal_misfit(1.1 * point_pressure(nodes, 1.0, 0.0), point_pressure(fine, 1.0, 0.0)) == pytest.approx(
+        0.05 + 1.0 - top**2, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("steps", [0.5, 1.0])
@@ -301,16 +324,16 @@ def test_misfit_of_a_shifted_line_load(steps):
     assert centred[10] == pytest.approx(9.0 - 0.25 / 6.0, rel=1e-6)
     # along x both have a force of 3 in the same nodes: 2 of the coarse ones, by hat means of the fine ones
     weights = np.maximum(0.0, 1.0 - np.abs(fine.x_mm - nodes.x_mm[:, None]))
-    both = np.concatenate([fine_along[:0:-1], fine_along])
+    full_line = np.concatenate([fine_along[:0:-1], fine_along])
     places = np.concatenate([-fine.x_mm[:0:-1], fine.x_mm])
-    exact_along = np.array([0.1 * np.maximum(0.0, 1.0 - np.abs(places - x)) @ both for x in nodes.x_mm])
+    exact_along = np.array([0.1 * np.maximum(0.0, 1.0 - np.abs(places - x)) @ full_line for x in nodes.x_mm])
     assert weights.shape == (4, 40)
     pressure = exact_along[:, None] * mean
     expected = 0.5 * np.abs(mean - centred).sum() / centred.sum()
     assert along.size == nodes.x_mm.size
-    found = misfit(rung_with(nodes, pressure), rung_with(fine, fine_along[:, None] * parabola(fine.s_mm)))
+    line_misfit = misfit(rung_with(nodes, pressure), rung_with(fine, fine_along[:, None] * parabola(fine.s_mm)))
     # sums over the finer nodes are trapezoids: measured 1e-4 of it
-    assert found == pytest.approx(expected, rel=2e-3)
+    assert line_misfit == pytest.approx(expected, rel=2e-3)
 
 
 # --- rung Q against Hertz ---------------------------------------------------------------------------------------
@@ -348,13 +371,13 @@ def test_half_space_field_converges_with_first_order():
 
 
 def test_half_and_full_model_are_the_same():
-    half, one = rung_q(300.0, 6)
-    full, two = rung_q(300.0, 6, half=False)
+    half, half_contact = rung_q(300.0, 6)
+    full, full_contact = rung_q(300.0, 6, half=False)
     # both to the solver's tolerance of 1e-7
     np.testing.assert_allclose(full[full.shape[0] // 2 :], half, atol=1e-6 * half.max())
     np.testing.assert_allclose(full, full[::-1], atol=1e-6 * half.max())
     np.testing.assert_allclose(full, full[:, ::-1], atol=1e-6 * half.max())
-    assert one.approach_mm == pytest.approx(two.approach_mm, rel=1e-7)
+    assert half_contact.approach_mm == pytest.approx(full_contact.approach_mm, rel=1e-7)
 
 
 # --- what is known of the inverse of a compliance ----------------------------------------------------------------
@@ -367,8 +390,8 @@ def test_the_stiffness_of_a_half_space_is_about_the_inverse_of_its_compliance(ha
     # of no net force, and nothing at the ends: what goes on beyond the grid does not count
     bump = np.exp(-((x[:, None] / 1.5) ** 2) - ((s - 0.4) / 1.1) ** 2)
     pressure = (bump * (1.0 - (x[:, None] / 1.5) ** 2 - ((s - 0.4) / 1.1) ** 2)).ravel()
-    found = stiffness_below(nodes, MODULUS)(half_space_below(nodes, MODULUS)(pressure))
-    np.testing.assert_allclose(found, pressure, atol=0.01 * pressure.max())
+    recovered = stiffness_below(nodes, MODULUS)(half_space_below(nodes, MODULUS)(pressure))
+    np.testing.assert_allclose(recovered, pressure, atol=0.01 * pressure.max())
 
 
 @pytest.mark.parametrize(("half", "rail", "count"), [(True, 300.0, 32), (False, 80.0, 16), (True, 13.0, 32)])
@@ -378,13 +401,14 @@ def test_a_preconditioned_contact_takes_less_than_half_of_the_applications(half,
     problem = half_space_problem(ContactGrid(x_mm=x, s_mm=s, half=half), gap, contact_modulus_MPa=MODULUS)
     guess = hertz(rail).pressure_MPa(1.05 * x[:, None], 0.97 * s[None, :]).ravel()
     exact = solve_contact(problem, LOAD, tolerance=1e-11).pressure_MPa
-    found, plain = (
-        solve_contact(one, LOAD, start_MPa=guess, tolerance=1e-6) for one in (problem, replace(problem, stiffness=None))
+    preconditioned, plain = (
+        solve_contact(variant, LOAD, start_MPa=guess, tolerance=1e-6)
+        for variant in (problem, replace(problem, stiffness=None))
     )
     # 11, 12 and 19 for 33, 28 and 49
-    assert found.compliance_calls < 0.45 * plain.compliance_calls
+    assert preconditioned.compliance_calls < 0.45 * plain.compliance_calls
     # 1e-6 of the approach were up to 3e-4 of the peak before, on 36 nodes per semi-axis
-    assert np.abs(found.pressure_MPa - exact).max() < 6e-5 * exact.max()
+    assert np.abs(preconditioned.pressure_MPa - exact).max() < 6e-5 * exact.max()
 
 
 # --- the solution fulfils the problem ---------------------------------------------------------------------------
@@ -416,10 +440,10 @@ def test_conditions_of_contact(seed):
 def test_a_held_approach_carries_the_load_that_leads_to_it(seed):
     problem = rough_problem(seed)
     loaded = solve_contact(problem, 20e3, tolerance=1e-10)
-    held = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-10)
-    assert (held.status, held.approach_mm) == ("converged", loaded.approach_mm)
-    assert held.residual < 2e-10
-    np.testing.assert_allclose(held.pressure_MPa, loaded.pressure_MPa, atol=1e-7 * loaded.pressure_MPa.max())
+    prescribed = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-10)
+    assert (prescribed.status, prescribed.approach_mm) == ("converged", loaded.approach_mm)
+    assert prescribed.residual < 2e-10
+    np.testing.assert_allclose(prescribed.pressure_MPa, loaded.pressure_MPa, atol=1e-7 * loaded.pressure_MPa.max())
     cut_short = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-10, iterations=9)
     assert (cut_short.status, cut_short.iterations) == ("not converged", 9)
     assert cut_short.residual > 1e-6
@@ -451,7 +475,7 @@ def test_dense_quadratic_programme_agrees(seed):
 def test_three_nodes_by_enumeration():
     matrix = np.array([[2.0, 0.5, 0.2], [0.5, 2.0, 0.5], [0.2, 0.5, 2.0]]) * 1e-5
     gap, area, load = np.array([0.0, 0.001, 0.004]), np.array([1.0, 1.0, 1.0]), 150.0
-    found = []
+    solutions = []
     for mask in range(1, 8):
         active = np.array([bool(mask >> k & 1) for k in range(3)])
         # C p - approach = -gap on the active nodes, sum p = load
@@ -460,12 +484,12 @@ def test_three_nodes_by_enumeration():
         p = np.zeros(3)
         p[active] = answer[:-1]
         if np.all(p >= 0) and np.all((gap + matrix @ p - answer[-1])[~active] >= 0):
-            found.append(p)
-    assert len(found) == 1
+            solutions.append(p)
+    assert len(solutions) == 1
     problem = ContactProblem(compliance=lambda p: matrix @ p, gap_mm=gap, closing=np.ones(3), area_mm2=area)
     solution = solve_contact(problem, load, tolerance=1e-13)
-    np.testing.assert_allclose(solution.pressure_MPa, found[0], atol=1e-10 * load)
-    assert np.count_nonzero(found[0]) == 2
+    np.testing.assert_allclose(solution.pressure_MPa, solutions[0], atol=1e-10 * load)
+    assert np.count_nonzero(solutions[0]) == 2
 
 
 # --- invariants -------------------------------------------------------------------------------------------------
@@ -475,9 +499,9 @@ def test_constant_gap_only_adds_to_the_approach():
     problem = rough_problem()
     base = solve_contact(problem, 20e3, tolerance=1e-9)
     # residuals are relative to the approach, so a far larger approach needs a smaller tolerance
-    moved = solve_contact(replace(problem, gap_mm=problem.gap_mm + 0.3), 20e3, tolerance=1e-10)
-    np.testing.assert_allclose(moved.pressure_MPa, base.pressure_MPa, atol=1e-7 * base.pressure_MPa.max())
-    assert moved.approach_mm - base.approach_mm == pytest.approx(0.3, abs=1e-9)
+    lifted = solve_contact(replace(problem, gap_mm=problem.gap_mm + 0.3), 20e3, tolerance=1e-10)
+    np.testing.assert_allclose(lifted.pressure_MPa, base.pressure_MPa, atol=1e-7 * base.pressure_MPa.max())
+    assert lifted.approach_mm - base.approach_mm == pytest.approx(0.3, abs=1e-9)
 
 
 def test_start_does_not_matter():
@@ -487,9 +511,9 @@ def test_start_does_not_matter():
     nowhere = np.zeros(base.size)
     starts = [np.ones(base.size), rng.uniform(0.0, 5.0, base.size), np.eye(base.size)[7], nowhere, base[::-1] - 10.0]
     for start in starts:
-        other = solve_contact(problem, 20e3, start_MPa=start, tolerance=1e-9)
-        assert other.status == "converged"
-        np.testing.assert_allclose(other.pressure_MPa, base, atol=1e-7 * base.max())
+        restarted = solve_contact(problem, 20e3, start_MPa=start, tolerance=1e-9)
+        assert restarted.status == "converged"
+        np.testing.assert_allclose(restarted.pressure_MPa, base, atol=1e-7 * base.max())
     again = solve_contact(problem, 20e3, start_MPa=base, tolerance=1e-7)
     assert again.iterations == 1
     assert again.compliance_calls == 1
@@ -501,11 +525,11 @@ def test_scaling_lengths_and_load():
     base = solve_contact(uniform_problem(x, s, gap, half=True), LOAD, tolerance=1e-9)
     scale = 2.5
     # all lengths (gap too) times 2.5, the load times 2.5^2: the same pressures
-    other = solve_contact(
+    scaled = solve_contact(
         uniform_problem(scale * x, scale * s, scale * gap, half=True), scale**2 * LOAD, tolerance=1e-9
     )
-    np.testing.assert_allclose(other.pressure_MPa, base.pressure_MPa, atol=1e-7 * base.pressure_MPa.max())
-    assert other.approach_mm == pytest.approx(scale * base.approach_mm, rel=1e-8)
+    np.testing.assert_allclose(scaled.pressure_MPa, base.pressure_MPa, atol=1e-7 * base.pressure_MPa.max())
+    assert scaled.approach_mm == pytest.approx(scale * base.approach_mm, rel=1e-8)
 
 
 def test_peak_grows_with_the_cube_root_of_the_load():
@@ -526,8 +550,8 @@ def test_mirrored_gap_mirrors_the_pressure():
     shape = (25, 21)
     base = solve_contact(problem, 20e3, tolerance=1e-9).pressure_MPa.reshape(shape)
     mirrored = problem.gap_mm.reshape(shape)[::-1, ::-1].ravel()
-    other = solve_contact(replace(problem, gap_mm=mirrored), 20e3, tolerance=1e-9).pressure_MPa.reshape(shape)
-    np.testing.assert_allclose(other[::-1, ::-1], base, atol=1e-7 * base.max())
+    mirror_pressure = solve_contact(replace(problem, gap_mm=mirrored), 20e3, tolerance=1e-9).pressure_MPa.reshape(shape)
+    np.testing.assert_allclose(mirror_pressure[::-1, ::-1], base, atol=1e-7 * base.max())
 
 
 def test_tilted_normals_carry_the_load_along_the_approach():
@@ -566,19 +590,25 @@ def test_residuals_belong_to_the_returned_pressure():
 
 @pytest.mark.parametrize("unknowns", [1, 2, 4])
 def test_mixed_solutions_of_a_linear_iteration_are_its_fixed_point(unknowns):
-    """One step more than there are unknowns gives it exactly (Walker and Ni 2011), also of one that grows."""
+    """Mixing is exact with more steps than unknowns (Walker and Ni 2011).
+
+    It needs a single step more than the number of unknowns, also for an iteration that grows.
+    """
     rng = np.random.default_rng(unknowns)
     matrix, constant = 3.0 * rng.normal(size=(unknowns, unknowns)), rng.normal(size=unknowns)
     inputs = rng.normal(size=(unknowns + 1, unknowns))
-    solved = [matrix @ each + constant for each in inputs]
+    outputs = [matrix @ vector + constant for vector in inputs]
     fixed = np.linalg.solve(np.eye(unknowns) - matrix, constant)
-    mixed = mixture(solved, [after - before for after, before in zip(solved, inputs, strict=True)])
+    mixed = mixture(outputs, [after - before for after, before in zip(outputs, inputs, strict=True)])
     np.testing.assert_allclose(mixed, fixed, rtol=1e-8, atol=1e-8)
-    assert mixture(solved[:1], [solved[0] - inputs[0]]) is solved[0]
+    assert mixture(outputs[:1], [outputs[0] - inputs[0]]) is outputs[0]
 
 
 def test_coarse_nodes_lie_evenly_over_what_is_near():
-    """One place of the search beyond it on each side; in the middle of it."""
+    """Coarse nodes cover the near places evenly.
+
+    A single place of the search lies beyond them on each side, in the middle of its interval.
+    """
     x, y = np.linspace(-20.0, 20.0, 81), np.linspace(0.0, 10.0, 21)
     near = np.zeros((x.size, y.size), dtype=bool)
     near[21:34, :5] = True
@@ -589,14 +619,14 @@ def test_coarse_nodes_lie_evenly_over_what_is_near():
 
 
 def test_directions_stay_conjugate_at_a_prescribed_approach():
-    """30 iterations beside 34 under the load of the same contact; steepest descent takes 218."""
+    """30 iterations, compared with 34 under the load of this contact; steepest descent takes 218."""
     grid = ContactGrid(x_mm=0.1 * np.arange(30.0), s_mm=0.1 * (np.arange(59.0) - 29.0), half=True)
     gap = (grid.x_mm[:, None] ** 2 + grid.s_mm**2).ravel() / 600.0
     problem = half_space_problem(grid, gap, contact_modulus_MPa=MODULUS)
     loaded = solve_contact(problem, 3e3, tolerance=1e-8)
-    given = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-8)
-    assert (loaded.status, given.status) == ("converged", "converged")
-    assert given.iterations <= 1.5 * loaded.iterations
+    prescribed = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-8)
+    assert (loaded.status, prescribed.status) == ("converged", "converged")
+    assert prescribed.iterations <= 1.5 * loaded.iterations
 
 
 def test_a_guess_keeps_pressure_and_loses_what_interpolation_rounds():
@@ -605,6 +635,6 @@ def test_a_guess_keeps_pressure_and_loses_what_interpolation_rounds():
 
 
 def test_what_solvers_leave_is_far_below_any_error_of_a_mesh():
-    found, exact = solve_contact(rough_problem(), LOAD), solve_contact(rough_problem(), LOAD, tolerance=1e-12)
-    assert max(found.contact_residual, found.penetration_residual) <= 1e-7
-    assert np.abs(found.pressure_MPa - exact.pressure_MPa).max() < 1e-5 * exact.pressure_MPa.max()
+    contact, exact = solve_contact(rough_problem(), LOAD), solve_contact(rough_problem(), LOAD, tolerance=1e-12)
+    assert max(contact.contact_residual, contact.penetration_residual) <= 1e-7
+    assert np.abs(contact.pressure_MPa - exact.pressure_MPa).max() < 1e-5 * exact.pressure_MPa.max()

@@ -34,9 +34,9 @@ def standard():
 
 def test_conicity_of_s1002_on_60e1(standard):
     # gauge 1435 mm, amplitudes of 1 to 5 mm; published with two decimals, by linearisation
-    harmonic = [one.harmonic_unrolled for one in standard.conicities[:5]]
+    harmonic = [conicity.harmonic_unrolled for conicity in standard.conicities[:5]]
     assert harmonic == pytest.approx([0.36, 0.22, 0.18, 0.16, 0.15], abs=0.005)
-    unrolled = [one.unrolled for one in standard.conicities[:5]]
+    unrolled = [conicity.unrolled for conicity in standard.conicities[:5]]
     assert unrolled == pytest.approx([0.36, 0.22, 0.18, 0.16, 0.15], abs=0.007)
 
 
@@ -44,17 +44,17 @@ def test_cones_on_circles_have_their_own_conicity():
     # radii grow towards the flange: 1:20
     cone = Profile(name="cone", kind="wheel", segments=(Line(start=(-60.0, -3.0), end=(60.0, 3.0)),))
     pair = pair_of(circular_rail_head(300.0), cone, inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
-    found = contact_functions(Wheelset.of(pair, pair), [-3.0, -1.0, 0.0, 1.0, 3.0])
-    assert found.jumps == ()
-    assert [one.amplitude_mm for one in found.conicities] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
-    for one in found.conicities:
+    functions = contact_functions(Wheelset.of(pair, pair), [-3.0, -1.0, 0.0, 1.0, 3.0])
+    assert functions.jumps == ()
+    assert [conicity.amplitude_mm for conicity in functions.conicities] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    for conicity in functions.conicities:
         # linear steps between samples of the wheel, which is straight
-        assert one.unrolled == pytest.approx(0.05, rel=1e-7)
+        assert conicity.unrolled == pytest.approx(0.05, rel=1e-7)
     # rolled by f the touch points move across by R sin(f) on circles of R 300, and with the wheel: for small shifts
     # f = 0.05 y / (750 - (300 + 460) 0.05), and the radii differ by 2 * 0.05 (y + (300 + 460) f)
     roll = 0.05 / (750.0 - 760.0 * 0.05)
-    assert found.positions[1.0].roll_rad == pytest.approx(roll, rel=2e-3)
-    assert found.conicities[0].rolled == pytest.approx(0.05 * (1.0 + 760.0 * roll), rel=2e-3)
+    assert functions.positions[1.0].roll_rad == pytest.approx(roll, rel=2e-3)
+    assert functions.conicities[0].rolled == pytest.approx(0.05 * (1.0 + 760.0 * roll), rel=2e-3)
 
 
 # --- jumps ------------------------------------------------------------------------------------------------------------
@@ -64,12 +64,12 @@ def test_jumps_are_where_two_points_touch(standard):
     left = [jump for jump in standard.jumps if jump.side == "left"]
     assert len(left) == 2
     for jump in left:
-        placed = place_case(Case(lateral_shift_mm=jump.shift_mm, roll="touching"))
-        first, second = placed.touch_points[:2]
+        placement = place_case(Case(lateral_shift_mm=jump.shift_mm, roll="touching"))
+        first, second = placement.touch_points[:2]
         # the shift is known to 1e-4 mm, over which the gaps change by some tenths of that
         assert second.vertical_gap_mm < 5e-5
-        found = sorted((first.rail_y_mm, second.rail_y_mm))
-        assert found == pytest.approx(sorted((jump.from_rail_y_mm, jump.to_rail_y_mm)), abs=0.02)
+        rail_positions = sorted((first.rail_y_mm, second.rail_y_mm))
+        assert rail_positions == pytest.approx(sorted((jump.from_rail_y_mm, jump.to_rail_y_mm)), abs=0.02)
     right = sorted(jump.shift_mm for jump in standard.jumps if jump.side == "right")
     assert right == pytest.approx([-jump.shift_mm for jump in reversed(left)], abs=1e-12)
 
@@ -90,24 +90,26 @@ def test_first_touch_points_lie_to_one_side_of_a_jump(standard):
 def test_positions_are_those_of_the_wheelset(standard):
     assert list(standard.positions) == TABLE
     for shift in (-3.0, 0.5, 5.0):
-        placed, alone = standard.positions[shift], place_case(Case(lateral_shift_mm=shift, roll="touching"))
+        position, alone = standard.positions[shift], place_case(Case(lateral_shift_mm=shift, roll="touching"))
         # the roll is found from another guess
-        assert placed.left.first.rail_y_mm == pytest.approx(alone.first.rail_y_mm, abs=1e-6)
-        assert placed.left.wheel.centre_mm == pytest.approx(alone.wheel.centre_mm, abs=1e-9)
+        assert position.left.first.rail_y_mm == pytest.approx(alone.first.rail_y_mm, abs=1e-6)
+        assert position.left.wheel.centre_mm == pytest.approx(alone.wheel.centre_mm, abs=1e-9)
         mirrored = standard.positions[-shift]
         if isinstance(mirrored, str):
             continue
-        assert rolling_radius_difference_mm(mirrored) == pytest.approx(-rolling_radius_difference_mm(placed), abs=1e-9)
+        assert rolling_radius_difference_mm(mirrored) == pytest.approx(
+            -rolling_radius_difference_mm(position), abs=1e-9
+        )
 
 
 def test_other_sides_are_no_mirror_images():
     case = Case(opposite=Opposite(rolling_radius_mm=459.0))
-    found = geometry(case, [-1.0, 1.0])
-    assert not found.symmetric
-    for shift, placed in found.positions.items():
+    wheelset_geometry = geometry(case, [-1.0, 1.0])
+    assert not wheelset_geometry.symmetric
+    for shift, position in wheelset_geometry.positions.items():
         again = wheelset_of_case(case).at(shift)
-        assert placed.roll_rad == pytest.approx(again.roll_rad, abs=1e-12)
-    differences = [rolling_radius_difference_mm(placed) for placed in found.positions.values()]
+        assert position.roll_rad == pytest.approx(again.roll_rad, abs=1e-12)
+    differences = [rolling_radius_difference_mm(position) for position in wheelset_geometry.positions.values()]
     # the wheelset is off by the 1 mm, and a little more by its roll
     assert sum(differences) / 2 == pytest.approx(1.0, abs=0.3)
 
@@ -175,10 +177,10 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
 
 
 def test_what_a_feature_offers_is_missed_where_it_is_not_installed(monkeypatch, capsys):
-    others = tuple(one for one in FEATURES if one != "curves")
-    monkeypatch.setattr("fecontact.feature_registry.FEATURES", others)
+    other_features = tuple(feature for feature in FEATURES if feature != "curves")
+    monkeypatch.setattr("fecontact.feature_registry.FEATURES", other_features)
     assert call(["geometry", "--shifts", "0", "--loaded-kn", "60"]) == 2
-    said = f"--loaded-kn needs a feature that is not installed; installed: {', '.join(others)}"
+    said = f"--loaded-kn needs a feature that is not installed; installed: {', '.join(other_features)}"
     assert said in capsys.readouterr().err
 
 
@@ -188,8 +190,8 @@ def test_the_command_needs_neither_gmsh_nor_finite_elements():
         "from fecontact.cli import call; code = call(['geometry', '--shifts', '0,1']);"
         "print([name for name in sys.modules if name.startswith('fecontact.fe.')]); sys.exit(code)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip().endswith("[]")
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout.strip().endswith("[]")
 
 
 @pytest.mark.parametrize(

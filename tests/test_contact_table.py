@@ -1,4 +1,4 @@
-"""Contact tables: what a vehicle code looks up, and the verdicts of a stored map beside it."""
+"""Contact tables for vehicle codes, and their verdicts compared with a stored map."""
 
 import csv
 import json
@@ -82,9 +82,9 @@ def test_lines_are_those_of_the_geometry_and_of_each_theory_alone(rows):
 
 
 def test_the_cheapest_theory_is_within_the_criteria_of_the_strips(rows):
-    found = {(row["lateral_shift_mm"], row["load_kN"]): row["cheapest_theory"] for row in rows}
+    cheapest = {(row["lateral_shift_mm"], row["load_kN"]): row["cheapest_theory"] for row in rows}
     # by the finite elements: Hertz holds at -4 mm, nothing below the strips at 0.25 mm, springs are near at 5 mm
-    assert (found[-4.0, 50.0], found[0.25, 50.0], found[5.0, 50.0]) == ("hertz", "strip", "multi_hertz")
+    assert (cheapest[-4.0, 50.0], cheapest[0.25, 50.0], cheapest[5.0, 50.0]) == ("hertz", "strip", "multi_hertz")
     for row in rows:
         if row["cheapest_theory"] == "hertz":
             assert row["hertz_p_max_MPa"] == pytest.approx(row["strip_p_max_MPa"], rel=0.05)
@@ -95,22 +95,29 @@ def test_the_cheapest_theory_is_within_the_criteria_of_the_strips(rows):
 
 def test_a_theory_that_is_near_by_chance_keeps_its_own_status(monkeypatch):
     entry = THEORIES["hertz"]
-    doubtful = replace(entry, approximate=lambda of: replace(entry.approximate(of), status="out of range"))
+    doubtful = replace(entry, approximate=lambda position: replace(entry.approximate(position), status="out of range"))
     monkeypatch.setitem(THEORIES, "hertz", doubtful)
     (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
     assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("hertz", "out of range")
     (row,) = fecontact.table(replace(WHEELSET, criteria=Criteria(theories_in_range=True)), [-4.0], [50e3])
     assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("equivalent_ellipse", "solved")
-    open_one = replace(entry, approximate=lambda of: replace(entry.approximate(of), status="several solutions"))
+    open_one = replace(
+        entry, approximate=lambda position: replace(entry.approximate(position), status="several solutions")
+    )
     monkeypatch.setitem(THEORIES, "hertz", open_one)
     (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
     assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("UNRESOLVED", "")
 
 
 def test_hertz_at_a_junction_is_the_cheapest_with_both_curvatures_alone(monkeypatch):
-    """As verdicts have it: one side that is far off is no answer, and the gauge side is no theory of its own."""
+    """Hertz is the cheapest theory at a junction only if both sides are near, as in verdicts.
+
+    If one of the sides is far off, Hertz is not an answer. The gauge side is not a separate theory.
+    """
     (before,) = fecontact.table(WHEELSET, [-4.0], [50e3])
-    far = replace(THEORIES["hertz_gauge"], approximate=lambda of: THEORIES["hertz"].approximate(more_loaded(of)))
+    far = replace(
+        THEORIES["hertz_gauge"], approximate=lambda position: THEORIES["hertz"].approximate(more_loaded(position))
+    )
     monkeypatch.setitem(THEORIES, "hertz_gauge", far)
     (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
     assert (before["cheapest_theory"], row["cheapest_theory"]) == ("hertz", "equivalent_ellipse")
@@ -123,8 +130,8 @@ def more_loaded(loaded):
 def test_positions_without_a_contact_are_lines_too(tmp_path, capsys):
     out = tmp_path / "table.csv"
     assert call(["table", "--shifts=-4,40", "--loads-kn", "50", "--out", str(out)]) == 3
-    told = capsys.readouterr().out
-    assert "+40.00 mm, 50 kN: lateral shift 40 mm of the wheelset" in told
+    output = capsys.readouterr().out
+    assert "+40.00 mm, 50 kN: lateral shift 40 mm of the wheelset" in output
     good, bad = csv.DictReader(out.read_text("utf-8").splitlines())
     assert float(good["strip_p_max_MPa"]) == pytest.approx(908, abs=2)
     assert "shifts between -49.5 and 6 mm" in bad["problem"]
@@ -146,8 +153,8 @@ def test_a_table_says_what_interpolation_between_its_lines_misses():
     for row in rows:
         shifts = {4.0: (4.5,), 5.0: (4.5, 5.5), 6.0: (5.5,)}[row["lateral_shift_mm"]]
         for name, column in (("strip_approach_mm", "approach"), ("strip_stiffness_N_per_mm", "stiffness")):
-            told = row[f"strip_{column}_between_percent"]
-            assert told == pytest.approx(max(missed[shift, name] for shift in shifts), rel=1e-9)
+            interpolation_percent = row[f"strip_{column}_between_percent"]
+            assert interpolation_percent == pytest.approx(max(missed[shift, name] for shift in shifts), rel=1e-9)
     assert max(missed.values()) > 10.0
     _, said = contact_table_lines(rows)
     worst = max(row["strip_approach_between_percent"] for row in rows)
@@ -191,8 +198,8 @@ def test_the_example_of_the_guide_reads_a_table(tmp_path, monkeypatch):
 def test_the_map_has_its_column_also_where_it_does_not_have_the_first_line():
     place = {"problem": "", "load_kN": 50.0}
     lines = [{**place, "lateral_shift_mm": 0.0}, {**place, "lateral_shift_mm": 1.0, "map_cheapest_theory": "hertz"}]
-    (told,) = contact_table_lines(lines)
-    assert told.columns[-1].heading == "map: cheapest"
-    assert [row.cells[-1] for row in told.rows] == ["-", "Hertz"]
+    (summary,) = contact_table_lines(lines)
+    assert summary.columns[-1].heading == "map: cheapest"
+    assert [row.cells[-1] for row in summary.rows] == ["-", "Hertz"]
     (alone,) = contact_table_lines(lines[:1])
     assert alone.columns[-1].heading == "cheapest within criteria"

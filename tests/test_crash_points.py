@@ -1,9 +1,10 @@
-"""Killed, or without power, at every single file operation: nothing is lost, and the same command goes on.
+"""Recovery after a kill or a loss of power at every single file operation.
 
-The stand-in solver of `fake_solve` runs in this process. What is on the disk before each operation on a file is kept:
-it is what `kill -9` leaves there, with nothing said and nothing cleaned up. From each of them the run is started again.
+Nothing is lost, and a repetition of the command resumes the run. The stand-in solver of `fake_solve` runs in this
+process. The content of the disk before each operation on a file is copied: it is the state after `kill -9`, without
+a message and without a clean-up. The run is started again from each of these states.
 
-Of 268 ends at an operation and 162 without power nothing was lost. Tried beside it, also without a loss: `kill -9` of
+Of 268 ends at an operation and 162 without power nothing was lost. Also tried without a loss: `kill -9` of
 28 real runs at any time, dead workers and schedulers, parts of job arrays, full disks and limits (19), values changed
 in 1,000 results. Not tried: file systems over a network, and a Dask worker that is only slow.
 """
@@ -26,7 +27,7 @@ from fecontact.jobs.engine import RunSettings
 
 @dataclass(frozen=True, kw_only=True)
 class Point:
-    """What is on the disk just before an operation."""
+    """Content of the disk just before an operation."""
 
     folder: Path
     # of these the content was never synced
@@ -36,7 +37,7 @@ class Point:
 
 
 class Disk:
-    """Keeps what is on the disk before each operation that changes it, and knows what has reached it."""
+    """Recorder of the disk before each operation that changes it, and of the content that has been synced."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.watching, self.points = folder, False, list[Point]()
@@ -44,15 +45,18 @@ class Disk:
         self.synced = False
 
     def operation(self, path: object, *, syncs: bool = False) -> None:
-        """One operation is about to be done."""
+        """Copy the folder before an operation."""
         if not self.watching or not str(path).startswith(str(self.folder)):
             return
-        kept = shutil.copytree(self.folder, self.folder.parent / "points" / str(len(self.points)))
-        self.points.append(Point(folder=kept, unsynced=frozenset(self.unsynced), as_before=self.synced))
+        copy = shutil.copytree(self.folder, self.folder.parent / "points" / str(len(self.points)))
+        self.points.append(Point(folder=copy, unsynced=frozenset(self.unsynced), as_before=self.synced))
         self.synced = syncs
 
     def back_to(self, point: Point, *, power_cut: bool) -> bool:
-        """Have what was there at a point, without what was never synced; whether it differs from what was tried."""
+        """Restore the state at a point, without content that was never synced.
+
+        Returns whether this state differs from the states that were tried before.
+        """
         shutil.rmtree(self.folder)
         shutil.copytree(point.folder, self.folder)
         if not power_cut:
@@ -69,12 +73,12 @@ def disk(tmp_path, monkeypatch) -> Disk:
     (tmp_path / "out").mkdir()
     opened, renamed = Path.open, {name: getattr(os, name) for name in ("rename", "replace")}
 
-    def open_(path, mode="r", *arguments, **more):
+    def open_(path, mode="r", *arguments, **options):
         # what the stand-in notes for the test is none of the run's files
         if set(mode) & set("wax+") and path.name != "solves.txt":
             watched.operation(path)
             watched.unsynced.add(str(path))
-        return opened(path, mode, *arguments, **more)
+        return opened(path, mode, *arguments, **options)
 
     def fsync(number):
         name = os.readlink(f"/proc/self/fd/{number}")
@@ -83,9 +87,9 @@ def disk(tmp_path, monkeypatch) -> Disk:
         watched.unsynced.discard(name)
 
     def moved(name):
-        def move(source, target, **more):
+        def move(source, target, **options):
             watched.operation(target)
-            renamed[name](source, target, **more)
+            renamed[name](source, target, **options)
             if not os.path.isdir(target):
                 # what was there is replaced by what may be synced, or not
                 watched.unsynced.discard(str(target))
@@ -95,14 +99,14 @@ def disk(tmp_path, monkeypatch) -> Disk:
 
         return move
 
-    made = os.mkdir
+    make_folder = os.mkdir
 
     def before(function: Callable) -> Callable:
-        def checked(path, *arguments, **more):
+        def checked(path, *arguments, **options):
             # what is there already, or is not there, is no change
-            if os.path.exists(path) != (function is made):
+            if os.path.exists(path) != (function is make_folder):
                 watched.operation(path)
-            return function(path, *arguments, **more)
+            return function(path, *arguments, **options)
 
         return checked
 
@@ -114,10 +118,10 @@ def disk(tmp_path, monkeypatch) -> Disk:
         monkeypatch.setattr(os, name, before(getattr(os, name)))
     removed = shutil.rmtree
 
-    def rmtree(path, ignore_errors=False, **more):
+    def rmtree(path, ignore_errors=False, **options):
         if os.path.exists(path):
             watched.operation(path)
-        return removed(path, ignore_errors=ignore_errors, **more)
+        return removed(path, ignore_errors=ignore_errors, **options)
 
     monkeypatch.setattr(shutil, "rmtree", rmtree)
     draw_nothing(monkeypatch, of_studies=False)
@@ -136,14 +140,14 @@ def run_forced_study(out: Path) -> None:
 
 
 def content(out: Path) -> dict[str, object]:
-    """What a run leaves, but for what differs from run to run."""
-    found: dict[str, object] = {str(path.relative_to(out)): "" for path in out.rglob("*") if path.is_file()}
-    found.pop("solves.txt", None)
+    """Files that a run leaves, without the values that differ between runs."""
+    contents: dict[str, object] = {str(path.relative_to(out)): "" for path in out.rglob("*") if path.is_file()}
+    contents.pop("solves.txt", None)
     if (out / "study.csv").exists():
-        found["study.csv"] = table(out / "study.csv")
+        contents["study.csv"] = table(out / "study.csv")
     else:
-        found["map.csv"] = [{**row, "status": row["status"].split(" in ")[0]} for row in table(out / "map.csv")]
-    return found
+        contents["map.csv"] = [{**row, "status": row["status"].split(" in ")[0]} for row in table(out / "map.csv")]
+    return contents
 
 
 @pytest.mark.parametrize("run", [run_fake_study, run_forced_study])
@@ -158,7 +162,7 @@ def goes_on(disk, run):
     disk.watching = True
     run(out)
     disk.watching = False
-    whole = content(out)
+    complete = content(out)
     assert len(disk.points) > 30
     tried = Counter[str]()
     for at, point in enumerate(disk.points):
@@ -169,7 +173,7 @@ def goes_on(disk, run):
             finished = {path.name for store in ("cases", "positions") for path in (out / store).glob("[!.]*")}
             begun = len(fake_solve.solves(out))
             run(out)
-            assert content(out) == whole, (at, cut)
+            assert content(out) == complete, (at, cut)
             if run is run_fake_study:
                 # what was finished is not solved again; by force it is, as are positions whose loads failed
                 assert len(fake_solve.solves(out)) - begun <= 2 - len(finished), (at, cut)

@@ -53,12 +53,12 @@ def cards(path: Path) -> Iterator[tuple[str, list[str]]]:
 
 
 def run_ccx(path: Path) -> str:
-    """Run CalculiX on a deck and return the file of what it prints."""
-    done = subprocess.run(
+    """Run CalculiX on a deck and return its result file."""
+    process = subprocess.run(
         ["ccx", "-i", path.stem], cwd=path.parent, capture_output=True, text=True, env={"OMP_NUM_THREADS": "1"}
     )
-    assert "Job finished" in done.stdout, done.stdout[-2000:]
-    assert "*ERROR" not in done.stdout
+    assert "Job finished" in process.stdout, process.stdout[-2000:]
+    assert "*ERROR" not in process.stdout
     return path.with_suffix(".dat").read_text()
 
 
@@ -69,7 +69,7 @@ def vectors(dat: str, title: str) -> np.ndarray:
 
 
 def contact_pressures(frd: Path) -> dict[int, float]:
-    """Last contact pressures by node of a result file, whose columns are 12 wide."""
+    """Last contact pressures by node of a result file with columns of 12 characters."""
     block = frd.read_text().rpartition(" -4  CONTACT")[2].partition("\n -3")[0]
     lines = [line for line in block.splitlines() if line.startswith(" -1")]
     return {int(line[3:13]): float(line[13 + 3 * 12 : 13 + 4 * 12]) for line in lines}
@@ -77,23 +77,24 @@ def contact_pressures(frd: Path) -> dict[int, float]:
 
 def test_a_deck_fits_calculix_and_names_every_set_once(pair, tmp_path):
     path = write_mesh(pair, tmp_path / "deck.inp")
-    found = list(cards(path))
-    for head, data in found:
+    deck_cards = list(cards(path))
+    for head, data in deck_cards:
         if not head.startswith("*HEADING"):
             assert all(len(field.strip()) <= 20 for line in data for field in line.split(",")), head
             assert all(len(line.split(",")) <= 16 for line in data), head
     names = [
-        re.findall(r"^\*(NODE|ELEMENT|NSET|SURFACE|MATERIAL), .*?(?:NSET|ELSET|NAME)=(\w+)", head) for head, _ in found
+        re.findall(r"^\*(NODE|ELEMENT|NSET|SURFACE|MATERIAL), .*?(?:NSET|ELSET|NAME)=(\w+)", head)
+        for head, _ in deck_cards
     ]
-    named = [name[0] for name in names if name]
-    assert len(named) == 28
-    assert len(named) == len(set(named))
+    set_names = [name[0] for name in names if name]
+    assert len(set_names) == 28
+    assert len(set_names) == len(set(set_names))
     for body in (pair.rail, pair.wheel):
         assert {f"{body.name}_{surface}" for surface in body.surfaces} <= {
-            name for kind, name in named if kind == "NSET"
+            name for kind, name in set_names if kind == "NSET"
         }
     elements = np.array(
-        [[int(n) for n in line.split(",")] for head, data in found if head.startswith("*ELEMENT") for line in data]
+        [[int(n) for n in line.split(",")] for head, data in deck_cards if head.startswith("*ELEMENT") for line in data]
     )
     assert np.array_equal(elements[:, 0], np.arange(1, len(pair.rail.hexes) + len(pair.wheel.hexes) + 1))
     np.testing.assert_array_equal(elements[: len(pair.rail.hexes), 1:], pair.rail.hexes + 1)
@@ -103,59 +104,59 @@ def test_a_deck_fits_calculix_and_names_every_set_once(pair, tmp_path):
 def test_a_load_along_the_normal_moves_the_rim_along_it(tmp_path):
     case = Case(lateral_shift_mm=4.0, roll="given", yaw_rad=5e-3, load_kind="normal", resolution=(2.5, 2.0))
     pair = mesh_pair(case)
-    found = dict(cards(write_mesh(pair, tmp_path / "deck.inp")))
+    deck_cards = dict(cards(write_mesh(pair, tmp_path / "deck.inp")))
     assert np.linalg.norm(pair.direction) == pytest.approx(1.0)
     assert not pair.rail.half
-    terms = found["*EQUATION"][1::2]
+    terms = deck_cards["*EQUATION"][1::2]
     load_point = len(pair.rail.points) + len(pair.wheel.points) + 1
-    moved = {int(line.split(",")[1]): -float(line.split(",")[5]) for line in terms}
-    assert [moved.get(axis + 1, 0.0) for axis in range(3)] == pytest.approx(pair.direction, abs=1e-12)
+    coefficients = {int(line.split(",")[1]): -float(line.split(",")[5]) for line in terms}
+    assert [coefficients.get(axis + 1, 0.0) for axis in range(3)] == pytest.approx(pair.direction, abs=1e-12)
     assert {int(line.split(",")[3]) for line in terms} == {load_point}
-    assert found["*CLOAD"] == [f"{load_point}, 3, -1.000000000e+05"]
+    assert deck_cards["*CLOAD"] == [f"{load_point}, 3, -1.000000000e+05"]
 
 
 @pytest.mark.parametrize("element", ["C3D8", "C3D8I"])
 def test_meshio_reads_a_deck_with_all_nodes_elements_and_sets(pair, tmp_path, element):
     import meshio
 
-    read = meshio.read(write_mesh(pair, tmp_path / "deck.inp", element=element))
+    deck_mesh = meshio.read(write_mesh(pair, tmp_path / "deck.inp", element=element))
     rail, wheel = pair.rail, pair.wheel
     after = len(rail.points)
     # all of both bodies, and the node that carries the load
-    np.testing.assert_allclose(read.points[:-1], np.vstack([rail.points, wheel.points]), atol=1e-9)
-    assert read.point_sets["load_point"].tolist() == [after + len(wheel.points)]
-    np.testing.assert_array_equal(read.cells[0].data, rail.hexes)
-    np.testing.assert_array_equal(read.cells[1].data, wheel.hexes + after)
+    np.testing.assert_allclose(deck_mesh.points[:-1], np.vstack([rail.points, wheel.points]), atol=1e-9)
+    assert deck_mesh.point_sets["load_point"].tolist() == [after + len(wheel.points)]
+    np.testing.assert_array_equal(deck_mesh.cells[0].data, rail.hexes)
+    np.testing.assert_array_equal(deck_mesh.cells[1].data, wheel.hexes + after)
     for mesh, first in ((rail, 0), (wheel, after)):
-        np.testing.assert_array_equal(read.point_sets[mesh.name], first + np.arange(len(mesh.points)))
+        np.testing.assert_array_equal(deck_mesh.point_sets[mesh.name], first + np.arange(len(mesh.points)))
         for name, quads in mesh.surfaces.items():
-            np.testing.assert_array_equal(read.point_sets[f"{mesh.name}_{name}"], np.unique(quads) + first)
+            np.testing.assert_array_equal(deck_mesh.point_sets[f"{mesh.name}_{name}"], np.unique(quads) + first)
 
 
 def test_meshio_reads_one_body(pair, tmp_path):
     import meshio
 
-    read = meshio.read(write_mesh(pair.wheel, tmp_path / "wheel.inp"))
-    np.testing.assert_allclose(read.points, pair.wheel.points, atol=1e-9)
-    np.testing.assert_array_equal(read.cells[0].data, pair.wheel.hexes)
-    np.testing.assert_array_equal(read.point_sets["driven"], np.unique(pair.wheel.surfaces["driven"]))
+    mesh = meshio.read(write_mesh(pair.wheel, tmp_path / "wheel.inp"))
+    np.testing.assert_allclose(mesh.points, pair.wheel.points, atol=1e-9)
+    np.testing.assert_array_equal(mesh.cells[0].data, pair.wheel.hexes)
+    np.testing.assert_array_equal(mesh.point_sets["driven"], np.unique(pair.wheel.surfaces["driven"]))
 
 
 @pytest.mark.parametrize("ending", ["msh", "vtu"])
 def test_both_bodies_in_one_file_keep_their_cells_and_surfaces(pair, tmp_path, ending):
     import meshio
 
-    read = meshio.read(write_mesh(pair, tmp_path / f"both.{ending}"))
-    hexes = sum(len(block.data) for block in read.cells if block.type == "hexahedron")
+    mesh = meshio.read(write_mesh(pair, tmp_path / f"both.{ending}"))
+    hexes = sum(len(block.data) for block in mesh.cells if block.type == "hexahedron")
     assert hexes == len(pair.rail.hexes) + len(pair.wheel.hexes)
-    assert len(read.points) == len(pair.rail.points) + len(pair.wheel.points)
+    assert len(mesh.points) == len(pair.rail.points) + len(pair.wheel.points)
     names = {f"{body.name}_{surface}" for body in (pair.rail, pair.wheel) for surface in body.surfaces}
     if ending == "msh":
-        assert set(read.field_data) == names | {"rail", "wheel"}
-        assert len(read.cell_sets["wheel_contact"]) > 0
+        assert set(mesh.field_data) == names | {"rail", "wheel"}
+        assert len(mesh.cell_sets["wheel_contact"]) > 0
     else:
-        assert set(read.point_data) == names
-        top = read.points[read.point_data["rail_contact"] == 1]
+        assert set(mesh.point_data) == names
+        top = mesh.points[mesh.point_data["rail_contact"] == 1]
         np.testing.assert_allclose(
             np.sort(top[:, 2]), np.sort(pair.rail.points[np.unique(pair.rail.surfaces["contact"]), 2]), atol=1e-12
         )
@@ -170,8 +171,8 @@ def test_the_command_line_writes_both_and_says_that_they_are_half(tmp_path, caps
 
 def test_a_deck_has_the_elements_of_solve_unless_others_are_asked_for(pair, tmp_path):
     path = tmp_path / "deck.inp"
-    for more, kind in (({}, "C3D8"), ({"element": "C3D8I"}, "C3D8I")):
-        text = write_mesh(pair, path, **more).read_text("ascii")
+    for options, kind in (({}, "C3D8"), ({"element": "C3D8I"}, "C3D8I")):
+        text = write_mesh(pair, path, **options).read_text("ascii")
         assert set(re.findall(r"TYPE=(C3D8\w*)", text)) == {kind}
         assert text.splitlines()[1].endswith(
             f"elements {kind} {'as' if kind == 'C3D8' else 'instead of C3D8'} in fecontact.solve"
@@ -203,20 +204,20 @@ def test_calculix_reads_one_body_and_its_reaction_is_the_load(pair, tmp_path, el
 @pytest.mark.slow
 @needs_ccx
 def test_calculix_finds_the_same_pressure_on_the_same_meshes(pair, tmp_path):
-    """Another code on the same meshes: its mortar contact against ours, node by node."""
+    """Mortar contact of CalculiX against ours on identical meshes, node by node."""
     dat = run_ccx(write_mesh(pair, tmp_path / "deck.inp", element="C3D8"))
     up = vectors(dat, "total force (fx,fy,fz)")[0, 2]
     assert up == pytest.approx(0.5 * CASE.load_N, rel=1e-5)
     result = solve(CASE)
     nodal = result.load.level.nodal
     assert nodal.grid.shape == pair.rail.contact_nodes.shape
-    found = contact_pressures(tmp_path / "deck.frd")
-    there = np.vectorize(lambda node: found.get(node + 1, 0.0))(pair.rail.contact_nodes)
+    pressures = contact_pressures(tmp_path / "deck.frd")
+    nodal_pressures = np.vectorize(lambda node: pressures.get(node + 1, 0.0))(pair.rail.contact_nodes)
     inner = nodal.pressure_MPa > 0.5 * nodal.pressure_MPa.max()
     assert np.count_nonzero(inner) == 9
     # 2 %: its C3D8 is the B-bar element, ours has all of its strains; at the rim of the patch the mortars differ
-    np.testing.assert_allclose(there[inner], nodal.pressure_MPa[inner], atol=0.02 * nodal.pressure_MPa.max())
+    np.testing.assert_allclose(nodal_pressures[inner], nodal.pressure_MPa[inner], atol=0.02 * nodal.pressure_MPa.max())
     # its surfaces are the meshes' polygons, which lie below arcs by h^2 / 12R in the mean, ours are the true ones
-    below = 2.0**2 / (12.0 * 460.0) + 1.8**2 / (12.0 * 300.0)
+    mean_offset = 2.0**2 / (12.0 * 460.0) + 1.8**2 / (12.0 * 300.0)
     came_down = -vectors(dat, "for set LOAD_POINT")[0, 3]
-    assert came_down - below == pytest.approx(nodal.approach_mm, rel=5e-3)
+    assert came_down - mean_offset == pytest.approx(nodal.approach_mm, rel=5e-3)

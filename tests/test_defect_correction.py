@@ -1,4 +1,4 @@
-"""A unit response and what is made of it: a model that finds the contact, and a half-space as soft as the elements."""
+"""A unit response, the model of the contact from it, and a half-space as soft as the elements."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,13 +27,16 @@ def problem(*, half: bool, skew: float = 0.0) -> tuple[ContactProblem, ContactGr
     if half:
         area[1:] *= 2.0
     grid = ContactGrid(x_mm=x, s_mm=s, half=half)
-    made = half_space_problem(grid, gap.ravel(), contact_modulus_MPa=MODULUS)
+    base = half_space_problem(grid, gap.ravel(), contact_modulus_MPa=MODULUS)
     # whole cells at the ends too
-    return replace(made, area_mm2=area.ravel()), grid
+    return replace(base, area_mm2=area.ravel()), grid
 
 
 def bodies_like(base: ContactProblem, grid: ContactGrid, strength: float) -> Callable[[np.ndarray], np.ndarray]:
-    """A half-space with the softness of elements under each node and a slow drift of the compliance across it."""
+    """A half-space with the softness of elements under each node.
+
+    Its compliance drifts slowly across the grid.
+    """
     nx, ns = grid.shape
     drift = 1.0 + strength * np.sin(np.arange(ns) / ns)[None, :].repeat(nx, axis=0).ravel()
     local = 0.4 * float(base.compliance(_unit(nx * ns, nx * ns // 2)).max())
@@ -105,12 +108,12 @@ def test_model_of_a_uniform_compliance_is_the_compliance(half):
 def test_correction_gives_the_answer_of_conjugate_gradients(half, skew, strength):
     base, grid = problem(half=half, skew=skew)
     compliance, calls = counted(bodies_like(base, grid, strength))
-    whole = replace(base, compliance=compliance)
-    exact = solve_contact(whole, LOAD, tolerance=1e-11)
+    full_problem = replace(base, compliance=compliance)
+    exact = solve_contact(full_problem, LOAD, tolerance=1e-11)
     plain = len(calls)
     calls.clear()
     model = UnitResponse.of(compliance, grid, contact_modulus_MPa=MODULUS).model()
-    solution = solve_by_correction(whole, LOAD, model)
+    solution = solve_by_correction(full_problem, LOAD, model)
     assert solution.status == "converged"
     assert len(calls) == solution.compliance_calls + 1
     assert max(solution.contact_residual, solution.penetration_residual) <= 1e-7
@@ -123,31 +126,34 @@ def test_correction_gives_the_answer_of_conjugate_gradients(half, skew, strength
 
 
 @pytest.mark.parametrize("half", [True, False])
-@pytest.mark.parametrize(("strength", "most"), [(0.3, 7), (0.8, 10)])
-def test_no_pressure_is_left_where_the_last_contact_has_none(half, strength, most):
-    """A mixture of contacts reaches as far as the widest of them, which took up to four more corrections."""
+@pytest.mark.parametrize(("strength", "largest_count"), [(0.3, 7), (0.8, 10)])
+def test_no_pressure_is_left_where_the_last_contact_has_none(half, strength, largest_count):
+    """A mixture of contacts reaches as far as its widest contact.
+
+    Pressure left there took up to four more corrections.
+    """
     base, grid = problem(half=half)
-    whole = replace(base, compliance=bodies_like(base, grid, strength))
-    model = UnitResponse.of(whole.compliance, grid, contact_modulus_MPa=MODULUS).model()
-    assert solve_by_correction(whole, LOAD, model).compliance_calls <= most
+    full_problem = replace(base, compliance=bodies_like(base, grid, strength))
+    model = UnitResponse.of(full_problem.compliance, grid, contact_modulus_MPa=MODULUS).model()
+    assert solve_by_correction(full_problem, LOAD, model).compliance_calls <= largest_count
 
 
 def test_a_useless_model_falls_back_to_conjugate_gradients(monkeypatch):
     base, grid = problem(half=False)
     compliance, calls = counted(bodies_like(base, grid, 0.1))
-    whole = replace(base, compliance=compliance)
-    exact = solve_contact(whole, LOAD, tolerance=1e-10)
+    full_problem = replace(base, compliance=compliance)
+    exact = solve_contact(full_problem, LOAD, tolerance=1e-10)
     calls.clear()
     before: list[int] = []
 
-    def gradients(of, *given, **named):
-        if of is whole:
+    def gradients(solved_problem, *arguments, **options):
+        if solved_problem is full_problem:
             before.append(len(calls))
-        return solve_contact(of, *given, **named)
+        return solve_contact(solved_problem, *arguments, **options)
 
     monkeypatch.setattr("fecontact.contact.solver.solve_contact", gradients)
     # a Winkler foundation: no node feels another one
-    solution = solve_by_correction(whole, LOAD, lambda p: 1e-6 * p)
+    solution = solve_by_correction(full_problem, LOAD, lambda p: 1e-6 * p)
     assert solution.status == "converged"
     # healthy bodies take three to five corrections: after three times as many it is better to begin anew
     assert before == [15]
@@ -157,56 +163,69 @@ def test_a_useless_model_falls_back_to_conjugate_gradients(monkeypatch):
 
 def test_start_does_not_change_the_answer():
     base, grid = problem(half=True)
-    whole = replace(base, compliance=bodies_like(base, grid, 0.1))
-    model = UnitResponse.of(whole.compliance, grid, contact_modulus_MPa=MODULUS).model()
+    full_problem = replace(base, compliance=bodies_like(base, grid, 0.1))
+    model = UnitResponse.of(full_problem.compliance, grid, contact_modulus_MPa=MODULUS).model()
     start = np.random.default_rng(5).uniform(size=base.gap_mm.size)
-    one, two = solve_by_correction(whole, LOAD, model), solve_by_correction(whole, LOAD, model, start_MPa=start)
-    np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())
+    from_zero, from_start = (
+        solve_by_correction(full_problem, LOAD, model),
+        solve_by_correction(full_problem, LOAD, model, start_MPa=start),
+    )
+    np.testing.assert_allclose(
+        from_zero.pressure_MPa, from_start.pressure_MPa, atol=2e-6 * from_zero.pressure_MPa.max()
+    )
 
 
 @pytest.mark.parametrize("strength", [0.02, 0.1, 0.4])
 def test_a_compliance_that_is_asked_for_roughly_gives_the_same_answer(strength):
-    """Each application is off at random by all that is allowed; what is told of the end is true of the exact one."""
+    """Each application has a random error up to the permitted error.
+
+    The reported convergence is true of the exact compliance.
+    """
     base, grid = problem(half=False, skew=0.6)
     compliance = bodies_like(base, grid, strength)
-    random, asked = np.random.default_rng(7), []
+    random, errors = np.random.default_rng(7), []
 
     def within(p: np.ndarray, error: float) -> np.ndarray:
-        asked.append(error)
+        errors.append(error)
         opening = compliance(p)
         return opening + error * opening.max() * random.uniform(-1.0, 1.0, p.size)
 
     exactly = replace(base, compliance=compliance)
     model = UnitResponse.of(compliance, grid, contact_modulus_MPa=MODULUS).model()
     exact = solve_by_correction(exactly, LOAD, model)
-    found = solve_by_correction(replace(exactly, within=within), LOAD, model)
-    assert found.status == "converged"
-    assert asked[0] > 1e-4
-    assert asked[-1] == pytest.approx(1e-8)
-    assert found.compliance_calls == len(asked) <= exact.compliance_calls + 2
-    opened = base.gap_mm + compliance(found.pressure_MPa) - found.approach_mm
-    assert np.abs(opened[found.in_contact]).max() < 1.2e-7 * found.approach_mm
-    np.testing.assert_allclose(found.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
+    contact = solve_by_correction(replace(exactly, within=within), LOAD, model)
+    assert contact.status == "converged"
+    assert errors[0] > 1e-4
+    assert errors[-1] == pytest.approx(1e-8)
+    assert contact.compliance_calls == len(errors) <= exact.compliance_calls + 2
+    opened = base.gap_mm + compliance(contact.pressure_MPa) - contact.approach_mm
+    assert np.abs(opened[contact.in_contact]).max() < 1.2e-7 * contact.approach_mm
+    np.testing.assert_allclose(contact.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
 
 
 def test_bodies_that_slide_end_with_the_gap_after_their_slide():
-    """A wheel that goes along the rail by a part of the approach, against the contact at the place where it ends."""
+    """A wheel that slides along the rail by a fraction of the approach.
+
+    The reference is the contact at the final place.
+    """
     base, grid = problem(half=True)
-    whole = replace(base, compliance=bodies_like(base, grid, 0.1))
-    model = UnitResponse.of(whole.compliance, grid, contact_modulus_MPa=MODULUS).model()
+    full_problem = replace(base, compliance=bodies_like(base, grid, 0.1))
+    model = UnitResponse.of(full_problem.compliance, grid, contact_modulus_MPa=MODULUS).model()
     s = np.tile(grid.s_mm, grid.shape[0])
-    asked = []
+    approaches = []
 
     def after(solution) -> np.ndarray:
-        asked.append(5.0 * solution.approach_mm)
-        return whole.gap_mm - asked[-1] * s / 250.0
+        approaches.append(5.0 * solution.approach_mm)
+        return full_problem.gap_mm - approaches[-1] * s / 250.0
 
-    found = solve_by_correction(whole, LOAD, model, slid=after)
-    assert len(asked) == SLIDES
-    assert asked[-1] == pytest.approx(5.0 * found.approach_mm, rel=1e-4)
-    exact = solve_by_correction(replace(whole, gap_mm=whole.gap_mm - asked[-1] * s / 250.0), LOAD, model)
-    assert found.compliance_calls < SLIDES + exact.compliance_calls
-    np.testing.assert_allclose(found.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
+    contact = solve_by_correction(full_problem, LOAD, model, slid=after)
+    assert len(approaches) == SLIDES
+    assert approaches[-1] == pytest.approx(5.0 * contact.approach_mm, rel=1e-4)
+    exact = solve_by_correction(
+        replace(full_problem, gap_mm=full_problem.gap_mm - approaches[-1] * s / 250.0), LOAD, model
+    )
+    assert contact.compliance_calls < SLIDES + exact.compliance_calls
+    np.testing.assert_allclose(contact.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
 
 
 # --- a half-space as soft as the elements ---------------------------------------------------------------------------
@@ -222,17 +241,17 @@ def uniform(kernel: np.ndarray, grid: ContactGrid) -> Callable[[np.ndarray], np.
     return convolution(kernel, grid.shape, half=grid.half)
 
 
-def softness(grid: ContactGrid, own: float, reach: float) -> np.ndarray:
+def softness(grid: ContactGrid, amplitude: float, reach: float) -> np.ndarray:
     """Softer under the node and stiffer around it, as elements are, up to `reach` nodes; even."""
     x, s = offsets(grid)
     near = np.hypot(x, s) <= reach
-    return np.where(near, own * (1.0 - 0.6 * np.hypot(x, s) + 0.05 * x * s * (not grid.half)), 0.0)
+    return np.where(near, amplitude * (1.0 - 0.6 * np.hypot(x, s) + 0.05 * x * s * (not grid.half)), 0.0)
 
 
-def smooth(grid: ContactGrid, own: float) -> np.ndarray:
-    """A quadratic function of the offsets: what bodies of another shape add."""
+def smooth(grid: ContactGrid, amplitude: float) -> np.ndarray:
+    """A quadratic function of the offsets, as bodies of a different shape add."""
     x, s = offsets(grid)
-    return own * (0.3 + 4e-4 * x**2 - 7e-4 * s**2 + 2e-4 * x * s * (not grid.half))
+    return amplitude * (0.3 + 4e-4 * x**2 - 7e-4 * s**2 + 2e-4 * x * s * (not grid.half))
 
 
 @pytest.mark.parametrize("half", [True, False])
@@ -248,8 +267,8 @@ def test_elements_that_are_a_half_space_are_that_half_space(half):
 @pytest.mark.parametrize("half", [True, False])
 def test_softness_of_the_elements_is_told_from_the_shape_of_the_bodies(half, reach):
     base, grid = problem(half=half)
-    own = float(base.compliance(_unit(base.gap_mm.size, 0 if half else base.gap_mm.size // 2)).max())
-    local, shape = uniform(softness(grid, 0.4 * own, reach), grid), uniform(smooth(grid, own), grid)
+    largest = float(base.compliance(_unit(base.gap_mm.size, 0 if half else base.gap_mm.size // 2)).max())
+    local, shape = uniform(softness(grid, 0.4 * largest, reach), grid), uniform(smooth(grid, largest), grid)
     p = np.random.default_rng(3).uniform(0.0, 1.0, base.gap_mm.size)
 
     def bodies(pressure: np.ndarray) -> np.ndarray:
@@ -262,31 +281,31 @@ def test_softness_of_the_elements_is_told_from_the_shape_of_the_bodies(half, rea
     np.testing.assert_allclose(added, shape(p), atol=1e-9 * np.abs(bodies(p)).max())
     # by hand: the moments of the pressure in nodes, both halves of it
     x, s = (line / step for line, step in zip((grid.x_mm, grid.s_mm), (STEP_X, STEP_S), strict=True))
-    whole = p.reshape(grid.shape)
+    full_field = p.reshape(grid.shape)
     if half:
-        x, whole = np.concatenate([-x[:0:-1], x]), np.concatenate([whole[:0:-1], whole])
+        x, full_field = np.concatenate([-x[:0:-1], x]), np.concatenate([full_field[:0:-1], full_field])
     at_x, at_s = grid.x_mm / STEP_X, grid.s_mm / STEP_S
     dx, ds = at_x[:, None] - x, at_s[:, None] - s
     cross = 0.0 if half else 2e-4
-    by_hand = own * (
-        0.3 * whole.sum()
-        + 4e-4 * (dx**2 @ whole.sum(axis=1))[:, None]
-        - 7e-4 * (ds**2 @ whole.sum(axis=0))[None, :]
-        + cross * dx @ whole @ ds.T
+    by_hand = largest * (
+        0.3 * full_field.sum()
+        + 4e-4 * (dx**2 @ full_field.sum(axis=1))[:, None]
+        - 7e-4 * (ds**2 @ full_field.sum(axis=0))[None, :]
+        + cross * dx @ full_field @ ds.T
     )
     np.testing.assert_allclose(added.reshape(grid.shape), by_hand, atol=1e-9 * np.abs(bodies(p)).max())
 
 
 @pytest.mark.parametrize("half", [True, False])
 def test_a_tail_that_falls_with_the_cube_of_the_distance_is_the_elements(half):
-    """The first error of a regular mesh: of degree -3, and the same under the mesh's own mirrors."""
+    """The first error of a regular mesh: of degree -3, and symmetric under the mirrors of the mesh."""
     base, grid = problem(half=half)
-    own = float(base.compliance(_unit(base.gap_mm.size, 0 if half else base.gap_mm.size // 2)).max())
+    largest = float(base.compliance(_unit(base.gap_mm.size, 0 if half else base.gap_mm.size // 2)).max())
     x, s = offsets(grid)
     distance = np.maximum(np.hypot(x * STEP_X, s * STEP_S), min(STEP_X, STEP_S))
     turns = np.arctan2(s * STEP_S, x * STEP_X)
-    tail = uniform(1e-2 * own * (1.0 - 0.5 * np.cos(2 * turns) + 0.3 * np.cos(4 * turns)) / distance**3, grid)
-    local, shape = uniform(softness(grid, 0.4 * own, 2.0), grid), uniform(smooth(grid, own), grid)
+    tail = uniform(1e-2 * largest * (1.0 - 0.5 * np.cos(2 * turns) + 0.3 * np.cos(4 * turns)) / distance**3, grid)
+    local, shape = uniform(softness(grid, 0.4 * largest, 2.0), grid), uniform(smooth(grid, largest), grid)
     p = np.random.default_rng(3).uniform(0.0, 1.0, base.gap_mm.size)
 
     def bodies(pressure: np.ndarray) -> np.ndarray:
@@ -301,6 +320,8 @@ def test_bodies_answer_alike_on_opposite_sides():
     """A symmetric compliance: all shapes of a response are even."""
     grid = ContactGrid(x_mm=0.1 * np.arange(9.0), s_mm=0.15 * np.arange(9.0), half=False)
     response = UnitResponse(grid=grid, contact_modulus_MPa=MODULUS, node=(4, 4), opening_mm=np.zeros((9, 9)))
-    x, s = (each.ravel() for each in np.meshgrid(np.arange(-3, 4), np.arange(-3, 4), indexing="ij"))
-    for one, other in zip(response._shapes(x, s, quartic=True), response._shapes(-x, -s, quartic=True), strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-12)
+    x, s = (axis.ravel() for axis in np.meshgrid(np.arange(-3, 4), np.arange(-3, 4), indexing="ij"))
+    for shape, opposite_shape in zip(
+        response._shapes(x, s, quartic=True), response._shapes(-x, -s, quartic=True), strict=True
+    ):
+        np.testing.assert_allclose(shape, opposite_shape, atol=1e-12)

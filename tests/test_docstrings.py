@@ -1,4 +1,7 @@
-"""Docstrings are NumPy's; ruff holds the sections that NumPy knows and overlooks the names of Google's own."""
+"""Docstrings follow the NumPy convention.
+
+ruff holds the sections of NumPy and overlooks section names that exist only in Google's convention.
+"""
 
 import ast
 import re
@@ -9,11 +12,11 @@ GOOGLE_ONLY = re.compile(r"^ *((Keyword |Other )?Arg(ument)?s|Note|Example|Warni
 
 
 def test_no_section_of_another_convention():
-    found = [
+    headings = [
         f"{path.relative_to(PACKAGE)}: {section[0].strip()}"
         for path in sorted(PACKAGE.rglob("*.py"))
         for node in ast.walk(ast.parse(path.read_text("utf-8")))
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
         for section in GOOGLE_ONLY.finditer(ast.get_docstring(node) or "")
     ]
-    assert not found, f"{found}: write Parameters with a line of dashes below it"
+    assert not headings, f"{headings}: write Parameters with a line of dashes below it"

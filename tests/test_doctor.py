@@ -1,4 +1,7 @@
-"""What is said of a machine: with fake probes what works, what is installed, the remedy and the exit code."""
+"""The report of `fecontact doctor` on a machine with fake probes.
+
+It has the working and the installed packages, the remedy and the exit code.
+"""
 
 import subprocess
 import sys
@@ -16,8 +19,8 @@ CRASH = (
 )
 
 
-def probe(code: str, name: str = "probe", **others) -> Probe:
-    return Probe(name=name, code=code, **{"consequence": "nothing goes", **others})
+def probe(code: str, name: str = "probe", **fields) -> Probe:
+    return Probe(name=name, code=code, **{"consequence": "nothing goes", **fields})
 
 
 GOOD = probe("pass")
@@ -27,7 +30,7 @@ MISSING_LIBRARY = probe("raise OSError('libGLU.so.1: cannot open shared object f
 
 @pytest.fixture(autouse=True)
 def bare_debian(monkeypatch):
-    """No package is there until a test says so."""
+    """Hide all packages; a test adds its packages."""
     missing = list(PACKAGES)
     monkeypatch.setattr(doctor, "missing_packages", lambda: tuple(missing))
     return missing
@@ -57,15 +60,15 @@ def test_what_is_not_needed_says_what_goes_without_it():
 
 def test_the_probes_of_a_machine_say_what_goes_without_each(monkeypatch):
     gmsh, pardiso = PROBES
-    monkeypatch.setattr(doctor, "failure", lambda one: "" if one is gmsh else "gone")
+    monkeypatch.setattr(doctor, "failure", lambda probe: "" if probe is gmsh else "gone")
     lines, lacks = examine()
     assert not lacks
     assert lines[0] == "gmsh: works"
     assert "multigrid solves, 1.5 to 1.7 times as slow" in lines[1]
     assert "pip install pypardiso" in lines[2]
-    monkeypatch.setattr(doctor, "failure", lambda one: "gone" if one is gmsh else "")
+    monkeypatch.setattr(doctor, "failure", lambda probe: "gone" if probe is gmsh else "")
     assert examine()[1]
-    assert [one.needed for one in (gmsh, pardiso)] == [True, False]
+    assert [probe.needed for probe in (gmsh, pardiso)] == [True, False]
 
 
 @pytest.fixture
@@ -128,7 +131,7 @@ def test_a_probe_that_hangs_fails(monkeypatch):
 
 
 def test_a_machine_that_has_all(monkeypatch, capsys):
-    monkeypatch.setattr(doctor, "failure", lambda one: "")
+    monkeypatch.setattr(doctor, "failure", lambda probe: "")
     assert doctor.doctor() == 0
     lines = capsys.readouterr().out.splitlines()
     assert "gmsh: works" in lines
@@ -137,7 +140,7 @@ def test_a_machine_that_has_all(monkeypatch, capsys):
 
 
 def test_a_machine_without_a_system_library_cannot_solve(monkeypatch, capsys):
-    monkeypatch.setattr(doctor, "failure", lambda one: "no libGLU.so.1" if one.name == "gmsh" else "")
+    monkeypatch.setattr(doctor, "failure", lambda probe: "no libGLU.so.1" if probe.name == "gmsh" else "")
     assert doctor.doctor() == 1
     lines = capsys.readouterr().out.splitlines()
     assert "cannot be solved here yet" in lines[-1]
@@ -146,7 +149,7 @@ def test_a_machine_without_a_system_library_cannot_solve(monkeypatch, capsys):
 def test_a_machine_without_a_python_package_gets_the_command(monkeypatch, capsys):
     required = ["numpy>=2.0", "no-such-thing>=1; extra == 'x'", "nosuch>=3"]
     monkeypatch.setattr(doctor.metadata, "requires", lambda name: required)
-    monkeypatch.setattr(doctor, "failure", lambda one: "")
+    monkeypatch.setattr(doctor, "failure", lambda probe: "")
     assert doctor.doctor() == 1
     text = capsys.readouterr().out
     assert "missing packages: nosuch>=3" in text
@@ -156,8 +159,8 @@ def test_a_machine_without_a_python_package_gets_the_command(monkeypatch, capsys
 
 def test_importing_the_doctor_loads_nothing_that_is_probed():
     code = "import sys, fecontact.doctor; print(sorted({'gmsh', 'pyvista', 'vtk', 'vtkmodules'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert process.stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize(("sudo", "begins"), [("/usr/bin/sudo", "sudo apt-get"), (None, "as root: apt-get")])
@@ -167,13 +170,13 @@ def test_the_remedy_asks_for_sudo_only_where_it_is(monkeypatch: pytest.MonkeyPat
 
 
 def test_libraries_are_missed_before_anything_is_downloaded(monkeypatch, capsys):
-    monkeypatch.setattr(doctor, "failure", lambda one: "libGL.so.1: cannot open shared object file")
+    monkeypatch.setattr(doctor, "failure", lambda probe: "libGL.so.1: cannot open shared object file")
     assert doctor.main(["--before"]) == 1
     first, remedy = capsys.readouterr().out.splitlines()
     assert "libGL.so.1" in first
     assert first.endswith("nothing was downloaded")
     assert install_command(PACKAGES) in remedy
-    monkeypatch.setattr(doctor, "failure", lambda one: "")
+    monkeypatch.setattr(doctor, "failure", lambda probe: "")
     assert doctor.main(["--before"]) == 0
     assert capsys.readouterr().out == ""
 
@@ -182,6 +185,6 @@ def test_the_check_before_needs_no_package():
     # -S: no site-packages; -I would not find the package itself
     root = Path(__file__).parents[1]
     code = "import sys; from fecontact.doctor import main; sys.exit(main(['--before']))"
-    done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, cwd=root)
-    assert done.returncode in (0, 1)
-    assert done.stderr == ""
+    process = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, cwd=root)
+    assert process.returncode in (0, 1)
+    assert process.stderr == ""

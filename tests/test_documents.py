@@ -1,4 +1,7 @@
-"""What the documents name exists: commands and options, files and headings, targets; the guide as shown and pasted."""
+"""Names in the documents exist: commands and options, files and headings, targets.
+
+The guide runs as it is shown and pasted.
+"""
 
 import ast
 import importlib
@@ -29,17 +32,20 @@ TOPICS = [path.stem for path in sorted(GUIDE.glob("*.md"))]
 PLACEHOLDER = re.compile(r"\b(FOLDER|FILE|BASELINE|NEW|COLUMNS|NAME|TOPIC)\b")
 
 
-def leaves(one: App) -> list[App]:
+def leaves(application: App) -> list[App]:
     """A command, or the commands below it."""
-    below = [one[name] for name in one if not name.startswith("-")]
-    return [leaf for each in below for leaf in leaves(each)] or [one]
+    commands = [application[name] for name in application if not name.startswith("-")]
+    return [leaf for command in commands for leaf in leaves(command)] or [application]
 
 
 OPTIONS = {name for one in leaves(app) for argument in one.assemble_argument_collection() for name in argument.names}
 
 
-def without_breaks(text: str) -> str:
-    """A text whose commands of several lines, with a backslash at the end of each but the last, have one."""
+def join_lines(text: str) -> str:
+    """Join commands of several lines into a single line.
+
+    Each of their lines but the last ends with a backslash.
+    """
     return re.sub(r" *\\\n *", " ", text)
 
 
@@ -49,11 +55,11 @@ def typed(text: str) -> list[str]:
 
 
 def commands(text: str) -> list[str]:
-    """Commands in blocks of code and in the middle of a line, without comments and optional parts."""
-    blocks = re.findall(r"^(fecontact .*)$", without_breaks("".join(typed(text))), re.MULTILINE)
+    """Commands in blocks of code and within text, without comments and optional parts."""
+    blocks = re.findall(r"^(fecontact .*)$", join_lines("".join(typed(text))), re.MULTILINE)
     spans = [span.replace("\n", " ") for span in re.findall(r"`(fecontact [^`]*)`", text)]
-    shown = [re.sub(r"\[[^\]]*\]", "", line.partition(" #")[0]).strip() for line in (*blocks, *spans)]
-    return sorted({line for line in shown if not PLACEHOLDER.search(line)})
+    lines = [re.sub(r"\[[^\]]*\]", "", line.partition(" #")[0]).strip() for line in (*blocks, *spans)]
+    return sorted({line for line in lines if not PLACEHOLDER.search(line)})
 
 
 def anchors(text: str) -> set[str]:
@@ -67,12 +73,15 @@ def fenced(text: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("command", sorted({one for text in TEXTS.values() for one in commands(text)}))
+@pytest.mark.parametrize("command", sorted({command for text in TEXTS.values() for command in commands(text)}))
 def test_a_command_is_understood(command):
-    """Its name and options, that no argument is missing or left over, and that values are in range: nothing is run."""
+    """A command has existing options, the right number of arguments, and values in range.
+
+    Nothing is run.
+    """
     _, *words = shlex.split(command.replace("$SLURM_ARRAY_TASK_ID", "1"))
-    named = [word for word in words if not word.startswith("-")][:1]
-    if len(words) == len(named):  # the command by its name alone, in a sentence
+    command_name = [word for word in words if not word.startswith("-")][:1]
+    if len(words) == len(command_name):  # the command by its name alone, in a sentence
         assert words[0] in app
     elif not {"--help", "--help-all"} & {*words}:
         _, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
@@ -97,19 +106,19 @@ def test_links_lead_somewhere(page):
 @pytest.mark.parametrize("page", TEXTS)
 def test_options_and_targets_exist(page):
     scripts = "".join(path.read_text("utf-8") for path in (ROOT / "studies").glob("*.py"))
-    known = {*app, *OPTIONS, "--help-all", *re.findall(r'add_argument\("(--[a-z-]+)"', scripts)}
+    known_words = {*app, *OPTIONS, "--help-all", *re.findall(r'add_argument\("(--[a-z-]+)"', scripts)}
     foreign = r"^(dask|#SBATCH).*$|`[^`]*paraview --[^`]*`|^.*paraview --.*$"
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9]", re.sub(foreign, "", TEXTS[page], flags=re.M)))
-    assert named - known == set()
+    options = set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9]", re.sub(foreign, "", TEXTS[page], flags=re.M)))
+    assert options - known_words == set()
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
-    shown = re.findall(r"(?:`|^ {4})make ([a-z-]+)", TEXTS[page], re.MULTILINE)
-    made = re.findall(r"^make ([a-z-]+)", "".join(typed(TEXTS[page])), re.MULTILINE)
-    assert {*shown, *made} - targets == set()
+    shown_targets = re.findall(r"(?:`|^ {4})make ([a-z-]+)", TEXTS[page], re.MULTILINE)
+    typed_targets = re.findall(r"^make ([a-z-]+)", "".join(typed(TEXTS[page])), re.MULTILINE)
+    assert {*shown_targets, *typed_targets} - targets == set()
 
 
 @pytest.mark.parametrize("page", TEXTS)
 def test_lines_fit_an_editor(page):
-    """Tables, pictures and what a program prints cannot be broken."""
+    """Tables, pictures and the output of a program cannot be broken."""
     text = re.sub(r"^```text\n.*?^```$", "", TEXTS[page], flags=re.MULTILINE | re.DOTALL)
     lines = [line for line in text.splitlines() if not line.lstrip().startswith(("|", "!["))]
     assert [line for line in lines if len(line) > 120] == []
@@ -135,8 +144,8 @@ def test_files_that_are_shown_can_be_read(page, tmp_path):
     path = tmp_path / "shown.toml"
     for block in fenced(TEXTS[page], "toml"):
         path.write_text(block, "utf-8")
-        read = read_fleet if "[wheels]" in block else read_tolerances if block.startswith("[kinds") else toml_cases
-        read(path)
+        reader = read_fleet if "[wheels]" in block else read_tolerances if block.startswith("[kinds") else toml_cases
+        reader(path)
 
 
 @pytest.mark.parametrize("page", [page for page in TEXTS if "```python" in TEXTS[page]])
@@ -159,7 +168,7 @@ A_FILE = re.compile(r"[\w.+-]*/[\w./+-]+|[\w+-]+\.[a-z]+")
 
 def pasted(topic: str) -> list[list[str]]:
     """Words of each command that a page has to be typed."""
-    lines = without_breaks("".join(fenced(TEXTS[f"fecontact/guide/{topic}.md"], "console"))).splitlines()
+    lines = join_lines("".join(fenced(TEXTS[f"fecontact/guide/{topic}.md"], "console"))).splitlines()
     return [shlex.split(line) for line in lines]
 
 
@@ -183,24 +192,30 @@ A_NUMBER = re.compile(r"(?:± )?(?<![\w.])[+-]?\d+(?:\.\d+)?(?![\w.]*\w)")
 MOVED, UNCERTAINTY_MOVED = 0.005, 0.2
 
 
-def agrees(shown: str, printed: str) -> bool:
-    """Whether a line is what was printed: words exactly, numbers to 2 units of the last decimal or what meshes move."""
+def agrees(shown_line: str, printed: str) -> bool:
+    """Whether a line of a document agrees with a printed line.
 
-    def close(one: str, other: str) -> bool:
-        moved, decimals = UNCERTAINTY_MOVED if one.startswith("±") else MOVED, len(one.partition(".")[2])
-        was, now = (float(text.removeprefix("± ")) for text in (one, other))
-        return abs(was - now) <= max(2.0 * 10.0**-decimals if decimals else 0.0, moved * abs(was)) + 1e-9
+    Words agree exactly, numbers to 2 units of the last decimal or to the differences between meshes.
+    """
+
+    def close(shown_number: str, printed_number: str) -> bool:
+        tolerance, decimals = (
+            UNCERTAINTY_MOVED if shown_number.startswith("±") else MOVED,
+            len(shown_number.partition(".")[2]),
+        )
+        was, now = (float(text.removeprefix("± ")) for text in (shown_number, printed_number))
+        return abs(was - now) <= max(2.0 * 10.0**-decimals if decimals else 0.0, tolerance * abs(was)) + 1e-9
 
     words, numbers = zip(
-        *((A_NUMBER.sub("#", one).split(), A_NUMBER.findall(one)) for one in (shown, printed)), strict=True
+        *((A_NUMBER.sub("#", text).split(), A_NUMBER.findall(text)) for text in (shown_line, printed)), strict=True
     )
     return words[0] == words[1] and all(map(close, *numbers))
 
 
-def not_printed(shown: str, said: str) -> list[str]:
+def not_printed(example: str, said: str) -> list[str]:
     """Lines of a block of a page that were not printed."""
     printed = said.splitlines()
-    return [line for line in shown.splitlines() if not any(agrees(line, one) for one in printed)]
+    return [line for line in example.splitlines() if not any(agrees(line, printed_line) for printed_line in printed)]
 
 
 @pytest.mark.parametrize(
@@ -221,9 +236,11 @@ def not_printed(shown: str, said: str) -> list[str]:
 def test_what_a_mesh_moves_is_no_other_line(printed, same):
     assert agrees("area (mm2)  106.67  95.413  -10.56 %  (limit 10 %)", printed) == same
     assert not agrees("case.png in 3.00mm_d57239c3", "case.png in 3.01mm_d57239c3")
-    shown = "peak pressure +27.63 % ± 6.81 % (limit ±5 %)"
-    assert agrees(shown, shown.replace("6.81", "5.60"))
-    assert not any(agrees(shown, shown.replace(*other)) for other in (("6.81", "5.40"), ("± 6.81 %", ""), ("±5", "±6")))
+    shown_line = "peak pressure +27.63 % ± 6.81 % (limit ±5 %)"
+    assert agrees(shown_line, shown_line.replace("6.81", "5.60"))
+    assert not any(
+        agrees(shown_line, shown_line.replace(*change)) for change in (("6.81", "5.40"), ("± 6.81 %", ""), ("±5", "±6"))
+    )
 
 
 @pytest.mark.parametrize("topic", slow_but(TOPICS, *map(list(TOPICS).index, QUICK)))
@@ -238,16 +255,16 @@ def test_a_page_of_the_guide_runs_as_it_is_pasted(topic, tmp_path):
     folder.mkdir()
     blocks = re.findall(r"^```(\w+)\n(.*?)^```$", TEXTS[f"fecontact/guide/{topic}.md"], re.MULTILINE | re.DOTALL)
     for language, code in blocks:
-        lines = without_breaks(code).splitlines()
+        lines = join_lines(code).splitlines()
         if language == "text" and said:
             assert not_printed(code, said) == []
         runs = {"console": [["bash", "-c", line] for line in lines], "python": [[sys.executable, "-c", code]]}
         for run in runs.get(language, ()):
-            done = subprocess.run(run, cwd=folder, env=environment, capture_output=True, text=True, timeout=900)
+            process = subprocess.run(run, cwd=folder, env=environment, capture_output=True, text=True, timeout=900)
             # 1: two sets of results that are compared are not the same; 3: a position of a sample was not solved
-            other = next((code for part, code in {"compare": 1, "fleet sample": 3}.items() if part in run[-1]), 0)
-            assert done.returncode in (0, other), (run, done.stdout, done.stderr)
-            said += done.stdout
+            exit_code = next((code for words, code in {"compare": 1, "fleet sample": 3}.items() if words in run[-1]), 0)
+            assert process.returncode in (0, exit_code), (run, process.stdout, process.stderr)
+            said += process.stdout
 
 
 # --- the guide on the terminal ----------------------------------------------------------------------------------------
@@ -279,11 +296,11 @@ def test_a_page_is_laid_out_on_a_terminal(monkeypatch, capsys):
 @pytest.mark.parametrize("topic", TOPICS)
 def test_links_on_a_terminal_are_commands_or_words(topic):
     """A path leads nowhere there."""
-    shown = without_links(page(topic))
-    assert ".md" not in re.sub(r"```.*?```|`[^`]*`", "", shown, flags=re.DOTALL)
-    named = set(re.findall(r"`fecontact guide (\w+)`", shown))
-    assert named >= set(re.findall(r"\]\((\w+)\.md", page(topic)))
-    assert named <= set(TOPICS)
+    plain_page = without_links(page(topic))
+    assert ".md" not in re.sub(r"```.*?```|`[^`]*`", "", plain_page, flags=re.DOTALL)
+    topics = set(re.findall(r"`fecontact guide (\w+)`", plain_page))
+    assert topics >= set(re.findall(r"\]\((\w+)\.md", page(topic)))
+    assert topics <= set(TOPICS)
 
 
 def test_a_misspelt_topic_is_recognised(capsys):
@@ -298,5 +315,5 @@ def test_the_guide_is_instant():
         "import sys; from fecontact.cli import call; code = call(['guide', 'conventions']);"
         f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr); sys.exit(code)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stderr == "[]\n"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert process.stderr == "[]\n"

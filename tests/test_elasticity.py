@@ -1,4 +1,4 @@
-"""The two solver paths: which is taken, and what a factor needs."""
+"""The two solver paths: their choice, and the memory of a factor."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -34,11 +34,11 @@ def available(monkeypatch):
 @needs_pardiso
 def test_multigrid_is_taken_where_the_factors_do_not_fit(available):
     bodies = [200_000, 300_000]
-    both = sum(factor_bytes(count) for count in bodies)
-    available(1.3 * both)
+    factors_bytes = sum(factor_bytes(count) for count in bodies)
+    available(1.3 * factors_bytes)
     assert choose_solver("auto", bodies) == "pardiso"
     # one factor alone would fit
-    available(0.9 * both)
+    available(0.9 * factors_bytes)
     assert choose_solver("auto", bodies) == "amg"
     assert choose_solver("auto", bodies[:1]) == "pardiso"
     # who asks for it gets it, and is refused where it is known how much it needs
@@ -47,17 +47,17 @@ def test_multigrid_is_taken_where_the_factors_do_not_fit(available):
 
 @needs_pardiso
 def test_a_fifth_of_the_memory_is_left_for_the_matrix_and_its_assembly(available):
-    needed = factor_bytes(300_000)
-    for part, path in ((0.79, "pardiso"), (0.81, "amg")):
-        available(needed / part)
+    required = factor_bytes(300_000)
+    for fraction, path in ((0.79, "pardiso"), (0.81, "amg")):
+        available(required / fraction)
         assert choose_solver("auto", [300_000]) == path
 
 
 def test_a_factor_is_expected_as_large_as_the_largest_one_that_pardiso_counts():
     # bodies of 11 to 158 thousand unknowns: 71 to 85 n^(4/3) bytes and 206 to 242 bytes an unknown
     for unknowns in (11_000, 158_000):
-        least = 85.4 * unknowns ** (4.0 / 3.0) + 241.0 * unknowns
-        assert least < factor_bytes(unknowns) < 1.02 * least
+        smallest = 85.4 * unknowns ** (4.0 / 3.0) + 241.0 * unknowns
+        assert smallest < factor_bytes(unknowns) < 1.02 * smallest
 
 
 @needs_pardiso
@@ -82,9 +82,9 @@ def test_without_mkl_multigrid_is_taken(monkeypatch):
 @pytest.mark.parametrize("body", ["rail", "wheel"])
 def test_estimated_factor_against_the_one_that_is_made(body):
     mesh = mesh_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick"), body)
-    made = elastic_body(mesh, STEEL, "pardiso")
-    permanent, factor = (made.solve._nearly._pardiso.get_iparm(k) for k in (16, 17))
-    made.close()
+    factored = elastic_body(mesh, STEEL, "pardiso")
+    permanent, factor = (factored.solve._nearly._pardiso.get_iparm(k) for k in (16, 17))
+    factored.close()
     # nested dissection depends on the body's shape: 71 to 85 n^(4/3) measured for the factor
     assert factor_bytes(mesh.unknowns) == pytest.approx(1024.0 * (permanent + factor), rel=0.2)
 
@@ -96,7 +96,7 @@ def small():
 
 @pytest.fixture(scope="module")
 def all_layers(small):
-    """The same body with unknowns on all layers."""
+    """A body with unknowns on all layers of a mesh."""
     return replace(small, spacing=None)
 
 
@@ -117,9 +117,9 @@ def test_stiffness_of_layers_further_apart_is_that_of_all_layers_that_move_on_st
     # straight along the rail: a node between two has its place between theirs
     between = np.einsum("he,hed->hd", spacing.parts, small.points[spacing.ends])
     assert np.abs(between - small.points[spacing.between]).max() < 1e-9
-    own = np.setdiff1d(np.arange(count), spacing.between)
-    rows, columns = np.concatenate([own, *[spacing.between] * 2]), np.concatenate([own, *spacing.ends.T])
-    parts = np.concatenate([np.ones(own.size), *spacing.parts.T])
+    kept_nodes = np.setdiff1d(np.arange(count), spacing.between)
+    rows, columns = np.concatenate([kept_nodes, *[spacing.between] * 2]), np.concatenate([kept_nodes, *spacing.ends.T])
+    parts = np.concatenate([np.ones(kept_nodes.size), *spacing.parts.T])
     moves = kron(csr_matrix((parts, (rows, columns)), shape=(count, count)), np.eye(3)).tocsr()
     expected = moves.T @ stiffness(all_layers, STEEL).tocsr() @ moves
     assert abs(stiffness(small, STEEL) - expected).max() < 1e-12 * abs(expected).max()
@@ -134,12 +134,12 @@ def test_layers_further_apart_do_not_change_how_the_contact_gives_way(body):
     across, along = (np.linspace(-2.0, 2.0, n) for n in mesh.contact_nodes.shape[::-1])
     pressure = np.sqrt(np.maximum(0.0, 1.0 - (along[:, None] + 2.0) ** 2 - across**2))
     forces = pressure.ravel()[:, None] * [0.0, 0.0, 1.0]
-    found, exact = (
-        elastic_body(one, STEEL, "pardiso").displacements(nodes, forces)[nodes]
-        for one in (mesh, replace(mesh, spacing=None))
+    displacements, exact = (
+        elastic_body(variant, STEEL, "pardiso").displacements(nodes, forces)[nodes]
+        for variant in (mesh, replace(mesh, spacing=None))
     )
     # the far field is stiffer, alike for all nodes; what is left bends the surface
-    apart = found - exact
+    apart = displacements - exact
     assert np.abs(apart).max() < 2e-4 * np.abs(exact).max()
     assert np.abs(apart - apart.mean(axis=0)).max() < 1e-4 * np.abs(exact).max()
 
@@ -150,13 +150,13 @@ def iterations(monkeypatch):
     counts: list[int] = []
     solve = linear_solver.cg
 
-    def counted(*given, **options):
+    def counted(*arguments, **options):
         counts.append(0)
 
         def count(_):
             counts[-1] += 1
 
-        return solve(*given, callback=count, **options)
+        return solve(*arguments, callback=count, **options)
 
     monkeypatch.setattr(linear_solver, "cg", counted)
     return counts
@@ -170,32 +170,34 @@ def loads_on(mesh, number):
 @needs_pardiso
 def test_both_solver_paths_give_the_same_displacements(small, iterations):
     direct, multigrid = (elastic_body(small, STEEL, name) for name in ("pardiso", "amg"))
-    nodes, (one, two, three) = loads_on(small, 3)
+    nodes, (first, second, third) = loads_on(small, 3)
     # the last but one is made of those before, and is known to about the tolerance before the first iteration
-    for forces in (one, two, 2.0 * one - 0.5 * two, three):
-        exact, found = direct.displacements(nodes, forces), multigrid.displacements(nodes, forces)
+    for forces in (first, second, 2.0 * first - 0.5 * second, third):
+        exact, displacements = direct.displacements(nodes, forces), multigrid.displacements(nodes, forces)
         # residuals of 1e-9, conditioning of the softest displacement modes on top
-        assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
-    for counts, least, most in ((iterations[::2], 2, 2), (iterations[1::2], 10, 30)):
+        assert np.abs(displacements - exact).max() < 1e-8 * np.abs(exact).max()
+    for counts, minimum, maximum in ((iterations[::2], 2, 2), (iterations[1::2], 10, 30)):
         assert counts[2] <= 2
-        assert all(least <= counts[k] <= most for k in (0, 1, 3))
+        assert all(minimum <= counts[k] <= maximum for k in (0, 1, 3))
     direct.close()
 
 
 @pytest.mark.parametrize("solver", [pytest.param("pardiso", marks=needs_pardiso), "amg"])
 @pytest.mark.parametrize("body", ["rail", "wheel"])
 def test_both_halves_of_a_whole_body_are_the_body(body, solver):
-    whole = mesh_case(Case(lateral_shift_mm=3.0, yaw_rad=0.02, resolution=(2.5, 2.5)), body)
-    nodes, (forces,) = loads_on(whole, 1)
+    full_mesh = mesh_case(Case(lateral_shift_mm=3.0, yaw_rad=0.02, resolution=(2.5, 2.5)), body)
+    nodes, (forces,) = loads_on(full_mesh, 1)
     # on the middle plane, within and on the far planes, too
-    everywhere = np.random.default_rng(4).normal(size=whole.points.shape)
-    of_halves, as_one = (elastic_body(mesh, STEEL, solver) for mesh in (whole, replace(whole, opposite=None)))
+    everywhere = np.random.default_rng(4).normal(size=full_mesh.points.shape)
+    of_halves, as_one = (elastic_body(mesh, STEEL, solver) for mesh in (full_mesh, replace(full_mesh, opposite=None)))
     # down to rounding, so that nothing else can hide behind the tolerance
-    found, exact = (made.displacements(nodes, forces, everywhere, tolerance=1e-14) for made in (of_halves, as_one))
-    assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()
-    assert len(assembled_part(whole).hexes) == len(whole.hexes) / 2
-    for made in (of_halves, as_one):
-        made.close()
+    displacements, exact = (
+        body_model.displacements(nodes, forces, everywhere, tolerance=1e-14) for body_model in (of_halves, as_one)
+    )
+    assert np.abs(displacements - exact).max() < 1e-12 * np.abs(exact).max()
+    assert len(assembled_part(full_mesh).hexes) == len(full_mesh.hexes) / 2
+    for body_model in (of_halves, as_one):
+        body_model.close()
 
 
 @needs_pardiso
@@ -207,11 +209,11 @@ def test_a_stiffness_without_a_factor_is_told(small):
 
 
 def test_a_whole_mesh_that_is_no_mirror_image_is_refused():
-    whole = mesh_case(Case(lateral_shift_mm=3.0, yaw_rad=0.02, resolution=(2.5, 2.5)), "wheel")
-    points = whole.points.copy()
-    points[whole.contact_nodes[0, 0]] += 1e-5
+    full_mesh = mesh_case(Case(lateral_shift_mm=3.0, yaw_rad=0.02, resolution=(2.5, 2.5)), "wheel")
+    points = full_mesh.points.copy()
+    points[full_mesh.contact_nodes[0, 0]] += 1e-5
     with pytest.raises(AssertionError, match="off its own mirror image"):
-        check_mesh(replace(whole, points=points))
+        check_mesh(replace(full_mesh, points=points))
 
 
 @pytest.mark.slow

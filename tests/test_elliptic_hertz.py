@@ -54,19 +54,19 @@ def check(result: CaseResult, limits: dict[str, float] = LIMITS) -> None:
 
 
 def check_own_nodes(result: CaseResult, limits: dict[str, float] = LIMITS) -> None:
-    """The contact on the elements' own nodes against Hertz, within what such nodes read of his own pressure.
+    """Compare the contact on the nodes of the elements with Hertz, within the reading error of such nodes.
 
     A nodal pressure is the mean over the node's hat, which has a variance of h^2 / 6 along x and across. So the peak of
     a paraboloid is lower by 1 / (6 n^2) with n elements per semi-axis, and sqrt(5 <x^2>) longer by 5 / (12 n^2). The
     bodies themselves are off Hertz by as much as the finer nodes are allowed.
     """
-    own, hertz = result.load.ladder.rungs["elements"], result.comparison.hertz
+    elements, hertz = result.load.ladder.rungs["elements"], result.comparison.hertz
     step_x, step_s = result.load.level.on_elements.grid.steps_mm
     along_x, across = hertz.a_mm / step_x, hertz.b_mm / step_s
-    assert abs(own.a_mm / hertz.a_mm - 1.0) < 5.0 / (12.0 * along_x**2) + limits["a_mm"]
-    assert abs(own.b_mm / hertz.b_mm - 1.0) < 5.0 / (12.0 * across**2) + limits["b_mm"]
+    assert abs(elements.a_mm / hertz.a_mm - 1.0) < 5.0 / (12.0 * along_x**2) + limits["a_mm"]
+    assert abs(elements.b_mm / hertz.b_mm - 1.0) < 5.0 / (12.0 * across**2) + limits["b_mm"]
     of_hats = (1.0 / along_x**2 + 1.0 / across**2) / 12.0
-    assert abs(own.p_max_MPa / hertz.p_max_MPa - 1.0) < of_hats + limits["p_max_MPa"]
+    assert abs(elements.p_max_MPa / hertz.p_max_MPa - 1.0) < of_hats + limits["p_max_MPa"]
     for name, off in result.load.by_elements.deviation.items():
         if name in limits:
             assert abs(off) < result.load.by_elements.uncertainty[name] + limits[name]
@@ -138,7 +138,10 @@ def test_circular_patch():
 
 @pytest.mark.slow
 def test_finer_elements_change_hardly_anything():
-    """The pressure has nodes of its own: elements of a third of the size change it by less than is stated."""
+    """Elements of a third of the size change the pressure by less than its uncertainty.
+
+    The pressure has separate, finer nodes.
+    """
     a, b, _ = HERTZ[300]
     results = [elliptic(300, (a / n, b / n)) for n in (4.25, 6.25, 9.25)]
     for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm"):

@@ -1,4 +1,7 @@
-"""The true gap on a half-space: opened by what bodies add, and where it cannot expect a patch (ends and corners)."""
+"""The true gap on a half-space, opened by the additional displacement of the bodies.
+
+It cannot expect a patch at ends and corners.
+"""
 
 import math
 import re
@@ -48,17 +51,17 @@ radius = 300.0
 """
 
 
-def on_arc(y: float, centre: tuple[float, float] = (0.0, -300.0)) -> list[float]:
+def arc_point(y: float, centre: tuple[float, float] = (0.0, -300.0)) -> list[float]:
     return [y, round(centre[1] + math.sqrt(300.0**2 - (y - centre[0]) ** 2), 9)]
 
 
 def kinked_rail(path: Path, kink_rad: float) -> str:
-    """A rail whose line turns down by an angle at y = 2 mm, and up where it is negative."""
-    joint = on_arc(2.0)
+    """A rail that turns down by an angle at y = 2 mm, or up for a negative angle."""
+    joint = arc_point(2.0)
     turn = math.asin(2.0 / 300.0) + kink_rad
     centre = (round(joint[0] - 300.0 * math.sin(turn), 9), round(joint[1] - 300.0 * math.cos(turn), 9))
     path.write_text(
-        KINKED.format(start=on_arc(-30.0), joint=joint, end=on_arc(30.0, centre), centre=list(centre)), "utf-8"
+        KINKED.format(start=arc_point(-30.0), joint=joint, end=arc_point(30.0, centre), centre=list(centre)), "utf-8"
     )
     return str(path)
 
@@ -135,19 +138,24 @@ def test_a_patch_that_coarse_nodes_end_too_soon_is_not_cut_off():
 
 @pytest.mark.parametrize("case", THIN_LOBES)
 def test_large_lobes_get_fewer_nodes_where_they_would_be_too_many(case, monkeypatch):
-    """Such a contact was refused. It is the contact on all nodes to what is stated for so few of them."""
+    """Fewer nodes give the contact on all nodes within the uncertainty of so coarse a grid.
+
+    Such a contact was refused before.
+    """
     exact = expect_on_half_space(case)[1].half_space
     monkeypatch.setattr(expected_patch, "MOST_NODES", 7_000)
     position = position_of(case)
-    found = position.expected.half_space
-    assert math.prod(found.grid.shape) <= 7_000 < 0.4 * math.prod(exact.grid.shape)
-    known = Solved(more_nodes=position.more_nodes)
-    read, wanted = (measures_of(rung).as_dict() for rung in (found, exact))
+    coarse = position.expected.half_space
+    assert math.prod(coarse.grid.shape) <= 7_000 < 0.4 * math.prod(exact.grid.shape)
+    solution = Solved(more_nodes=position.more_nodes)
+    coarse_measures, exact_measures = (measures_of(rung).as_dict() for rung in (coarse, exact))
     # measured: up to a tenth of what is stated; a length along x 0.3 of it
     for name in (name for name in MEASURES if FLOORS[name] is not None):
-        assert read[name] == pytest.approx(wanted[name], rel=uncertainty(name, [read[name]] * 2, known))
+        assert coarse_measures[name] == pytest.approx(
+            exact_measures[name], rel=uncertainty(name, [coarse_measures[name]] * 2, solution)
+        )
     # more is stated than of all nodes
-    assert uncertainty("b_mm", [1.0, 1.0], known) > uncertainty("b_mm", [1.0, 1.0]) + 1e-5
+    assert uncertainty("b_mm", [1.0, 1.0], solution) > uncertainty("b_mm", [1.0, 1.0]) + 1e-5
 
 
 def test_thin_lobes_get_fewer_nodes_where_fewer_are_asked_for():
@@ -159,17 +167,20 @@ def test_thin_lobes_get_fewer_nodes_where_fewer_are_asked_for():
     )
     rung = rung_with(grid, 1000.0 * wide + 800.0 * thin)
     assert sorted(size[1] for size in lobe_sizes(rung).every) == pytest.approx([0.4, 8.0], abs=0.051)
-    sparing, plain = (_fitted_grid(rung, 16, most=most) for most in (3_000, None))
+    sparing, plain = (_fitted_grid(rung, 16, most=limit) for limit in (3_000, None))
     assert math.prod(sparing.shape) <= 3_000 < 0.6 * math.prod(plain.shape)
     # up to half of the nodes that follow the thin lobe, and all of the wide one's
-    for less, more, wide_mm in zip(sparing.steps_mm, plain.steps_mm, (5.0, 8.0), strict=True):
-        assert more < less <= 2.0 * more
-        assert wide_mm / less > 15.5
+    for coarse_step, fine_step, wide_mm in zip(sparing.steps_mm, plain.steps_mm, (5.0, 8.0), strict=True):
+        assert fine_step < coarse_step <= 2.0 * fine_step
+        assert wide_mm / coarse_step > 15.5
 
 
 @pytest.mark.slow
 def test_the_least_lobes_get_fewer_nodes_where_they_would_be_too_many():
-    """Between 45 and 55 kN, which go, 50 kN was refused for a thin lobe beside a wide patch."""
+    """A load of 50 kN was refused for a thin lobe beside a wide patch.
+
+    Loads of 45 and 55 kN were accepted.
+    """
     case = Case(inclination_rad=math.atan(1.0 / 20.0), lateral_shift_mm=5.5, roll="given")
     peaks = []
     for load_N in (45e3, 50e3, 55e3):
@@ -205,8 +216,11 @@ def opened(rail: str = "circle:300", load_N: float = 10e3) -> tuple[TrueGap, Her
     return true_gap_of_case(case, placement), hertz, grid
 
 
-def on_own_nodes(hertz: HertzContact, values: object, nodes: int = 9) -> Field:
-    """A function of (x, s) on far fewer nodes, lying otherwise, over the patch and a little around it."""
+def sample_field(hertz: HertzContact, values: object, nodes: int = 9) -> Field:
+    """Sample a function of (x, s) on few nodes over the patch and a little around it.
+
+    The nodes differ from the nodes of the contact and are far fewer.
+    """
     grid = ContactGrid(
         x_mm=1.5 * hertz.a_mm / nodes * np.arange(nodes + 1),
         s_mm=1.5 * hertz.b_mm / nodes * (np.arange(-nodes, nodes + 1) + 0.2),
@@ -219,7 +233,7 @@ def on_own_nodes(hertz: HertzContact, values: object, nodes: int = 9) -> Field:
 def test_nothing_added_is_the_true_gap():
     true_gap, hertz, grid = opened()
     plain = true_gap.solve(grid, 10e3)
-    zero = true_gap.solve(grid, 10e3, added=on_own_nodes(hertz, lambda x, s: 0.0 * x * s))
+    zero = true_gap.solve(grid, 10e3, added=sample_field(hertz, lambda x, s: 0.0 * x * s))
     np.testing.assert_array_equal(zero.pressure_MPa, plain.pressure_MPa)
     assert (zero.approach_mm, zero.status) == (plain.approach_mm, "converged")
     # and that is Hertz's: measured 0.02 % in the peak, 0.06 % in a
@@ -230,16 +244,19 @@ def test_nothing_added_is_the_true_gap():
 def test_a_constant_only_adds_to_the_approach():
     true_gap, hertz, grid = opened()
     plain = true_gap.solve(grid, 10e3)
-    moved = true_gap.solve(grid, 10e3, added=on_own_nodes(hertz, lambda x, s: 0.004 + 0.0 * x * s))
+    lifted = true_gap.solve(grid, 10e3, added=sample_field(hertz, lambda x, s: 0.004 + 0.0 * x * s))
     # residuals of 1e-6 of the approach, and normals that turn by 8 mrad below the patch: measured 5e-5
-    np.testing.assert_allclose(moved.pressure_MPa, plain.pressure_MPa, atol=1e-4 * plain.pressure_MPa.max())
-    assert moved.approach_mm - plain.approach_mm == pytest.approx(0.004, rel=2e-5)
+    np.testing.assert_allclose(lifted.pressure_MPa, plain.pressure_MPa, atol=1e-4 * plain.pressure_MPa.max())
+    assert lifted.approach_mm - plain.approach_mm == pytest.approx(0.004, rel=2e-5)
 
 
 @pytest.mark.parametrize("radius", [80.0, 300.0])
 @pytest.mark.parametrize(("c", "d"), [(3e-4, 0.0), (0.0, 1e-3), (-4e-4, 8e-4), (5e-4, -6e-4)])
 def test_added_curvature_is_hertz_with_that_curvature(radius, c, d):
-    """On few nodes of its own and beyond them constant: what is added to the gap counts as the gap itself."""
+    """A displacement added to the gap counts as the gap itself.
+
+    It is given on few nodes, and is constant beyond them.
+    """
     true_gap, hertz, _ = opened(f"circle:{radius:g}")
     changed = hertz_ellipse(
         0.5 * (1 / 460 + c), 0.5 * (1 / radius + d), normal_force_N=10e3, contact_modulus_MPa=hertz.contact_modulus_MPa
@@ -248,18 +265,18 @@ def test_added_curvature_is_hertz_with_that_curvature(radius, c, d):
     grid = ContactGrid(
         x_mm=changed.a_mm / 16.4 * np.arange(22), s_mm=changed.b_mm / 16.6 * (np.arange(-21, 22) + 0.3), half=True
     )
-    rung = true_gap.solve(grid, 10e3, added=on_own_nodes(changed, lambda x, s: 0.5 * (c * x**2 + d * s**2)))
-    found = deviations(rung, changed)
+    rung = true_gap.solve(grid, 10e3, added=sample_field(changed, lambda x, s: 0.5 * (c * x**2 + d * s**2)))
+    deviation = deviations(rung, changed)
     # as exact ellipses are read; a circle of R 80 is a parabola to 1e-4 below a patch of 1.2 mm
     limits = {"p_max_MPa": 6e-4, "area_mm2": 3.5e-3, "a_mm": 9e-4, "b_mm": 9e-4, "approach_mm": 6e-4}
-    assert {name: found[name] for name, limit in limits.items() if abs(found[name]) > limit} == {}
+    assert {name: deviation[name] for name, limit in limits.items() if abs(deviation[name]) > limit} == {}
     assert misfit_of(rung, changed).misplaced_load < 4.5e-3
     assert misfit_of(rung, changed).valley == 0.0
 
 
 def test_an_added_slope_moves_the_centre_and_nothing_else():
     true_gap, hertz, grid = opened()
-    rung = true_gap.solve(grid, 10e3, added=on_own_nodes(hertz, lambda x, s: 0.0 * x + 1e-4 * s))
+    rung = true_gap.solve(grid, 10e3, added=sample_field(hertz, lambda x, s: 0.0 * x + 1e-4 * s))
     # the bottom of s^2 / 2 R + e s
     assert misfit_of(rung, hertz).centre_over_b == pytest.approx(-300.0 * 1e-4 / hertz.b_mm, rel=2e-3)
     assert measures_of(rung).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=4e-4)
@@ -282,7 +299,10 @@ def test_a_carried_field_is_a_cubic_inside_and_constant_outside():
 
 @pytest.mark.parametrize("yaw_rad", [0.0, 1e-9])
 def test_the_box_is_hertz_s_ellipse_and_the_grid_leaves_a_rim_of_three_nodes(yaw_rad):
-    """A half model, and the whole one of a yaw that turns nothing, which is as symmetric."""
+    """A half model, and a full model with a yaw that turns nothing.
+
+    Both are symmetric.
+    """
     hertz, expected = expect_on_half_space(replace(case_on("circle:300"), yaw_rad=yaw_rad))
     grid, half = expected.half_space.grid, yaw_rad == 0.0
     step_x, step_s = grid.steps_mm
@@ -299,53 +319,62 @@ def test_the_box_is_hertz_s_ellipse_and_the_grid_leaves_a_rim_of_three_nodes(yaw
 
 
 def test_a_patch_far_longer_than_the_bodies_is_refused_before_it_is_known_well(monkeypatch):
-    """A load typed in N where kN are meant: on 32 nodes it takes 5 CPU s to say so, and this twice."""
-    seen = []
+    """A load typed in N instead of kN is refused on a coarse grid.
+
+    On 32 nodes the refusal takes 5 CPU s, and it is computed twice.
+    """
+    grids = []
     monkeypatch.setattr(
-        "fecontact.solving.position.expect_on_half_space", lambda case, placement: seen.append(case.load_N) or 1 / 0
+        "fecontact.solving.position.expect_on_half_space", lambda case, placement: grids.append(case.load_N) or 1 / 0
     )
     with pytest.raises(InputError, match=r"half length of 60 mm must reach .* contact zone \(about 7[78] mm\)"):
         position_of(Case(load_N=1e8))
     # a patch of 42 mm is solved in bodies of 60 mm
     with pytest.raises(ZeroDivisionError):
         position_of(Case(load_N=2e7))
-    assert seen == [2e7]
+    assert grids == [2e7]
 
 
 def test_the_gap_on_a_grid_is_evaluated_once_for_each_slide(monkeypatch):
-    """A contact is solved on one grid again with planes of its patches, and with another idea of what elements add."""
-    asked, gap = [], TrueGap.gap
+    """Repeated solutions on a single grid evaluate its gap only at the first.
 
-    def counted(self, x, s):
-        asked.append(np.broadcast(x, s).size)
+    They differ in the planes of the patches and in the estimate of the displacement that elements add.
+    """
+    calls, gap = [], TrueGap.gap
+
+    def count_points(self, x, s):
+        calls.append(np.broadcast(x, s).size)
         return gap(self, x, s)
 
-    monkeypatch.setattr(TrueGap, "gap", counted)
+    monkeypatch.setattr(TrueGap, "gap", count_points)
     _, expected = expect_on_half_space(Case(lateral_shift_mm=3.0, load_N=20e3))
-    grid, before = expected.half_space.grid, len(asked)
+    grid, before = expected.half_space.grid, len(calls)
     true_gap = expected.true_gap
     assert true_gap.on(grid) is true_gap.on(grid)
-    assert len(asked) == before
+    assert len(calls) == before
     # nodes elsewhere, or bodies that have slid, have gaps of their own
     aside = ContactGrid(x_mm=grid.x_mm, s_mm=grid.s_mm + 0.1, half=grid.half)
     slid = replace(true_gap, slide_mm=0.01)
-    for other, on in ((true_gap, aside), (slid, grid)):
-        assert np.abs(other.on(on) - true_gap.on(grid)).max() > 1e-5
-    assert len(asked) == before + 2
+    for gap_after, on in ((true_gap, aside), (slid, grid)):
+        assert np.abs(gap_after.on(on) - true_gap.on(grid)).max() > 1e-5
+    assert len(calls) == before + 2
 
 
 def test_a_position_under_its_own_load_is_itself():
     """The largest load of each position of a map was expected twice."""
     position = position_of(Case(load_N=20e3))
     assert position.for_load(20e3) is position
-    other = position.for_load(30e3)
-    assert other.case.load_N == 30e3
+    other_load = position.for_load(30e3)
+    assert other_load.case.load_N == 30e3
     # along the normal there is a little more than the wheel's load
-    assert other.expected.half_space.normal_force_N == pytest.approx(30e3, rel=2e-3)
+    assert other_load.expected.half_space.normal_force_N == pytest.approx(30e3, rel=2e-3)
 
 
 def test_a_side_of_the_head_that_faces_away_from_the_approach_has_no_nodes():
-    """The vertical side of a crane rail, seen along a normal of 44 degrees, had gaps of -50 mm, and no pressure."""
+    """The vertical side of a crane rail along a normal of 44 degrees has no nodes.
+
+    It had gaps of -50 mm and no pressure.
+    """
     case = Case(
         rail="A45",
         wheel="EN15302_H",

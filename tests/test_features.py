@@ -1,4 +1,7 @@
-"""A feature can be taken away with its folder, its tests and its studies; one is put in by a folder or a package."""
+"""Removal and addition of features.
+
+A feature is removed with its folder, its tests and its studies; it is added by a folder or a package.
+"""
 
 import ast
 import filecmp
@@ -54,13 +57,17 @@ REFUSED = {
 def offered_names(feature: str) -> set[str]:
     """Functions and classes of the package that a feature has."""
     tree = ast.parse((ROOT / "fecontact" / "features" / feature / "feature.py").read_text("utf-8"))
-    found = {one.targets[0].id: ast.literal_eval(one.value) for one in tree.body if isinstance(one, ast.Assign)}
-    return {place.rpartition(".")[2].rstrip("_") for place in found["NAMES"]}
+    constants = {
+        statement.targets[0].id: ast.literal_eval(statement.value)
+        for statement in tree.body
+        if isinstance(statement, ast.Assign)
+    }
+    return {place.rpartition(".")[2].rstrip("_") for place in constants["NAMES"]}
 
 
-def copied(to: Path, *more: str) -> Path:
+def copied(to: Path, *patterns: str) -> Path:
     """A copy of the package, with its tests and whatever else they need."""
-    for name in ("fecontact", *more):
+    for name in ("fecontact", *patterns):
         source = ROOT / name
         if source.is_dir():
             shutil.copytree(source, to / name, ignore=shutil.ignore_patterns("__pycache__", "out"))
@@ -69,23 +76,26 @@ def copied(to: Path, *more: str) -> Path:
     return to
 
 
-def without(feature: str, tree: Path) -> None:
-    """Take a feature out of a copy, with its tests and with the studies of it, their baselines and their pages."""
+def remove_feature(feature: str, tree: Path) -> None:
+    """Remove a feature from a copy of the repository.
+
+    Its tests and its studies, with their baselines and pages, are removed too.
+    """
     shutil.rmtree(tree / "fecontact" / "features" / feature)
     shutil.rmtree(tree / "tests" / feature, ignore_errors=True)
-    used = re.compile(rf"fecontact\.({'|'.join((f'features.{feature}', *offered_names(feature)))})\b")
+    usage = re.compile(rf"fecontact\.({'|'.join((f'features.{feature}', *offered_names(feature)))})\b")
     for study in (tree / "studies").glob("*.py"):
-        if used.search(study.read_text("utf-8")):
+        if usage.search(study.read_text("utf-8")):
             study.unlink()
-            for kept in ("baselines/{}.csv", "baselines/{}.json", "validation/{}.md"):
-                (tree / "studies" / kept.format(study.stem)).unlink(missing_ok=True)
+            for stored in ("baselines/{}.csv", "baselines/{}.json", "validation/{}.md"):
+                (tree / "studies" / stored.format(study.stem)).unlink(missing_ok=True)
             table = tree / "studies" / "VALIDATION.md"
             lines = table.read_text("utf-8").splitlines(keepends=True)
-            table.write_text("".join(one for one in lines if f"(validation/{study.stem}.md)" not in one), "utf-8")
+            table.write_text("".join(line for line in lines if f"(validation/{study.stem}.md)" not in line), "utf-8")
 
 
 def python(tree: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run Python on a copy, which is what it imports."""
+    """Run Python with the package of a copy."""
     paths = os.pathsep.join(map(str, (tree, tree / "tests")))
     return subprocess.run(
         [sys.executable, *words],
@@ -100,23 +110,23 @@ def python(tree: Path, *words: str, **environment: str) -> subprocess.CompletedP
 @pytest.mark.parametrize("feature", slow_but(REMOVED, REMOVED.index("irregular")))
 def test_the_program_works_without_a_feature(feature, tmp_path):
     tree = copied(tmp_path, "tests")
-    without(feature, tree)
-    gone = f"assert not {offered_names(feature)!r} & set(fecontact.__all__)\nassert {feature!r} not in FEATURES\n"
-    done = python(tree, "-c", USED + gone + REFUSED.get(feature, ""))
-    assert done.returncode == 0, done.stderr
-    commands = done.stdout.partition("Exit codes")[0]
+    remove_feature(feature, tree)
+    absence = f"assert not {offered_names(feature)!r} & set(fecontact.__all__)\nassert {feature!r} not in FEATURES\n"
+    process = python(tree, "-c", USED + absence + REFUSED.get(feature, ""))
+    assert process.returncode == 0, process.stderr
+    commands = process.stdout.partition("Exit codes")[0]
     assert not re.search(rf"│ ({'|'.join(offered_names(feature))}) ", commands)
     if feature in REFUSED:
-        assert "not installed" in done.stderr
+        assert "not installed" in process.stderr
 
 
 @pytest.mark.slow
 def test_the_program_works_without_any_feature(tmp_path):
     tree = copied(tmp_path, "tests", "studies")
     for feature in FEATURES:
-        without(feature, tree)
-    done = python(tree, "-c", USED + "assert FEATURES == ()\n")
-    assert done.returncode == 0, done.stderr
+        remove_feature(feature, tree)
+    process = python(tree, "-c", USED + "assert FEATURES == ()\n")
+    assert process.returncode == 0, process.stderr
 
 
 # all other tests, some twenty minutes of a core
@@ -125,11 +135,11 @@ def test_the_program_works_without_any_feature(tmp_path):
 def test_all_other_tests_pass_without_a_feature(feature, tmp_path):
     names = ("tests", "studies", "meshes", ".ci", "Makefile", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")
     tree = copied(tmp_path, *names, "CITATION.cff", "pyproject.toml", "requirements.lock")
-    without(feature, tree)
+    remove_feature(feature, tree)
     # pages tell of all features, and a copy is no clone
-    others = [f"--ignore=tests/test_{name}.py" for name in ("documents", "fresh_clone", "features", "package")]
-    done = python(tree, "-m", "pytest", "-q", "-x", "-n", "2", "-m", "not slow", *others)
-    assert done.returncode == 0, done.stdout[-4000:]
+    options = [f"--ignore=tests/test_{name}.py" for name in ("documents", "fresh_clone", "features", "package")]
+    process = python(tree, "-m", "pytest", "-q", "-x", "-n", "2", "-m", "not slow", *options)
+    assert process.returncode == 0, process.stdout[-4000:]
 
 
 DUMMY = {
@@ -192,13 +202,13 @@ def twice(folder: Path, *, out: Path) -> int:
 }
 
 
-def different(one: Path, other: Path) -> set[str]:
-    """Files of two trees that are not the same, and folders that one of them has."""
-    seen = filecmp.dircmp(one, other, ignore=["__pycache__"])
-    found = {*seen.left_only, *seen.right_only, *seen.diff_files}
-    for name in seen.common_dirs:
-        found |= {f"{name}/{below}" for below in different(one / name, other / name)}
-    return found
+def different(first: Path, second: Path) -> set[str]:
+    """Files that differ between two trees, and folders that are missing in either tree."""
+    comparison = filecmp.dircmp(first, second, ignore=["__pycache__"])
+    differences = {*comparison.left_only, *comparison.right_only, *comparison.diff_files}
+    for name in comparison.common_dirs:
+        differences |= {f"{name}/{path}" for path in different(first / name, second / name)}
+    return differences
 
 
 @pytest.mark.slow
@@ -208,7 +218,7 @@ def test_a_feature_is_put_in_by_its_folder(tmp_path):
     for name, text in DUMMY.items():
         (tree / "fecontact" / "features" / "dummy" / f"{name}.py").write_text(text, "utf-8")
     assert different(ROOT / "fecontact", tree / "fecontact") == {"features/dummy"}
-    used = (
+    code = (
         USED
         + """
 import json
@@ -220,9 +230,9 @@ assert call(["twice", "one", "--out", "twice.png"]) == 0
 assert "twice the peak is" in Path("one/report.html").read_text()
 """
     )
-    done = python(tree, "-c", used)
-    assert done.returncode == 0, done.stderr
-    assert "twice: " in done.stdout
+    process = python(tree, "-c", code)
+    assert process.returncode == 0, process.stderr
+    assert "twice: " in process.stdout
     assert (tree / "twice.png").stat().st_size > 500
 
 
@@ -240,14 +250,14 @@ def third_party(tmp_path_factory) -> Path:
     return folder / "installed"
 
 
-def with_third_party(third_party: Path, code: str, cwd: Path) -> str:
+def run_with_third_party(third_party: Path, code: str, cwd: Path) -> str:
     paths = os.pathsep.join(map(str, (third_party, ROOT)))
     command = [sys.executable, "-c", f"import fecontact\nfrom fecontact.cli import call\n{code}"]
-    done = subprocess.run(
+    process = subprocess.run(
         command, capture_output=True, text=True, cwd=cwd, env={**os.environ, "PYTHONPATH": paths}, check=False
     )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    assert process.returncode == 0, process.stderr
+    return process.stdout
 
 
 def test_a_third_party_feature_is_found_where_its_package_is_installed(third_party, tmp_path):
@@ -258,7 +268,7 @@ assert call(["--help"]) == 0
 assert call(["mean_pressure", "--help"]) == 0
 assert call(["mean_pressure", "nothing"]) == 2
 """
-    said = with_third_party(third_party, code, tmp_path)
+    said = run_with_third_party(third_party, code, tmp_path)
     assert re.search(r"mean_pressure +Print the mean pressure over the contact patch", said)
     assert "mean_pressure" not in FEATURES
 
@@ -281,4 +291,4 @@ from fecontact.runs import sources
 assert [path.name for path in sources._foreign()] == ["fecontact_mean_pressure"]
 assert sources.digests().evaluating != sources.digests_of(sources._PACKAGE).evaluating
 """
-    assert re.search(r"mean pressure \d+\.\d MPa", with_third_party(third_party, code, tmp_path))
+    assert re.search(r"mean pressure \d+\.\d MPa", run_with_third_party(third_party, code, tmp_path))

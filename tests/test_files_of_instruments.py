@@ -1,4 +1,4 @@
-"""Measured rails and wheels as instruments and other programs write them, and lines made like them."""
+"""Measured rails and wheels in the files of instruments and other programs, and profiles made like them."""
 
 from pathlib import Path
 
@@ -22,14 +22,17 @@ RAILS = ("site_b_hr.prr", "rail_left_iter288.ban", "avg_low2.ban")
 
 
 def raw(name):
-    """First two numbers of each line that begins with two of them, as they stand in the file."""
-    found = []
+    """First two numbers of each line that begins with two numbers.
+
+    The numbers are not changed.
+    """
+    rows = []
     for line in (FILES / name).read_text("latin-1").splitlines():
         try:
-            found.append([float(text) for text in line.split()[:2]])
+            rows.append([float(text) for text in line.split()[:2]])
         except ValueError:
             continue
-    return np.array([one for one in found if len(one) == 2])
+    return np.array([row for row in rows if len(row) == 2])
 
 
 def rail(name, **reading):
@@ -48,8 +51,8 @@ def test_a_rail_that_wraps_under_its_head_is_cut_at_its_widest_points(name, turn
     """On the raw points within 10 nm; MiniProf's X grows to the centre of the track, SIMPACK's y to the field side."""
     line = rail(name, filter_mm=0.0)
     points = line.points
-    known = {tuple(point) for point in raw(name) * turn}
-    assert all(tuple(point) in known for point in points)
+    raw_points = {tuple(point) for point in raw(name) * turn}
+    assert all(tuple(point) in raw_points for point in points)
     y = line.points[5:-5, 0]
     middle = np.abs(y - y.mean()) < 25.0
     assert line.height(y[middle]) == pytest.approx(line.points[5:-5, 1][middle], abs=1e-5)
@@ -64,7 +67,7 @@ def test_a_rail_that_wraps_under_its_head_is_cut_at_its_widest_points(name, turn
 
 @pytest.mark.parametrize("name", RAILS)
 def test_a_rail_that_an_option_has_mirrored_is_noticed_with_the_option_to_leave_out(name):
-    (note,) = [one for one in rail(name, mirror=True, filter_mm=0.0).notes if "mm lower on its field side" in one]
+    (note,) = [text for text in rail(name, mirror=True, filter_mm=0.0).notes if "mm lower on its field side" in text]
     assert note.endswith("mirrored; leave out --rail-mirror (mirror in [rail_file]) if it is")
 
 
@@ -73,18 +76,21 @@ def test_a_new_rail_with_its_cant_the_other_way_is_noticed(nominal):
     y, z = points_along(load("60E1"), 0.3).T
     z = z + 0.005 * np.random.default_rng(0).normal(size=z.size)
 
-    def turned(turn, **reading):
+    def read_turned(turn, **reading):
         line = y * np.cos(turn) - z * np.sin(turn), y * np.sin(turn) + z * np.cos(turn)
         return profile_from_points(*line, kind="rail", name="p", reading=Reading(nominal=nominal, **reading))
 
-    assert not any("mirror" in note for note in turned(0.025).notes)
+    assert not any("mirror" in note for note in read_turned(0.025).notes)
     with pytest.raises(InputError, match=r"give --rail-mirror yes .* or give --rail-mirror no"):
-        turned(-0.025)
-    assert any("it may be worn or canted and mirrored" in note for note in turned(-0.025, mirror=False).notes)
+        read_turned(-0.025)
+    assert any("it may be worn or canted and mirrored" in note for note in read_turned(-0.025, mirror=False).notes)
 
 
 def test_a_wheel_from_the_back_of_its_flange_is_read_with_the_option_that_is_named(tmp_path):
-    """A header in words, a line of numbers in it, two scans that meet at the flange, a rim that turns back."""
+    """A file with several peculiarities.
+
+    It has a header in words, a line of numbers in it, two scans that meet at the flange, and a rim that turns back.
+    """
     with pytest.raises(InputError, match=r"give --wheel-tape-circle-mm 70 \(tape_circle_mm = 70 in \[wheel_file\]\)"):
         wheel("Car7422_0001r.whl")
     line = wheel("Car7422_0001r.whl", tape_circle_mm=70.0, filter_mm=0.0)
@@ -111,13 +117,16 @@ def test_two_rails_in_one_file_are_refused_as_that(capsys):
 
 
 def written(path, points):
-    """A file of columns with what a format of nine digits leaves."""
+    """A file of columns with nine digits per number."""
     np.savetxt(path, points, fmt="%.9f")
     return str(path)
 
 
 def test_the_unit_is_asked_for_before_the_tape_circle(tmp_path):
-    """In inches the tip of a flange was sought at the wrong place, and the tape circle asked for."""
+    """A file in inches is refused for its unit first.
+
+    The tip of a flange was sought at the wrong place, and the tape circle asked for.
+    """
     points = points_along(load("S1002"), 0.5)
     path = written(tmp_path / "in.whl", (points * (1, -1) + (70.0, 0.0)) / 25.4)
     with pytest.raises(InputError, match="the file looks like in: give --wheel-units in"):
@@ -133,10 +142,10 @@ def test_a_mirrored_wheel_from_its_back_has_its_tape_circle_at_a_negative_y(tmp_
     points = points_along(load("S1002"), 0.5)
     path = written(tmp_path / f"mirrored.{ending}", (points + np.array([70.0, 0.0])) * (-1, up))
     try:
-        told = " ".join(resolve_wheel(path, Reading(mirror=True)).profile.notes)
+        message = " ".join(resolve_wheel(path, Reading(mirror=True)).profile.notes)
     except InputError as refused:
-        told = str(refused)
-    assert "give --wheel-tape-circle-mm -70 (" in told
+        message = str(refused)
+    assert "give --wheel-tape-circle-mm -70 (" in message
     line = resolve_wheel(path, Reading(mirror=True, tape_circle_mm=-70.0)).profile
     assert line.height(10.0) == pytest.approx(load("S1002").height(10.0), abs=1e-6)
     assert not any("tape-circle" in note for note in line.notes)
@@ -146,15 +155,18 @@ def test_a_mirrored_wheel_from_its_back_has_its_tape_circle_at_a_negative_y(tmp_
 def test_columns_the_other_way_round_are_told_as_that(tmp_path, kind, name):
     """A repair was printed, which could not do it."""
     path = written(tmp_path / "zy.txt", points_along(load(name), 0.5)[:, ::-1])
-    of = resolve_rail if kind == "rail" else lambda *a: resolve_wheel(*a).profile
+    resolve = resolve_rail if kind == "rail" else lambda *a: resolve_wheel(*a).profile
     for reading in (Reading(), Reading(repair=True)):
         with pytest.raises(InputError, match=f"the other way round: give --{kind}-columns 2,1 "):
-            of(path, reading)
-    assert of(path, Reading(columns="2,1")).height(5.0) == pytest.approx(load(name).height(5.0), abs=1e-6)
+            resolve(path, reading)
+    assert resolve(path, Reading(columns="2,1")).height(5.0) == pytest.approx(load(name).height(5.0), abs=1e-6)
 
 
 def worn(name, what, depth_mm, cant_rad=0.0):
-    """A head down to 16 mm, worn at its gauge corner, on its crown or on its gauge side, with 5 um of noise."""
+    """A worn head down to 16 mm, with 5 um of noise.
+
+    It is worn at its gauge corner, on its crown or on its gauge side.
+    """
     line = load(name)
     p = line.evaluate(line.at_arc_length(np.arange(0.3, line.length_mm - 0.3, 0.25)))
     half, y, z, nx, nz = 0.5 * np.ptp(p.y), p.y, p.z, -np.sin(p.angle_rad), np.cos(p.angle_rad)
@@ -176,7 +188,10 @@ def worn(name, what, depth_mm, cant_rad=0.0):
     ("crown", 1.0, 0.0), ("crown", 2.0, 0.0), ("crown", 1.0, 0.025), ("side", 2.0, 0.0), ("side", 6.0, 0.025),
 ])  # fmt: skip
 def test_a_worn_head_is_asked_for_its_mirror_on_the_wrong_side_alone(name, what, depth_mm, cant_rad):
-    """6 mm off the side make the gauge side the higher one; Hertz on a mirrored line is of another contact."""
+    """6 mm of side wear make the gauge side higher than the field side.
+
+    Hertz on a mirrored line is the ellipse of another contact.
+    """
     assert asked_for_its_mirror(worn(name, what, depth_mm, cant_rad)) == [False, True]
 
 
@@ -193,9 +208,10 @@ def test_side_wear_is_known_by_what_the_sides_have_lost(name, depth_mm):
     ("side", 2.5, 0.0), ("side", 2.5, 0.05), ("side", 3.5, 0.0), ("crown", 0.7, 0.0), ("gauge corner", 1.5, 0.025),
 ])  # fmt: skip
 def test_every_worn_rail_of_the_library_is_asked_for_its_mirror_on_the_wrong_side_alone(name, what, depth_mm, cant_rad):
-    """Depths that the limits were not chosen by. 1.5 mm at the side take hardly anything off the leaning ones.
+    """Depths of wear that were not used to choose the limits.
 
-    Crane rails are symmetric: wear on one half of A45, or in the middle of A75, leaves too little to tell by.
+    1.5 mm at the side take hardly anything off the leaning sides. Crane rails are symmetric: wear on one half of A45,
+    or in the middle of A75, leaves too little to tell by.
     """
     as_it_is, mirrored = asked_for_its_mirror(worn(name, what, depth_mm, cant_rad))
     assert not as_it_is
@@ -203,7 +219,7 @@ def test_every_worn_rail_of_the_library_is_asked_for_its_mirror_on_the_wrong_sid
 
 
 def test_side_wear_of_a_crane_rail_is_not_taken_for_a_narrower_one():
-    """3.5 mm off A55 at its side are nearer to all of A45 than to all of A55."""
+    """A55 with 3.5 mm of side wear is nearer to all of A45 than to all of A55."""
     assert asked_for_its_mirror(worn("A55", "side", 3.5)) == [False, True]
 
 
@@ -271,8 +287,8 @@ def test_words_behind_the_numbers_and_three_columns_of_an_old_file(tmp_path):
         resolve_wheel(str(plain))
     with pytest.raises(InputError, match="give --wheel-columns 1,-2"):
         resolve_wheel(str(plain), Reading(columns="1,2"))
-    asked = resolve_wheel(str(plain), Reading(columns="1,-2", tape_circle_mm=70.0, filter_mm=0.0)).profile
-    assert asked.height(10.0) == pytest.approx(line.height(10.0), abs=1e-9)
+    profile = resolve_wheel(str(plain), Reading(columns="1,-2", tape_circle_mm=70.0, filter_mm=0.0)).profile
+    assert profile.height(10.0) == pytest.approx(line.height(10.0), abs=1e-9)
 
 
 # --- wrong points ----------------------------------------------------------------------------------------------------
@@ -281,9 +297,9 @@ def test_words_behind_the_numbers_and_three_columns_of_an_old_file(tmp_path):
 def test_a_spike_of_a_micrometre_is_left_out_and_told():
     points = points_along(load("60E1"), 0.25)
     points[200, 1] += 0.0013
-    assert [one.index for one in spikes(points)] == [200]
-    made = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
-    assert any("1 point left out: a spike of 0.0013 mm at point 201" in note for note in made.notes)
+    assert [spike.index for spike in spikes(points)] == [200]
+    profile = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
+    assert any("1 point left out: a spike of 0.0013 mm at point 201" in note for note in profile.notes)
     points[200, 1] += 0.05
     with pytest.raises(InputError, match=r"a spike of 0\.05.*give --rail-repair yes"):
         profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
@@ -295,10 +311,10 @@ def test_a_repair_does_not_depend_on_the_end_that_it_begins_at():
     for k, off in ((40, (0.9, 0.1)), (120, (0.0, 0.3)), (180, (-1.3, 0.0)), (181, (-0.2, 0.02))):
         points[k] += off
     reading = Reading(repair=True, filter_mm=0.0)
-    one = profile_from_points(*points.T, kind="rail", name="p", reading=reading).points
-    other = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=reading).points
-    assert len(one) < len(points)
-    assert np.array_equal(other[::-1] * (-1, 1), one)
+    forward = profile_from_points(*points.T, kind="rail", name="p", reading=reading).points
+    backward = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=reading).points
+    assert len(forward) < len(points)
+    assert np.array_equal(backward[::-1] * (-1, 1), forward)
 
 
 # --- the line of the points ------------------------------------------------------------------------------------------
@@ -307,62 +323,62 @@ def test_a_repair_does_not_depend_on_the_end_that_it_begins_at():
 @pytest.mark.parametrize("name", RAILS)
 def test_a_measured_line_has_a_stated_filter_and_the_scatter_that_is_there(name):
     line = rail(name)
-    made = line.measured
-    assert made.nominal == ""
+    measured = line.measured
+    assert measured.nominal == ""
     # points that were rounded to 0.01 mm have a noise of their own, and ask for more where the line is flat
     follows = name == "avg_low2.ban"
-    assert (made.held.relative_filter is not None) == follows
-    assert PRACTICE_MM[0] <= made.filter_mm <= (13.0 if follows else PRACTICE_MM[1])
+    assert (measured.held.relative_filter is not None) == follows
+    assert PRACTICE_MM[0] <= measured.filter_mm <= (13.0 if follows else PRACTICE_MM[1])
     if follows:
-        assert made.filter_mm * made.held.relative_filter.min() == pytest.approx(PRACTICE_MM[0])
-    tangent = np.gradient(made.points, axis=0)
-    flat = np.abs(tangent[:, 1]) < 0.35 * np.abs(tangent[:, 0])
-    usual = np.median(np.abs(made.residual_mm[flat])) / 0.6745
-    assert 0.7 * usual < made.noise_mm < 8.0 * usual
+        assert measured.filter_mm * measured.held.relative_filter.min() == pytest.approx(PRACTICE_MM[0])
+    tangent = np.gradient(measured.points, axis=0)
+    is_flat = np.abs(tangent[:, 1]) < 0.35 * np.abs(tangent[:, 0])
+    usual = np.median(np.abs(measured.residual_mm[is_flat])) / 0.6745
+    assert 0.7 * usual < measured.noise_mm < 8.0 * usual
     # independent errors of points would be far less on files that were filtered
-    assert made.noise_mm > (1.0 if name == "avg_low2.ban" else 5.0) * noise_of(made.points)
-    assert any(f"{made.filter_mm:.3g} mm" in note and "scatter by" in note for note in line.notes)
+    assert measured.noise_mm > (1.0 if name == "avg_low2.ban" else 5.0) * noise_of(measured.points)
+    assert any(f"{measured.filter_mm:.3g} mm" in note and "scatter by" in note for note in line.notes)
 
 
 def test_noise_asks_for_a_longer_filter():
-    """Where neighbours are independent of one another, the data tell it: on a head of R 32 mm at its top."""
+    """Independent neighbours show the noise in the points, on a head of R 32 mm at its top."""
     y = np.arange(-30.0, 30.0, 0.2)
     lengths = []
     for noise_mm in (0.0003, 0.003, 0.02):
         z = -((y / 8.0) ** 2) + noise_mm * np.random.default_rng(1).normal(size=y.size)
-        made = profile_from_points(y, z, kind="rail", name="p", reading=Reading(nominal="none")).measured
-        assert made.noise_mm == pytest.approx(noise_mm, rel=0.25)
-        lengths.append(made.filter_mm)
+        measured = profile_from_points(y, z, kind="rail", name="p", reading=Reading(nominal="none")).measured
+        assert measured.noise_mm == pytest.approx(noise_mm, rel=0.25)
+        lengths.append(measured.filter_mm)
     assert PRACTICE_MM[0] <= lengths[0] < lengths[1] < lengths[2]
 
 
 def test_the_lines_that_the_points_allow():
     line = rail("site_b_hr.prr")
-    others = other_lines(line)
-    assert 5 <= len(others) <= 12
-    assert other_lines(line) is others
+    variants = other_lines(line)
+    assert 5 <= len(variants) <= 12
+    assert other_lines(line) is variants
     assert other_lines(load("60E1")) == ()
     y = np.linspace(-25.0, 25.0, 41)
-    lengths = {round(one.filter_mm, 1) for one in others} | {round(line.measured.filter_mm, 1)}
+    lengths = {round(variant.filter_mm, 1) for variant in variants} | {round(line.measured.filter_mm, 1)}
     assert lengths == {4.0, 5.7, 8.0}
-    assert sorted(one.draw for one in others) == [-1, -1, 0, 1, 2, 3]
-    for one in others:
-        off = np.abs(one.profile.height(y) - line.height(y)).max()
+    assert sorted(variant.draw for variant in variants) == [-1, -1, 0, 1, 2, 3]
+    for variant in variants:
+        off = np.abs(variant.profile.height(y) - line.height(y)).max()
         assert 1e-6 < off < 0.05
-        asked = rail("site_b_hr.prr", filter_mm=one.filter_mm, nominal="none")
-        if one.draw < 0:
-            assert one.profile.height(y) == pytest.approx(asked.height(y), abs=1e-9)
+        single = rail("site_b_hr.prr", filter_mm=variant.filter_mm, nominal="none")
+        if variant.draw < 0:
+            assert variant.profile.height(y) == pytest.approx(single.height(y), abs=1e-9)
     # as the deviation of a profile, and without it
     points = points_along(load("60E1"), 0.3)
     points[:, 1] += 0.005 * np.random.default_rng(0).normal(size=len(points))
     by_nominal = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
     assert by_nominal.measured.nominal
     # the points speak against the line without it, whose corners are blunt
-    assert {one.nominal for one in other_lines(by_nominal)} == {by_nominal.measured.nominal}
+    assert {variant.nominal for variant in other_lines(by_nominal)} == {by_nominal.measured.nominal}
 
 
 def worn_wheel(depth_mm, middle_mm, half_mm, seed=0, name="S1002"):
-    """The line of a wheel worn over a width across, as its points with 4 um of noise say."""
+    """A wheel worn over a width across, smoothed from points with 4 um of noise."""
     exact = load(name)
     p = exact.evaluate(exact.at_arc_length(np.arange(0.6, exact.length_mm - 0.6, 0.3)))
     worn = depth_mm * np.cos(0.5 * np.pi * np.clip((p.y - middle_mm) / half_mm, -1.0, 1.0)) ** 2
@@ -378,10 +394,13 @@ def worn_wheel(depth_mm, middle_mm, half_mm, seed=0, name="S1002"):
     (3.0, 0.0, 20.0), (3.0, 0.0, 30.0),
 ])  # fmt: skip
 def test_a_worn_wheel_is_its_own_profile_or_none(depth_mm, middle_mm, half_mm):
-    """Worn flanges ended in a traceback, and hollow treads became those of the next profile that fits."""
-    made = worn_wheel(depth_mm, middle_mm, half_mm)
-    assert made.nominal in ("S1002", "MBench_S1002", "")
-    assert made.noise_mm == pytest.approx(0.004, rel=0.3)
+    """A worn wheel is recognised as its new profile or as no profile.
+
+    Worn flanges ended in a traceback, and hollow treads became the treads of the next profile that fits.
+    """
+    wheel = worn_wheel(depth_mm, middle_mm, half_mm)
+    assert wheel.nominal in ("S1002", "MBench_S1002", "")
+    assert wheel.noise_mm == pytest.approx(0.004, rel=0.3)
 
 
 # the third is further off all of its points than three other profiles are
@@ -389,21 +408,24 @@ def test_a_worn_wheel_is_its_own_profile_or_none(depth_mm, middle_mm, half_mm):
     ("S1002", 3.0, 5.0, 22.0, 31), ("EN13715_1in40", 3.0, 15.0, 18.0, 1), ("EN15302_H", 1.0, 5.0, 22.0, 1),
 ])  # fmt: skip
 def test_a_wheel_is_the_profile_that_it_lies_on_beside_its_wear(name, depth_mm, middle_mm, half_mm, seed):
-    """Another one is as near to all of the points together, and what is off it as smooth."""
+    """The profile is chosen by the points beside the wear.
+
+    Another profile is as near to all of the points together, with a deviation as smooth.
+    """
     assert worn_wheel(depth_mm, middle_mm, half_mm, seed, name).nominal == name
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in names("wheel") if not name.startswith("CONE")])
 def test_wheels_of_the_library_that_are_hollow_are_their_own_profile_or_none(name):
-    """Cones that are turned are one another."""
-    found = {
+    """Hollow wheels of the library; turned cones are equal to each other."""
+    nominals = {
         worn_wheel(depth, middle, half, seed, name).nominal
         for middle, half in ((5.0, 22.0), (-5.0, 25.0), (15.0, 18.0))
         for depth in (1.0, 3.0)
         for seed in (1, 2)
     }
-    assert found <= {name, ""} | ({"S1002", "MBench_S1002"} if "S1002" in name else set())
+    assert nominals <= {name, ""} | ({"S1002", "MBench_S1002"} if "S1002" in name else set())
 
 
 @pytest.mark.slow
@@ -411,10 +433,10 @@ def test_wheels_of_the_library_that_are_hollow_are_their_own_profile_or_none(nam
 def test_wheels_worn_at_the_flange_and_hollow_ones_are_their_own_profile_or_none(middle_mm):
     """Seeds and widths that nothing was chosen by."""
     half, depths = (12.0, (0.3, 0.6, 0.9, 1.2, 1.5)) if middle_mm < -30.0 else (22.0, (0.5, 1.0, 2.0, 3.0))
-    found = [worn_wheel(depth, middle_mm, half, seed).nominal for depth in depths for seed in range(30, 34)]
-    assert set(found) <= {"S1002", "MBench_S1002", ""}
+    nominals = [worn_wheel(depth, middle_mm, half, seed).nominal for depth in depths for seed in range(30, 34)]
+    assert set(nominals) <= {"S1002", "MBench_S1002", ""}
     # the least worn are recognised
-    assert all(found[:4])
+    assert all(nominals[:4])
 
 
 def test_library_lines_without_noise_are_exact():

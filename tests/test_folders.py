@@ -1,4 +1,7 @@
-"""Folders of results before anything is solved, and what is said where one cannot be written or holds others."""
+"""Folders of results before anything is solved.
+
+Messages if a folder cannot be written or has other results.
+"""
 
 import errno
 import json
@@ -21,10 +24,13 @@ PAIR = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "non
 
 @pytest.fixture
 def solve(monkeypatch, elliptic_quick):
-    """What `fecontact solve` calls, with a result that is there already; says what was asked for."""
-    asked = []
-    monkeypatch.setattr("fecontact.solving.solve.solve", lambda case, progress: asked.append(case) or elliptic_quick)
-    return asked
+    """Stand-in for the solver of `fecontact solve` with a stored result.
+
+    Returns the list of the requested cases.
+    """
+    cases = []
+    monkeypatch.setattr("fecontact.solving.solve.solve", lambda case, progress: cases.append(case) or elliptic_quick)
+    return cases
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_solved(solve, tmp_path, capsys):
@@ -47,24 +53,26 @@ def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path
 
 def test_what_is_told_of_a_case_is_made_once(solve, tmp_path, monkeypatch):
     """For the terminal, its files and its report."""
-    made = []
+    reports = []
     for name in ("result_record", "case_row"):
         make = getattr(store, name)
-        monkeypatch.setattr(store, name, lambda result, make=make, name=name: made.append(name) or make(result))
+        monkeypatch.setattr(store, name, lambda result, make=make, name=name: reports.append(name) or make(result))
     monkeypatch.setattr("fecontact.outputs.study_report.read_json", lambda path: pytest.fail(f"{path} is read back"))
     assert call(["solve", *PAIR, "--out", str(tmp_path / "out")]) == 0
-    assert sorted(made) == ["case_row", "result_record"]
+    assert sorted(reports) == ["case_row", "result_record"]
     assert "HOLDS" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
-@pytest.mark.parametrize(("solved_s", "told"), [(0.5, True), (50.0, False)])
-def test_files_that_take_a_tenth_of_a_solve_are_told(solved_s, told, elliptic_quick, tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize(("solved_s", "is_reported"), [(0.5, True), (50.0, False)])
+def test_files_that_take_a_tenth_of_a_solve_are_told(
+    solved_s, is_reported, elliptic_quick, tmp_path, capsys, monkeypatch
+):
     result = replace(elliptic_quick, effort=replace(elliptic_quick.effort, seconds={"mesh": solved_s}))
     monkeypatch.setattr("fecontact.solving.solve.solve", lambda case, progress: result)
     monkeypatch.setattr("fecontact.runs.report.keep_with_report", lambda *_: time.sleep(0.2))
     assert call(["solve", *PAIR, "--json", "--out", str(tmp_path / "out")]) == 0
     said = re.search(r"^files, pictures and report took (\S+) s, the solution (\S+) s$", capsys.readouterr().err, re.M)
-    assert (said is not None) is told
+    assert (said is not None) is is_reported
     # a machine that others use sleeps longer, not shorter
     assert said is None or (0.2 <= float(said[1]) < 2.0 and float(said[2]) == solved_s)
 
@@ -92,15 +100,15 @@ def test_nothing_is_left_of_the_look_at_a_folder(tmp_path):
 
 
 def test_a_folder_with_other_results_is_taken_by_force_alone(solve, elliptic_quick, tmp_path, capsys):
-    own = elliptic_quick.case
+    case = elliptic_quick.case
     keep_case(elliptic_quick, tmp_path)
     before = {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
     # the same case again, and no other one
-    prepare_for_case(tmp_path, own)
+    prepare_for_case(tmp_path, case)
     for refused in (
-        lambda: prepare_for_case(tmp_path, replace(own, load_N=50e3)),
+        lambda: prepare_for_case(tmp_path, replace(case, load_N=50e3)),
         lambda: prepare_for_study(tmp_path, "mine"),
-        lambda: fecontact.run([own], tmp_path),
+        lambda: fecontact.run([case], tmp_path),
     ):
         with pytest.raises(
             InputError, match=r"case \(row\.json\), which would be lost; give another --out, or --force"
@@ -136,9 +144,9 @@ def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
     out = tmp_path / "out"
     assert call(["run", str(tmp_path / "two.toml"), "--out", str(out), "--workers", "1"]) == 3
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Results in")]
-    named = line.partition(": ")[2].split("; ")[0].split(", ")
-    assert "study.csv" in named
-    assert all((out / name).exists() for name in named)
+    file_names = line.partition(": ")[2].split("; ")[0].split(", ")
+    assert "study.csv" in file_names
+    assert all((out / name).exists() for name in file_names)
     assert "ParaView" not in line
 
 
@@ -162,15 +170,15 @@ def test_extreme_numbers_and_options_that_nothing_reads_are_refused(words, says,
 def test_an_option_of_files_is_taken_where_one_side_is_a_file(tmp_path, capsys):
     head = tmp_path / "head.csv"
     head.write_text("y,z\n" + "\n".join(f"{y},{(300.0**2 - y**2) ** 0.5 - 300.0}" for y in range(-30, 31)))
-    given = ["--rail", str(head), "--rail-units", "mm", "--rail-filter-mm", "0", "--wheel", "cylinder:460"]
-    assert call(["hertz", *given, "--inclination", "none", "--rail-crown-y-mm", "750", "--json"]) == 0
+    options = ["--rail", str(head), "--rail-units", "mm", "--rail-filter-mm", "0", "--wheel", "cylinder:460"]
+    assert call(["hertz", *options, "--inclination", "none", "--rail-crown-y-mm", "750", "--json"]) == 0
     assert Path(head).is_file()
 
 
 @pytest.mark.parametrize("command", ["judge", "compare", "view"])
 def test_a_folder_without_results_is_named_with_what_to_give(command, tmp_path, capsys):
-    given = [command, str(tmp_path)] + [str(tmp_path)] * (command == "compare")
-    assert call(given) == 2
+    arguments = [command, str(tmp_path)] + [str(tmp_path)] * (command == "compare")
+    assert call(arguments) == 2
     said = capsys.readouterr().err
     assert str(tmp_path) in said
     assert "solve it again" not in said

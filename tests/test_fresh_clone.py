@@ -16,9 +16,10 @@ TYPED = {"console": "{}", "python": "python - <<'END'\n{}END\n"}
 
 
 def clone(folder: Path) -> Path:
-    """The files of this repository as they would be committed, with an environment that has the packages of this one.
+    """The files of this repository as they would be committed, with an environment of its packages.
 
-    `make setup` finds it as one that it has made, so that nothing is downloaded.
+    The environment uses the packages of the running Python. `make setup` accepts it as its result, so that nothing is
+    downloaded.
     """
     try:
         listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True).stdout
@@ -41,23 +42,26 @@ def clone(folder: Path) -> Path:
 
 @pytest.mark.slow
 def test_all_that_the_readme_shows_can_be_pasted_into_a_fresh_clone(tmp_path):
-    """In its order; `make demo` prints what the README shows, as far as a mesh leaves its numbers alone."""
+    """Paste the commands of the README in their order.
+
+    `make demo` prints the lines of the README; numbers may differ by the effect of another mesh.
+    """
     folder = clone(tmp_path / "a clone")
     blocks = re.findall(r"^```(console|python)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
     assert {language for language, _ in blocks} == {*TYPED}
     code = "set -e\n" + "".join(f"echo '== block'\n{TYPED[language].format(block)}" for language, block in blocks)
-    kept = ("PATH", "HOME", "LANG", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-    environment = {name: os.environ[name] for name in kept if name in os.environ}
+    variables = ("PATH", "HOME", "LANG", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    environment = {name: os.environ[name] for name in variables if name in os.environ}
     # MKL is looked for in the environment that pip put it into
     for mkl in (Path(sys.prefix) / "lib").glob("libmkl_rt.so*"):
         environment["PYPARDISO_MKL_RT"] = str(mkl)
-    done = subprocess.run(
+    process = subprocess.run(
         ["bash", "-c", code], cwd=folder, env=environment, capture_output=True, text=True, timeout=3000
     )
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    demo = done.stdout.split("== block\n")[1]
-    (shown,) = fenced(README, "text")
-    assert not_printed(shown, demo) == []
+    assert process.returncode == 0, process.stdout[-3000:] + process.stderr[-3000:]
+    demo = process.stdout.split("== block\n")[1]
+    (example,) = fenced(README, "text")
+    assert not_printed(example, demo) == []
     files = [
         line for line in demo.splitlines() if line.startswith(("Map:     ", "Report:  ", "ParaView:", "Table:   "))
     ]

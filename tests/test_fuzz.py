@@ -13,27 +13,27 @@ from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 @pytest.mark.parametrize("ending", FORMATS)
 def test_mutated_files_are_refused_or_read(ending):
-    found = fuzz(ending, 40, seed=3, hertz_every=15)
-    assert found.failures == []
+    count = fuzz(ending, 40, seed=3, hertz_every=15)
+    assert count.failures == []
     # both happen, so that the test sees both
-    assert found.refused > 8
-    assert found.taken > 0
+    assert count.refused > 8
+    assert count.taken > 0
 
 
 def test_command_lines_at_random_end_with_an_exit_code():
-    came, failures = fuzz_commands(60, seed=7)
+    endings, failures = fuzz_commands(60, seed=7)
     assert failures == []
     # both happen, so that the test sees both
-    assert came["exit code 2"] > 10
-    assert came["exit code 0"] > 3
+    assert endings["exit code 2"] > 10
+    assert endings["exit code 0"] > 3
 
 
 @pytest.mark.parametrize("ending", FORMATS)
 def test_the_originals_are_read(tmp_path, ending):
     path = tmp_path / f"good{ending}"
     path.write_text(originals()[ending], "utf-8")
-    read = resolve_rail(str(path)) if kind_of(ending) == "rail" else resolve_wheel(str(path)).profile
-    assert read.kind == kind_of(ending)
+    profile = resolve_rail(str(path)) if kind_of(ending) == "rail" else resolve_wheel(str(path)).profile
+    assert profile.kind == kind_of(ending)
 
 
 def test_mutations_come_again_from_their_seed():

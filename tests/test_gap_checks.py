@@ -29,7 +29,10 @@ ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resol
 
 @lru_cache(maxsize=1)
 def errors_of(position: Position) -> tuple[float, float]:
-    """Both errors of a position before it is solved, on meshes of elements twice as large as its own."""
+    """Both errors of a position before it is solved.
+
+    The elements are twice as large as those of the position.
+    """
     size_x, size_s = position.element_size_mm
     zone = fine_zone(position.expected, (2.0 * size_x, 2.0 * size_s))
     bodies = couple(position.case, position.placement, zone, position.clock)
@@ -73,7 +76,7 @@ def test_a_right_gap_is_far_within_both_limits(case):
 
 
 def plant(monkeypatch, change: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> None:
-    """Change the gap that is solved, as a function of the gap and of the place across."""
+    """Change the solved gap by a function of the gap and of the place across."""
     plain = TrueGap.gap
     monkeypatch.setattr(TrueGap, "gap", lambda self, x, s: change(plain(self, x, s), np.asarray(s, float)))
 
@@ -133,9 +136,9 @@ def test_curvatures_see_a_gap_that_the_meshes_share(monkeypatch):
 def test_a_load_with_a_wrong_gap_has_no_verdict(monkeypatch, change, says):
     plant(monkeypatch, change)
     position = position_of(ROUND)
-    judged = judge_load(Meshes(position).solve(position), position.placement)
-    assert (judged.status, judged.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
-    assert any(says in warning for warning in judged.warnings)
+    judgement = judge_load(Meshes(position).solve(position), position.placement)
+    assert (judgement.status, judgement.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
+    assert any(says in warning for warning in judgement.warnings)
 
 
 def test_a_gap_that_is_wrong_on_the_finer_nodes_alone_is_seen(monkeypatch):
@@ -145,34 +148,38 @@ def test_a_gap_that_is_wrong_on_the_finer_nodes_alone_is_seen(monkeypatch):
     def wrong(self, grid, load_N, *, added=None, **how):
         if added is None:
             return plain(self, grid, load_N, **how)
-        with pytest.MonkeyPatch.context() as within:
-            within.setattr(TrueGap, "on", lambda true_gap, nodes: 1.005 * true_gap.gap(nodes.x_mm[:, None], nodes.s_mm))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(TrueGap, "on", lambda true_gap, nodes: 1.005 * true_gap.gap(nodes.x_mm[:, None], nodes.s_mm))
             return plain(self, grid, load_N, added=added, **how)
 
     position = position_of(ROUND)
     monkeypatch.setattr(TrueGap, "solve", wrong)
-    judged = judge_load(Meshes(position).solve(position), position.placement)
+    judgement = judge_load(Meshes(position).solve(position), position.placement)
     # the gap is 0.1 mm at the edge of the patch
-    assert judged.solved.levels[0].gap_distance_error_mm > 2.0 * GAP_DISTANCE_LIMIT_MM
-    assert (judged.status, judged.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
+    assert judgement.solved.levels[0].gap_distance_error_mm > 2.0 * GAP_DISTANCE_LIMIT_MM
+    assert (judgement.status, judgement.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
 
 
 def test_a_load_with_a_right_gap_says_nothing_of_it(elliptic_quick):
-    solved = elliptic_quick.load.solved
-    assert solved.gap_curvature_error < 0.1 * GAP_CURVATURE_LIMIT
-    assert all(level.gap_distance_error_mm < 0.1 * GAP_DISTANCE_LIMIT_MM for level in solved.levels)
-    assert gap_faults(solved) == ()
+    solution = elliptic_quick.load.solved
+    assert solution.gap_curvature_error < 0.1 * GAP_CURVATURE_LIMIT
+    assert all(level.gap_distance_error_mm < 0.1 * GAP_DISTANCE_LIMIT_MM for level in solution.levels)
+    assert gap_faults(solution) == ()
 
 
 def test_results_without_checks_of_the_gap_are_read(elliptic_quick):
     """Earlier versions stored none."""
-    solved, arrays = elliptic_quick.load.solved, {}
-    record = solved_record(solved, arrays)
-    assert record["gap_curvature_error"] == solved.gap_curvature_error
+    solution, arrays = elliptic_quick.load.solved, {}
+    record = solved_record(solution, arrays)
+    assert record["gap_curvature_error"] == solution.gap_curvature_error
     del record["gap_curvature_error"]
     for level in record["levels"]:
         del level["gap_distance_error_mm"]
-    read = solved_from_record(record, arrays, solved.case)
-    assert (read.gap_curvature_error, *(level.gap_distance_error_mm for level in read.levels)) == (None, None, None)
-    assert gap_faults(read) == ()
-    assert judge_load(read, elliptic_quick.placement).status == "converged"
+    restored = solved_from_record(record, arrays, solution.case)
+    assert (restored.gap_curvature_error, *(level.gap_distance_error_mm for level in restored.levels)) == (
+        None,
+        None,
+        None,
+    )
+    assert gap_faults(restored) == ()
+    assert judge_load(restored, elliptic_quick.placement).status == "converged"

@@ -1,4 +1,7 @@
-"""Profiles that are given as arrays: they go wherever a file goes, and a result with one is that with the file."""
+"""Profiles as arrays: they are accepted wherever a file is accepted.
+
+A result with arrays equals the result with the file.
+"""
 
 import copy
 import json
@@ -33,16 +36,16 @@ def head(noise_mm=0.0, step_mm=0.4):
 
 
 def test_arrays_are_the_file_that_they_would_be(tmp_path):
-    given = fecontact.profile(*head(), name="mine")
+    profile = fecontact.profile(*head(), name="mine")
     path = tmp_path / "mine.csv"
-    path.write_bytes(given.content)
-    assert given == profile_identity(given) == profile_identity(str(path))
-    here, there = Case(rail=given), Case(rail=str(path))
-    assert case_id(here) == case_id(there)
-    assert input_files(here) == input_files(there)
-    assert with_absolute_paths(here) == here
+    path.write_bytes(profile.content)
+    assert profile == profile_identity(profile) == profile_identity(str(path))
+    array_case, file_case = Case(rail=profile), Case(rail=str(path))
+    assert case_id(array_case) == case_id(file_case)
+    assert input_files(array_case) == input_files(file_case)
+    assert with_absolute_paths(array_case) == array_case
     # every digit of the points comes back
-    rail = resolve_rail(given, Reading(filter_mm=0.0))
+    rail = resolve_rail(profile, Reading(filter_mm=0.0))
     assert np.array_equal(rail.points, head().T)
     assert rail.name == resolve_rail(str(path)).name == "mine"
 
@@ -59,9 +62,9 @@ def test_a_case_takes_its_points_along(way):
 
 
 def test_other_points_are_another_profile():
-    one, other = fecontact.profile(*head()), fecontact.profile(*head(1e-12))
-    assert one != other
-    assert case_id(Case(rail=one)) != case_id(Case(rail=other))
+    original, changed = fecontact.profile(*head()), fecontact.profile(*head(1e-12))
+    assert original != changed
+    assert case_id(Case(rail=original)) != case_id(Case(rail=changed))
 
 
 def test_noisy_points_are_smoothed_as_those_of_a_file():
@@ -106,15 +109,15 @@ def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):
         load_N=20e3,
         **COARSE,
     )
-    solved = fecontact.solve(case)
-    keep_case(solved, tmp_path / "one")
+    result = fecontact.solve(case)
+    keep_case(result, tmp_path / "one")
     again = read_case(tmp_path / "one")
     stored = tmp_path / "one" / PROFILES / "rail" / "R300.csv"
     assert again.case.rail == str(stored)
     assert stored.read_bytes() == case.rail.content
     assert case_id(again.case) == case_id(case)
     # as a file's copy: the same row but for what it cost
-    assert repr(case_row(again)) == repr(case_row(solved))
+    assert repr(case_row(again)) == repr(case_row(result))
 
 
 # --- options of files that a profile has no use for ----------------------------------------------------------------
@@ -148,7 +151,7 @@ def test_the_command_that_shows_a_profile_refuses_them_too(capsys):
 
 
 def test_options_that_the_other_side_uses_are_not_refused(tmp_path):
-    """An option belongs to both sides of a wheelset, and one of them has a file of points."""
+    """An option is for both sides of a wheelset, even if only the opposite side has a file of points."""
     path = tmp_path / "mine.csv"
     path.write_bytes(fecontact.profile(*head(), name="mine").content)
     case = Case(rail="54E1", rail_file=Reading(mirror=False, filter_mm=0.0), roll="touching")
@@ -159,7 +162,7 @@ def test_options_that_the_other_side_uses_are_not_refused(tmp_path):
 
 
 def test_exact_files_use_what_belongs_to_their_place():
-    given = Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0, filter_mm=4.0, units="m")
-    assert used_reading("mine.toml", given) == Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0)
-    assert used_reading("mine.csv", given) == given
-    assert used_reading("60E1", given) == Reading()
+    reading = Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0, filter_mm=4.0, units="m")
+    assert used_reading("mine.toml", reading) == Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0)
+    assert used_reading("mine.csv", reading) == reading
+    assert used_reading("60E1", reading) == Reading()

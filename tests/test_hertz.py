@@ -1,4 +1,7 @@
-"""Hertz's theory tested by itself (V0): printed values, independent quadratures, limits, invariants, refusals."""
+"""Hertz's theory tested alone (V0).
+
+Printed values, independent quadratures, limits, invariants, refusals.
+"""
 
 from __future__ import annotations
 
@@ -90,10 +93,11 @@ def test_conformal_pair_of_the_CONTACT_user_guide() -> None:
 
 
 def half_space_deflection(contact: HertzContact, x: float, y: float) -> float:
-    """Sum of both bodies' deflections at a point of the patch, by quadrature of Boussinesq's 1/r along chords.
+    """Sum of the deflections of both bodies at a point of the patch.
 
-    Along a chord through the point the squared pressure is a parabola, whose root integrates in closed form; what is
-    left is a periodic smooth integral over the angle, for which the midpoint rule converges exponentially.
+    It is computed by quadrature of Boussinesq's 1/r along chords. Along a chord through the point the squared pressure
+    is a parabola, whose root integrates in closed form; what is left is a periodic smooth integral over the angle, for
+    which the midpoint rule converges exponentially.
     """
     # The integrand is analytic in a strip of width about b/a: 40 points per a/b leave less than rounding.
     count = int(200 + 40 * max(contact.a_mm / contact.b_mm, contact.b_mm / contact.a_mm))
@@ -200,12 +204,12 @@ def test_axis_ratio_of_one_thousandth_is_reached() -> None:
 @given(A=gap_coefficients, log_ratio=log_ratios, force=forces)
 def test_swapping_the_curvatures_swaps_the_axes(A: float, log_ratio: float, force: float) -> None:
     B = A * math.exp(log_ratio)
-    one, other = steel_ellipse(A, B, force), steel_ellipse(B, A, force)
+    ellipse, swapped = steel_ellipse(A, B, force), steel_ellipse(B, A, force)
     # The longer axis belongs to the smaller coefficient; a difference in the last bit may round to a circle.
-    assert (one.a_mm - one.b_mm) * (B - A) >= 0.0
+    assert (ellipse.a_mm - ellipse.b_mm) * (B - A) >= 0.0
     for name, mirrored in (("a_mm", "b_mm"), ("b_mm", "a_mm"), ("p0_MPa",) * 2, ("approach_mm",) * 2):
-        assert getattr(one, name) == pytest.approx(getattr(other, mirrored), rel=ROUNDING)
-    assert one.stiffness_N_per_mm15 == pytest.approx(other.stiffness_N_per_mm15, rel=ROUNDING)
+        assert getattr(ellipse, name) == pytest.approx(getattr(swapped, mirrored), rel=ROUNDING)
+    assert ellipse.stiffness_N_per_mm15 == pytest.approx(swapped.stiffness_N_per_mm15, rel=ROUNDING)
 
 
 @steady
@@ -331,9 +335,9 @@ def test_the_ellipse_of_equal_curvatures_is_a_circle_and_turns_with_them():
     circle = ellipse_shape(2e-3, 2e-3)
     assert (float(circle.axis_ratio), float(circle.part_x)) == pytest.approx((1.0, 0.5), rel=1e-12)
     assert float(circle.integral) == pytest.approx(0.5 * math.pi, rel=1e-12)
-    one, turned = ellipse_shape(1e-3, 7e-3), ellipse_shape(7e-3, 1e-3)
-    assert float(one.axis_ratio * turned.axis_ratio) == pytest.approx(1.0, rel=1e-12)
-    assert float(one.part_x) == pytest.approx(float(turned.part_t), rel=1e-12)
+    shape, swapped = ellipse_shape(1e-3, 7e-3), ellipse_shape(7e-3, 1e-3)
+    assert float(shape.axis_ratio * swapped.axis_ratio) == pytest.approx(1.0, rel=1e-12)
+    assert float(shape.part_x) == pytest.approx(float(swapped.part_t), rel=1e-12)
 
 
 # ---- table form -----------------------------------------------------------------------------------------------------
@@ -350,7 +354,7 @@ TABLE = {
 
 
 def coefficients_at(phi: float) -> tuple[float, float]:
-    """A and B with A + B = 0.01 per mm for a table angle in rad."""
+    """A and B for a table angle in rad, with A + B = 0.01 per mm."""
     return 0.005 * (1.0 - math.cos(phi)), 0.005 * (1.0 + math.cos(phi))
 
 
@@ -474,7 +478,7 @@ def test_bad_radius_and_angle_are_refused(radius: float) -> None:
 
 
 def test_the_reference_imports_no_finite_elements() -> None:
-    allowed = {
+    allowed_modules = {
         "__future__",
         "math",
         "functools",
@@ -496,4 +500,4 @@ def test_the_reference_imports_no_finite_elements() -> None:
         else:
             continue
         for name in names:
-            assert name in allowed or name.split(".")[0] in allowed, name
+            assert name in allowed_modules or name.split(".")[0] in allowed_modules, name

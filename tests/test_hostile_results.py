@@ -34,7 +34,7 @@ solved_folder = _solved_folder
 
 
 def resealed(elliptic_quick, folder: Path) -> Path:
-    """A folder whose checksums are those of what it has become."""
+    """Renew the checksums of a folder after its files have changed."""
     (folder / MANIFEST).unlink(missing_ok=True)
     files = [path for path in folder.rglob("*") if path.is_file()]
     write_manifest(folder, files, case_id(elliptic_quick.case), origin_of(elliptic_quick.case))
@@ -211,17 +211,20 @@ def test_a_long_profile_name_is_cut_in_ids_alone(elliptic_quick, tmp_path, stem)
     assert len(f".{name}_01234567.0123456789ab.error.txt".encode()) < 255
     assert name.startswith(stem[:10])
     # a title of a table or a picture has room for it, and tells it from another one that begins alike
-    shown, alike = (short_name(f"{rail.name}@{digest}") for digest in ("01234567", "89abcdef"))
-    assert len(shown) <= 60
-    assert shown != alike
-    other = rail.with_name(f"{stem}2.txt")
-    if len(other.name.encode()) < 255:
-        other.write_text(rail.read_text().replace("-20", "-19.9"))
-        assert case_id(replace(case, rail=str(other))) != name
+    first_name, alike = (short_name(f"{rail.name}@{digest}") for digest in ("01234567", "89abcdef"))
+    assert len(first_name) <= 60
+    assert first_name != alike
+    second_rail = rail.with_name(f"{stem}2.txt")
+    if len(second_rail.name.encode()) < 255:
+        second_rail.write_text(rail.read_text().replace("-20", "-19.9"))
+        assert case_id(replace(case, rail=str(second_rail))) != name
 
 
 def test_files_that_are_called_rail_and_wheel_are_told_by_their_hashes(tmp_path):
-    """The stem says nothing of them: "rail rail 1:40" was every pair of such files."""
+    """Files with the stems rail and wheel are distinguished by their hashes.
+
+    "rail rail 1:40" was every pair of such files.
+    """
     titles = []
     for site, crown_mm in (("site1", 300.0), ("site2", 310.0)):
         (folder := tmp_path / site).mkdir()

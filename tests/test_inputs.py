@@ -1,4 +1,7 @@
-"""Every input of a case by Python, by a file and on the command line: the same case, and the same refusal."""
+"""Every input of a case by Python, by a file and on the command line.
+
+All three give equal cases and equal refusals.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,10 @@ from fecontact.runs.casefile import load_study
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """A value as a user writes it and as the program holds it; a bad one likewise; unit, range and default in help."""
+    """A value as typed by a user and as stored in the case.
+
+    A bad value has both forms too. The other fields are unit, range and default in the help.
+    """
 
     key: str
     option: str
@@ -286,44 +292,44 @@ ROWS: dict[tuple[str, str], Row] = {
 EACH = pytest.mark.parametrize("place", ROWS, ids="/".join)
 
 
-def by_python(place: tuple[str, str], value: Any) -> Case:
+def case_by_python(place: tuple[str, str], value: Any) -> Case:
     table, field = place
     changes = {field: value}
     return Case(**({table: replace(getattr(Case(), table), **changes)} if table else changes))
 
 
-def by_file(folder: Path, text: str, *, quick: bool = False) -> tuple[Case, ...]:
+def cases_by_file(folder: Path, text: str, *, quick: bool = False) -> tuple[Case, ...]:
     path = folder / "mine.toml"
     path.write_text(text)
     return load_study(path, quick=quick).cases
 
 
-def line(place: tuple[str, str], value: Any) -> str:
+def toml_line(place: tuple[str, str], value: Any) -> str:
     return (f"[{place[0]}]\n" if place[0] else "") + f"{ROWS[place].key} = {json.dumps(value)}\n"
 
 
-def by_command(*arguments: object) -> Case:
+def case_by_command(*arguments: object) -> Case:
     _, bound, _ = app.parse_args(["solve", *map(str, arguments)], exit_on_error=False, print_error=False)
     bound.apply_defaults()
-    made = bound.arguments["options"].case()
-    assert isinstance(made, Case)
-    return made
+    case = bound.arguments["options"].case()
+    assert isinstance(case, Case)
+    return case
 
 
 def test_the_table_above_has_every_field_of_a_case_and_its_parts():
     case = Case()
-    every = {("", field.name) for field in dataclasses.fields(case) if field.name not in PARTS}
-    every |= {(part, field.name) for part in PARTS for field in dataclasses.fields(getattr(case, part))}
-    assert set(ROWS) == every == {(slot.table, slot.field) for slot in INPUTS}
+    fields = {("", field.name) for field in dataclasses.fields(case) if field.name not in PARTS}
+    fields |= {(section, field.name) for section in PARTS for field in dataclasses.fields(getattr(case, section))}
+    assert set(ROWS) == fields == {(slot.table, slot.field) for slot in INPUTS}
 
 
 def stands_alone(place: tuple[str, str]) -> bool:
-    (slot,) = [one for one in INPUTS if one.place == place]
+    (slot,) = [candidate for candidate in INPUTS if candidate.place == place]
     return slot.input.alone
 
 
 def words(place: tuple[str, str], value: Any) -> tuple[str, ...]:
-    """What stands behind its option; nothing behind one that stands alone."""
+    """Words after an option; none after an option without a value."""
     row = ROWS[place]
     if place[0] == "opposite":
         return (row.option, f"{row.key.lower().replace('_', '-')}={value}")
@@ -333,14 +339,16 @@ def words(place: tuple[str, str], value: Any) -> tuple[str, ...]:
 @EACH
 def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
     row = ROWS[place]
-    case = by_python(place, row.held)
+    case = case_by_python(place, row.held)
     # a folder becomes the paths of the files in it
     assert case != Case() or place == ("", "library")
-    assert by_file(tmp_path, line(place, row.written)) == (case,)
+    assert cases_by_file(tmp_path, toml_line(place, row.written)) == (case,)
     # how a file is read is an option of files alone
     body = place[0].removesuffix("_file") if place[0].endswith("_file") else ""
     file = {body: "mine.csv"} if body else {}
-    assert by_command(*words(place, row.written), *((f"--{body}", "mine.csv") if body else ())) == replace(case, **file)
+    assert case_by_command(*words(place, row.written), *((f"--{body}", "mine.csv") if body else ())) == replace(
+        case, **file
+    )
     assert case_from_record(json.loads(json.dumps(case_record(case)))) == case
 
 
@@ -350,10 +358,10 @@ def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path
     if isinstance(row.held, Irregularity):
         pytest.skip("an irregularity refuses what it cannot be by itself, before it is in a case")
     with pytest.raises(InputError) as python:
-        by_python(place, row.bad_held)
+        case_by_python(place, row.bad_held)
     assert row.refusal in str(python.value)
     with pytest.raises(InputError) as file:
-        by_file(tmp_path, line(place, row.bad_written))
+        cases_by_file(tmp_path, toml_line(place, row.bad_written))
     assert str(file.value).startswith(f"study {tmp_path / 'mine.toml'}: ")
     assert str(file.value).endswith(str(python.value))
     if stands_alone(place):
@@ -364,38 +372,41 @@ def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path
 
 @cache
 def help_lines(command: str) -> tuple[str, ...]:
-    """Lines of a command's help, in a process of its own: a console keeps the width that it began with."""
+    """Lines of a command's help, printed by a separate process.
+
+    A console keeps the width that it began with.
+    """
     code = f"from fecontact.cli import call; call([{command!r}, '--help-all'])"
     environment = {**os.environ, "COLUMNS": "300"}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
-    return tuple(found.strip("│ ") for found in done.stdout.splitlines() if found.startswith("│"))
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
+    return tuple(line.strip("│ ") for line in process.stdout.splitlines() if line.startswith("│"))
 
 
 def test_help_has_unit_range_and_default_of_every_input():
-    lines = {found.split()[0]: found for found in help_lines("solve")}
+    lines = {line.split()[0]: line for line in help_lines("solve")}
     for row in ROWS.values():
         assert row.help in lines[row.option]
 
 
 def test_each_command_takes_what_it_uses():
     def options(command: str) -> set[str]:
-        return {word for found in help_lines(command) for word in found.split()[:2] if word.startswith("--")}
+        return {word for line in help_lines(command) for word in line.split()[:2] if word.startswith("--")}
 
-    def of_groups(*groups: str) -> set[str]:
+    def options_of_groups(*groups: str) -> set[str]:
         return {name for slot in INPUTS if slot.group in groups for name in (*slot.names, *slot.common_names)}
 
-    every = of_groups(*get_args(Group))
-    assert options("solve") & every == every
+    all_options = options_of_groups(*get_args(Group))
+    assert options("solve") & all_options == all_options
     # no stress is looked at
-    of_position = of_groups("pair", "position", "wheelset", "standing", "load", "profiles", "material")
-    assert options("hertz") & every == of_position | of_groups("irregular")
+    of_position = options_of_groups("pair", "position", "wheelset", "standing", "load", "profiles", "material")
+    assert options("hertz") & all_options == of_position | options_of_groups("irregular")
     # a mesh is not solved, and has nothing that is irregular along the track
-    assert options("mesh") & every == of_position | of_groups("mesh")
+    assert options("mesh") & all_options == of_position | options_of_groups("mesh")
     # rigid bodies have no loads
     assert {"--opposite", "--yaw-mrad"} <= options("geometry")
     assert not {"--roll", "--load-kn", "--side"} & options("geometry")
     pytest.importorskip("fecontact.maps")
-    assert options("map") & every == every - of_groups("position", "load")
+    assert options("map") & all_options == all_options - options_of_groups("position", "load")
 
 
 @pytest.mark.parametrize(
@@ -493,16 +504,16 @@ def test_words_that_belong_to_no_option_are_named(capsys):
 
 @pytest.mark.parametrize("command", ["solve", "place", "hertz", "mesh", "geometry"])
 def test_the_first_page_of_help_is_two_screens_with_what_most_runs_need(command, capsys, monkeypatch):
-    own = "--json --out --shift --load-kn --resolution --friction --p-max-percent --judged-by"
-    first_page(command, own if command == "solve" else "", capsys, monkeypatch)
+    options = "--json --out --shift --load-kn --resolution --friction --p-max-percent --judged-by"
+    first_page(command, options if command == "solve" else "", capsys, monkeypatch)
 
 
-def first_page(command, own, capsys, monkeypatch):
+def first_page(command, options, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     assert call([command, "--help"]) == 0
     out = capsys.readouterr().out
     assert len(out.splitlines()) <= 48
-    for option in ("--rail", "--wheel", "--inclination", *own.split()):
+    for option in ("--rail", "--wheel", "--inclination", *options.split()):
         assert f" {option} " in out, option
     assert "--rail-units" not in out
     assert f"fecontact {command} --help-all" in out
@@ -546,25 +557,27 @@ def test_what_is_known_of_a_file_is_said_for_each_body(capsys):
 
 
 def test_a_material_for_both_bodies_and_one_of_its_own():
-    case = by_command("--rail-young-mpa", 190e3, "--young-mpa", 206e3, "--poisson", 0.28, "--wheel-yield-mpa", 520)
+    case = case_by_command("--rail-young-mpa", 190e3, "--young-mpa", 206e3, "--poisson", 0.28, "--wheel-yield-mpa", 520)
     assert (case.rail_material.young_MPa, case.wheel_material.young_MPa) == (190e3, 206e3)
     assert (case.rail_material.poisson, case.wheel_material.poisson) == (0.28, 0.28)
     assert (case.rail_material.yield_MPa, case.wheel_material.yield_MPa) == (None, 520.0)
 
 
 def test_no_option_and_an_empty_file_are_the_default_case(tmp_path):
-    assert by_command() == Case()
-    assert by_file(tmp_path, "") == (Case(),)
+    assert case_by_command() == Case()
+    assert cases_by_file(tmp_path, "") == (Case(),)
 
 
 def test_a_roll_is_that_of_its_numbers_where_none_is_said(tmp_path):
-    assert by_command("--roll-mrad", "0.4") == Case(roll_rad=0.4e-3) == Case(roll="given", roll_rad=0.4e-3)
+    assert case_by_command("--roll-mrad", "0.4") == Case(roll_rad=0.4e-3) == Case(roll="given", roll_rad=0.4e-3)
     loads = {"roll_load_N": 80e3, "opposite": Opposite(wheel_load_N=60e3)}
     assert (
-        by_command("--roll-load-kn", "80", "--opposite", "load-kn=60") == Case(**loads) == Case(roll="loaded", **loads)
+        case_by_command("--roll-load-kn", "80", "--opposite", "load-kn=60")
+        == Case(**loads)
+        == Case(roll="loaded", **loads)
     )
     text = 'roll = "touching"\n[[case]]\n[[case]]\nroll = "given"\nroll_mrad = 0.4\n'
-    assert by_file(tmp_path, text) == (Case(roll="touching"), Case(roll_rad=0.4e-3))
+    assert cases_by_file(tmp_path, text) == (Case(roll="touching"), Case(roll_rad=0.4e-3))
 
 
 @pytest.mark.parametrize(
@@ -662,24 +675,24 @@ def test_every_old_name_of_the_changelog_is_refused_by_all_doors(table, python, 
     old = {python: 1.0}
     with pytest.raises(InputError, match=re.escape(says)):
         case_from_record(case_record(Case()) | ({table: old} if table else old))
-    made = getattr(Case(), table) if table else Case()
+    owner = getattr(Case(), table) if table else Case()
     with pytest.raises(InputError, match=re.escape(says)):
-        replace(made, **old)
+        replace(owner, **old)
 
 
 def test_the_changelog_has_the_old_names_that_are_refused_and_no_other():
     text = (Path(__file__).parents[1] / "CHANGELOG.md").read_text("utf-8")
     rows = re.findall(r"^\| (`.*?) \| .* \|$", text, re.MULTILINE)
-    told = {name for row in rows for name in re.findall(r"`(\w+)`", row)} - {"compare"}
+    old_names = {name for row in rows for name in re.findall(r"`(\w+)`", row)} - {"compare"}
     # the command line has names of its own for one body, and in small letters
     by_option = ("rail_", "wheel_", "opposite_load_kn")
-    assert told == {name for name in RENAMED if name == "rail_half_length_mm" or not name.startswith(by_option)}
+    assert old_names == {name for name in RENAMED if name == "rail_half_length_mm" or not name.startswith(by_option)}
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():
-    assert by_command("--lateral-shift-mm", "-3") == Case(lateral_shift_mm=-3.0)
-    assert by_command("--resolution", "0.5,0.4") == Case(resolution=(0.5, 0.4))
-    assert by_command("--opposite", "rail=54E1,rolling-radius-mm=459") == Case(
+    assert case_by_command("--lateral-shift-mm", "-3") == Case(lateral_shift_mm=-3.0)
+    assert case_by_command("--resolution", "0.5,0.4") == Case(resolution=(0.5, 0.4))
+    assert case_by_command("--opposite", "rail=54E1,rolling-radius-mm=459") == Case(
         opposite=Opposite(rail="54E1", rolling_radius_mm=459.0)
     )
 
@@ -734,7 +747,7 @@ def test_values_of_another_type_are_refused_by_python(change):
 
 def refusal(folder: Path, text: str) -> str:
     with pytest.raises(InputError) as refused:
-        by_file(folder, text)
+        cases_by_file(folder, text)
     message = str(refused.value)
     assert message.startswith(f"study {folder / 'mine.toml'}")
     assert "Extra inputs" not in message
@@ -746,16 +759,16 @@ def refusal(folder: Path, text: str) -> str:
 @pytest.mark.parametrize("slot", INPUTS, ids=lambda slot: f"{slot.table}/{slot.key}")
 def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, tmp_path):
     middle = len(slot.key) // 2
-    own = [other.key for other in INPUTS if other.table == slot.table]
+    table_keys = [key.key for key in INPUTS if key.table == slot.table]
     head = f"[{slot.table}]\n" if slot.table else ""
     misspelt = {slot.key[:middle] + slot.key[middle + 1 :], f"{slot.key}s", slot.key[1:], f"{slot.key[:-1]}x"}
     # a_percent and b_percent are equally near to some, side and the table size to one
-    for wrong in misspelt - {"sie", *(other[1:] for other in own if other != slot.key)}:
+    for wrong in misspelt - {"sie", *(key[1:] for key in table_keys if key != slot.key)}:
         message = refusal(tmp_path, f"{head}{wrong} = 1\n")
         # of two letters half are wrong
         hint = f" did you mean {slot.key}?;" if len(slot.key) > 2 else ""
         assert f"{wrong}: there is no such key;{hint}" in message
-        assert f"; keys: {', '.join(own)}" in message
+        assert f"; keys: {', '.join(table_keys)}" in message
         assert message.startswith(f": [{slot.table}]: " if slot.table else ": ")
         numbered = refusal(tmp_path, f"[[case]]\n[[case]]\n{head.replace('[', '[case.')}{wrong} = 1\n")
         assert numbered.startswith(f", [[case]] 2: [case.{slot.table}]: " if slot.table else ", [[case]] 2: ")
@@ -804,9 +817,11 @@ def test_a_wrong_file_is_refused(text, says, tmp_path):
 
 
 def test_measures_that_decide_are_names_with_commas_between(tmp_path):
-    (case,) = by_file(tmp_path, '[criteria]\njudged_by = "patch, valley"\n')
+    (case,) = cases_by_file(tmp_path, '[criteria]\njudged_by = "patch, valley"\n')
     assert (
-        case.criteria == Criteria(judged_by=("patch", "valley")) == by_command("--judged-by", "patch,valley").criteria
+        case.criteria
+        == Criteria(judged_by=("patch", "valley"))
+        == case_by_command("--judged-by", "patch,valley").criteria
     )
     for text, wrong in (("patch,", ""), ("", ""), ("patch,all of them", "all of them")):
         assert f"judged by is {wrong!r}; allowed: {SETS}" in refusal(tmp_path, f"[criteria]\njudged_by = '{text}'\n")
@@ -821,7 +836,7 @@ def test_what_is_wrong_in_a_case_table_is_said_with_its_number(text, case, tmp_p
 
 
 def test_every_top_level_key_may_be_a_list_and_the_shift_changes_fastest(tmp_path):
-    cases = by_file(
+    cases = cases_by_file(
         tmp_path,
         'lateral_shift_mm = [0, 1]\nload_kN = [50, 100]\nwheel = ["S1002", "cylinder:460"]\nrail = ["60E1", "54E1"]\n'
         'solver = ["auto", "amg"]\ninclination = ["1:40", "1:20"]\n',
@@ -841,11 +856,13 @@ def test_every_top_level_key_may_be_a_list_and_the_shift_changes_fastest(tmp_pat
 @pytest.mark.parametrize("slot", [slot for slot in INPUTS if not slot.table], ids=lambda slot: slot.key)
 def test_a_list_of_any_top_level_key(slot, tmp_path):
     row = ROWS["", slot.field]
-    assert by_file(tmp_path, f"{row.key} = [{json.dumps(row.written)}]\n") == (by_python(("", slot.field), row.held),)
+    assert cases_by_file(tmp_path, f"{row.key} = [{json.dumps(row.written)}]\n") == (
+        case_by_python(("", slot.field), row.held),
+    )
 
 
 def test_ranges_of_numbers(tmp_path):
-    cases = by_file(tmp_path, 'lateral_shift_mm = "-6:6:6, 8"\nyaw_mrad = ["0:2:1", 9]\n')
+    cases = cases_by_file(tmp_path, 'lateral_shift_mm = "-6:6:6, 8"\nyaw_mrad = ["0:2:1", 9]\n')
     assert [(case.yaw_rad, case.lateral_shift_mm) for case in cases] == [
         (yaw, shift) for yaw in (0.0, 0.001, 0.002, 0.009) for shift in (-6.0, 0.0, 6.0, 8.0)
     ]
@@ -861,12 +878,12 @@ def test_ranges_of_numbers(tmp_path):
     ],
 )
 def test_two_sizes_are_one_resolution_and_names_are_a_list(text, resolutions, tmp_path):
-    assert [case.resolution for case in by_file(tmp_path, f"resolution = {text}\n")] == resolutions
-    assert [case.resolution for case in by_file(tmp_path, f"resolution = {text}\n", quick=True)] == ["quick"]
+    assert [case.resolution for case in cases_by_file(tmp_path, f"resolution = {text}\n")] == resolutions
+    assert [case.resolution for case in cases_by_file(tmp_path, f"resolution = {text}\n", quick=True)] == ["quick"]
 
 
 def test_case_tables_inherit_what_they_do_not_give(tmp_path):
-    cases = by_file(
+    cases = cases_by_file(
         tmp_path,
         """
         rail = "54E1"
@@ -905,14 +922,14 @@ def test_case_tables_inherit_what_they_do_not_give(tmp_path):
 
 
 def test_a_key_after_a_case_belongs_to_it_and_not_to_the_next(tmp_path):
-    first, second, again = by_file(tmp_path, "[[case]]\nyaw_mrad = 2\n[[case]]\n[[case]]\nyaw_mrad = 2\n")
+    first, second, again = cases_by_file(tmp_path, "[[case]]\nyaw_mrad = 2\n[[case]]\n[[case]]\nyaw_mrad = 2\n")
     assert (first.yaw_rad, second.yaw_rad) == (0.002, 0.0)
     assert again == first
 
 
 def test_the_example_of_the_guide(tmp_path):
     example = page("studies").split("```toml\n")[1].split("```")[0]
-    assert [(case.lateral_shift_mm, case.roll_rad, case.load_N) for case in by_file(tmp_path, example)] == [
+    assert [(case.lateral_shift_mm, case.roll_rad, case.load_N) for case in cases_by_file(tmp_path, example)] == [
         (-4.0, 0.0004, 50e3),
         (-4.0, 0.0004, 100e3),
         (4.0, -0.0004, 50e3),

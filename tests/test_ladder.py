@@ -1,4 +1,7 @@
-"""The rungs between Hertz and the finite elements, what the profiles do below the patch, and the verdicts they give."""
+"""The rungs between Hertz and the finite elements.
+
+Also the shape of the profiles below the patch, and the verdicts of the ladder.
+"""
 
 import math
 from dataclasses import replace
@@ -61,7 +64,10 @@ def touch_point(hessian: tuple[float, float, float]) -> TouchPoint:
 
 
 def turned(along: float, across: float, angle: float) -> tuple[float, float, float]:
-    """Second derivatives xx, xy, yy (1/mm) of a gap whose principal curvatures are turned by an angle (rad)."""
+    """Second derivatives xx, xy, yy (1/mm) of a gap with turned principal curvatures.
+
+    The angle is in rad.
+    """
     c, s = math.cos(angle), math.sin(angle)
     return along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c
 
@@ -95,13 +101,13 @@ def test_quadratic_rung_is_hertz(hessian, load_N):
     limits = dict.fromkeys(MEASURES, 1e-3) | {"p_max_MPa": 6e-4, "approach_mm": 4e-4, "area_mm2": 4e-3}
     limits |= {"extent_x_mm": 0.01, "extent_y_mm": 0.01}
     limits |= {"centre_over_b": 3e-4, "valley": 0.0, "separate_load": 0.0, "misplaced_load": 7e-3}
-    found = deviations(rung, hertz)
-    assert {name: value for name, value in found.items() if abs(value) > limits[name]} == {}
+    deviation = deviations(rung, hertz)
+    assert {name: value for name, value in deviation.items() if abs(value) > limits[name]} == {}
 
 
 @pytest.mark.parametrize("hessian", HESSIANS.values(), ids=HESSIANS.keys())
 def test_quadratic_rung_does_not_depend_on_the_load(hessian):
-    """Its grid follows Hertz's ellipse, so that the same nodes are in contact under every load."""
+    """The grid follows the ellipse of Hertz, so that equal nodes are in contact under every load."""
     small, large = (deviations(*quadratic_of(hessian, load_N)) for load_N in (1e3, 100e3))
     # the solver's tolerance, 1e-7 of the approach
     assert small == pytest.approx(large, abs=1e-5)
@@ -110,23 +116,23 @@ def test_quadratic_rung_does_not_depend_on_the_load(hessian):
 def test_quadratic_rung_on_the_whole_grid_is_that_on_the_half():
     touch = touch_point(HESSIANS["ellipse"])
     hertz = hertz_from_hessian(touch.curvature.hessian, normal_force_N=100e3, contact_modulus_MPa=E_STAR)
-    half, whole = (quadratic_rung(touch, hertz, half=h) for h in (True, False))
-    assert (half.grid.half, whole.grid.half) == (True, False)
+    half, full = (quadratic_rung(touch, hertz, half=h) for h in (True, False))
+    assert (half.grid.half, full.grid.half) == (True, False)
     # the solver's tolerance, 1e-7 of the approach
-    assert measures_of(whole).as_dict() == pytest.approx(measures_of(half).as_dict(), rel=1e-5)
+    assert measures_of(full).as_dict() == pytest.approx(measures_of(half).as_dict(), rel=1e-5)
     # the patch lies inside the grid
-    for rung in (half, whole):
+    for rung in (half, full):
         assert rung.pressure_MPa[-1].max() == rung.pressure_MPa[:, [0, -1]].max() == 0.0
 
 
 def test_quadratic_rung_takes_the_curvature_that_hertz_takes():
     # at a junction the last one, that of the field side
-    other = touch_point((1 / 460, 0.0, 1 / 80)).curvatures[0]
+    other_curvature = touch_point((1 / 460, 0.0, 1 / 80)).curvatures[0]
     plain = touch_point(HESSIANS["ellipse"])
     hertz = hertz_from_hessian(plain.curvatures[-1].hessian, normal_force_N=100e3, contact_modulus_MPa=E_STAR)
-    at_junction = TouchPoint(**{**vars(plain), "curvatures": (other, *plain.curvatures)})
-    one, two = (quadratic_rung(touch, hertz, half=True) for touch in (at_junction, plain))
-    np.testing.assert_array_equal(one.pressure_MPa, two.pressure_MPa)
+    at_junction = TouchPoint(**{**vars(plain), "curvatures": (other_curvature, *plain.curvatures)})
+    junction_rung, plain_rung = (quadratic_rung(touch, hertz, half=True) for touch in (at_junction, plain))
+    np.testing.assert_array_equal(junction_rung.pressure_MPa, plain_rung.pressure_MPa)
 
 
 # --- steps ------------------------------------------------------------------------------------------------------
@@ -138,19 +144,19 @@ NOTHING = Misfit(**dict.fromkeys(MISFITS, 0.0))
 def ladder_of(measures: list[Measures], misfits: list[Misfit] | None = None) -> Ladder:
     names = ("hertz", "half_space_quadratic", "half_space", "fe")
     rungs = dict(zip(names, measures, strict=True))
-    beside = dict(zip(names[1:], misfits or [NOTHING] * 3, strict=True))
+    rung_misfits = dict(zip(names[1:], misfits or [NOTHING] * 3, strict=True))
     # the elements' own contact is that of the finer nodes
-    return Ladder(rungs=rungs | {"elements": rungs["fe"]}, misfits=beside | {"elements": beside["fe"]})
+    return Ladder(rungs=rungs | {"elements": rungs["fe"]}, misfits=rung_misfits | {"elements": rung_misfits["fe"]})
 
 
 def test_steps_are_the_relative_changes_from_rung_to_rung():
     def rung(factor: float) -> Measures:
         return Measures(**{name: factor * (k + 1.0) for k, name in enumerate(MEASURES)})
 
-    def beside(value: float) -> Misfit:
+    def misfit_of(value: float) -> Misfit:
         return Misfit(**{name: value * (k + 1.0) for k, name in enumerate(MISFITS)})
 
-    ladder = ladder_of([rung(f) for f in (1.0, 1.01, 1.212, 1.1514)], [beside(v) for v in (0.01, 0.2, 0.15)])
+    ladder = ladder_of([rung(f) for f in (1.0, 1.01, 1.212, 1.1514)], [misfit_of(v) for v in (0.01, 0.2, 0.15)])
     # relative of what Hertz has, absolute of what he has none of: he begins at zero
     expected = {
         "hertz_to_quadratic": (0.01, 0.01),
@@ -169,8 +175,8 @@ def test_steps_of_one_measure_do_not_touch_the_others():
     higher = Measures(**{**vars(plain), "p_max_MPa": 3.0})
     valley = Misfit(**{**vars(NOTHING), "valley": 0.3})
     ladder = ladder_of([plain, plain, higher, plain], [NOTHING, NOTHING, valley])
-    moved = {(step, m): v for step, row in ladder.steps.items() for m, v in row.items() if v != 0.0}
-    assert moved == {
+    changes = {(step, m): v for step, row in ladder.steps.items() for m, v in row.items() if v != 0.0}
+    assert changes == {
         ("quadratic_to_true_gap", "p_max_MPa"): pytest.approx(0.5),
         ("half_space_to_bodies", "p_max_MPa"): pytest.approx(-1.0 / 3.0),
         ("half_space_to_bodies", "valley"): pytest.approx(0.3),
@@ -179,17 +185,19 @@ def test_steps_of_one_measure_do_not_touch_the_others():
 
 def test_a_ladder_is_read_from_its_rungs():
     rung, hertz = quadratic_of(HESSIANS["slender"])
-    other, _ = quadratic_of(HESSIANS["circle"])
-    ladder = Ladder.of(hertz, [("half_space_quadratic", rung), ("half_space", other), ("elements", rung), ("fe", rung)])
-    measured = [hertz_measures(hertz), *(measures_of(one) for one in (rung, other, rung, rung))]
+    circular_rung, _ = quadratic_of(HESSIANS["circle"])
+    ladder = Ladder.of(
+        hertz, [("half_space_quadratic", rung), ("half_space", circular_rung), ("elements", rung), ("fe", rung)]
+    )
+    measured = [hertz_measures(hertz), *(measures_of(rung_read) for rung_read in (rung, circular_rung, rung, rung))]
     assert list(ladder.rungs.values()) == measured
     # every step is between rungs that there are
     # the step to bodies that yield is there with their rung alone
     assert {name for step in STEPS[:-1] for name in (step.start, step.end)} == set(ladder.rungs)
     assert {name for step in STEPS for name in (step.start, step.end)} == set(RUNGS)
-    told = dict(GLOSSARY)["ladder"]
-    assert all(f"{name.replace('_', ' ')}: {words}" in told for name, words in RUNGS.items())
-    assert ladder.misfits["half_space"] == misfit_of(other, hertz)
+    glossary_text = dict(GLOSSARY)["ladder"]
+    assert all(f"{name.replace('_', ' ')}: {words}" in glossary_text for name, words in RUNGS.items())
+    assert ladder.misfits["half_space"] == misfit_of(circular_rung, hertz)
     assert ladder.steps["half_space_to_bodies"]["misplaced_load"] < -0.3
 
 
@@ -199,7 +207,10 @@ def test_a_ladder_is_read_from_its_rungs():
 def geometry_below(
     case: Case, low: float, high: float, pieces: int = 1
 ) -> tuple[PatchGeometry, Placement, HertzContact]:
-    """Geometry below a pressure that acts from `low` to `high` (mm across, from the touch point)."""
+    """Geometry below a pressure from `low` to `high`.
+
+    Both are in mm across, from the contact point.
+    """
     placement = place_case(case)
     hertz = hertz_of_case(case, placement)
     grid = ContactGrid(x_mm=np.linspace(0.0, 8.0, 9), s_mm=np.linspace(-20.0, 20.0, 401), half=True)
@@ -215,22 +226,22 @@ def arc_from_crown(y: float) -> float:
 
 def test_geometry_of_the_centred_position():
     case = Case()
-    found, placement, hertz = geometry_below(case, -13.0, 7.7, pieces=2)
+    geometry, placement, hertz = geometry_below(case, -13.0, 7.7, pieces=2)
     touch = arc_from_crown(placement.first.rail_y_mm)
     # the rail's junctions R 300 / R 80 at y = 10.228 (rounded to micrometres); the field side is the nearer one
     near, far = arc_from_crown(10.228) - touch, -arc_from_crown(10.228) - touch
     assert abs(near) < abs(far)
-    assert found.junction_distance_mm == pytest.approx(near, abs=1e-3)
-    assert found.junction_distance_over_b == pytest.approx(near / hertz.b_mm, rel=1e-3)
+    assert geometry.junction_distance_mm == pytest.approx(near, abs=1e-3)
+    assert geometry.junction_distance_over_b == pytest.approx(near / hertz.b_mm, rel=1e-3)
     # it is the farther one that the patch covers
-    assert found.junction_in_patch
-    assert (found.pieces, found.lobes) == (2, 1)
+    assert geometry.junction_in_patch
+    assert (geometry.pieces, geometry.lobes) == (2, 1)
     # R 300 up to the junction and R 80 beyond it
     turn = (7.7 - far) / 300.0 + (13.0 + far) / 80.0
-    assert found.normal_turn_rad == pytest.approx(turn, rel=1e-4)
+    assert geometry.normal_turn_rad == pytest.approx(turn, rel=1e-4)
     # the rail's jump alone changes the relative curvature by (1/80 - 1/300) over 0.00075/mm
     jump = (1 / 80 - 1 / 300) / placement.first.curvature.yy_per_mm
-    assert found.curvature_variation > 0.7 * jump
+    assert geometry.curvature_variation > 0.7 * jump
 
 
 def test_geometry_knows_where_the_patch_ends():
@@ -244,30 +255,30 @@ def test_geometry_knows_where_the_patch_ends():
 
 def test_geometry_away_from_the_junctions():
     case = Case(lateral_shift_mm=-12.0, roll="given")
-    found, placement, hertz = geometry_below(case, -4.7, 4.1)
+    geometry, placement, hertz = geometry_below(case, -4.7, 4.1)
     distance = arc_from_crown(10.228) - arc_from_crown(placement.first.rail_y_mm)
-    assert found.junction_distance_mm == pytest.approx(distance, abs=1e-3)
-    assert found.junction_distance_over_b == pytest.approx(distance / hertz.b_mm, rel=1e-3)
-    assert found.junction_distance_over_b > 1.4
-    assert not found.junction_in_patch
+    assert geometry.junction_distance_mm == pytest.approx(distance, abs=1e-3)
+    assert geometry.junction_distance_over_b == pytest.approx(distance / hertz.b_mm, rel=1e-3)
+    assert geometry.junction_distance_over_b > 1.4
+    assert not geometry.junction_in_patch
     # one arc of the rail: its normals turn by the width over the radius
-    assert found.normal_turn_rad == pytest.approx(8.8 / 300.0, rel=1e-4)
+    assert geometry.normal_turn_rad == pytest.approx(8.8 / 300.0, rel=1e-4)
     # what varies is the wheel's tread, from its own values at the ends of the patch
     wheel = placement.wheel.profile
     ends = [wheel.curvature(placement.first.wheel_y_mm + s) for s in (-4.7, 4.1)]
     variation = float(abs(ends[1] - ends[0])) / placement.first.curvature.yy_per_mm
-    assert found.curvature_variation == pytest.approx(variation, rel=0.02)
+    assert geometry.curvature_variation == pytest.approx(variation, rel=0.02)
 
 
 def test_geometry_without_junctions():
     case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
-    found, _, _ = geometry_below(case, -6.0, 5.0)
-    assert found.junction_distance_mm == math.inf
-    assert found.junction_distance_over_b == math.inf
-    assert not found.junction_in_patch
+    geometry, _, _ = geometry_below(case, -6.0, 5.0)
+    assert geometry.junction_distance_mm == math.inf
+    assert geometry.junction_distance_over_b == math.inf
+    assert not geometry.junction_in_patch
     # rounding of a curvature
-    assert found.curvature_variation == pytest.approx(0.0, abs=1e-9)
-    assert found.normal_turn_rad == pytest.approx(11.0 / 300.0, rel=1e-9)
+    assert geometry.curvature_variation == pytest.approx(0.0, abs=1e-9)
+    assert geometry.normal_turn_rad == pytest.approx(11.0 / 300.0, rel=1e-9)
 
 
 # --- a touch point at a junction --------------------------------------------------------------------------------
@@ -288,11 +299,11 @@ def test_two_curvatures_at_a_junction(sign, radii):
     assert touch.at_junction
     # gauge side first, field side last
     assert [1.0 / c.rail_per_mm for c in touch.curvatures] == pytest.approx(list(radii), rel=1e-9)
-    found, _, hertz = geometry_below(case, -5.0, 5.0)
+    geometry, _, hertz = geometry_below(case, -5.0, 5.0)
     field = hertz_from_hessian([[1 / 460, 0.0], [0.0, 1 / radii[1]]], normal_force_N=100e3, contact_modulus_MPa=E_STAR)
     assert hertz.p0_MPa == pytest.approx(field.p0_MPa, rel=1e-9)
-    assert found.junction_distance_mm == pytest.approx(0.0, abs=1e-6)
-    assert found.junction_in_patch
+    assert geometry.junction_distance_mm == pytest.approx(0.0, abs=1e-6)
+    assert geometry.junction_in_patch
 
 
 @pytest.mark.slow
@@ -340,14 +351,14 @@ def test_the_gap_explains_the_centred_position(centred):
     assert -0.05 < steps["half_space_to_bodies"] < 0.0
     # the whole ladder is the deviation
     to_fe = ("hertz_to_quadratic", "quadratic_to_true_gap", "half_space_to_bodies")
-    whole = math.prod(1.0 + steps[name] for name in to_fe)
-    assert 1.0 / whole - 1.0 == pytest.approx(centred.comparison.deviation["p_max_MPa"], rel=1e-9)
+    total = math.prod(1.0 + steps[name] for name in to_fe)
+    assert 1.0 / total - 1.0 == pytest.approx(centred.comparison.deviation["p_max_MPa"], rel=1e-9)
     assert centred.load.ladder.rungs["hertz"] == centred.comparison.hertz
     assert centred.load.ladder.rungs["fe"] == centred.comparison.fe
     # what is beside Hertz is summed up along the same rungs
     for name in MISFITS:
-        whole = sum(centred.load.ladder.steps[step][name] for step in to_fe)
-        assert whole == pytest.approx(centred.comparison.deviation[name], abs=1e-12)
+        total = sum(centred.load.ladder.steps[step][name] for step in to_fe)
+        assert total == pytest.approx(centred.comparison.deviation[name], abs=1e-12)
 
 
 def check_holds(result: CaseResult) -> None:
@@ -385,32 +396,32 @@ def test_a_load_is_judged_again_as_it_was(elliptic_quick):
 
 @pytest.mark.parametrize("what", ["fine", "fine nodal", "coarse", "coarse nodal", "half_space", "quadratic"])
 def test_one_solution_that_did_not_converge_leaves_the_verdict_open(elliptic_quick, what):
-    solved = elliptic_quick.load.solved
-    fine, coarse = solved.levels
-    half_space = solved.half_space
+    solution = elliptic_quick.load.solved
+    fine, coarse = solution.levels
+    half_space = solution.half_space
     changes: dict[str, object] = {
         "fine": {"levels": (replace(fine, fe=unconverged(fine.fe)), coarse)},
         "fine nodal": {"levels": (replace(fine, nodal=unconverged(fine.nodal)), coarse)},
         "coarse": {"levels": (fine, replace(coarse, fe=unconverged(coarse.fe)))},
         "coarse nodal": {"levels": (fine, replace(coarse, nodal=unconverged(coarse.nodal)))},
         "half_space": {"half_space": unconverged(half_space)},
-        "quadratic": {"quadratic": unconverged(solved.quadratic)},
+        "quadratic": {"quadratic": unconverged(solution.quadratic)},
     }[what]
-    judged = judged_with(elliptic_quick, **changes)
-    assert (judged.status, judged.verdict.answer) == ("not converged", "UNRESOLVED")
+    judgement = judged_with(elliptic_quick, **changes)
+    assert (judgement.status, judgement.verdict.answer) == ("not converged", "UNRESOLVED")
 
 
 @pytest.mark.parametrize("level", [0, 1])
 def test_a_patch_at_the_edge_of_the_zone_leaves_the_verdict_open(elliptic_quick, level):
     levels = list(elliptic_quick.load.solved.levels)
     levels[level] = replace(levels[level], at_edge=True)
-    judged = judged_with(elliptic_quick, levels=tuple(levels))
-    assert (judged.status, judged.verdict.answer) == ("patch at the edge of the fine mesh", "UNRESOLVED")
+    judgement = judged_with(elliptic_quick, levels=tuple(levels))
+    assert (judgement.status, judgement.verdict.answer) == ("patch at the edge of the fine mesh", "UNRESOLVED")
 
 
 @pytest.mark.parametrize("element_mm", [1.3, 0.66, 0.5, 0.33])
 def test_a_misfit_is_none_where_elements_are_finer_than_the_nodes(element_mm):
-    """Means of one ellipse over the hats of elements, and over cells of 0.5 mm: both are the same contact.
+    """Means of an ellipse over the hats of elements, and over cells of 0.5 mm, are a single contact.
 
     What is left is the ellipse on cells; taken at the nodes instead of over the cells it was 35 % for the last ones.
     """
@@ -433,7 +444,7 @@ def test_a_misfit_is_none_where_elements_are_finer_than_the_nodes(element_mm):
 
 
 def two_lobes(between: float, free: int) -> Rung:
-    """Two hills of pressure with so much of the peak between them, or so many free columns."""
+    """Two hills of pressure with a fraction of the peak, or a number of free columns, between them."""
     hill = np.sin(np.linspace(0.1, np.pi - 0.1, 21))
     inside = np.append(hill[:11], np.maximum(hill[11:], between))
     middle = np.zeros(free) if free else np.full(1, between)
@@ -443,27 +454,33 @@ def two_lobes(between: float, free: int) -> Rung:
 
 
 @pytest.mark.parametrize(
-    ("between", "free", "part"),
+    ("between", "free", "parting"),
     # a tenth of the peak between them, or of their 42 columns
     [
         *((0.05, 0, True), (0.098, 0, True), (0.102, 0, False), (0.5, 0, False)),
         *((0.0, 2, True), (0.0, 4, True), (0.0, 5, False), (0.0, 12, False)),
     ],
 )
-def test_patches_that_just_part_are_known_less_well(between, free, part):
+def test_patches_that_just_part_are_known_less_well(between, free, parting):
     rung = two_lobes(between, free)
-    assert just_parts(rung) == part
+    assert just_parts(rung) == parting
     # b was off by 1.07 of the change there
     change, rest = 0.01, CUT_PLANES["b_mm"] + IN_COMMON["b_mm"]
-    found = step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), Solved(parting=part))
-    assert found == pytest.approx((1.5 if part else 1.0) * change + rest, rel=1e-9)
+    uncertainty = step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), Solved(parting=parting))
+    assert uncertainty == pytest.approx((1.5 if parting else 1.0) * change + rest, rel=1e-9)
 
 
 def test_cut_planes_move_patches_that_share_the_load_by_more():
     """A rail cut at 90 in place of 60 mm: two patches at 5 mm, 50 kN, and the centre on the gauge corner at 6 mm."""
-    moved = {"p_max_MPa": 0.0052, "b_mm": 0.0051, "centre_over_b": 0.0056, "valley": 0.0043, "misplaced_load": 0.00399}
-    for name, by in moved.items():
-        assert by < step_uncertainty(name, (1.0, 1.0), Solved(shared=True)) - IN_COMMON[name] < 1.3 * by
+    changes = {
+        "p_max_MPa": 0.0052,
+        "b_mm": 0.0051,
+        "centre_over_b": 0.0056,
+        "valley": 0.0043,
+        "misplaced_load": 0.00399,
+    }
+    for name, change in changes.items():
+        assert change < step_uncertainty(name, (1.0, 1.0), Solved(shared=True)) - IN_COMMON[name] < 1.3 * change
         # what a deviation is judged by has that part too, beside what reading the pressure leaves open
         alone, together = (uncertainty(name, (1.0, 1.0), Solved(shared=shared)) for shared in (False, True))
         assert together - alone == pytest.approx(
@@ -480,12 +497,12 @@ def test_a_single_hill_parts_from_nothing(elliptic_quick):
 @pytest.mark.parametrize(("slide_mm", "said"), [(0.0, False), (0.09, False), (0.11, True), (-0.3, True)])
 def test_a_slide_that_is_not_small_is_warned_of(elliptic_quick, slide_mm, said):
     """In half-widths of the patch: on the flange root at 6.3 mm, 100 kN it is 0.27 of it."""
-    solved = elliptic_quick.load.solved
-    finest = replace(solved.levels[0], slide_mm=slide_mm * elliptic_quick.comparison.fe.b_mm)
-    judged = judged_with(elliptic_quick, levels=(finest, *solved.levels[1:]))
-    assert any("slides" in warning for warning in judged.warnings) == said
+    solution = elliptic_quick.load.solved
+    finest = replace(solution.levels[0], slide_mm=slide_mm * elliptic_quick.comparison.fe.b_mm)
+    judgement = judged_with(elliptic_quick, levels=(finest, *solution.levels[1:]))
+    assert any("slides" in warning for warning in judgement.warnings) == said
     # the answer stays
-    assert judged.verdict == elliptic_quick.verdict
+    assert judgement.verdict == elliptic_quick.verdict
 
 
 def test_elements_carry_the_load_nearly_as_the_finer_nodes(elliptic_quick):
@@ -570,8 +587,8 @@ def test_conforming_pair():
 def test_a_conforming_pair_is_called_conforming():
     placement, hertz, rung = conformal_rungs(8, 91_840.0)
     geometry = patch_geometry(placement, rung, hertz, patch_of(rung))
-    below = rung.grid.s_mm[rung.pressure_MPa.max(axis=0) > 0.0]
-    assert geometry.normal_turn_rad == pytest.approx(np.ptp(below) / 10.0, rel=1e-9)
+    loaded_s = rung.grid.s_mm[rung.pressure_MPa.max(axis=0) > 0.0]
+    assert geometry.normal_turn_rad == pytest.approx(np.ptp(loaded_s) / 10.0, rel=1e-9)
     # two arcs: no junction and one relative curvature everywhere, yet the gap is no quadratic
     assert not geometry.junction_in_patch
     assert geometry.curvature_variation == pytest.approx(0.0, abs=1e-9)

@@ -65,12 +65,12 @@ def bound_names(tree: ast.AST) -> Iterator[str]:
 
 
 def is_loose(name: str) -> bool:
-    """Whether the name of a function or class is a preposition, an adverb or a participle."""
+    """Whether a function or class has a preposition, an adverb or a participle as its name."""
     return PREPOSITION_FIRST.match(name) is not None or name.strip("_").lower() in LOOSE_NAMES
 
 
 def first_paragraphs(tree: ast.AST) -> Iterator[str]:
-    """First paragraph of every docstring, on one line."""
+    """First paragraph of every docstring, without line breaks."""
     for node in ast.walk(tree):
         is_documented = isinstance(node, (ast.Module, *DEFINITIONS))
         if is_documented and (text := ast.get_docstring(node)):
@@ -78,7 +78,10 @@ def first_paragraphs(tree: ast.AST) -> Iterator[str]:
 
 
 def language_counts(folder: str) -> Counter[str]:
-    """Counts of vague names, loose names, hard and long sentences in a folder, with their totals."""
+    """Counts of vague names, loose names, hard and long sentences in a folder.
+
+    The counts include the totals.
+    """
     counts: Counter[str] = Counter()
     for _, tree in syntax_trees(folder):
         for name in bound_names(tree):
@@ -112,7 +115,7 @@ def test_the_language_gets_no_vaguer(folder):
 
 
 def test_no_class_name_has_two_meanings():
-    """Each name of a class belongs to one module."""
+    """Each class name belongs to a single module."""
     modules: dict[str, set[str]] = {}
     for path, tree in syntax_trees("fecontact"):
         for node in ast.walk(tree):

@@ -40,12 +40,12 @@ from fecontact.solving.profile_variants import OWN_LINE, lines_of_case
 PEAK = Criteria(judged_by=("p_max",))
 
 
-def moves(*factors: float) -> Moves:
-    return Moves(by_line={f"filter {k} mm": {"p_max_MPa": one} for k, one in enumerate(factors, start=4)})
+def factor_moves(*factors: float) -> Moves:
+    return Moves(by_line={f"filter {k} mm": {"p_max_MPa": factor} for k, factor in enumerate(factors, start=4)})
 
 
-def on_lines(deviation: float, uncertainty: float, *factors: float):
-    return judge_on_lines({"p_max_MPa": deviation}, {"p_max_MPa": uncertainty}, moves(*factors), PEAK)
+def judge_variants(deviation: float, uncertainty: float, *factors: float):
+    return judge_on_lines({"p_max_MPa": deviation}, {"p_max_MPa": uncertainty}, factor_moves(*factors), PEAK)
 
 
 # --- the answer is the one that lines have ------------------------------------------------------------------------
@@ -58,52 +58,61 @@ def test_without_other_lines_a_verdict_is_what_it_was():
 
 def test_it_holds_where_it_holds_on_every_line():
     # the farthest line is 4.8 % off: symmetric bounds about 1 % would reach 4.8 % and leave nothing for the meshes
-    verdict, stated = on_lines(0.01, 0.001, 1.0, 1.0376, 0.98)
+    verdict, stated = judge_variants(0.01, 0.001, 1.0, 1.0376, 0.98)
     assert verdict.answer == "HOLDS"
     assert set(verdict.lines.values()) == {"HOLDS"}
     assert stated["p_max_MPa"] == pytest.approx(0.001 + 1.01 * 0.0376)
 
 
 def test_one_line_of_twenty_is_left_out_and_one_of_twelve_is_not():
-    assert on_lines(0.02, 0.001, *[1.0] * 19, 1.1)[0].answer == "HOLDS"
-    verdict = on_lines(0.02, 0.001, *[1.0] * 11, 1.1)[0]
+    assert judge_variants(0.02, 0.001, *[1.0] * 19, 1.1)[0].answer == "HOLDS"
+    verdict = judge_variants(0.02, 0.001, *[1.0] * 11, 1.1)[0]
     assert (verdict.answer, [*verdict.lines.values()].count("HOLDS")) == ("UNRESOLVED", 11)
-    assert on_lines(0.12, 0.001, *[1.0] * 19, 0.9)[0].answer == "FAILS"
+    assert judge_variants(0.12, 0.001, *[1.0] * 19, 0.9)[0].answer == "FAILS"
 
 
 def test_what_meshes_leave_open_is_added_on_every_line():
-    assert on_lines(0.03, 0.005, 1.0, 1.01)[0].answer == "HOLDS"
-    assert on_lines(0.03, 0.012, 1.0, 1.01)[0].answer == "UNRESOLVED"
+    assert judge_variants(0.03, 0.005, 1.0, 1.01)[0].answer == "HOLDS"
+    assert judge_variants(0.03, 0.012, 1.0, 1.01)[0].answer == "UNRESOLVED"
 
 
 def test_measures_that_fail_one_after_the_other_make_it_fail():
-    """On one line by the peak and on the other by the area: neither is known to fail, Hertz is."""
-    found = Moves(
+    """The peak fails on one variant and the area on the other.
+
+    Neither of the measures fails with certainty; Hertz does.
+    """
+    line_moves = Moves(
         by_line={"filter 4 mm": {"p_max_MPa": 1.1, "area_mm2": 1.0}, "filter 8 mm": {"p_max_MPa": 1.0, "area_mm2": 1.3}}
     )
-    both = {"p_max_MPa": 0.0, "area_mm2": 0.0}
-    verdict, _ = judge_on_lines(both, dict.fromkeys(both, 0.001), found, Criteria(judged_by=("p_max", "area")))
+    deviations = {"p_max_MPa": 0.0, "area_mm2": 0.0}
+    verdict, _ = judge_on_lines(
+        deviations, dict.fromkeys(deviations, 0.001), line_moves, Criteria(judged_by=("p_max", "area"))
+    )
     assert verdict.answer == "FAILS"
     assert verdict.each == {"p_max_MPa": "UNRESOLVED", "area_mm2": "UNRESOLVED"}
 
 
 def test_what_hertz_has_no_value_of_moves_by_what_is_added():
-    found = Moves(by_line={OWN_LINE: {"valley": 0.0}, "filter 8 mm": {"valley": 0.06}})
-    verdict, stated = judge_on_lines({"valley": 0.05}, {"valley": 0.001}, found, Criteria(judged_by=("valley",)))
+    line_moves = Moves(by_line={OWN_LINE: {"valley": 0.0}, "filter 8 mm": {"valley": 0.06}})
+    verdict, stated = judge_on_lines({"valley": 0.05}, {"valley": 0.001}, line_moves, Criteria(judged_by=("valley",)))
     assert (verdict.lines["filter 8 mm"], stated["valley"]) == ("FAILS", pytest.approx(0.061))
 
 
 def test_a_filter_at_its_end_has_the_noise_of_the_points_too():
-    """The farthest of seven lines is not the farthest that points allow: its own points have noise as well."""
+    """The farthest of seven variants is nearer than the farthest variant that the points allow.
+
+    The points of the farthest variant have noise as well.
+    """
     of_lines = {OWN_LINE: 1.0, "filter 4 mm": 0.98, "filter 8 mm": 1.05, "noise 1": 1.02, "noise 2": 0.97}
-    found = Moves(
-        by_line={label: {"p_max_MPa": by, "valley": by - 1.0} for label, by in of_lines.items()}, peaks=of_lines
+    line_moves = Moves(
+        by_line={label: {"p_max_MPa": deviation, "valley": deviation - 1.0} for label, deviation in of_lines.items()},
+        peaks=of_lines,
     )
-    assert found.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1000.0 * 1.05 * 1.02))
-    assert found.farthest("p_max_MPa", 0.1) == pytest.approx(1.1 * (1.05 * 1.02 - 1.0))
-    assert found.farthest("valley", 0.1) == pytest.approx(0.05 + 0.02)
+    assert line_moves.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1000.0 * 1.05 * 1.02))
+    assert line_moves.farthest("p_max_MPa", 0.1) == pytest.approx(1.1 * (1.05 * 1.02 - 1.0))
+    assert line_moves.farthest("valley", 0.1) == pytest.approx(0.05 + 0.02)
     # lines that do not have the contact say nothing, and where none has it nothing is known
-    missing = replace(found, peaks=of_lines | {"noise 1": float("nan")})
+    missing = replace(line_moves, peaks=of_lines | {"noise 1": float("nan")})
     assert missing.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1050.0))
     assert math.isnan(Moves(by_line={"noise 1": {}}).farthest("p_max_MPa", 0.1))
     assert EXACT.band(1000.0) is None
@@ -123,25 +132,25 @@ BY_ELEMENTS = {"p_max_MPa": 0.0415, "b_mm": -0.908, "separate_load": 0.1192}
 
 
 def lines_with(contacts: dict[str, tuple[int, dict[str, float]]]) -> Lines:
-    own, *others = (
+    reference, *other_variants = (
         OnLine(label=label, p_max_MPa=1e3, patches=patches, deviations={HERTZ: deviation})
         for label, (patches, deviation) in contacts.items()
     )
-    return Lines(own=own, others=tuple(others))
+    return Lines(own=reference, others=tuple(other_variants))
 
 
 def test_a_line_without_the_second_patch_is_judged_by_its_own_contact():
-    found = lines_with(SECOND_PATCH).moves(HERTZ)
-    assert found.other_patches == {"filter 8 mm"}
-    there = found.deviations(BY_ELEMENTS)
+    line_moves = lines_with(SECOND_PATCH).moves(HERTZ)
+    assert line_moves.other_patches == {"filter 8 mm"}
+    deviations = line_moves.deviations(BY_ELEMENTS)
     # 0.1192 - 0.0963 = 0.0229 of the load would lie on a patch that this line does not have
-    assert there["filter 8 mm"] == SECOND_PATCH["filter 8 mm"][1]
+    assert deviations["filter 8 mm"] == SECOND_PATCH["filter 8 mm"][1]
     # the step on the line of 4 mm: (1.0415 / 1.0222 - 1) x 0.9911, (0.092 / 0.101 - 1) x 0.9683, 0.0229
     step = {"p_max_MPa": 0.01871, "b_mm": 0.08628, "separate_load": 0.0229}
-    assert found.step_uncertainty("filter 8 mm", BY_ELEMENTS) == pytest.approx(step, abs=1e-5)
+    assert line_moves.step_uncertainty("filter 8 mm", BY_ELEMENTS) == pytest.approx(step, abs=1e-5)
     # the draw of noise has the patches of the solved line, and moves with it
-    assert there["noise 3"]["separate_load"] == pytest.approx(0.1192 + 0.021 - 0.0963)
-    assert set(found.step_uncertainty("noise 3", BY_ELEMENTS).values()) == {0.0}
+    assert deviations["noise 3"]["separate_load"] == pytest.approx(0.1192 + 0.021 - 0.0963)
+    assert set(line_moves.step_uncertainty("noise 3", BY_ELEMENTS).values()) == {0.0}
 
 
 def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
@@ -161,23 +170,28 @@ def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
 
 
 def test_a_second_patch_on_another_line_alone_fails_there():
-    """The solved line has one patch, on which half-space and finite elements differ by 0.5 % in peak pressure."""
-    one, two = {"p_max_MPa": 0.01, "separate_load": 0.0}, {"p_max_MPa": 0.02, "separate_load": 0.05}
-    found = lines_with({"filter 4 mm": (1, one), "filter 8 mm": (2, two), "noise 1": (1, one)})
+    """The solved variant has a single patch.
+
+    The half-space and the finite elements differ by 0.5 % in its peak pressure.
+    """
+    single_patch, two_patches = {"p_max_MPa": 0.01, "separate_load": 0.0}, {"p_max_MPa": 0.02, "separate_load": 0.05}
+    variants = lines_with(
+        {"filter 4 mm": (1, single_patch), "filter 8 mm": (2, two_patches), "noise 1": (1, single_patch)}
+    )
     by_elements = {"p_max_MPa": 0.015, "separate_load": 0.0}
     criteria = Criteria(judged_by=("p_max", "separate"))
-    verdict, _ = judge_on_lines(by_elements, dict.fromkeys(one, 1e-4), found.moves(HERTZ), criteria)
+    verdict, _ = judge_on_lines(by_elements, dict.fromkeys(single_patch, 1e-4), variants.moves(HERTZ), criteria)
     assert verdict.lines == {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS", "noise 1": "HOLDS"}
 
 
 def test_no_line_gets_a_negative_load_on_a_separate_patch():
     """A second patch has 24 % by the half-space and 21 % by finite elements; on another line the half-space has 2 %."""
-    found = lines_with({"filter 4 mm": (2, {"separate_load": 0.24}), "noise 1": (2, {"separate_load": 0.02})})
-    moves = found.moves(HERTZ)
-    assert moves.other_patches == set()
-    assert moves.deviations({"separate_load": 0.21})["noise 1"] == {"separate_load": 0.02}
+    variants = lines_with({"filter 4 mm": (2, {"separate_load": 0.24}), "noise 1": (2, {"separate_load": 0.02})})
+    line_moves = variants.moves(HERTZ)
+    assert line_moves.other_patches == set()
+    assert line_moves.deviations({"separate_load": 0.21})["noise 1"] == {"separate_load": 0.02}
     verdict, _ = judge_on_lines(
-        {"separate_load": 0.21}, {"separate_load": 1e-4}, moves, Criteria(judged_by=("separate",))
+        {"separate_load": 0.21}, {"separate_load": 1e-4}, line_moves, Criteria(judged_by=("separate",))
     )
     assert verdict.lines == {"filter 4 mm": "FAILS", "noise 1": "UNRESOLVED"}
 
@@ -190,66 +204,69 @@ def judged_with(result, **changes):
 
 
 def test_a_load_on_lines_that_do_not_move_it_is_what_it_was(elliptic_quick):
-    judged = judged_with(elliptic_quick, lines=planted_lines(1.0, 1.0))
-    assert (judged.verdict.answer, judged.verdict.each) == ("HOLDS", elliptic_quick.verdict.each)
-    assert judged.uncertainty == pytest.approx(elliptic_quick.load.uncertainty, rel=1e-12)
+    judgement = judged_with(elliptic_quick, lines=planted_lines(1.0, 1.0))
+    assert (judgement.verdict.answer, judgement.verdict.each) == ("HOLDS", elliptic_quick.verdict.each)
+    assert judgement.uncertainty == pytest.approx(elliptic_quick.load.uncertainty, rel=1e-12)
 
 
 def test_peaks_that_move_leave_a_verdict_alone_where_the_theory_moves_with_them(elliptic_quick):
-    """Noise charged to the theory in full would leave this open: the peak is known to 30 % and Hertz is off by none."""
+    """The peak has an uncertainty of 30 %, and Hertz has no deviation.
+
+    Noise charged to the theory in full would leave this open.
+    """
     lines = planted_lines(1.0, 1.0, peaks=(700.0, 1300.0))
-    judged = judged_with(elliptic_quick, lines=lines)
-    assert judged.verdict.answer == "HOLDS"
-    fe = load_record(judged)["fe"]
-    own = judged.comparison.fe.p_max_MPa
+    judgement = judged_with(elliptic_quick, lines=lines)
+    assert judgement.verdict.answer == "HOLDS"
+    fe = load_record(judgement)["fe"]
+    peak_MPa = judgement.comparison.fe.p_max_MPa
     # and what two meshes leave open of the peak
-    unsure = elliptic_quick.load.uncertainty["p_max_MPa"] / (1.0 + judged.deviation["p_max_MPa"])
-    assert 0.0 < unsure < 0.01
-    low, high = 0.7 * own * (1.0 - unsure), 1.3 * own * (1.0 + unsure)
+    uncertainty = elliptic_quick.load.uncertainty["p_max_MPa"] / (1.0 + judgement.deviation["p_max_MPa"])
+    assert 0.0 < uncertainty < 0.01
+    low, high = 0.7 * peak_MPa * (1.0 - uncertainty), 1.3 * peak_MPa * (1.0 + uncertainty)
     assert (fe["p_max_low_MPa"], fe["p_max_high_MPa"]) == pytest.approx((low, high))
     assert band_text(fe) == f"peak pressure {low:.0f} to {high:.0f} MPa over the lines"
 
 
 def test_lines_that_differ_leave_it_open_and_say_on_how_many_it_holds(elliptic_quick):
-    judged = judged_with(elliptic_quick, lines=planted_lines(1.0, 1.0, 1.0, 1.2, 1.3))
-    verdict = judged.verdict
+    judgement = judged_with(elliptic_quick, lines=planted_lines(1.0, 1.0, 1.0, 1.2, 1.3))
+    verdict = judgement.verdict
     assert (verdict.answer, verdict.measure, verdict.cause) == ("UNRESOLVED", "p_max_MPa", PROFILE)
     said = "holds on 4 of the 6 lines that the points allow (it fails with filters above 6 mm)"
     assert share_text(verdict.lines) == said
-    assert said in verdict_reason(judged)
-    record = json.loads(json.dumps(load_record(judged)))
-    told = record["verdict"]
-    assert (told["holds_on"], told["fails_on"], told["of_lines"]) == (4, 2, 6)
+    assert said in verdict_reason(judgement)
+    record = json.loads(json.dumps(load_record(judgement)))
+    verdict_record = record["verdict"]
+    assert (verdict_record["holds_on"], verdict_record["fails_on"], verdict_record["of_lines"]) == (4, 2, 6)
     assert record["uncertainty_of_profile"]["p_max_MPa"] == pytest.approx(0.3, rel=0.01)
 
 
 def test_a_line_that_does_not_touch_leaves_the_answer_open(elliptic_quick):
-    judged = judged_with(elliptic_quick, lines=planted_lines(without=1))
+    judgement = judged_with(elliptic_quick, lines=planted_lines(without=1))
     # nothing failed to converge, but what Hertz is off on one of two lines is not known
-    assert judged.status == "converged"
-    assert set(judged.verdict.each.values()) == {"UNRESOLVED"}
-    assert judged.verdict.lines == {OWN_LINE: "HOLDS", "noise 0": "UNRESOLVED"}
-    assert judged.verdict.cause == PROFILE
+    assert judgement.status == "converged"
+    assert set(judgement.verdict.each.values()) == {"UNRESOLVED"}
+    assert judgement.verdict.lines == {OWN_LINE: "HOLDS", "noise 0": "UNRESOLVED"}
+    assert judgement.verdict.cause == PROFILE
     # the others say how far it is off
-    assert judged.uncertainty == pytest.approx(elliptic_quick.load.uncertainty, rel=1e-12)
+    assert judgement.uncertainty == pytest.approx(elliptic_quick.load.uncertainty, rel=1e-12)
 
 
 def test_lines_with_other_patches_are_named(elliptic_quick):
     planted = planted_lines(1.0, 1.0)
     filtered, *rest = planted.others
-    judged = judged_with(elliptic_quick, lines=replace(planted, others=(replace(filtered, patches=2), *rest)))
-    (note,) = (one for one in judged.warnings if "other patches" in one)
+    judgement = judged_with(elliptic_quick, lines=replace(planted, others=(replace(filtered, patches=2), *rest)))
+    (note,) = (warning for warning in judgement.warnings if "other patches" in warning)
     assert note.startswith("on 1 of the 3 lines that the points allow the contact has other patches")
     assert "(filter 4 mm)" in note
-    assert not any("other patches" in one for one in judged_with(elliptic_quick, lines=planted).warnings)
+    assert not any("other patches" in warning for warning in judged_with(elliptic_quick, lines=planted).warnings)
 
 
 def test_every_theory_has_moves_of_its_own(elliptic_quick):
-    """Noise of one ellipse is not that of the half-space, which is off by nothing on any line."""
+    """Noise moves a single ellipse more than the half-space, which has no deviation on any variant."""
     lines = planted_lines(1.2, others={"half_space": 1.0})
-    judged = judged_with(elliptic_quick, lines=lines)
-    assert judged.judgements[HERTZ].verdict.answer == "UNRESOLVED"
-    assert judged.judgements["half_space"].verdict.answer == "HOLDS"
+    judgement = judged_with(elliptic_quick, lines=lines)
+    assert judgement.judgements[HERTZ].verdict.answer == "UNRESOLVED"
+    assert judgement.judgements["half_space"].verdict.answer == "HOLDS"
 
 
 def test_words_of_shares():
@@ -268,10 +285,10 @@ def test_words_of_shares():
 
 def test_a_verdict_of_lines_does_not_contradict_the_numbers_beside_it():
     """Every line fails, and the farthest is farther off than the limit: the ± alone would leave it open."""
-    found = Moves(by_line={OWN_LINE: {"separate_load": 0.0}, "filter 8 mm": {"separate_load": 0.416}})
+    line_moves = Moves(by_line={OWN_LINE: {"separate_load": 0.0}, "filter 8 mm": {"separate_load": 0.416}})
     criteria = Criteria(judged_by=("separate",))
     deviation = {"separate_load": 0.2147}
-    verdict, stated = judge_on_lines(deviation, {"separate_load": 0.0}, found, criteria)
+    verdict, stated = judge_on_lines(deviation, {"separate_load": 0.0}, line_moves, criteria)
     assert verdict.answer == "FAILS"
     record = {
         "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
@@ -295,14 +312,14 @@ def test_a_verdict_of_lines_does_not_contradict_the_numbers_beside_it():
 
 
 def test_measures_that_fail_one_after_the_other_are_not_called_open():
-    found = Moves(
+    line_moves = Moves(
         by_line={"filter 4 mm": {"p_max_MPa": 1.1, "area_mm2": 1.0}, "filter 8 mm": {"p_max_MPa": 1.0, "area_mm2": 1.3}}
     )
-    both, criteria = {"p_max_MPa": 0.0, "area_mm2": 0.0}, Criteria(judged_by=("p_max", "area"))
-    verdict, stated = judge_on_lines(both, dict.fromkeys(both, 0.001), found, criteria)
+    deviations, criteria = {"p_max_MPa": 0.0, "area_mm2": 0.0}, Criteria(judged_by=("p_max", "area"))
+    verdict, stated = judge_on_lines(deviations, dict.fromkeys(deviations, 0.001), line_moves, criteria)
     record = {
         "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
-        "theories": {HERTZ: {"deviation": both, "uncertainty": stated}},
+        "theories": {HERTZ: {"deviation": deviations, "uncertainty": stated}},
     }
     text = reason_of_record(record)
     assert text.startswith("beyond another limit from line to line: ")
@@ -314,7 +331,7 @@ def test_measures_that_fail_one_after_the_other_are_not_called_open():
 
 
 def worn(noise_mm: float, step_mm: float, **reading: object) -> Profile:
-    """60E1 with 1 mm worn off on the field side, as its points say."""
+    """60E1 with 1 mm of wear on the field side, smoothed from points."""
     line = load("60E1")
     p = line.evaluate(line.at_arc_length(np.arange(0.0, line.length_mm, step_mm)))
     noise = noise_mm * np.random.default_rng([500, 23]).normal(size=p.y.size)
@@ -324,23 +341,28 @@ def worn(noise_mm: float, step_mm: float, **reading: object) -> Profile:
 
 
 def test_a_worn_head_is_decided_as_its_true_line_is():
-    """Points with 10 um of noise every 0.2 mm: the peak is known to 3 %, what Hertz is off to a third of it."""
+    """Points with 10 um of noise every 0.2 mm.
+
+    The peak has an uncertainty of 3 %, the deviation of Hertz a third of it.
+    """
     case = Case(lateral_shift_mm=-4.0, roll="given")
     hertz, expected = expect_on_half_space(case, place_case(case, rail=worn(0.0, 0.05, filter_mm=0.0)), nodes=16)
     true = deviations(expected.half_space, hertz)
     exact = dict.fromkeys(true, 0.0)
     assert judge(true, exact, case.criteria).answer == "HOLDS"
     lines = lines_of_case(case, place_case(case, rail=worn(0.01, 0.2)))
-    own, moves = lines.own.deviations[HERTZ], lines.moves(HERTZ)
-    verdict, stated = judge_on_lines(own, exact, moves, case.criteria)
+    solved_deviations, line_moves = lines.own.deviations[HERTZ], lines.moves(HERTZ)
+    verdict, stated = judge_on_lines(solved_deviations, exact, line_moves, case.criteria)
     assert (verdict.answer, set(verdict.lines.values())) == ("HOLDS", {"HOLDS"})
     # the truth is inside what is stated, or nearly: seven lines of a noise are not all
-    assert abs(true["p_max_MPa"] - own["p_max_MPa"]) < stated["p_max_MPa"] + 0.01
+    assert abs(true["p_max_MPa"] - solved_deviations["p_max_MPa"]) < stated["p_max_MPa"] + 0.01
     # the half-space on each line is itself
-    on_half_space = judge_on_lines(lines.own.deviations["half_space"], exact, lines.moves("half_space"), case.criteria)
-    assert on_half_space[0].answer == "HOLDS"
-    assert max(on_half_space[1].values()) < 1e-9
-    low, high = moves.band(1.0)
+    half_space_answer = judge_on_lines(
+        lines.own.deviations["half_space"], exact, lines.moves("half_space"), case.criteria
+    )
+    assert half_space_answer[0].answer == "HOLDS"
+    assert max(half_space_answer[1].values()) < 1e-9
+    low, high = line_moves.band(1.0)
     assert 3.0 * stated["p_max_MPa"] < max(1.0 - low, high - 1.0) < 0.05
 
 
@@ -349,14 +371,14 @@ def test_a_worn_head_is_decided_as_its_true_line_is():
 
 def test_a_failure_by_far_is_certain_whatever_the_elements_are(elliptic_quick):
     """Hertz is right here: another ellipse, with half its peak, is not."""
-    judged, lines = elliptic_quick.load, planted_lines(1.0)
-    half_space = judged.solved.half_space
+    judgement, lines = elliptic_quick.load, planted_lines(1.0)
+    half_space = judgement.solved.half_space
     right = judged_with(elliptic_quick, lines=lines).judgements[HERTZ]
 
     def wrong(factor: float) -> Judgement:
         (patch,) = right.approximation.patches
-        made = replace(right.approximation, patches=(replace(patch, p_max_MPa=factor * patch.p_max_MPa),))
-        return judge_theory(judged.case, judged.solved.levels, made, lines.moves(HERTZ))
+        approximation = replace(right.approximation, patches=(replace(patch, p_max_MPa=factor * patch.p_max_MPa),))
+        return judge_theory(judgement.case, judgement.solved.levels, approximation, lines.moves(HERTZ))
 
     assert not fails_for_certain({HERTZ: right}, half_space)
     assert fails_for_certain({HERTZ: wrong(0.5)}, half_space)
@@ -368,27 +390,27 @@ def test_a_failure_by_far_is_certain_whatever_the_elements_are(elliptic_quick):
 
 
 def test_a_certain_failure_is_said_where_elements_are_off_and_takes_no_finer_ones(elliptic_quick):
-    judged, placement = elliptic_quick.load, elliptic_quick.placement
-    fine, *rest = judged.solved.levels
+    judgement, placement = elliptic_quick.load, elliptic_quick.placement
+    fine, *rest = judgement.solved.levels
     off = (replace(fine, compliance_error=0.5), *rest)
     # Hertz at its own load is right, and its ellipse for a limit that nothing keeps is not
     lines = planted_lines(1.0)
     doubtful = judged_with(elliptic_quick, levels=off, lines=lines)
     assert (doubtful.usable, doubtful.verdict.answer, doubtful.verdict.cause) == (False, "UNRESOLVED", ELEMENTS)
-    assert is_open(judged.case, off, placement, lines, judged.solved.half_space)
+    assert is_open(judgement.case, off, placement, lines, judgement.solved.half_space)
     # a half-space with a second patch of a tenth of the load
-    two = with_second_patch(judged.solved.half_space)
-    changed = ({name: with_second_patch(one.rungs[name]) for name in one.rungs if name != "nodal"} for one in off)
-    levels = tuple(replace(one, **rungs) for one, rungs in zip(off, changed, strict=True))
+    two = add_second_patch(judgement.solved.half_space)
+    changed = ({name: add_second_patch(level.rungs[name]) for name in level.rungs if name != "nodal"} for level in off)
+    levels = tuple(replace(level, **rungs) for level, rungs in zip(off, changed, strict=True))
     sure = judged_with(elliptic_quick, levels=levels, half_space=two, lines=lines)
     assert (sure.status, sure.verdict.answer) == (ELEMENTS_OFF, "FAILS")
     assert sure.verdict.cause != ELEMENTS
     assert verdict_reason(sure).startswith("certain by the half-space alone, ")
     assert verdict_of(load_row(sure, placement)) == "FAILS"
-    assert not is_open(judged.case, levels, placement, lines, two)
+    assert not is_open(judgement.case, levels, placement, lines, two)
 
 
-def with_second_patch(rung: Rung) -> Rung:
+def add_second_patch(rung: Rung) -> Rung:
     """A contact that has another patch far beside it, half as wide as the grid."""
     s = rung.grid.s_mm
     count = 2 * s.size

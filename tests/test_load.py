@@ -1,4 +1,7 @@
-"""Stored results read back and judged again: the same objects, no finite elements, nothing judged that is not whole."""
+"""Stored results are read and judged again with equal objects.
+
+No finite elements are needed, and an incomplete result is not judged.
+"""
 
 import json
 import os
@@ -47,25 +50,25 @@ radius = 300.0
 """
 
 
-def same(one: object, other: object, where: str = "result") -> None:
+def assert_identical(first: object, second: object, where: str = "result") -> None:
     """Equal to the last bit, field by field; a NaN is equal to a NaN."""
-    if is_dataclass(one):
-        assert type(one) is type(other), where
-        for field in fields(one):
+    if is_dataclass(first):
+        assert type(first) is type(second), where
+        for field in fields(first):
             if field.name != "bodies":
-                same(getattr(one, field.name), getattr(other, field.name), f"{where}.{field.name}")
-    elif isinstance(one, np.ndarray):
-        np.testing.assert_array_equal(one, other, where)
-    elif isinstance(one, dict):
-        assert one.keys() == other.keys(), where
-        for key in one:
-            same(one[key], other[key], f"{where}.{key}")
-    elif isinstance(one, tuple):
-        assert len(one) == len(other), where
-        for number, (first, second) in enumerate(zip(one, other, strict=True)):
-            same(first, second, f"{where}[{number}]")
+                assert_identical(getattr(first, field.name), getattr(second, field.name), f"{where}.{field.name}")
+    elif isinstance(first, np.ndarray):
+        np.testing.assert_array_equal(first, second, where)
+    elif isinstance(first, dict):
+        assert first.keys() == second.keys(), where
+        for key in first:
+            assert_identical(first[key], second[key], f"{where}.{key}")
+    elif isinstance(first, tuple):
+        assert len(first) == len(second), where
+        for number, (first_value, second_value) in enumerate(zip(first, second, strict=True)):
+            assert_identical(first_value, second_value, f"{where}[{number}]")
     else:
-        assert one == other or (one != one and other != other), where
+        assert first == second or (first != first and second != second), where
 
 
 def stored(result: fecontact.CaseResult, folder: Path) -> Path:
@@ -80,22 +83,27 @@ def solved_folder(elliptic_quick, tmp_path_factory) -> Path:
 
 
 def test_what_is_read_back_is_what_was_solved(elliptic_quick, solved_folder):
-    read = load(solved_folder)
-    same(elliptic_quick, read)
-    assert read.bodies is None
+    restored = load(solved_folder)
+    assert_identical(elliptic_quick, restored)
+    assert restored.bodies is None
     # a half model's result is that of both halves
-    assert read.pressure_MPa.sum() > 1.9 * read.load.fe.pressure_MPa.sum()
-    assert np.array_equal(read.load.fe.pressure.whole().values, read.pressure_MPa)
+    assert restored.pressure_MPa.sum() > 1.9 * restored.load.fe.pressure_MPa.sum()
+    assert np.array_equal(restored.load.fe.pressure.whole().values, restored.pressure_MPa)
     # each rung has its own field, and all carry the load
-    for rung in (read.load.fe, read.load.level.nodal, read.load.solved.half_space, read.load.solved.quadratic):
+    for rung in (
+        restored.load.fe,
+        restored.load.level.nodal,
+        restored.load.solved.half_space,
+        restored.load.solved.quadratic,
+    ):
         area = rung.grid.whole_area_mm2()
         assert float(area @ rung.pressure_MPa.ravel()) == pytest.approx(1e5, rel=2e-4)
 
 
 def test_the_row_that_is_stored_is_that_of_the_result(elliptic_quick, solved_folder):
     row = read_row(solved_folder / ROW)
-    same({"id": case_id(elliptic_quick.case), **case_row(elliptic_quick)}, row)
-    same(row, {"id": row["id"], **case_row(load(solved_folder))})
+    assert_identical({"id": case_id(elliptic_quick.case), **case_row(elliptic_quick)}, row)
+    assert_identical(row, {"id": row["id"], **case_row(load(solved_folder))})
 
 
 @pytest.mark.slow
@@ -109,21 +117,26 @@ def test_other_criteria_give_the_verdict_of_a_solution_with_them(elliptic_quick,
     assert (elliptic_quick.verdict.answer, row["verdict_answer"]) == ("HOLDS", "UNRESOLVED")
     assert row["verdict_measure"] == "p_max_MPa"
     # who does not ask for the peak has his answer
-    (other,) = judge_study(solved_folder, replace(strict, judged_by=("patch",))).rows
-    assert (other["verdict_answer"], other["verdict_failing"]) == ("HOLDS", "")
-    assert other["verdict_measure"] in ("area_mm2", "a_mm", "b_mm", "centre_over_b")
+    (patch_row,) = judge_study(solved_folder, replace(strict, judged_by=("patch",))).rows
+    assert (patch_row["verdict_answer"], patch_row["verdict_failing"]) == ("HOLDS", "")
+    assert patch_row["verdict_measure"] in ("area_mm2", "a_mm", "b_mm", "centre_over_b")
     # the numbers are as they were
     assert row["fe_p_max_MPa"] == elliptic_quick.comparison.fe.p_max_MPa
     assert row["hertz_uncertainty_area_percent"] == 1e2 * elliptic_quick.load.uncertainty["area_mm2"]
 
 
 def test_a_verdict_does_not_hang_on_the_threads_of_who_asks(solved_folder, tmp_path, monkeypatch):
-    """Sums over nodes differ in their last digits with the threads of BLAS: all is judged on one, as it was solved."""
+    """All verdicts are computed on a single thread, as the solution was.
+
+    Sums over nodes differ in their last digits with the threads of BLAS.
+    """
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     monkeypatch.setattr("fecontact.runs.judged_study.began_on_one_thread", lambda: False)
     with workers.evaluators(1, here=False) as map_over:
         assert list(map_over(os.getenv, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])) == ["1", "1"]
-    monkeypatch.setattr("fecontact.runs.judged_study.read_case", lambda *a, **more: pytest.fail("read by the caller"))
+    monkeypatch.setattr(
+        "fecontact.runs.judged_study.read_case", lambda *a, **options: pytest.fail("read by the caller")
+    )
     (row,) = judge_study(solved_folder, Criteria()).rows
     assert row["verdict_answer"] == "HOLDS"
 
@@ -134,9 +147,9 @@ def test_judging_needs_neither_gmsh_nor_finite_elements(solved_folder):
         f"import sys; sys.modules.update(dict.fromkeys({missing!r})); from fecontact.cli import call;"
         f"sys.exit(call(['judge', {str(solved_folder)!r}, '--p-max-percent', '3', '--area-percent', '20']))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "p_max ±3 %, area ±20 %, a ±10 %" in done.stdout
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert process.returncode == 0, process.stderr
+    assert "p_max ±3 %, area ±20 %, a ±10 %" in process.stdout
 
 
 @pytest.mark.parametrize("file", [FIELDS, SOLVED, ROW, MANIFEST])
@@ -146,13 +159,13 @@ def test_a_damaged_result_is_named_and_never_judged(solved_folder, tmp_path, fil
     data[len(data) // 2] ^= 1
     (folder / file).write_bytes(data)
     # a checksum that is damaged is that of another file
-    named = "" if file == MANIFEST else file
-    with pytest.raises(InputError, match=rf"{named}.*solve (it|the case) again"):
+    file_name = "" if file == MANIFEST else file
+    with pytest.raises(InputError, match=rf"{file_name}.*solve (it|the case) again"):
         load(folder)
     code = call(["judge", str(folder)])
     out, err = capsys.readouterr()
     assert code in (2, 3)
-    assert named in " ".join((out + err).split())
+    assert file_name in " ".join((out + err).split())
     assert "HOLDS" not in out
 
 
@@ -190,7 +203,7 @@ def test_another_version_of_the_solving_code_is_named_and_never_judged(solved_fo
 
 def test_another_version_of_the_evaluating_code_is_judged(elliptic_quick, solved_folder, monkeypatch):
     monkeypatch.setattr(identity, "digests", lambda: replace(digests(), evaluating="another"))
-    same(elliptic_quick, load(solved_folder))
+    assert_identical(elliptic_quick, load(solved_folder))
 
 
 def test_a_folder_that_is_none_is_said(tmp_path):
@@ -202,8 +215,8 @@ def test_a_folder_that_is_none_is_said(tmp_path):
 # --- studies of profiles in files ------------------------------------------------------------------------------------
 
 
-def study_of(folder: Path, **more: object) -> Study:
-    """Two loads on a head in a file, as a study that lies in a folder."""
+def study_of(folder: Path, **options: object) -> Study:
+    """A study in a folder: two loads on a rail head from a file."""
     folder.mkdir(exist_ok=True)
     (folder / "head.toml").write_text(HEAD)
     (folder / "mine.toml").write_text(
@@ -218,7 +231,7 @@ def study_of(folder: Path, **more: object) -> Study:
 
 @pytest.fixture(scope="module")
 def twice(tmp_path_factory) -> tuple[Path, Path]:
-    """The same study, run in two folders, in the second one with all pictures."""
+    """A study that is run in two folders, in the second folder with all pictures."""
     first, second = (tmp_path_factory.mktemp("studies") / name for name in ("a", "other place"))
     with pytest.MonkeyPatch.context() as patch:
         draw_nothing(patch)
@@ -254,7 +267,7 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
         # the stored copy of the profile is the same profile: the same id, whatever the file is called from
         assert PROFILES in result.case.rail
         assert case_id(result.case) in rows
-        same(rows[case_id(result.case)], {"id": case_id(result.case), **case_row(result)})
+        assert_identical(rows[case_id(result.case)], {"id": case_id(result.case), **case_row(result)})
     assert call(["judge", str(out), "--p-max-percent", "0.01", "--out", str(tmp_path / "strict")]) == 0
     said = capsys.readouterr().out
     assert "2 cases judged by p_max ±0.01 %" in said
@@ -265,12 +278,12 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
         assert call(["judge", str(out), "--out", str(inside)]) == 2
         assert f"{inside} {'is' if inside == out else 'lies in'} the folder of the results" in capsys.readouterr().err
     # nor over other results that were solved: the judged ones may be judged once more
-    other = tmp_path / "other"
-    shutil.copytree(out, other)
+    other_folder = tmp_path / "other"
+    shutil.copytree(out, other_folder)
     capsys.readouterr()
-    assert call(["judge", str(out), "--out", str(other)]) == 2
-    assert f"{other} holds other results, which were solved (cases)" in capsys.readouterr().err
-    assert (other / "study.csv").read_bytes() == (out / "study.csv").read_bytes()
+    assert call(["judge", str(out), "--out", str(other_folder)]) == 2
+    assert f"{other_folder} holds other results, which were solved (cases)" in capsys.readouterr().err
+    assert (other_folder / "study.csv").read_bytes() == (out / "study.csv").read_bytes()
     assert call(["judge", str(out), "--p-max-percent", "0.02", "--out", str(tmp_path / "strict")]) == 0
     assert f"replaced, with another content before: {tmp_path / 'strict' / 'report.html'}, " in capsys.readouterr().err
 
@@ -284,33 +297,36 @@ def test_judging_a_study_that_still_runs_says_how_many_cases_are_missing(twice, 
     write_tables(name, 4, rows[:1], out / "study")
     assert call(["judge", str(out), "--out", str(tmp_path / "again")]) == 3
     assert "1 of 4 cases (3 not solved yet) judged by " in capsys.readouterr().out
-    judged = judge_study(out, Criteria())
-    assert (judged.missing, judged.all_judged) == (3, False)
+    judgement = judge_study(out, Criteria())
+    assert (judgement.missing, judgement.all_judged) == (3, False)
     assert stored_study(tmp_path / "again")[2] == 4
 
 
 @pytest.mark.slow
 def test_many_cases_are_judged_by_processes_with_the_same_rows(twice, monkeypatch):
-    here = judge_study(twice[0] / "out", Criteria(p_max=0.01))
+    in_process = judge_study(twice[0] / "out", Criteria(p_max=0.01))
     monkeypatch.setattr(judged_study, "_WORTH_PROCESSES", 2)
-    there = judge_study(twice[0] / "out", Criteria(p_max=0.01))
-    assert len(here.rows) == 2
-    same(here, there)
+    in_workers = judge_study(twice[0] / "out", Criteria(p_max=0.01))
+    assert len(in_process.rows) == 2
+    assert_identical(in_process, in_workers)
 
 
 def test_a_study_with_a_damaged_case_is_judged_without_it(twice, tmp_path):
     out = shutil.copytree(twice[0] / "out", tmp_path / "out")
     first = sorted((out / "cases").iterdir())[0]
     (first / "rail.vtu").unlink()
-    judged = judge_study(out, Criteria())
-    (bad,) = [row for row in judged.rows if row["status"] != "converged"]
+    judgement = judge_study(out, Criteria())
+    (bad,) = [row for row in judgement.rows if row["status"] != "converged"]
     assert bad["id"] == first.name
     assert "rail.vtu is missing; solve it again" in bad["status"]
-    assert not judged.all_judged
+    assert not judgement.all_judged
 
 
 def test_damage_of_every_file_of_a_result_is_noticed(twice, tmp_path):
-    """Also of one that is added to a result some day, unless it is one that nobody reads."""
+    """Every file is damaged, also a file that is added to a result some day.
+
+    Files without a reader are excepted.
+    """
     out = shutil.copytree(twice[1] / "out", tmp_path / "out")
     (case, *_) = sorted((out / "cases").iterdir())
     assert (case / PROFILES / "rail" / "head.toml").is_file()
@@ -323,14 +339,17 @@ def test_damage_of_every_file_of_a_result_is_noticed(twice, tmp_path):
 
 
 def test_versions_that_a_result_names_are_no_part_of_its_checksums(solved_folder, tmp_path):
-    """Another version is a reason to solve again and none to refuse a result, whoever wrote it there."""
+    """Another version is a reason to solve again, but not to refuse a result.
+
+    This is independent of the writer of the version.
+    """
     folder = shutil.copytree(solved_folder, tmp_path / "one")
     manifest = json.loads((folder / MANIFEST).read_text())
     manifest["solved_by"]["numpy"] = "0.1"
     (folder / MANIFEST).write_text(json.dumps(manifest))
     assert load(folder).verdict.answer == "HOLDS"
-    kept = kept_folder(folder, manifest["id"], origin_of(load(folder).case))
-    assert "numpy 0.1 -> " in (kept.problem or "")
+    folder_kept = kept_folder(folder, manifest["id"], origin_of(load(folder).case))
+    assert "numpy 0.1 -> " in (folder_kept.problem or "")
 
 
 @pytest.mark.slow
@@ -345,9 +364,9 @@ def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profile
     keep_case(result, folder)
     # the copy of the first one's rail is still there, and neither read nor sealed with the second one
     assert (folder / PROFILES / "rail" / "head.toml").is_file()
-    same(result, load(folder))
+    assert_identical(result, load(folder))
     (folder / PROFILES / "rail" / "head.toml").unlink()
-    same(result, load(folder))
+    assert_identical(result, load(folder))
 
 
 def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path, monkeypatch):
@@ -358,8 +377,8 @@ def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path,
     assert set(load_table(out).rows.verdict_answer) == {"HOLDS"}
     # nothing is as exact as that, and nothing may be refined
     strict = Criteria(p_max=1e-6, judged_by=("strength", "area"))
-    others = tuple(replace(case, criteria=strict) for case in study.cases)
-    outcome = study_by(Study(name="mine", cases=others), out, crew=inline_crew())
+    strict_cases = tuple(replace(case, criteria=strict) for case in study.cases)
+    outcome = study_by(Study(name="mine", cases=strict_cases), out, crew=inline_crew())
     assert set(outcome.recomputed) == {case_id(case) for case in study.cases}
     assert [row["verdict_answer"] for row in outcome.rows] == ["UNRESOLVED", "UNRESOLVED"]
     assert {path: path.read_bytes() for path in out.rglob("*.vtu")} == meshes
@@ -367,7 +386,7 @@ def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path,
     for result in load(out):
         assert result.case.criteria == strict
         assert set(result.verdict.each) == {"p_max_MPa", "area_mm2"}
-    assert study_by(Study(name="mine", cases=others), out, crew=inline_crew()).recomputed == {}
+    assert study_by(Study(name="mine", cases=strict_cases), out, crew=inline_crew()).recomputed == {}
 
 
 def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypatch):
@@ -406,8 +425,8 @@ for force in (90e3, 100e3, 110e3):
 
 
 def test_numbers_of_a_load_are_the_same_to_the_last_bit_on_any_number_of_threads():
-    """What tells a result may run on all cores, those who judged it on one."""
-    told = [
+    """A report may be computed on all cores, the verdict in it on a single core."""
+    outputs = [
         subprocess.run(
             [sys.executable, "-c", PRESSURES],
             capture_output=True,
@@ -417,8 +436,8 @@ def test_numbers_of_a_load_are_the_same_to_the_last_bit_on_any_number_of_threads
         ).stdout
         for threads in ("1", "2")
     ]
-    assert told[0].count("0x") == 3
-    assert told[0] == told[1]
+    assert outputs[0].count("0x") == 3
+    assert outputs[0] == outputs[1]
 
 
 def test_what_is_told_of_a_load_is_known_where_it_is_judged(elliptic_quick):

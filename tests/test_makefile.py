@@ -1,4 +1,4 @@
-"""Recipes of the Makefile, in a folder whose path has a blank."""
+"""Recipes of the Makefile, in a folder with a blank in its path."""
 
 import re
 import shutil
@@ -13,14 +13,14 @@ TARGETS = re.search(r"^\.PHONY: (.*)$", MAKEFILE.read_text("utf-8"), re.MULTILIN
 PATHS = re.compile(r"\$\(CURDIR\)|\$\((?:abspath|realpath) [^)]*\)|\$\$\(pwd[^)]*\)|\$\$\{?PWD\}?|\$\$\{?HOME\}?")
 
 
-def without_quotes(text: str) -> str:
-    """What a shell splits at blanks."""
+def remove_quotes(text: str) -> str:
+    """A recipe without its quoted texts: the parts that a shell splits at blanks."""
     return re.sub(r"\"(?:\\.|[^\"\\])*\"|'[^']*'", "", text, flags=re.DOTALL)
 
 
 def unquoted_paths(recipe: str) -> list[str]:
     """Paths in a recipe that a blank would split."""
-    return PATHS.findall(without_quotes(recipe))
+    return PATHS.findall(remove_quotes(recipe))
 
 
 def test_paths_in_recipes_are_quoted():
@@ -42,6 +42,8 @@ def test_what_make_runs_has_no_path_that_a_blank_splits(target, tmp_path):
     shutil.copyfile(MAKEFILE, folder / "Makefile")
     for name in ("requirements.lock", "pyproject.toml"):
         (folder / name).touch()
-    shown = subprocess.run(["make", "--dry-run", target], cwd=folder, capture_output=True, text=True, check=True).stdout
-    assert shown
-    assert "one two" not in without_quotes(shown)
+    recipe = subprocess.run(
+        ["make", "--dry-run", target], cwd=folder, capture_output=True, text=True, check=True
+    ).stdout
+    assert recipe
+    assert "one two" not in remove_quotes(recipe)

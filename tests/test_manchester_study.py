@@ -16,7 +16,7 @@ spec.loader.exec_module(study)
 
 
 def row_of(case):
-    """What the checks read of a row, from the true gap on a half-space."""
+    """Columns that the checks read from a row, from the true gap on a half-space."""
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
     patch, measures = patch_of(expected.half_space), measures_of(expected.half_space)
@@ -65,14 +65,14 @@ def test_both_wheels_on_the_half_space_to_10_mm(shift):
 
 
 def test_the_half_space_belongs_to_the_whole_study_alone(monkeypatch):
-    asked = []
-    monkeypatch.setattr(study, "half_space_checks", lambda shift: asked.append(shift) or [])
+    cases_asked = []
+    monkeypatch.setattr(study, "half_space_checks", lambda shift: cases_asked.append(shift) or [])
     row = dict.fromkeys(
         ("fe_p_max_MPa", "fe_area_mm2", "hertz_uncertainty_p_max_percent", "hertz_uncertainty_area_percent"), 1.0
     )
     near, far = row | {"lateral_shift_mm": -2.0}, row | {"lateral_shift_mm": 5.0, "fe_pieces": 2}
-    for one in ([near], [far]):
-        assert len(study.checks(one)) == 2
-    assert asked == []
+    for case_list in ([near], [far]):
+        assert len(study.checks(case_list)) == 2
+    assert cases_asked == []
     study.checks([near, far])
-    assert asked == [entry[0] for entry in study.BOTH_WHEELS]
+    assert cases_asked == [entry[0] for entry in study.BOTH_WHEELS]

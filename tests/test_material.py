@@ -1,4 +1,4 @@
-"""Elastic constants: closed relations between them, and the refusal of impossible ones."""
+"""Elastic constants: closed relations between them, and the refusal of impossible values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measured points: which profile they are, the line smoothed from them, and what is said of a case beforehand."""
+"""Measured points: the nearest profile, the smoothed line, and the messages before a solution."""
 
 import json
 import math
@@ -42,7 +42,7 @@ from fecontact.solving.position import expect_on_half_space
 from fecontact.solving.preview import preview
 
 
-def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, moved=None):
+def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, registration=None):
     """Points along an exact line: worn by a depth over y below the line, with noise across it, and moved."""
     profile = load(name)
     s = np.arange(0.0, profile.length_mm, step_mm)
@@ -51,7 +51,7 @@ def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, moved=None):
     depth = np.zeros(s.size) if wear is None else wear(p.y)
     off = noise_mm * np.random.default_rng(seed).normal(size=s.size) - depth
     points = np.column_stack((p.y, p.z)) + off[:, None] * normal
-    return points if moved is None else moved.from_reference(points)
+    return points if registration is None else registration.from_reference(points)
 
 
 def read(points, kind="rail", **reading):
@@ -59,7 +59,7 @@ def read(points, kind="rail", **reading):
 
 
 def corner_wear(y):
-    """At the gauge corner; the rest of the head says where the rail was."""
+    """Wear at the gauge corner; the rest of the head shows the place of the rail."""
     return 0.6 * np.exp(-(((y + 25.0) / 8.0) ** 2))
 
 
@@ -78,14 +78,14 @@ def test_foot_points_are_at_right_angles():
 
 
 @pytest.mark.parametrize(
-    "moved",
+    "expected",
     [Registration(), Registration(turn_rad=-0.025, shift=(3.0, -1.0)), Registration(turn_rad=0.05, shift=(0.4, 2.0))],
 )
 @pytest.mark.parametrize("name", ["60E1", "54E1", "S1002"])
-def test_a_moved_line_is_found_where_it_lies(name, moved):
-    found, usual = register(load(name), sampled(name, moved=moved))
-    assert found.turn_rad == pytest.approx(moved.turn_rad, abs=1e-7)
-    assert found.shift == pytest.approx(moved.shift, abs=1e-6)
+def test_a_moved_line_is_found_where_it_lies(name, expected):
+    registration, usual = register(load(name), sampled(name, registration=expected))
+    assert registration.turn_rad == pytest.approx(expected.turn_rad, abs=1e-7)
+    assert registration.shift == pytest.approx(expected.shift, abs=1e-6)
     assert usual < 1e-6
 
 
@@ -93,37 +93,45 @@ def test_a_moved_line_is_found_where_it_lies(name, moved):
     ("kind", "name", "wear"), [("rail", "54E1", corner_wear), ("wheel", "S1002", None), ("wheel", "CONE20", None)]
 )
 def test_lines_together_are_found_where_each_is_by_itself(kind, name, wear):
-    """Also far off their own, beyond their ends, and along a straight line, where nothing says how far along."""
-    moved = Registration(turn_rad=0.02, shift=(1.0, -0.7))
-    points = sampled(name, 0.01, 1.7, wear=wear, moved=moved)
+    """Registration of several profiles together equals that of each profile alone.
+
+    The points are also far off the profiles, beyond their ends, and along a straight line, where nothing says how far
+    along.
+    """
+    displacement = Registration(turn_rad=0.02, shift=(1.0, -0.7))
+    points = sampled(name, 0.01, 1.7, wear=wear, registration=displacement)
     lines = [load(one) for one in names(kind)]
     begin = [Registration(shift=first_shift(one, points)) for one in lines]
     for steps in (1, 6):
         together, usuals, _ = register_all(Lines.of(*lines), points, begin, steps=steps)
-        for one, begun, found, usual in zip(lines, begin, together, usuals, strict=True):
+        for one, begun, registration, usual in zip(lines, begin, together, usuals, strict=True):
             (alone,), (usual_alone,), _ = register_all(Lines.of(one), points, [begun], steps=steps)
-            assert found.turn_rad == pytest.approx(alone.turn_rad, abs=1e-9)
-            assert found.shift == pytest.approx(alone.shift, abs=1e-9)
+            assert registration.turn_rad == pytest.approx(alone.turn_rad, abs=1e-9)
+            assert registration.shift == pytest.approx(alone.shift, abs=1e-9)
             assert usual == pytest.approx(usual_alone, abs=1e-9)
     # registered, on a part that some lines do not reach to
     feet = _foot_points(Lines.of(*lines), _to_references(together, points))
     assert not feet.inside.all()
     for number, (line, registered) in enumerate(zip(lines, together, strict=True)):
         alone = foot_points(line, registered.to_reference(points))
-        here = feet.of(number)
-        assert np.array_equal(here.inside, alone.inside)
-        for was, now in ((alone.s_mm, here.s_mm), (alone.off_mm, here.off_mm), (alone.points, here.points)):
+        registration_feet = feet.of(number)
+        assert np.array_equal(registration_feet.inside, alone.inside)
+        for was, now in (
+            (alone.s_mm, registration_feet.s_mm),
+            (alone.off_mm, registration_feet.off_mm),
+            (alone.points, registration_feet.points),
+        ):
             assert np.abs(now - was)[alone.inside].max() < 1e-9
 
 
-@pytest.mark.parametrize("turned", [False, True])
-def test_two_drawings_of_one_profile_are_told_in_the_order_of_the_library(turned):
+@pytest.mark.parametrize("is_turned", [False, True])
+def test_two_drawings_of_one_profile_are_told_in_the_order_of_the_library(is_turned):
     """Both are as near, but for rounding."""
-    points = sampled("S1002", 0.01, seed=int(turned), moved=Registration(turn_rad=0.01 * turned))
+    points = sampled("S1002", 0.01, seed=int(is_turned), registration=Registration(turn_rad=0.01 * is_turned))
     points = points[points[:, 0] < 30.0]
-    both = [one for one in nearest(points, "wheel") if one.name in ("S1002", "MBench_S1002")]
-    assert [one.name for one in both] == ["MBench_S1002", "S1002"]
-    assert both[0].usual_mm == pytest.approx(both[1].usual_mm, abs=1e-9)
+    drawings = [candidate for candidate in nearest(points, "wheel") if candidate.name in ("S1002", "MBench_S1002")]
+    assert [candidate.name for candidate in drawings] == ["MBench_S1002", "S1002"]
+    assert drawings[0].usual_mm == pytest.approx(drawings[1].usual_mm, abs=1e-9)
 
 
 def test_the_way_back_is_the_way_back():
@@ -138,21 +146,21 @@ def test_the_way_back_is_the_way_back():
 @pytest.mark.parametrize("name", ["60E1", "54E1", "49E1", "60E2", "46E1", "S1002"])
 def test_a_noisy_profile_is_recognised(name):
     kind = load(name).kind
-    found = nearest(sampled(name, 0.01), kind)
+    candidates = nearest(sampled(name, 0.01), kind)
     # the benchmark's wheel is the S1002 without its chamfer
-    assert found[0].name in (name, f"MBench_{name}")
-    assert found[0].usual_mm == pytest.approx(0.01, rel=0.25)
+    assert candidates[0].name in (name, f"MBench_{name}")
+    assert candidates[0].usual_mm == pytest.approx(0.01, rel=0.25)
 
 
 def test_a_worn_rail_is_its_rail_and_its_wear():
     points = sampled("60E1", 0.01, wear=corner_wear)
     assert nearest(points, "rail")[0].name == "60E1"
-    made = read(points).measured
-    assert made.nominal == "60E1"
-    told = nearest_text(nearest(points, "rail"), "54E1")
-    assert "nearest library profile over the whole line: 60E1" in told
+    measured = read(points).measured
+    assert measured.nominal == "60E1"
+    text = nearest_text(nearest(points, "rail"), "54E1")
+    assert "nearest library profile over the whole line: 60E1" in text
     # another one than it is smoothed from is no riddle
-    assert told.endswith("; what is smoothed is the deviation from 54E1")
+    assert text.endswith("; what is smoothed is the deviation from 54E1")
     assert "smoothed" not in nearest_text(nearest(points, "rail"), "60E1")
     # of points that lie on it no rounding is told
     assert "all points are within 0.001 mm of it" in nearest_text(nearest(sampled("60E1", 0.0), "rail"))
@@ -176,7 +184,8 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
 )
 def test_a_profile_that_points_are_too_far_off_is_not_theirs(planted, nominal, monkeypatch):
     monkeypatch.setattr(
-        "fecontact.profiles.recognition.nearest", lambda *given: [replace(one, **planted) for one in nearest(*given)]
+        "fecontact.profiles.recognition.nearest",
+        lambda *arguments: [replace(candidate, **planted) for candidate in nearest(*arguments)],
     )
     assert read(sampled("60E1", 0.01, wear=corner_wear)).measured.nominal == nominal
 
@@ -184,15 +193,15 @@ def test_a_profile_that_points_are_too_far_off_is_not_theirs(planted, nominal, m
 @pytest.mark.slow
 def test_what_is_taken_for_granted_of_a_measured_rail_is_said_with_the_way_back():
     def notes(turn_rad, **reading):
-        line = read(sampled("60E1", 0.01, moved=Registration(turn_rad=turn_rad)), **reading)
+        line = read(sampled("60E1", 0.01, registration=Registration(turn_rad=turn_rad)), **reading)
         return " ".join(line.notes)
 
-    kept = "where the curvature of 60E1 jumps, the curvature of the rail is taken to jump too: --rail-nominal none"
-    assert kept in notes(0.0)
-    assert kept not in notes(0.0, nominal="none")
-    for turn_rad, asked in ((0.0, ""), (0.01, ""), (0.025, "1:40"), (-0.0245, "1:40"), (0.05, "1:20")):
-        assert ("canted in the file already? Then give --inclination none" in notes(turn_rad)) == bool(asked)
-        assert f"near {asked}:" in notes(turn_rad) or not asked
+    jump_note = "where the curvature of 60E1 jumps, the curvature of the rail is taken to jump too: --rail-nominal none"
+    assert jump_note in notes(0.0)
+    assert jump_note not in notes(0.0, nominal="none")
+    for turn_rad, cant in ((0.0, ""), (0.01, ""), (0.025, "1:40"), (-0.0245, "1:40"), (0.05, "1:20")):
+        assert ("canted in the file already? Then give --inclination none" in notes(turn_rad)) == bool(cant)
+        assert f"near {cant}:" in notes(turn_rad) or not cant
 
 
 def test_points_of_no_rail_have_no_nominal():
@@ -210,26 +219,29 @@ def test_points_of_no_rail_have_no_nominal():
 def test_a_deviation_is_told_across_the_line_as_the_nearest_profile_is():
     """Worn over a flat, where points slide along the line to where they come from."""
     worn = read(sampled("60E1", 0.005, step_mm=0.25, wear=lambda y: 0.4 * np.exp(-(((y + 20.0) / 12.0) ** 2))))
-    (note,) = [one for one in worn.notes if "its deviation from 60E1" in one]
-    told = float(re.search(r"at most (\S+) mm across it", note)[1])
+    (note,) = [text for text in worn.notes if "its deviation from 60E1" in text]
+    deviation_mm = float(re.search(r"at most (\S+) mm across it", note)[1])
     (same,) = nearest(worn.points, "rail", ("60E1",))
     # two digits of it are told
-    assert told == pytest.approx(same.farthest_mm, rel=0.06)
+    assert deviation_mm == pytest.approx(same.farthest_mm, rel=0.06)
 
 
 def test_points_that_tell_nothing_of_the_line_are_counted():
-    """One of two that nearly coincide, and those beyond the end of the profile that the line is held against."""
+    """Points without information are left out and counted.
+
+    These are a point that nearly coincides with another, and points beyond the end of the nominal profile.
+    """
     points = sampled("60E1", 0.005)
     doubled = np.insert(
         points, range(40, 140, 10), points[40:140:10] + 0.01 * np.sign(np.diff(points, axis=0)[40:140:10]), axis=0
     )
     assert not any("left out" in note for note in read(points).notes)
-    made = read(doubled)
-    (note,) = [one for one in made.notes if "left out" in one]
+    profile = read(doubled)
+    (note,) = [text for text in profile.notes if "left out" in text]
     assert note == f"of {len(doubled)} points left out: 10 that nearly repeat the one before"
-    assert f"smoothed from {len(points)} points" in " ".join(made.notes)
+    assert f"smoothed from {len(points)} points" in " ".join(profile.notes)
     further = points[-1] + np.arange(1, 6)[:, None] * (points[-1] - points[-2])
-    (note,) = [one for one in read(np.vstack((points, further))).notes if "left out" in one]
+    (note,) = [text for text in read(np.vstack((points, further))).notes if "left out" in text]
     assert re.fullmatch(rf"of {len(points) + 5} points left out: [567] beyond the ends of 60E1", note)
 
 
@@ -249,15 +261,18 @@ def test_half_of_a_wave_of_the_width_is_left(wave_mm):
 
 @pytest.mark.parametrize("filter_mm", [1.0, 8.0, 30.0])
 def test_the_smoothing_spline_is_that_of_scipy(filter_mm):
-    """Uneven points, each counting for the line beside it; scipy's own equations keep ten digits here."""
+    """Uneven points, each with the weight of the line beside it.
+
+    The equations of scipy keep ten digits here.
+    """
     rng = np.random.default_rng(4)
     s = np.cumsum(rng.uniform(0.5, 1.3, 150))
     values = np.column_stack((s, 20.0 * np.sin(s / 30.0))) + rng.normal(0.0, 0.01, (150, 2))
     weights = 0.5 * (np.diff(s, append=s[-1]) + np.diff(s, prepend=s[0]))
     expected = make_smoothing_spline(s, values, w=weights, lam=(filter_mm / math.tau) ** 4)
-    found, places = smoothed_by(s, values, filter_mm), np.linspace(s[0] - 0.5, s[-1] + 0.5, 1000)
+    smoothed, places = smoothed_by(s, values, filter_mm), np.linspace(s[0] - 0.5, s[-1] + 0.5, 1000)
     for order, tolerance in ((0, 1e-9), (1, 1e-10), (2, 1e-11)):
-        assert found(places, order) == pytest.approx(expected(places, order), rel=0.0, abs=tolerance)
+        assert smoothed(places, order) == pytest.approx(expected(places, order), rel=0.0, abs=tolerance)
 
 
 def test_a_straight_line_stays_where_it_is_over_the_longest_waves():
@@ -270,16 +285,19 @@ def test_a_straight_line_stays_where_it_is_over_the_longest_waves():
 @pytest.mark.parametrize("noise_mm", [0.002, 0.01, 0.02])
 @pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5])
 def test_the_noise_is_told_from_the_points(noise_mm, step_mm):
-    found = [noise_of(sampled("60E1", noise_mm, step_mm, seed)) for seed in range(8)]
-    assert np.mean(found) == pytest.approx(noise_mm, rel=0.1)
+    noises = [noise_of(sampled("60E1", noise_mm, step_mm, seed)) for seed in range(8)]
+    assert np.mean(noises) == pytest.approx(noise_mm, rel=0.1)
 
 
 def test_the_stated_curvature_noise_is_the_one_that_arises():
-    """With one width, over seeds: the standard deviation of the curvature half way along the top of the head."""
+    """Standard deviation over seeds of the curvature half way along the top of the head.
+
+    All seeds use a single filter width.
+    """
     lines = [read(sampled("60E1", 0.01, seed=seed), filter_mm=15.0, nominal="60E1") for seed in range(40)]
     arisen = np.std([line.curvature(3.0) for line in lines])
-    made = lines[0].measured
-    stated = np.interp(3.0, made.points[:, 0], made.curvature_noise_per_mm)
+    measured = lines[0].measured
+    stated = np.interp(3.0, measured.points[:, 0], measured.curvature_noise_per_mm)
     # forty values know their scatter to 11 %, and so do the draws
     assert arisen == pytest.approx(stated, rel=0.35)
 
@@ -299,61 +317,68 @@ def test_derivatives_of_a_smoothed_line_are_those_of_its_points():
     u = np.linspace(0.3, len(line.segments) - 0.3, 400)
     u = u[np.abs(u - np.round(u)) > 1e-2]
     h = 1e-5
-    low, here, high = (line.evaluate(u + d) for d in (-h, 0.0, h))
+    low, middle, high = (line.evaluate(u + d) for d in (-h, 0.0, h))
     for name in ("y", "z"):
         first = (getattr(high, name) - getattr(low, name)) / (2 * h)
-        assert getattr(here, f"d{name}") == pytest.approx(first, rel=1e-5, abs=1e-4)
+        assert getattr(middle, f"d{name}") == pytest.approx(first, rel=1e-5, abs=1e-4)
         second = (getattr(high, f"d{name}") - getattr(low, f"d{name}")) / (2 * h)
-        assert getattr(here, f"dd{name}") == pytest.approx(second, rel=1e-4, abs=2e-3)
+        assert getattr(middle, f"dd{name}") == pytest.approx(second, rel=1e-4, abs=2e-3)
 
 
 def test_the_deviation_from_the_nominal_scales():
     line = read(sampled("60E1", 0.005, wear=corner_wear), nominal="60E1")
     y = np.linspace(-20.0, 20.0, 81)
-    none, half, whole = (scaled(line, part).height(y) for part in (0.0, 0.5, 1.0))
-    assert whole == pytest.approx(line.height(y), abs=1e-12)
+    without_deviation, half, with_deviation = (scaled(line, fraction).height(y) for fraction in (0.0, 0.5, 1.0))
+    assert with_deviation == pytest.approx(line.height(y), abs=1e-12)
     # a displacement across the line: its height is linear in it to the square of 0.6 mm over the radii of 80 mm
-    assert half == pytest.approx(0.5 * (none + whole), abs=1e-3)
-    moved = line.measured.held.registration
-    assert foot_points(load("60E1"), moved.to_reference(np.column_stack((y, none)))).off_mm == pytest.approx(
-        0.0, abs=1e-9
-    )
+    assert half == pytest.approx(0.5 * (without_deviation + with_deviation), abs=1e-3)
+    registration = line.measured.held.registration
+    assert foot_points(
+        load("60E1"), registration.to_reference(np.column_stack((y, without_deviation)))
+    ).off_mm == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match="not known by its deviation"):
         scaled(load("60E1"), 0.5)
 
 
 @pytest.mark.parametrize("spacing_mm", [0.5, 2.0])
 def test_three_points_are_bent_as_their_one_second_difference_says(spacing_mm):
-    """min |u - v|^2 + (w / 2 pi)^4 (D u)^2 with D = (1, -2, 1) / h^2: one number is left of the smoothing."""
+    """Smoothing of three points has a single unknown.
+
+    min |u - v|^2 + (w / 2 pi)^4 (D u)^2 with D = (1, -2, 1) / h^2.
+    """
     width, v = 3.0, np.array([0.0, 0.4, 0.1])
     values = np.column_stack((np.zeros(3), v))
-    found = least_bending(spacing_mm * np.arange(3.0), values, np.tile([0.0, 1.0], (3, 1)), width)
+    smoothed = least_bending(spacing_mm * np.arange(3.0), values, np.tile([0.0, 1.0], (3, 1)), width)
     bent = np.array([1.0, -2.0, 1.0]) / spacing_mm**2
     much = (width / (2.0 * math.pi)) ** 4
-    np.testing.assert_allclose(found[:, 1], v - bent * (much * bent @ v / (1.0 + much * bent @ bent)), atol=1e-9)
+    np.testing.assert_allclose(smoothed[:, 1], v - bent * (much * bent @ v / (1.0 + much * bent @ bent)), atol=1e-9)
 
 
 def test_a_parabola_is_as_long_as_its_closed_form():
     """z = y^2 / 2 from 0 to 2: (y sqrt(1 + y^2) + asinh y) / 2."""
-    wanted = 0.5 * (2.0 * math.sqrt(5.0) + math.asinh(2.0))
-    assert _length(Polynomial(coefficients=(0.0, 0.0, 0.5), y_from=0.0, y_to=2.0)) == pytest.approx(wanted, rel=1e-12)
+    closed_form = 0.5 * (2.0 * math.sqrt(5.0) + math.asinh(2.0))
+    assert _length(Polynomial(coefficients=(0.0, 0.0, 0.5), y_from=0.0, y_to=2.0)) == pytest.approx(
+        closed_form, rel=1e-12
+    )
 
 
 def test_smoothed_profiles_are_equal_by_their_points():
     def profile(points):
-        made = SimpleNamespace(filter_mm=4.0, nominal="", noise_mm=0.01, points=np.array(points), s_mm=np.arange(2.0))
-        return _ByContent(SimpleNamespace(kind="rail", name="one", measured=made))
+        measured = SimpleNamespace(
+            filter_mm=4.0, nominal="", noise_mm=0.01, points=np.array(points), s_mm=np.arange(2.0)
+        )
+        return _ByContent(SimpleNamespace(kind="rail", name="one", measured=measured))
 
-    one = profile([1.0, 2.0])
-    assert one == profile([1.0, 2.0])
-    assert one != profile([1.0, 2.5])
-    assert one != "one"
+    reference = profile([1.0, 2.0])
+    assert reference == profile([1.0, 2.0])
+    assert reference != profile([1.0, 2.5])
+    assert reference != "one"
 
 
 @pytest.mark.parametrize("cant", [20, 30, 40])
 def test_a_rail_that_lies_canted_in_its_file_is_asked_for(cant):
-    held = SimpleNamespace(registration=SimpleNamespace(turn_rad=-1.0 / cant))
-    (*_, said) = _choices(SimpleNamespace(nominal="60E1", held=held), "rail")
+    nominal_held = SimpleNamespace(registration=SimpleNamespace(turn_rad=-1.0 / cant))
+    (*_, said) = _choices(SimpleNamespace(nominal="60E1", held=nominal_held), "rail")
     assert f"near 1:{cant}: is the rail canted" in said
 
 
@@ -375,18 +400,18 @@ def test_what_a_head_has_lost_of_its_field_side_counts_beside_its_gauge_side(gau
 
 def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     case = Case(lateral_shift_mm=3.0, roll="given")
-    seen = preview(case)
+    previewed = preview(case)
     _, expected = expect_on_half_space(case, place_case(case))
-    assert seen.expected.semi_axis_x_mm == expected.semi_axis_x_mm
-    assert seen.hertz_uncertainty is None
-    assert seen.lines_seconds == 0.0
+    assert previewed.expected.semi_axis_x_mm == expected.semi_axis_x_mm
+    assert previewed.hertz_uncertainty is None
+    assert previewed.lines_seconds == 0.0
     # the mesh of this case has 11,838 and 17,448 unknowns
-    assert seen.degrees_of_freedom == pytest.approx(29_286, rel=0.1)
-    text = "\n".join(preview_lines(seen))
+    assert previewed.degrees_of_freedom == pytest.approx(29_286, rel=0.1)
+    text = "\n".join(preview_lines(previewed))
     assert "curvature junctions below it: rail at +2.35 mm" in text
-    record = json.loads(json.dumps(preview_record(seen)))
+    record = json.loads(json.dumps(preview_record(previewed)))
     assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)
-    assert preview_figure(seen, tmp_path / "seen.png").stat().st_size > 10_000
+    assert preview_figure(previewed, tmp_path / "seen.png").stat().st_size > 10_000
     assert "vertical scale exaggerated" in (tmp_path / "seen.svg").read_text("utf-8")
 
 
@@ -398,16 +423,16 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert "the measured profiles leave ±" in out
     assert (tmp_path / "seen.png").exists()
     # the contact is found on each line that the points allow, some eight
-    seen = preview(Case(rail="mine.csv", lateral_shift_mm=-4.0))
-    assert 2.0 < seen.lines_seconds < 8.0
-    assert seen.cpu_seconds > preview(Case(lateral_shift_mm=-4.0)).cpu_seconds + 2.0
+    previewed = preview(Case(rail="mine.csv", lateral_shift_mm=-4.0))
+    assert 2.0 < previewed.lines_seconds < 8.0
+    assert previewed.cpu_seconds > preview(Case(lateral_shift_mm=-4.0)).cpu_seconds + 2.0
     assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     # which body a note is about
     assert record["notes"]
     assert all(note.startswith("rail: ") for note in record["notes"])
-    part = record["uncertainty_of_profile"]
-    assert 0.0 < part["p_max_MPa"] < 0.05
+    profile_part = record["uncertainty_of_profile"]
+    assert 0.0 < profile_part["p_max_MPa"] < 0.05
     assert call(["profiles", "mine.csv", "--kind", "rail", "--write", "again.csv", "--out", "mine.png"]) == 0
     out = capsys.readouterr().out
     assert "nearest library profile over the whole line: 60E1" in out
@@ -418,8 +443,8 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert (profile["smoothed"]["nominal"], profile["nearest"][0]["name"]) == ("60E1", "60E1")
     # the scatter that was planted, and the junctions of 60E1 between arcs of 300, 80 and 13 mm
     assert profile["smoothed"]["noise_mm"] == pytest.approx(0.01, rel=0.25)
-    assert [one["y_mm"] for one in profile["junctions"]] == pytest.approx(
-        [one.y_mm for one in load("60E1").junctions], abs=0.05
+    assert [junction["y_mm"] for junction in profile["junctions"]] == pytest.approx(
+        [junction.y_mm for junction in load("60E1").junctions], abs=0.05
     )
     assert call(["profiles", "again.csv", "--kind", "rail"]) == 0
     (tmp_path / "mine.prr").write_text(simpack(*sampled("60E1", 0.01).T), "utf-8")
@@ -428,48 +453,50 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
 
 
 def test_the_labels_of_the_picture_of_a_measured_line_are_apart(monkeypatch):
-    drawn = []
-    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: drawn.append(figure))
+    figures = []
+    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: figures.append(figure))
     line = read(sampled("60E1", 0.01))
     assert isinstance(line, Profile)
     profile_figure(line, "line.png")
-    drawn[0].canvas.draw()
-    ends = [ax.yaxis.label.get_window_extent() for ax in drawn[0].axes]
-    assert all(above.y0 > below.y1 for above, below in pairwise(ends))
+    figures[0].canvas.draw()
+    ends = [ax.yaxis.label.get_window_extent() for ax in figures[0].axes]
+    assert all(upper.y0 > lower.y1 for upper, lower in pairwise(ends))
     assert ends[-1].y0 > 0.0
 
 
 def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypatch):
-    """In the pictures of a line that is smoothed, of one that is not, and of the pair in position."""
-    drawn = []
-    monkeypatch.setattr("fecontact.outputs.figures.position.save_figure", lambda figure, path: drawn.append(figure))
-    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: drawn.append(figure))
+    """Marks in the pictures of a smoothed line, of an exact line, and of the pair in position."""
+    figures = []
+    monkeypatch.setattr("fecontact.outputs.figures.position.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: figures.append(figure))
     points = sampled("60E1", 0.01)
     points[200, 1] += 0.15
     line = read(points, repair=True)
-    assert [(one.what, one.index) for one in line.problems] == [("spike", 200)]
+    assert [(problem.what, problem.index) for problem in line.problems] == [("spike", 200)]
     exact = sampled("60E1", step_mm=0.5)
     exact[80, 1] += 0.002
     as_is = read(exact, repair=True)
     path = tmp_path / "rail.txt"
     np.savetxt(path, exact, fmt="%.9f")
-    seen = preview(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0, roll="given"))
+    previewed = preview(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0, roll="given"))
     profile_figure(line, tmp_path / "a.png")
     profile_figure(as_is, tmp_path / "b.png")
-    preview_figure(seen, tmp_path / "c.png")
-    for figure, (y, z) in zip(drawn, (points[200], exact[80], seen.placement.rail.point(*exact[80])), strict=True):
+    preview_figure(previewed, tmp_path / "c.png")
+    for figure, (y, z) in zip(
+        figures, (points[200], exact[80], previewed.placement.rail.point(*exact[80])), strict=True
+    ):
         ax = figure.axes[0]
-        (mark,) = [one for one in ax.lines if str(one.get_label()).startswith("left out")]
+        (mark,) = [artist for artist in ax.lines if str(artist.get_label()).startswith("left out")]
         assert mark.get_label() == "left out: spike (1)"
         assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((y, z), abs=1e-6)
         assert "left out: spike (1)" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
 def test_a_profile_without_problems_has_no_marks(monkeypatch):
-    drawn = []
-    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: drawn.append(figure))
+    figures = []
+    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: figures.append(figure))
     profile_figure(load("60E1"), "none.png")
-    assert drawn[0].axes[0].get_legend() is None
+    assert figures[0].axes[0].get_legend() is None
 
 
 def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
@@ -482,12 +509,12 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
         track=Track(rail_crown_y_mm=750.0),
     )  # fmt: skip
     hollow = replace(place_case(case).first.curvature, yy_per_mm=-1.0)
-    placed = place_case(case)
-    placed = replace(placed, touch_points=(replace(placed.first, curvatures=(hollow,)),))
+    placement = place_case(case)
+    placement = replace(placement, touch_points=(replace(placement.first, curvatures=(hollow,)),))
     with pytest.raises(
         InputError, match="the line of noisy goes through its points as they are: give --rail-filter-mm or"
     ):
-        hertz_of_case(case, placed)
+        hertz_of_case(case, placement)
 
 
 @pytest.mark.parametrize("place", [0, 2, 4])

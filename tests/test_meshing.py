@@ -80,19 +80,19 @@ def placed(rail: str, wheel: str, shift: float, yaw: float = 0.0) -> Placement:
     )
 
 
-_made: dict[str, tuple[Placement, FineZone, dict[str, BodyMesh]]] = {}
+_positions: dict[str, tuple[Placement, FineZone, dict[str, BodyMesh]]] = {}
 
 
-def made(key: str) -> tuple[Placement, FineZone, dict[str, BodyMesh]]:
-    if key not in _made:
+def position_meshes(key: str) -> tuple[Placement, FineZone, dict[str, BodyMesh]]:
+    if key not in _positions:
         rail, wheel, shift, zone = POSITIONS[key]
         pair = placed(rail, wheel, shift)
         meshes = {
             "rail": rail_mesh(pair, zone, half=True, size=BodySize()),
             "wheel": wheel_mesh(pair, zone, half=True, size=BodySize()),
         }
-        _made[key] = pair, zone, meshes
-    return _made[key]
+        _positions[key] = pair, zone, meshes
+    return _positions[key]
 
 
 def full_pair() -> tuple[Placement, dict[str, BodyMesh]]:
@@ -126,13 +126,13 @@ def area_vectors_and_volume(mesh: BodyMesh) -> tuple[np.ndarray, float]:
 
 def face_counts(mesh: BodyMesh) -> Counter[tuple[int, ...]]:
     faces = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
-    every = np.sort(mesh.hexes[:, faces].reshape(-1, 4), axis=1)
-    return Counter(map(tuple, every.tolist()))
+    all_faces = np.sort(mesh.hexes[:, faces].reshape(-1, 4), axis=1)
+    return Counter(map(tuple, all_faces.tolist()))
 
 
 @pytest.mark.parametrize(("key", "name"), EACH)
 def test_cells_are_valid_hexahedra(key, name):
-    mesh = made(key)[2][name]
+    mesh = position_meshes(key)[2][name]
     assert mesh.hexes.shape[1] == 8
     # no collapsed hexahedra: prisms and pyramids would be written with repeated nodes
     assert all(len(set(cell)) == 8 for cell in mesh.hexes[::17].tolist())
@@ -146,21 +146,21 @@ def test_cells_are_valid_hexahedra(key, name):
 
 @pytest.mark.parametrize(("key", "name"), EACH)
 def test_named_surfaces_partition_the_boundary(key, name):
-    mesh = made(key)[2][name]
+    mesh = position_meshes(key)[2][name]
     counts = face_counts(mesh)
     assert set(counts.values()) == {1, 2}
     boundary = {face for face, count in counts.items() if count == 1}
-    named = np.sort(np.vstack(list(mesh.surfaces.values())), axis=1)
-    assert len(named) == len(boundary)
-    assert {tuple(face) for face in named.tolist()} == boundary
-    wanted = {"contact", "free", "end", "symmetry", "fixed" if name == "rail" else "driven"}
-    assert set(mesh.surfaces) == wanted
+    named_faces = np.sort(np.vstack(list(mesh.surfaces.values())), axis=1)
+    assert len(named_faces) == len(boundary)
+    assert {tuple(face) for face in named_faces.tolist()} == boundary
+    surface_names = {"contact", "free", "end", "symmetry", "fixed" if name == "rail" else "driven"}
+    assert set(mesh.surfaces) == surface_names
     assert all(len(quads) > 0 for quads in mesh.surfaces.values())
 
 
 @pytest.mark.parametrize(("key", "name"), EACH)
 def test_normals_point_outwards(key, name):
-    mesh = made(key)[2][name]
+    mesh = position_meshes(key)[2][name]
     area, volume = area_vectors_and_volume(mesh)
     total = sum(float(np.ptp(mesh.points, axis=0).prod() ** (2 / 3)) for _ in range(6))
     # divergence theorem: exact for bilinear faces, so only rounding is left; a single face turned around shows at once
@@ -171,7 +171,7 @@ def test_normals_point_outwards(key, name):
 
 @pytest.mark.parametrize(("key", "name"), EACH)
 def test_each_surface_lies_where_its_name_says(key, name):
-    pair, _, meshes = made(key)
+    pair, _, meshes = position_meshes(key)
     mesh = meshes[name]
     normals = {surface: surface_normals(mesh, surface) for surface in mesh.surfaces}
     points = {surface: mesh.points[np.unique(quads)] for surface, quads in mesh.surfaces.items()}
@@ -197,7 +197,7 @@ def test_each_surface_lies_where_its_name_says(key, name):
 
 @pytest.mark.parametrize("key", POSITIONS)
 def test_rail_zone_is_a_uniform_grid_on_the_true_profile(key):
-    pair, zone, meshes = made(key)
+    pair, zone, meshes = position_meshes(key)
     mesh = meshes["rail"]
     nodes = mesh.contact_nodes
     assert nodes.shape == (zone.intervals_x + 1, zone.intervals_s + 1)
@@ -212,7 +212,7 @@ def test_rail_zone_is_a_uniform_grid_on_the_true_profile(key):
 
 @pytest.mark.parametrize("key", POSITIONS)
 def test_wheel_zone_lies_on_the_revolved_profile_and_covers_the_rails(key):
-    pair, zone, meshes = made(key)
+    pair, zone, meshes = position_meshes(key)
     mesh, pose = meshes["wheel"], pair.wheel
     nodes = mesh.contact_nodes
     points = mesh.points[nodes]
@@ -234,7 +234,7 @@ def test_wheel_zone_lies_on_the_revolved_profile_and_covers_the_rails(key):
 
 
 def test_wheel_volume_against_pappus():
-    pair, _, meshes = made("circle")
+    pair, _, meshes = position_meshes("circle")
     # ring sector of the cylinder: the chords of the layers lose a little of it, sin(h)/h of the largest step
     mesh = meshes["wheel"]
     theta = np.arctan2(mesh.points[:, 0], pair.wheel.centre_mm[2] - mesh.points[:, 2])
@@ -244,7 +244,7 @@ def test_wheel_volume_against_pappus():
 
 
 def test_rail_volume_against_the_circular_block():
-    mesh = made("circle")[2]["rail"]
+    mesh = position_meshes("circle")[2]["rail"]
     half = math.asin(36.0 / 300.0)
     segment = 300.0**2 * (half - math.sin(half) * math.cos(half))
     edge_depth = 300.0 * (1.0 - math.cos(half))
@@ -265,7 +265,7 @@ def true_area(pair: Placement, closure_low: float) -> float:
 
 @pytest.mark.parametrize("key", ["circle", "head only", "slender"])
 def test_section_area_of_a_head_without_outline(key):
-    pair, _, meshes = made(key)
+    pair, _, meshes = position_meshes(key)
     # elements of up to 9 mm follow the sides; the head's shape matters to the contact by much less than 0.5 %
     assert meshes["rail"].volume_mm3 / 60.0 == pytest.approx(true_area(pair, -60.0), rel=5e-3)
 
@@ -290,7 +290,7 @@ def test_section_area_of_a_rail_with_its_outline():
         width[hit] += np.sign(z0 - z1) * (y0 + (levels[hit] - z0) / (z1 - z0) * (y1 - y0))
     area = float(np.abs(width).sum()) * depth / levels.size
     # 0.5 % is what the head's outline may lose at its fillets; the contact sees 1e-3 of the head's compliance there
-    assert made("crown")[2]["rail"].volume_mm3 / 60.0 == pytest.approx(area, rel=5e-3)
+    assert position_meshes("crown")[2]["rail"].volume_mm3 / 60.0 == pytest.approx(area, rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -314,7 +314,7 @@ def test_the_block_below_a_short_zone_is_as_deep_as_half_of_its_width_asks_for(h
 @pytest.mark.parametrize("key", ["crown", "gauge side"])
 def test_the_memory_that_is_asked_for_first_is_a_lower_bound(key):
     """Of 8 kB a node: on these small zones 7 % of all nodes lie in the two blocks that it counts."""
-    _, zone, meshes = made(key)
+    _, zone, meshes = position_meshes(key)
     nodes = sum(len(mesh.points) for mesh in meshes.values())
     assert 0.06 < least_memory_bytes(zone) / (8e3 * nodes) < 0.08
 
@@ -370,9 +370,9 @@ def test_a_section_is_meshed_alike_by_all_processors(low):
 
     first = meshed(0.0)
     for off in (-1e-12, 1e-12, 3e-12):
-        other = meshed(off)
-        np.testing.assert_array_equal(other.quads, first.quads)
-        np.testing.assert_allclose(other.points, first.points, atol=1e-11)
+        rounded = meshed(off)
+        np.testing.assert_array_equal(rounded.quads, first.quads)
+        np.testing.assert_allclose(rounded.points, first.points, atol=1e-11)
 
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -412,9 +412,9 @@ def test_nodes_along_a_polyline_have_its_corners_and_steps_that_grow_from_its_en
     assert [count % 2 for count in np.diff([0, *corners, len(nodes) - 1])] == [0, 0, 0]
     steps = np.hypot(*np.diff(nodes, axis=0).T)
     # they grow from either end on, each by the same part
-    for grown in (steps[1:4] / steps[:3], steps[-4:-1] / steps[-3:]):
-        assert 1.2 < grown[0] < 1.5
-        np.testing.assert_allclose(grown, grown[0], rtol=5e-3)
+    for growth in (steps[1:4] / steps[:3], steps[-4:-1] / steps[-3:]):
+        assert 1.2 < growth[0] < 1.5
+        np.testing.assert_allclose(growth, growth[0], rtol=5e-3)
     assert steps[[0, -1]] == pytest.approx((0.5, 2.0), rel=0.3)
 
 
@@ -435,7 +435,7 @@ def test_full_model_of_a_yawed_pair():
 
 
 def test_full_model_is_twice_the_half():
-    pair, zone, meshes = made("gauge side")
+    pair, zone, meshes = position_meshes("gauge side")
     for name, maker in (("rail", rail_mesh), ("wheel", wheel_mesh)):
         half = meshes[name]
         full = maker(pair, zone, half=False, size=BodySize())
@@ -454,8 +454,8 @@ def test_full_model_is_twice_the_half():
 _HASH = """
 import hashlib, sys
 sys.path.insert(0, "tests")
-from test_meshing import made
-for mesh in made("gauge side")[2].values():
+from test_meshing import position_meshes
+for mesh in position_meshes("gauge side")[2].values():
     digest = hashlib.sha256(mesh.points.tobytes() + mesh.hexes.tobytes())
     for name in sorted(mesh.surfaces):
         digest.update(mesh.surfaces[name].tobytes())
@@ -505,7 +505,7 @@ def test_impossible_depth_is_refused(rail, depth, message):
 
 @pytest.mark.parametrize("depth", [40.0, 80.0, 140.0])
 def test_other_depths_of_a_rail_with_its_outline(depth):
-    pair = made("crown")[0]
+    pair = position_meshes("crown")[0]
     # head, web and foot: the mesh checks itself (volume, Jacobians); the cut must be one straight edge
     mesh = rail_mesh(pair, ZONE, half=True, size=BodySize(rail_depth_mm=depth))
     area, volume = area_vectors_and_volume(mesh)
@@ -552,17 +552,20 @@ def test_reference_meshes_can_be_read(name):
 
     mesh = meshio.read(Path(__file__).parents[1] / "meshes" / f"{name}.msh")
     body = name.partition("_")[0]
-    held = {"rail": "fixed", "wheel": "driven"}[body]
-    assert set(mesh.field_data) == {"contact", held, "free", "end", "symmetry", body}
+    held_surface = {"rail": "fixed", "wheel": "driven"}[body]
+    assert set(mesh.field_data) == {"contact", held_surface, "free", "end", "symmetry", body}
     assert {block.type for block in mesh.cells} == {"quad", "hexahedron"}
     # no node is left over, and none is missing
-    used = np.unique(np.concatenate([block.data.ravel() for block in mesh.cells if block.type == "hexahedron"]))
-    assert np.array_equal(used, np.arange(len(mesh.points)))
+    used_nodes = np.unique(np.concatenate([block.data.ravel() for block in mesh.cells if block.type == "hexahedron"]))
+    assert np.array_equal(used_nodes, np.arange(len(mesh.points)))
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the process's signals from /proc")
 def test_gmsh_leaves_broken_pipes_to_python():
-    """gmsh sets SIGPIPE to its default, which would end a study when one of its worker processes dies."""
+    """gmsh sets SIGPIPE to its default.
+
+    With the default a study would end when a worker process dies.
+    """
     rail_mesh(placed("circle:300", "cylinder:460", 0.0), ZONE, half=True, size=BodySize())
     status = Path("/proc/self/status").read_text()
     ignored = int(next(line.split()[1] for line in status.splitlines() if line.startswith("SigIgn")), 16)
@@ -573,10 +576,10 @@ def test_jacobians_at_the_corners_are_those_of_the_shape_functions():
     """Of a hexahedron with no plane face: edges from a corner are twice the derivatives there."""
     points = 0.5 * CORNER_SIGNS + np.random.default_rng(3).uniform(-0.15, 0.15, (8, 3))
     mesh = SimpleNamespace(points=points, hexes=np.arange(8)[None, :])
-    (found,) = corner_jacobians(mesh)
-    wanted = [8.0 * np.linalg.det(points.T @ shape_gradients(*corner)) for corner in CORNER_SIGNS]
-    assert np.ptp(wanted) > 0.3
-    assert found == pytest.approx(wanted, rel=1e-13)
+    (jacobians,) = corner_jacobians(mesh)
+    expected = [8.0 * np.linalg.det(points.T @ shape_gradients(*corner)) for corner in CORNER_SIGNS]
+    assert np.ptp(expected) > 0.3
+    assert jacobians == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("end_mm", [30.0, 60.0, 100.0])

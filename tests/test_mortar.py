@@ -1,4 +1,4 @@
-"""The dual mortar coupling: what it must reproduce exactly, and the contact patch test."""
+"""The dual mortar coupling: exact reproductions, and the contact patch test."""
 
 from dataclasses import replace
 
@@ -113,7 +113,10 @@ def test_master_that_does_not_cover_the_grid_is_refused(missing):
 
 
 def exact_area(quad: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
-    """Area of a convex quadrilateral inside a box by intersecting half-planes about the largest inscribed circle."""
+    """Area of a convex quadrilateral inside a box.
+
+    It is computed by intersecting half-planes about the largest inscribed circle.
+    """
     edges = np.roll(quad, -1, axis=0) - quad
     normals = np.column_stack([edges[:, 1], -edges[:, 0]]) / np.linalg.norm(edges, axis=1)[:, None]
     planes = np.vstack([np.column_stack([normals, -np.sum(normals * quad, axis=1)]), np.zeros((4, 3))])
@@ -192,7 +195,7 @@ def block(name: str, nx: int, ny: int, nz: int, *, graded: float = 0.0, shake: f
     low = [ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]]
     hexes = np.stack([c[..., :-1] for c in low] + [c[..., 1:] for c in low], axis=-1).reshape(-1, 8)
     top, bottom = (np.stack([c[..., k] for c in low], axis=-1).reshape(-1, 4) for k in (-1, 0))
-    contact, held = (top, bottom[:, ::-1]) if name == "rail" else (bottom[:, ::-1], top)
+    contact, held_faces = (top, bottom[:, ::-1]) if name == "rail" else (bottom[:, ::-1], top)
     return BodyMesh(
         name=name,
         points=points.reshape(-1, 3),
@@ -200,7 +203,7 @@ def block(name: str, nx: int, ny: int, nz: int, *, graded: float = 0.0, shake: f
         # no cut planes: a rail's ends would be held across, and the stress no longer be uniaxial
         surfaces={
             "contact": contact,
-            ("fixed" if name == "rail" else "driven"): held,
+            ("fixed" if name == "rail" else "driven"): held_faces,
             "end": np.zeros((0, 4), dtype=np.int64),
         },
         contact_nodes=ids[:, :, -1 if name == "rail" else 0],
@@ -210,16 +213,19 @@ def block(name: str, nx: int, ny: int, nz: int, *, graded: float = 0.0, shake: f
     )
 
 
-def on_rollers(mesh: BodyMesh, material: Material) -> ElasticBody:
-    """The held face may slide in its own plane, so that uniaxial stress is the exact solution for every nu."""
-    held = np.zeros((len(mesh.points), 3), dtype=bool)
+def body_on_rollers(mesh: BodyMesh, material: Material) -> ElasticBody:
+    """Let the held face slide in its plane.
+
+    Uniaxial stress is then the exact solution for every nu.
+    """
+    is_fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     base = np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])
-    held[base, 2] = True
+    is_fixed[base, 2] = True
     corner = base[np.lexsort(mesh.points[base, :2].T)[0]]
     along = base[np.argmax(mesh.points[base, 0] - 0.1 * mesh.points[base, 1])]
-    held[corner, :2] = True
-    held[along, 1] = True
-    free = np.flatnonzero(~held.ravel())
+    is_fixed[corner, :2] = True
+    is_fixed[along, 1] = True
+    free = np.flatnonzero(~is_fixed.ravel())
     factor = splu(stiffness(mesh, material).tocsr()[free][:, free].tocsc())
 
     def solve(forces, tolerance):
@@ -271,7 +277,7 @@ def test_contact_patch_test_on_flat_blocks(clamped, distortion, tolerance):
         bodies = [elastic_body(m, e, choose_solver("auto")) for m, e in zip(meshes, materials, strict=True)]
     else:
         materials = [STEEL, SOFT]
-        bodies = [on_rollers(m, e) for m, e in zip(meshes, materials, strict=True)]
+        bodies = [body_on_rollers(m, e) for m, e in zip(meshes, materials, strict=True)]
     pair = flat_pair(*bodies)
     area = pair.grid.nodal_area_mm2()
     problem = ContactProblem(
@@ -300,8 +306,10 @@ def curved_pair(half: bool) -> tuple[CoupledBodies, np.ndarray, np.ndarray]:
     size = BodySize(rail_depth_mm=30.0, rim_thickness_mm=30.0, half_length_mm=30.0)
     rail = rail_mesh(placement, zone, half=half, size=size)
     # another spacing than the rail's: meshes that match by accident would prove nothing
-    other = FineZone(half_length_mm=9.3, s_low_mm=-7.2, s_high_mm=7.2, step_x_mm=1.15, step_s_mm=0.95, semi_axis_mm=5.0)
-    wheel = wheel_mesh(placement, other, half=half, size=size)
+    other_zone = FineZone(
+        half_length_mm=9.3, s_low_mm=-7.2, s_high_mm=7.2, step_x_mm=1.15, step_s_mm=0.95, semi_axis_mm=5.0
+    )
+    wheel = wheel_mesh(placement, other_zone, half=half, size=size)
     grid = ContactGrid(
         x_mm=np.linspace(0.0 if half else -9.0, 9.0, rail.contact_nodes.shape[0]),
         s_mm=np.linspace(-7.0, 7.0, rail.contact_nodes.shape[1]),
@@ -351,9 +359,9 @@ def test_uniform_pressure_on_the_curved_wheel_gives_consistent_loads(curved):
             area = np.abs(d_r[:, 0] * d_s[:, 1] - d_r[:, 1] * d_s[:, 0])
             np.add.at(consistent, quads[inside], 100.0 * area[:, None] * shape)
     # nodes of which no face is cut by the edge of the zone; 2 x 2 points integrate shape times Jacobian exactly
-    whole = np.setdiff1d(np.unique(quads[inside]), np.unique(quads[~inside]))
-    assert whole.size > 40
-    np.testing.assert_allclose(loads[whole], consistent[whole], rtol=1e-8)
+    inner_nodes = np.setdiff1d(np.unique(quads[inside]), np.unique(quads[~inside]))
+    assert inner_nodes.size > 40
+    np.testing.assert_allclose(loads[inner_nodes], consistent[inner_nodes], rtol=1e-8)
     assert loads.sum() == pytest.approx(100.0 * 9.0 * 14.0, rel=1e-12)
     assert loads.min() > -1e-9 * loads.max()
 
@@ -382,13 +390,16 @@ def test_forces_on_both_bodies_are_opposite(curved):
     # pushed apart: the rail goes down, the wheel up, and what is held stays
     assert u_rail[bodies.rail_nodes, 2].mean() < 0.0 < u_wheel[bodies.wheel_nodes, 2].mean()
     for body, u in ((bodies.rail, u_rail), (bodies.wheel, u_wheel)):
-        held = np.unique(body.mesh.surfaces["fixed" if body.mesh.name == "rail" else "driven"])
-        assert np.all(u[held] == 0.0)
+        held_nodes = np.unique(body.mesh.surfaces["fixed" if body.mesh.name == "rail" else "driven"])
+        assert np.all(u[held_nodes] == 0.0)
         assert np.all(u[np.unique(body.mesh.surfaces["symmetry"]), 0] == 0.0)
 
 
 def test_force_and_moment_are_balanced_on_curved_surfaces():
-    """Between meshes that do not match; what is missing of the moment falls with the gap between their facets."""
+    """Force and moment between meshes that do not match.
+
+    The missing moment decreases with the gap between their facets.
+    """
     bodies, _, _ = curved_pair(half=False)
     grid = bodies.grid
     p = (np.maximum(0.0, 1.0 - (grid.x_mm[:, None] / 6.0) ** 2 - ((grid.s_mm - 1.0) / 4.0) ** 2) ** 0.5).ravel()
@@ -439,8 +450,8 @@ def quadratic_problem(bodies: CoupledBodies) -> ContactProblem:
 
 def test_full_model_gives_the_pressure_of_the_half(curved):
     half, full = curved[0], curved_pair(half=False)[0]
-    one, two = (solve_contact(quadratic_problem(b), 60e3, tolerance=1e-9) for b in (half, full))
-    p, q = one.pressure_MPa.reshape(half.grid.shape), two.pressure_MPa.reshape(full.grid.shape)
+    half_contact, full_contact = (solve_contact(quadratic_problem(b), 60e3, tolerance=1e-9) for b in (half, full))
+    p, q = half_contact.pressure_MPa.reshape(half.grid.shape), full_contact.pressure_MPa.reshape(full.grid.shape)
     # symmetric meshes of the same sections: the same discrete problem
     np.testing.assert_allclose(q[half.grid.shape[0] - 1 :], p, atol=1e-6 * p.max())
     np.testing.assert_allclose(q, q[::-1], atol=1e-6 * p.max())
@@ -449,11 +460,11 @@ def test_full_model_gives_the_pressure_of_the_half(curved):
 
 def test_gap_and_load_scale_together(curved):
     problem = quadratic_problem(curved[0])
-    one = solve_contact(problem, 60e3, tolerance=1e-9)
+    contact = solve_contact(problem, 60e3, tolerance=1e-9)
     # linear compliance: twice the gap under twice the load is twice the pressure on the same patch
     two = solve_contact(replace(problem, gap_mm=2.0 * problem.gap_mm), 120e3, tolerance=1e-9)
-    np.testing.assert_allclose(two.pressure_MPa, 2.0 * one.pressure_MPa, atol=1e-6 * one.pressure_MPa.max())
+    np.testing.assert_allclose(two.pressure_MPa, 2.0 * contact.pressure_MPa, atol=1e-6 * contact.pressure_MPa.max())
     # a constant gap moves the approach and nothing else
     three = solve_contact(replace(problem, gap_mm=problem.gap_mm + 0.2 * problem.closing), 60e3, tolerance=1e-9)
-    np.testing.assert_allclose(three.pressure_MPa, one.pressure_MPa, atol=1e-6 * one.pressure_MPa.max())
-    assert three.approach_mm - one.approach_mm == pytest.approx(0.2, abs=1e-8)
+    np.testing.assert_allclose(three.pressure_MPa, contact.pressure_MPa, atol=1e-6 * contact.pressure_MPa.max())
+    assert three.approach_mm - contact.approach_mm == pytest.approx(0.2, abs=1e-8)

@@ -1,4 +1,4 @@
-"""Several patches: ellipses that share the load, and every lobe by itself, on contacts whose answer is known.
+"""Several patches: ellipses that share the load, and every lobe alone, on contacts with exact answers.
 
 The contacts are those of the true gap on a half-space, which take the place of the finite elements.
 """
@@ -32,7 +32,7 @@ RADIUS, APART = 80.0, 40.0
 
 
 def judged(case, placement, rung):
-    """A load whose finite elements are a half-space, the same on both meshes."""
+    """A load with a half-space as its finite elements, equal on both meshes."""
     return judge_load(on_half_space(case, placement, rung), placement)
 
 
@@ -41,7 +41,7 @@ def judgement_of(load, contact):
 
 
 def two_heads() -> Profile:
-    """Two arcs of one radius with their tops 40 mm apart, and a valley between."""
+    """Two arcs of equal radius with their tops 40 mm apart, and a valley between."""
     half = 0.5 * APART
 
     def arc(top, low, high):
@@ -66,11 +66,11 @@ def test_two_equal_patches_far_apart_are_two_ellipses(two_patches):
     exact = hertz_ellipse(
         0.5 / 460, 0.5 / RADIUS, normal_force_N=0.5 * case.load_N, contact_modulus_MPa=case.contact_modulus_MPa
     )
-    assert [one.p_max_MPa for one in contact.patches] == pytest.approx([exact.p0_MPa] * 2, rel=1e-6)
+    assert [patch.p_max_MPa for patch in contact.patches] == pytest.approx([exact.p0_MPa] * 2, rel=1e-6)
     # along the arcs, between the tops
     arc = 2.0 * RADIUS * math.asin(0.5 * APART / RADIUS)
-    assert sorted(one.centre_mm[1] for one in contact.patches) == pytest.approx([0.0, arc], abs=1e-6)
-    assert sorted(one.touch_point for one in contact.patches) == [0, 1]
+    assert sorted(patch.centre_mm[1] for patch in contact.patches) == pytest.approx([0.0, arc], abs=1e-6)
+    assert sorted(patch.touch_point for patch in contact.patches) == [0, 1]
     assert not contact.overlapping
     # patches of 5 mm by 1.6 mm, 40 mm apart: each lies on the slope that the other one presses into the half-space,
     # which moves it, and bends it by some 1e-3 of its own curvature
@@ -91,9 +91,9 @@ def test_two_equal_patches_far_apart_are_two_ellipses(two_patches):
 def test_a_patch_that_no_ellipse_knows_is_separate_load(two_patches):
     _, _, load = two_patches
     contact = load.judgements[MULTI_HERTZ].approximation
-    one = replace(contact, patches=contact.patches[:1])
-    assert judgement_of(load, one).deviation["separate_load"] == pytest.approx(0.5, abs=2e-3)
-    assert judgement_of(load, one).verdict.answer == "FAILS"
+    single = replace(contact, patches=contact.patches[:1])
+    assert judgement_of(load, single).deviation["separate_load"] == pytest.approx(0.5, abs=2e-3)
+    assert judgement_of(load, single).verdict.answer == "FAILS"
     # and an ellipse where there is none
     x, s = contact.patches[1].centre_mm
     third = replace(contact, patches=(*contact.patches, ellipse(contact.patches[1].hertz, (x, s - 60.0))))
@@ -103,35 +103,37 @@ def test_a_patch_that_no_ellipse_knows_is_separate_load(two_patches):
 def test_one_ellipse_has_one_patch_however_wide_it_is(two_patches):
     case, _, load = two_patches
     contact = load.judgements[MULTI_HERTZ].approximation
-    flat = hertz_ellipse(0.5 / 460, 0.5 / 1e6, normal_force_N=case.load_N, contact_modulus_MPa=case.contact_modulus_MPa)
-    assert flat.extent_y_mm > 4.0 * APART
-    wide = ellipse(flat, contact.patches[0].centre_mm)
+    flat_ellipse = hertz_ellipse(
+        0.5 / 460, 0.5 / 1e6, normal_force_N=case.load_N, contact_modulus_MPa=case.contact_modulus_MPa
+    )
+    assert flat_ellipse.extent_y_mm > 4.0 * APART
+    wide = ellipse(flat_ellipse, contact.patches[0].centre_mm)
     alone = judgement_of(load, replace(contact, patches=(wide,)))
     # as Hertz is judged, who has one ellipse too
     assert alone.deviation["separate_load"] == pytest.approx(load.deviation["separate_load"], abs=1e-12)
     # two of them have both patches
-    both = judgement_of(load, replace(contact, patches=(wide, wide)))
-    assert both.deviation["separate_load"] == 0.0
+    judgement = judgement_of(load, replace(contact, patches=(wide, wide)))
+    assert judgement.deviation["separate_load"] == 0.0
 
 
 def test_each_patch_is_a_contact_of_its_own(two_patches):
     case, placement, load = two_patches
-    found = judge_lobes(load.solved, placement, usable=True)
-    assert [one.separate for one in found] == [True, True]
-    assert sum(one.normal_force_N for one in found) == pytest.approx(case.load_N, rel=1e-3)
-    assert sorted(one.touch_point for one in found) == [0, 1]
-    for one in found:
-        assert one.rail_y_mm == pytest.approx(one.touch.rail_y_mm, abs=0.05)
-        assert one.contact_angle_rad == pytest.approx(0.0, abs=1e-3)
+    lobes = judge_lobes(load.solved, placement, usable=True)
+    assert [lobe.separate for lobe in lobes] == [True, True]
+    assert sum(lobe.normal_force_N for lobe in lobes) == pytest.approx(case.load_N, rel=1e-3)
+    assert sorted(lobe.touch_point for lobe in lobes) == [0, 1]
+    for lobe in lobes:
+        assert lobe.rail_y_mm == pytest.approx(lobe.touch.rail_y_mm, abs=0.05)
+        assert lobe.contact_angle_rad == pytest.approx(0.0, abs=1e-3)
         for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm"):
             # they carry the same force, and are read with nodes at other places
-            assert one.deviation[name] == pytest.approx(0.0, abs=0.006), name
-        assert one.rungs["half_space"] == pytest.approx(one.fe)
-        assert one.verdict.answer == "HOLDS"
-        assert one.hertz.normal_force_N == one.normal_force_N
+            assert lobe.deviation[name] == pytest.approx(0.0, abs=0.006), name
+        assert lobe.rungs["half_space"] == pytest.approx(lobe.fe)
+        assert lobe.verdict.answer == "HOLDS"
+        assert lobe.hertz.normal_force_N == lobe.normal_force_N
         # what is stated of each patch covers it: both carry half of the load
-        assert abs(one.normal_force_N / (0.5 * case.load_N) - 1.0) <= one.fe_uncertainty["normal_force_N"] < 0.02
-        assert all(0.0 < one.fe_uncertainty[name] < 0.01 for name in one.fe)
+        assert abs(lobe.normal_force_N / (0.5 * case.load_N) - 1.0) <= lobe.fe_uncertainty["normal_force_N"] < 0.02
+        assert all(0.0 < lobe.fe_uncertainty[name] < 0.01 for name in lobe.fe)
 
 
 def test_a_single_touch_point_is_one_ellipse_by_both_theories():
@@ -161,7 +163,7 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
 
 @pytest.fixture(scope="module")
 def ellipses(two_patches):
-    """Two ellipses of different sizes that overlap or not, and a contact that is made of them."""
+    """Two ellipses of different sizes, apart or overlapping, and a contact with the sum of their pressures."""
     _, _, load = two_patches
     small, large = (
         hertz_ellipse(0.5 / 460, 0.5 / radius, normal_force_N=force, contact_modulus_MPa=115e3)
@@ -176,19 +178,19 @@ def ellipses(two_patches):
         )
         grid = ContactGrid(x_mm=0.05 * np.arange(120), s_mm=-8.0 + 0.05 * np.arange(440), half=True)
         # the larger of both pressures: their sum has a hump of its own where they overlap
-        each = [replace(contact, patches=(one,)).on(grid) for one in contact.patches]
-        return contact, replace(load.fe, grid=grid, pressure_MPa=np.maximum(*each))
+        pressures = [replace(contact, patches=(patch,)).on(grid) for patch in contact.patches]
+        return contact, replace(load.fe, grid=grid, pressure_MPa=np.maximum(*pressures))
 
     return made
 
 
 def test_measures_of_ellipses_are_what_is_read_off_their_pressures(ellipses):
     contact, rung = ellipses(9.0)
-    read, own = measures_of(rung).as_dict(), measures_of_theory(contact).as_dict()
+    rung_measures, theory_measures = measures_of(rung).as_dict(), measures_of_theory(contact).as_dict()
     for name in MEASURES:
         if name != "approach_mm":
             # readings of exact pressures with 24 nodes on the narrow semi-axis
-            assert read[name] == pytest.approx(own[name], rel=0.005), name
+            assert rung_measures[name] == pytest.approx(theory_measures[name], rel=0.005), name
     assert patch_of(rung).centre_y_mm == pytest.approx(contact.centre_mm[1], abs=2e-3)
     assert patch_of(rung).separate_load == pytest.approx(8.0 / 38.0, abs=1e-3)
 
@@ -198,16 +200,16 @@ def test_lobes_add_up_to_the_whole(ellipses, apart):
     _, rung = ellipses(apart)
     parts, patch = parts_of(rung), patch_of(rung)
     assert len(parts) == 2 == len(patch.lobes)
-    assert sum(part.area_mm2 for part in parts) == pytest.approx(patch.area_mm2, rel=1e-9)
-    whole = float(np.sum(rung.pressure_MPa.ravel() * rung.grid.whole_area_mm2()))
-    assert sum(part.rung.normal_force_N for part in parts) == pytest.approx(whole, rel=1e-12)
-    assert max(measures_of(part.rung).p_max_MPa for part in parts) == pytest.approx(patch.p_max_MPa, rel=1e-12)
-    assert [part.separate for part in parts] == [apart > 6.0] * 2
+    assert sum(lobe.area_mm2 for lobe in parts) == pytest.approx(patch.area_mm2, rel=1e-9)
+    total_N = float(np.sum(rung.pressure_MPa.ravel() * rung.grid.whole_area_mm2()))
+    assert sum(lobe.rung.normal_force_N for lobe in parts) == pytest.approx(total_N, rel=1e-12)
+    assert max(measures_of(lobe.rung).p_max_MPa for lobe in parts) == pytest.approx(patch.p_max_MPa, rel=1e-12)
+    assert [lobe.separate for lobe in parts] == [apart > 6.0] * 2
 
 
 def test_an_area_is_cut_where_it_is_said(ellipses):
     contact, rung = ellipses(9.0)
-    large, small = (one.hertz for one in contact.patches)
+    large, small = (lobe.hertz for lobe in contact.patches)
     half = area_between(rung.pressure, -np.inf, 0.0)
     assert half == pytest.approx(0.5 * large.area_mm2, rel=0.005)
     # nothing lies there
