@@ -1,4 +1,7 @@
-"""The roll that a case has where none is said, and what tables and pictures say of it and of the other wheel."""
+"""The default roll of a case.
+
+Tables and pictures give this roll and the other wheel.
+"""
 
 import importlib.util
 from dataclasses import replace
@@ -65,17 +68,17 @@ def test_every_command_rolls_its_wheelset_unless_a_roll_is_given_or_there_is_non
 
 
 def rolls(doing, command, options, case, monkeypatch, tmp_path):
-    seen = []
+    placements = []
 
     def do(case, *_, **__):
-        seen.append(case)
+        placements.append(case)
         raise InputError("seen")
 
     monkeypatch.setattr(doing, do)
     out = [str(tmp_path / "rail.msh")] if command[-1] == "--out" else []
     assert call([*command, *out, *options]) == 2
-    (made,) = seen
-    assert made == case
+    (roll,) = placements
+    assert roll == case
 
 
 def test_a_roll_of_zero_is_given_in_python_and_in_files_as_well(tmp_path):
@@ -168,6 +171,6 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
         for side in ("left", "right")
         for case in (replace(WHEELSET, lateral_shift_mm=shift, side=side) for shift in (0.0, 3.0))
     ]
-    assert [one.label for one in series(rows)] == ["left", "right"]
+    assert [one_series.label for one_series in series(rows)] == ["left", "right"]
     alone = [input_columns(replace(ALONE, lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
-    assert [one.label for one in series([*rows[:2], *alone])] == ["both wheels touch", "fixed roll"]
+    assert [one_series.label for one_series in series([*rows[:2], *alone])] == ["both wheels touch", "fixed roll"]
