@@ -89,7 +89,7 @@ def check_one_side(result):
     assert answer_of(hertz["deviation"][measure], hertz["uncertainty"][measure], LIMITS[measure]) == answer
     utilisation = max(abs(hertz["deviation"][name]) / limit for name, limit in LIMITS.items())
     assert row["verdict_limit_used"] == record["verdict"]["limit_used"] == pytest.approx(utilisation, rel=1e-12)
-    # the words have the same numbers, and give no reason for a contradiction
+    # the text has these numbers too, and does not contradict itself
     text = decided_text(row, LIMITS)
     assert BY_EACH_LINE not in text
     assert text in verdict_reason(result.load)

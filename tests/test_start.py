@@ -95,7 +95,7 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     err = capsys.readouterr().err
     assert "there is no file 'rail.csv'" in err
     assert "there is no file 'wheel.csv'" in err
-    # a name that can be no file is none of a study
+    # a name that cannot be a file name is refused in a study
     path.write_text('wheel = "S1003"\n')
     assert call(["check", str(path)]) == 2
     assert "mine.toml: there is no profile 'S1003'; did you mean S1002" in capsys.readouterr().err
@@ -106,7 +106,7 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     [
         # two loads of three positions
         ("lateral_shift_mm = [-2, 0, 2]\nload_kN = [50, 100]\n", 3, 3, None),
-        # the third one is none
+        # the third position cannot be placed
         (
             'roll = "given"\nlateral_shift_mm = [0, 2, 9, 10]\nload_kN = [50, 100]\n',
             4,
@@ -384,7 +384,7 @@ def test_a_study_says_what_it_takes_before_it_begins(capsys, monkeypatch, tmp_pa
     for options in ((), ("--part", "1/2"), ("--quiet",)):
         assert call([*command_line, *options]) == 2
         said.append(capsys.readouterr().err.splitlines())
-    # a part does not know what the others do
+    # a part has no information about the other parts
     assert [line for line in said[0] if "about" in line] == [said[0][0]]
     assert re.match(r"2 cases: about \d+ s with 1 worker and 0\.3 GB per worker; up to \d+ s", said[0][0])
     assert said[1:] == [["error: the work begins"]] * 2
@@ -464,7 +464,7 @@ def test_a_log_has_what_was_said_and_how_it_ended(tmp_path, capsys, monkeypatch)
     with pytest.raises(KeyboardInterrupt), logged(path):
         raise KeyboardInterrupt
     out, err = capsys.readouterr()
-    # quiet is only what goes well
+    # `--quiet` is silent only about success
     assert (out, err) == ("here\n", "1 of 2:\n  a: derails\n")
     began = ["INFO", f"fecontact {__version__}: fecontact run 'my study.toml'\n".rstrip()]
     assert log_lines(path) == [
@@ -521,7 +521,7 @@ def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
     assert completed.returncode == 3
     end = completed.stderr.splitlines()
     assert "2 of 2 cases without a usable result:" in end
-    # one reason, told once of both
+    # both have one reason, which is printed once
     (reason,) = [line for line in end if "give roll = 'touching'" in line]
     assert "+1.00mm" in reason
     assert "+1.50mm" in reason

@@ -86,7 +86,7 @@ def test_a_roll_of_zero_is_given_in_python_and_in_files_as_well(tmp_path):
     assert Case(roll_rad=0.0) == ALONE
     (tmp_path / "two.toml").write_text("[[case]]\n[[case]]\nroll_mrad = 0\n")
     assert load_study(tmp_path / "two.toml").cases == (WHEELSET, ALONE)
-    # what else is changed leaves the roll as it is
+    # other changes do not change the roll
     assert replace(Case(), lateral_shift_mm=3.0) == replace(WHEELSET, lateral_shift_mm=3.0)
     assert replace(Case(roll_rad=0.0), lateral_shift_mm=3.0).roll == "given"
     # a roll that nobody asked for goes where one is given; one that was asked for contradicts it
@@ -161,7 +161,7 @@ def test_what_is_said_of_the_rolls_of_a_table():
     assert roll_words_of_rows([{name: str(value) for name, value in under[0].items()}]) == roll_words(loaded)
     assert roll_words_of_rows(under) == "roll of the loaded wheelset"
     assert roll_words_of_rows([*free, *under]) == "rolled until both wheels touch, loaded or not"
-    # of a wheelset that could not be placed nothing is known
+    # a wheelset that could not be placed has no values
     assert roll_words_of_rows([{"roll": "touching", "roll_mrad": None}, {}]) == ""
 
 

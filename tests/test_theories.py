@@ -140,7 +140,7 @@ def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
     alone = judge_load(*two, theories=(HERTZ,))
     assert list(alone.judgements) == [HERTZ]
     assert (alone.without, alone.lobes, alone.features) == ({}, (), {})
-    # and what it says of Hertz is the same
+    # and its statement about Hertz does not change
     record, of_all = load_record(alone), load_record(judged_by_all)
     assert record["theories"] == {HERTZ: of_all["theories"][HERTZ]}
     same = ("verdict", "fe", "elements", "half_space_quadratic", "steps", "steps_uncertainty", "geometry", "solver")
@@ -275,7 +275,7 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged_result, tmp_path
     assert (row["block_verdict_answer"], row["block_verdict_measure"]) == ("FAILS", "p_max_MPa")
     assert row["block_deviation_p_max_percent"] == 1e2 * block.deviation["p_max_MPa"]
     assert row["block_limit_used"] == block.limit_used > 1.0
-    # where Hertz holds there is none to take in his place
+    # where Hertz holds, no other theory is recommended
     assert row["cheapest_theory"] == HERTZ
     assert "the cheapest theory that holds" not in printed(rows_parts, [row])
     write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)

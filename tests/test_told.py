@@ -81,7 +81,7 @@ def test_a_row_has_paths_and_relative_numbers_in_percent():
         # over Hertz's half-width, and no part of a whole
         "hertz_deviation_p_max_percent": 25.0,
         "hertz_deviation_centre_over_b": 0.5,
-        # of what is not known nothing is known in percent
+        # a missing value has no percentage either
         "hertz_deviation_area_percent": None,
         "hertz_twice": "2.0; 4.0",
         "hertz_path": 2,

@@ -408,7 +408,7 @@ def off_by(percent: float, answer: str) -> Judgement:
     [
         ({"polach": "HOLDS", "fastsim": "FAILS"}, "polach", "polach"),
         ({"polach": "FAILS", "fastsim": "HOLDS", "exact": "HOLDS"}, "fastsim", "fastsim"),
-        # what is open is not taken to fail
+        # an open verdict does not count as a failure
         ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "fastsim", "UNRESOLVED"),
         ({"polach": "FAILS", "exact": "FAILS", "strips": "FAILS", "real": "HOLDS"}, "real", "real"),
         ({"polach": "FAILS", "fastsim": "FAILS"}, "", "none"),
@@ -484,5 +484,5 @@ def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
     # the same two patches, in strips of the pressure and as ellipses
     off = {name: laws[name].deviation[FORCE] for name in (MULTI_HERTZ, "strips", "fastsim")}
     assert off[MULTI_HERTZ] == pytest.approx(off["strips"], abs=0.01)
-    # what is left is FASTSIM's own error
+    # the remaining difference is the error of FASTSIM
     assert off[MULTI_HERTZ] < 0.5 * off["fastsim"]

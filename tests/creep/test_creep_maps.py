@@ -126,11 +126,11 @@ def test_limits_of_forces_come_from_the_loads_that_were_solved(planted_map):
         [(20e3, 50e3, "HOLDS"), (50e3, 70e3, "UNRESOLVED"), (70e3, 100e3, "FAILS")],
         [(20e3, 100e3, "FAILS")],
     ]
-    # of the loads of the search those that tell more
+    # of the loads of the search, only the loads that add information
     assert loads_seen == [70e3]
     assert limits[0].tried == ((70e3, "FAILS"),)
     assert limits[0].F_max_N == 50e3
-    # of what was not solved nothing is known, and the limit of pressure says why
+    # unsolved loads have no verdict, and the limit of pressure gives the reason
     assert limits[2] is None
 
 

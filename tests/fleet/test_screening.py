@@ -285,7 +285,7 @@ def test_notes_of_a_reader_are_in_the_log_the_table_and_the_report(tmp_path):
     profiles = duckdb.sql(f"select name, reader_notes from '{tmp_path}/out/profiles.parquet'").fetchall()
     notes = {name: text.splitlines() for name, text in profiles}
     assert notes["rail_left_iter288"][0] == said
-    # of exact lines of the library nothing is assumed
+    # exact profiles of the library need no assumption
     assert notes["60E1"] == notes["S1002"] == []
     assert f"rail rail_left_iter288: {said}" in (tmp_path / "out/run.log").read_text("utf-8")
     answer = answer_of(tmp_path / "out")
@@ -493,7 +493,7 @@ def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, 
     with pytest.raises(ProgramError, match=rf"4 of 4 jobs ended with an error of the program.*{type(error).__name__}"):
         run(path, tmp_path / "out")
     assert not (tmp_path / "out" / "screen").exists()
-    # with a mended program the same command resumes
+    # with a corrected program the same command resumes
     monkeypatch.undo()
     assert run(path, tmp_path / "out").verdicts.get("REFUSED", 0.0) == 0.0
 

@@ -467,7 +467,7 @@ def test_what_is_irregular_is_solved_whole_and_told_in_the_case():
     assert (ELLIPTIC.half, case.half) == (True, False)
     record = case_record(case)
     assert case_from_record(json.loads(json.dumps(record))) == case
-    # smooth bodies are told as before there were others
+    # smooth bodies are printed as before irregular bodies existed
     assert not {"rail_irregularity", "wheel_irregularity", "distance_mm"} & case_record(ELLIPTIC).keys()
     # a table goes to workers with its points
     measured = irregular_case(table(lambda s: 1e-4 * s**2))

@@ -549,7 +549,7 @@ def test_a_known_load_is_as_far_beyond_its_limit_as_its_worst_measure():
     gauge = replace(field, deviation=field.deviation | {"centre_over_b": -0.3})
     either = replace(judged_load, judgements={HERTZ_GAUGE: gauge, HERTZ: field})
     assert KnownLoad.of(either).excess == pytest.approx(1.0)
-    # that of another theory does not count
+    # the verdict of another theory does not count
     two_theories = replace(judged_load, judgements={HERTZ: field, MULTI_HERTZ: gauge})
     assert KnownLoad.of(two_theories).excess == pytest.approx(0.2)
 
@@ -901,7 +901,7 @@ def test_what_a_worker_hands_on_is_what_its_folder_says(run, tmp_path, pictured)
     assert plain(maps[0]) == plain(maps[1])
     assert handed.pictures == position_read.pictures
     assert set(handed.pictures) == (set(FEW_LOADS) if pictured else set())
-    # what a row needs beside is there
+    # all other values of a row are there
     assert all("overlap" in vars(cell.judged.comparison) for map_position in maps for cell in map_position.cells)
 
 
@@ -945,7 +945,7 @@ def test_map_has_a_cell_for_every_position_and_load(watched):
     assert [(c.lateral_shift_mm, c.load_N) for c in map_made.cells] == [(s, f) for s in SHIFTS for f in LOADS]
     names = [case_id(replace(ROUND, lateral_shift_mm=shift), LOADS) for shift in SHIFTS]
     # from the gauge corner on, where a position takes longest
-    # each may be told more than once, as time goes by
+    # each may be reported several times in a long run
     reports = [(k, 7, f"solving {shift:+z.2f} mm") for k, shift in enumerate(SHIFTS[::-1])]
     assert [*dict.fromkeys(watched.progress_reports)] == reports
     assert sorted(path.name for path in (watched.out / "positions").iterdir()) == sorted(names)
@@ -1361,7 +1361,7 @@ def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatc
     # in the order of the shifts, whichever is finished first
     assert outcome.made.lateral_shifts_mm == (-2.0, 0.0, 1.0, 3.0)
     assert all(shifts == sorted(shifts) for shifts in positions_seen)
-    # no more is told to be under way than there are workers
+    # no more positions are reported as running than there are workers
     assert heard
     assert all(1 <= what.count(" mm") <= 3 for what in heard)
     name = case_id(replace(ROUND, lateral_shift_mm=1.0), FEW_LOADS)
@@ -1775,7 +1775,7 @@ def test_a_solved_load_comes_back_to_the_last_bit(tmp_path, noise, thinned):
     load_read = stored_again(solved_load, tmp_path)
     if noise and not thinned:
         assert math.isnan(load_read.lines.others[0].p_max_MPa)
-        # what is not a number is not equal to itself
+        # NaN is not equal to itself
         load_read, solved_load = (
             replace(load, lines=replace(load.lines, others=())) for load in (load_read, solved_load)
         )
@@ -1813,7 +1813,7 @@ def test_stored_arrays_are_the_same_bytes_each_time(tmp_path):
     solved_record(planted_solved(ROUND), arrays)
     first, second = (write_arrays(tmp_path / f"{k}.npz", arrays).read_bytes() for k in "ab")
     assert first == second
-    # nothing but what was given
+    # only the given values
     assert set(read_arrays(tmp_path / "a.npz")) == set(arrays)
 
 
@@ -2264,7 +2264,7 @@ def test_planned_loads_share_meshes_with_enough_elements_for_each(meshes):
     solved_loads = {150e3: sweep.solve(150e3)}
     # a load asks for elements that grow with its cube root: half as large ones for an eighth of it
     assert [sweep.is_ready_for(load_N) for load_N in LOADS] == [False, True, True, True]
-    # what was not planned may need others
+    # loads that were not planned may need other meshes
     assert not sweep.is_ready_for(70e3)
     solved_loads |= {load_N: sweep.solve(load_N) for load_N in (100e3, 50e3, 10e3)}
     assert groups_N(sweep) == (150e3, 10e3)
