@@ -1,4 +1,7 @@
-"""At a curvature junction the verdict and the numbers that are shown with it belong to one side."""
+"""Verdict and printed numbers at a curvature junction.
+
+Both belong to one side of the junction.
+"""
 
 import io
 from dataclasses import replace
@@ -27,18 +30,21 @@ LIMITS = Criteria().limits
 SHARPER_MM = 150.0
 
 
-def at_junction(result, solved=None):
-    """A result whose touch point lies at a junction, judged again with both curvatures."""
+def junction_result(result, solved_load=None):
+    """A result at a junction of curvatures.
+
+    The result is judged again with both curvatures at its touch point.
+    """
     touch = result.placement.first
     sharper = replace(touch.curvatures[0], rail_per_mm=1.0 / SHARPER_MM, yy_per_mm=1.0 / SHARPER_MM)
     first = replace(touch, curvatures=(sharper, touch.curvatures[0]))
     placement = replace(result.placement, touch_points=(first,))
-    return replace(result, load=judge_load(solved or result.load.solved, placement), placement=placement)
+    return replace(result, load=judge_load(solved_load or result.load.solved, placement), placement=placement)
 
 
 @pytest.fixture(scope="module")
 def gauge_decides(elliptic_quick):
-    result = at_junction(elliptic_quick)
+    result = junction_result(elliptic_quick)
     assert [side.verdict.answer for side in result.load.sides.values()] == ["FAILS", "HOLDS"]
     assert (result.load.verdict.answer, result.load.deciding_side) == ("FAILS", "gauge")
     return result
@@ -46,17 +52,19 @@ def gauge_decides(elliptic_quick):
 
 @pytest.fixture(scope="module")
 def gauge_decides_in_yielding(elliptic_quick):
-    """Bodies that may yield, and do not: the same contact under a yield stress."""
+    """The same contact for bodies with a yield stress that is not reached."""
     steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=450.0, tangent_MPa=4200.0)
-    solved, body = elliptic_quick.load.solved, YieldedBody(yield_MPa=450.0, tangent_MPa=4200.0, first_yield_N=24e3)
+    loaded, body = elliptic_quick.load.solved, YieldedBody(yield_MPa=450.0, tangent_MPa=4200.0, first_yield_N=24e3)
     path = (
         PathPoint(load_N=100e3, steps=dict.fromkeys(MEASURES, 0.0), largest_strain=0.0, corrections=1, change=1e-9),
     )
     levels = tuple(
         replace(level, yielded=Yielded(fe=level.fe, nodal=level.nodal, bodies={"rail": body}, path=path, by_band={}))
-        for level in solved.levels
+        for level in loaded.levels
     )
-    result = at_junction(elliptic_quick, replace(solved, case=replace(solved.case, rail_material=steel), levels=levels))
+    result = junction_result(
+        elliptic_quick, replace(loaded, case=replace(loaded.case, rail_material=steel), levels=levels)
+    )
     assert (result.load.plastic.verdict.answer, result.load.plastic.deciding_side) == ("FAILS", "gauge")
     return result
 
@@ -68,7 +76,7 @@ def printed(parts) -> str:
 
 
 def check_one_side(result):
-    """Deviations are those of the ellipse beside them, and give the verdict."""
+    """Compare deviations with the ellipse next to them, and with the verdict."""
     row, record = asked_row(case_row(result)), asked_record(result_record(result))
     hertz = deciding(record)
     for of_hertz, of_fe, deviation in (
@@ -79,15 +87,17 @@ def check_one_side(result):
     measure, answer = record["verdict"]["measure"], record["verdict"]["answer"]
     assert (row["verdict_measure"], row["verdict_answer"]) == (measure, answer)
     assert answer_of(hertz["deviation"][measure], hertz["uncertainty"][measure], LIMITS[measure]) == answer
-    used = max(abs(hertz["deviation"][name]) / limit for name, limit in LIMITS.items())
-    assert row["verdict_limit_used"] == record["verdict"]["limit_used"] == pytest.approx(used, rel=1e-12)
-    # the words have the same numbers, and give no reason for a contradiction
+    utilisation = max(abs(hertz["deviation"][name]) / limit for name, limit in LIMITS.items())
+    assert row["verdict_limit_used"] == record["verdict"]["limit_used"] == pytest.approx(utilisation, rel=1e-12)
+    # the text has these numbers too, and does not contradict itself
     text = decided_text(row, LIMITS)
     assert BY_EACH_LINE not in text
     assert text in verdict_reason(result.load)
     assert "with the curvature of the gauge side" in verdict_reason(result.load)
     (line, *_) = [
-        one for one in printed(rows_parts([{"id": "one", **case_row(result)}])).splitlines() if "FAILS" in one
+        text_line
+        for text_line in printed(rows_parts([{"id": "one", **case_row(result)}])).splitlines()
+        if "FAILS" in text_line
     ]
     assert f"{1e2 * hertz['deviation']['p_max_MPa']:+.1f}" in line
     assert text in printed(case_parts(result_record(result)))
@@ -113,18 +123,18 @@ def test_numbers_in_python_are_of_the_side_that_decides(gauge_decides):
 def test_the_side_that_is_open_decides_although_the_other_one_uses_more_of_a_limit(gauge_decides):
     load = gauge_decides.load
 
-    def with_peak(name: str, deviation: float, uncertainty: float):
+    def peak_record(name: str, deviation: float, uncertainty: float):
         off = dict.fromkeys(load.deviation, 0.0) | {"p_max_MPa": deviation}
-        unsure = dict.fromkeys(off, 1e-4) | {"p_max_MPa": uncertainty}
-        verdict = judge(off, unsure, Criteria())
-        return replace(load.judgements[name], deviation=off, uncertainty=unsure, verdict=verdict)
+        uncertainties = dict.fromkeys(off, 1e-4) | {"p_max_MPa": uncertainty}
+        verdict = judge(off, uncertainties, Criteria())
+        return replace(load.judgements[name], deviation=off, uncertainty=uncertainties, verdict=verdict)
 
-    gauge, field = with_peak(HERTZ_GAUGE, 0.045, 0.001), with_peak(HERTZ, 0.04, 0.02)
+    gauge, field = peak_record(HERTZ_GAUGE, 0.045, 0.001), peak_record(HERTZ, 0.04, 0.02)
     open_ = replace(load, judgements={HERTZ_GAUGE: gauge, HERTZ: field}, verdict=field.verdict)
     assert (open_.deciding_side, open_.verdict.answer) == ("field", "UNRESOLVED")
-    (shown,) = [one for name, one in theories_of(open_).items() if name == HERTZ]
-    assert (shown.limit_used, shown.verdict.answer) == (pytest.approx(0.8), "UNRESOLVED")
-    assert shown.limit_range == (pytest.approx(0.4), pytest.approx(1.2))
+    (hertz_record,) = [verdict_record for name, verdict_record in theories_of(open_).items() if name == HERTZ]
+    assert (hertz_record.limit_used, hertz_record.verdict.answer) == (pytest.approx(0.8), "UNRESOLVED")
+    assert hertz_record.limit_range == (pytest.approx(0.4), pytest.approx(1.2))
 
 
 def test_without_a_junction_a_row_is_shown_as_it_is(elliptic_quick):

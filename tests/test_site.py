@@ -1,4 +1,7 @@
-"""The site of the documentation, built from the repository: links, pages, pictures, nothing from elsewhere."""
+"""The documentation site, built from the repository.
+
+Checked: links, pages, pictures, and that nothing comes from elsewhere.
+"""
 
 import re
 import subprocess
@@ -13,12 +16,15 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """The site as `make docs` builds it; a link that leads nowhere ends the build."""
+    """The site from `make docs`.
+
+    A broken link ends the build.
+    """
     pytest.importorskip("material", reason="the site needs the extra docs")
     site = tmp_path_factory.mktemp("docs") / "site"
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", "studies/mkdocs.yml", "--site-dir", str(site)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=1200, check=False)
-    assert done.returncode == 0, done.stderr[-3000:]
+    completed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=1200, check=False)
+    assert completed.returncode == 0, completed.stderr[-3000:]
     return site
 
 
@@ -35,9 +41,9 @@ def test_the_site_is_built_and_whole(site):
     # public names with their inputs, the gallery with its pictures
     assert "lateral_shift_mm" in (site / "api" / "Case.html").read_text("utf-8")
     gallery = (site / "gallery.html").read_text("utf-8")
-    shown = re.findall(r'<img [^>]*src="([^":]+)"', gallery)
-    assert len(shown) > 5
-    assert [one for one in shown if not (site / one).is_file()] == []
+    pictures = re.findall(r'<img [^>]*src="([^":]+)"', gallery)
+    assert len(pictures) > 5
+    assert [picture for picture in pictures if not (site / picture).is_file()] == []
 
 
 # WCAG 2.1: 4.5 for text; 3 for large text and for what else is to be seen, such as the colours of code
@@ -49,17 +55,17 @@ def test_pages_of_the_site_fit_and_can_be_read_in_a_browser(site, width, dark, t
     assert len(pages) > 50
     # the one with the widest tables is the one to look at
     pages.sort(key=lambda page: page != "studies/VALIDATION.html")
-    found = looked_at(site, pages, width, tmp_path, dark=dark, least_contrast=3.0)
-    assert sorted(found) == sorted(pages)
-    for page, seen in found.items():
-        assert seen["width"] == width
-        assert seen["content_width"] <= width, page
-        assert seen["sticks_out"] == [], page
+    faults_by_page = looked_at(site, pages, width, tmp_path, dark=dark, least_contrast=3.0)
+    assert sorted(faults_by_page) == sorted(pages)
+    for page, faults in faults_by_page.items():
+        assert faults["width"] == width
+        assert faults["content_width"] <= width, page
+        assert faults["sticks_out"] == [], page
         # black is 0 and white 1
-        assert (seen["ground"] < 0.03) if dark else (seen["ground"] > 0.9), page
-        assert seen["words"] > 3, page
-        assert seen["faint"] == [], page
-        assert seen["lost"] == [], page
+        assert (faults["ground"] < 0.03) if dark else (faults["ground"] > 0.9), page
+        assert faults["words"] > 3, page
+        assert faults["faint"] == [], page
+        assert faults["lost"] == [], page
 
 
 def test_what_does_not_fit_or_cannot_be_read_is_seen(tmp_path):
@@ -71,12 +77,12 @@ def test_what_does_not_fit_or_cannot_be_read_is_seen(tmp_path):
         style="width:900px">cut</p></div><img src="none.png" width="9" height="9"></article></body></html>""",
         "utf-8",
     )
-    seen = looked_at(tmp_path / "site", ["bad.html"], 390, tmp_path, dark=True, least_contrast=2.5)["bad.html"]
-    assert (seen["width"], seen["content_width"], seen["sticks_out"], seen["words"]) == (390, 390, ["cut"], 5)
+    faults = looked_at(tmp_path / "site", ["bad.html"], 390, tmp_path, dark=True, least_contrast=2.5)["bad.html"]
+    assert (faults["width"], faults["content_width"], faults["sticks_out"], faults["words"]) == (390, 390, ["cut"], 5)
     # white in spite of the wish for a dark ground; greys of 2.8, 2.3 and 2.1 on it
-    assert seen["ground"] == 1.0
-    assert [(round(size, 1), words) for size, words in seen["faint"]] == [(2.3, "P: faint"), (2.1, "P: thin")]
-    assert [one.rpartition("/")[2] for one in seen["lost"]] == ["none.png"]
+    assert faults["ground"] == 1.0
+    assert [(round(size, 1), words) for size, words in faults["faint"]] == [(2.3, "P: faint"), (2.1, "P: thin")]
+    assert [address.rpartition("/")[2] for address in faults["lost"]] == ["none.png"]
 
 
 def test_a_page_that_needs_something_from_elsewhere_is_refused():

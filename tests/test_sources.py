@@ -1,4 +1,7 @@
-"""Which sources decide about a stored result: what solves, what only evaluates, and what is neither."""
+"""Source files that decide about a stored result.
+
+Some solve, some only evaluate, and some do neither.
+"""
 
 import os
 import shutil
@@ -83,7 +86,10 @@ def test_each_digest_sees_its_own_sources_and_no_others(package, file, old, new,
 
 
 def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkeypatch):
-    """Found by what is called, and not by who imports whom; a verdict is asked for by one function alone."""
+    """Modules that run, found by their calls and not by imports.
+
+    A single function asks for a verdict.
+    """
     run: set[str] = set()
 
     def note(frame, event, argument):
@@ -97,60 +103,68 @@ def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkey
         Meshes(position).solve(position)
     finally:
         sys.setprofile(None)
-    own = {module for module, path in MODULES.items() if str(path) in run}
-    assert {"solving.meshes", "contact.patch", "fe.coupling", "placement.wheelset"} <= own
+    modules_run = {module for module, path in MODULES.items() if str(path) in run}
+    assert {"solving.meshes", "contact.patch", "fe.coupling", "placement.wheelset"} <= modules_run
     # both are values of the case that nothing asks for here
-    assert {module for module in own - SOLVING if not within(module, INPUTS)} <= {"creep", "criteria"}
+    assert {module for module in modules_run - SOLVING if not within(module, INPUTS)} <= {"creep", "criteria"}
 
 
 def test_only_those_who_ask_for_a_verdict_import_the_judges():
     # the digest of solving does not look into them: what else they decided about a solution would be missed
-    asking = {module for module in SOLVING if any(within(other, JUDGES) for other in imported(module)[0])}
+    asking = {module for module in SOLVING if any(within(user, JUDGES) for user in imported(module)[0])}
     assert asking == {"case", "solving.solve", "solving.meshes", "solving.profile_variants"}
     # what `solving.profile_variants` stores of the judges is of measured files alone, whose results both digests guard
-    used = imported("solving.profile_variants")[0]
-    assert {other for other in used if within(other, JUDGES)} == {"judging.lobes"}
-    assert {other for other in imported("case")[0] if within(other, JUDGES)} == {"criteria"}
+    modules_used = imported("solving.profile_variants")[0]
+    assert {user for user in modules_used if within(user, JUDGES)} == {"judging.lobes"}
+    assert {user for user in imported("case")[0] if within(user, JUDGES)} == {"criteria"}
     for name in (*JUDGES, *INPUTS, *SHOWN):
         assert any(within(module, (name,)) for module in MODULES), name
 
 
 def test_what_reads_inputs_knows_no_physics():
     left_out = {module for module in MODULES if within(module, INPUTS)}
-    used = {other for module in left_out for other in imported(module)[0]} - left_out
-    assert used == {"errors"}
+    modules_used = {target for module in left_out for target in imported(module)[0]} - left_out
+    assert modules_used == {"errors"}
 
 
 def test_all_that_judges_and_tells_a_stored_result_is_in_a_digest():
-    told = {"judging", "contact_theories", "solving", "features.creep"}
-    judged = {module for module in SOLVING | EVALUATING if room(module) in told}
-    assert {"judging.judge", "judging.theory", "contact_theories.strips"} <= judged
+    tracked_rooms = {"judging", "contact_theories", "solving", "features.creep"}
+    judging_modules = {module for module in SOLVING | EVALUATING if room(module) in tracked_rooms}
+    assert {"judging.judge", "judging.theory", "contact_theories.strips"} <= judging_modules
     assert {"outputs.records.results", "outputs.records.stored", "runs.store"} <= EVALUATING
     pytest.importorskip("fecontact.features.creep")
-    assert {"contact_theories.rolling.kalker", "features.creep.steady"} <= judged
+    assert {"contact_theories.rolling.kalker", "features.creep.steady"} <= judging_modules
 
 
 def test_digests_are_kept_beside_the_compiled_modules(tmp_path):
-    """A digest takes half a second once, and each further process hundredths of one."""
+    """A digest takes half a second the first time.
+
+    Each further process takes hundredths of a second.
+    """
     code = "import time; from fecontact.runs.sources import digests; begun = time.process_time(); made = digests()"
     code += "; print(made.solving, made.evaluating, time.process_time() - begun)"
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(tmp_path)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    told = [
+    digest_rows = [
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment).stdout
         for _ in range(2)
     ]
-    own = [digests().solving, digests().evaluating]
-    assert [one.split()[:2] for one in told] == [own, own]
-    assert float(told[1].split()[2]) < 0.15
-    (kept,) = tmp_path.rglob("sources*.json")
+    expected_digests = [digests().solving, digests().evaluating]
+    assert [digest_row.split()[:2] for digest_row in digest_rows] == [expected_digests, expected_digests]
+    assert float(digest_rows[1].split()[2]) < 0.15
+    (digest_file,) = tmp_path.rglob("sources*.json")
     # of other sources
-    kept.write_text(kept.read_text().replace('"sources": "', '"sources": "0').replace(own[0], "x"))
+    digest_file.write_text(
+        digest_file.read_text().replace('"sources": "', '"sources": "0').replace(expected_digests[0], "x")
+    )
     again = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
-    assert again.stdout.split()[:2] == own
+    assert again.stdout.split()[:2] == expected_digests
 
 
 def test_the_digest_of_a_source_is_the_same_on_every_python():
-    """Frozen, so that the tests on each Python hold it; by `ast.dump` 3.11, 3.12 and 3.13 had three digests."""
+    """A frozen digest for the tests on each Python version.
+
+    By `ast.dump`, Python 3.11, 3.12 and 3.13 had three different digests.
+    """
     text = "def f(x, w, *, end=''):\n    return f'{x:{w}} ' if x else None\n"
     assert _read(text) == ([], "03917d2e725c74af1920f35ba6e422fae4a0868438ec1395bedc1f967f6effbb")

@@ -1,4 +1,7 @@
-"""A single wrong point in a table of exact points: found where it stands, and no point of a good table is one."""
+"""A single wrong point in a table of exact points.
+
+The wrong point is found at its place, and no point of a good table counts as wrong.
+"""
 
 import numpy as np
 import pytest
@@ -25,7 +28,10 @@ def along(name, step_mm, start_mm=0.0):
 
 
 def over_y(name, step_mm):
-    """Points evenly over y: on the sides they are many steps apart."""
+    """Points at equal steps in y.
+
+    On the sides they are many steps apart.
+    """
     profile = load(name)
     low, high = profile.y_range_mm
     y = np.arange(low + 0.05, high - 0.05, step_mm)
@@ -40,7 +46,10 @@ def over_y(name, step_mm):
 @pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5, 1.0])
 @pytest.mark.parametrize("name", names())
 def test_no_exact_profile_has_any(name, step_mm, digits):
-    """Written as points in three ways, with their rounding; corners, junctions and short arcs among them."""
+    """Exact profiles written as rounded points in three ways.
+
+    Corners, junctions and short arcs are among them.
+    """
     lines = [points_along(load(name), step_mm), along(name, step_mm, 0.3 * step_mm)[0], over_y(name, step_mm)]
     for line in lines:
         points = np.round(line, digits)
@@ -63,16 +72,19 @@ def test_no_noise_is_any(name, step_mm, noise_mm):
 @pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5])
 @pytest.mark.parametrize("name", ["60E1", "54E1", "S1002"])
 def test_no_noise_in_one_direction_is_any(name, step_mm, direction):
-    """The half of a section's points that is steep, or flat, has hardly any of it, and says nothing of the others'."""
-    found = []
+    """Noise in one direction, which affects one half of the points of a section.
+
+    The steep half, or the flat half, has hardly any of this noise and gives no estimate for the other half.
+    """
+    noises = []
     for seed in range(6):
         line, _ = along(name, step_mm)
         points = line + 0.01 * np.random.default_rng(seed).normal(size=len(line))[:, None] * np.array(direction)
         assert spikes(points) == []
         assert unclear(points) == []
-        found.append(noise_of(points))
+        noises.append(noise_of(points))
     # points at 45 degrees have seven tenths of it, and 70 of a flange know theirs to a third: measured 0.80 to 1.01
-    assert np.mean(found) == pytest.approx(0.01, rel=0.25)
+    assert np.mean(noises) == pytest.approx(0.01, rel=0.25)
 
 
 # --- wrong points -----------------------------------------------------------------------------------------------
@@ -82,23 +94,29 @@ def test_no_noise_in_one_direction_is_any(name, step_mm, direction):
 @pytest.mark.parametrize("step_mm", [0.2, 0.5])
 @pytest.mark.parametrize("name", ["60E1", "54E1", "S1002"])
 def test_one_wrong_point_of_an_exact_table_is_named(name, step_mm, size_mm):
-    """Anywhere on the running surface but beside a junction, where it is only said that it is not clear."""
+    """Wrong points anywhere on the running surface, except next to a junction.
+
+    There the message is only that the cause is not clear.
+    """
     points, normals = along(name, step_mm)
     junctions = np.array([j.y_mm for j in load(name).junctions])
     inner = np.flatnonzero(np.abs(points[:, 0]) < 25.0)
     for k in inner[:: max(1, len(inner) // 25)]:
         wrong = points.copy()
         wrong[k] += size_mm * normals[k]
-        found = spikes(wrong)
-        if found:
-            assert [problem.index for problem in found] == [k]
-            assert found[0].size_mm == pytest.approx(size_mm, rel=0.1)
+        named_spikes = spikes(wrong)
+        if named_spikes:
+            assert [problem.index for problem in named_spikes] == [k]
+            assert named_spikes[0].size_mm == pytest.approx(size_mm, rel=0.1)
         else:
             assert np.abs(junctions - points[k, 0]).min() < 5.0 * step_mm
 
 
 def test_a_wrong_digit_is_refused_and_left_out_on_request():
-    """y of one point wrong by 0.03 mm: Hertz was 80 % off, and nothing was said."""
+    """An error of 0.03 mm in y of one point.
+
+    Hertz was wrong by 80 %, and there was no message.
+    """
     points = points_along(load("54E1"), 0.5)
     k = int(np.argmin(np.abs(points[:, 0] + 14.0)))
     points[k, 0] -= 0.03
@@ -113,59 +131,69 @@ def test_a_wrong_digit_is_refused_and_left_out_on_request():
 def test_a_wrong_point_beside_a_junction_is_told():
     points, normals = along("60E1", 0.5)
     junction = next(j.y_mm for j in load("60E1").junctions if abs(j.y_mm) < 12.0)
-    told = 0
+    noted = 0
     for k in np.flatnonzero(np.abs(points[:, 0] - junction) < 1.2):
         wrong = points.copy()
         wrong[k] += 0.01 * normals[k]
         try:
-            made = profile_from_points(*wrong.T, kind="rail", name="p")
+            profile = profile_from_points(*wrong.T, kind="rail", name="p")
         except InputError:
-            told += 1
+            noted += 1
         else:
-            told += any("off the lines on either side of it" in note for note in made.notes)
-    assert told >= 4
+            noted += any("off the lines on either side of it" in note for note in profile.notes)
+    assert noted >= 4
 
 
 @pytest.mark.parametrize(("name", "shift_mm", "step_mm", "y_mm", "off_mm"), [
     ("60E1", 5.75, 1.0, -28.797, -0.08), ("50E6", 3.5, 0.5, -23.362, -0.008),
 ])  # fmt: skip
 def test_what_a_wrong_point_beside_a_junction_does_to_hertz_is_stated(name, shift_mm, step_mm, y_mm, off_mm):
-    """Where nothing tells it from the junction: one half of the points is without it, whichever half it is in."""
+    """A wrong point that cannot be distinguished from the junction.
+
+    One half of the points does not contain it, whichever half it is in.
+    """
     case = Case(rail=name, wheel="S1002", lateral_shift_mm=shift_mm, roll="given")
     true = hertz_of_case(case, place_case(case)).p0_MPa
     points = points_along(load(name), step_mm)
     k = int(np.argmin(np.abs(points[:, 0] - y_mm)))
     points[k, 1] += off_mm
     rail = profile_from_points(*points.T, kind="rail", name="p")
-    placed = place_case(case, rail=rail)
-    found, stated = hertz_of_case(case, placed).p0_MPa, hertz_uncertainty(case, placed)["p_max_MPa"]
-    assert 0.1 < abs(true - found) / found < stated
+    placement = place_case(case, rail=rail)
+    hertz_MPa, stated = hertz_of_case(case, placement).p0_MPa, hertz_uncertainty(case, placement)["p_max_MPa"]
+    assert 0.1 < abs(true - hertz_MPa) / hertz_MPa < stated
 
 
 @pytest.mark.parametrize("on_first", [-0.05, 0.05, 0.95, 1.05])
 @pytest.mark.parametrize("on_last", [-0.05, 0.05, 0.95, 1.05])
 def test_a_line_crosses_itself_where_both_chords_do_however_near_to_their_ends(on_first, on_last):
-    """The first chord is 10 mm long; the last one is upright, 4 mm, and meets its line at parts of both lengths."""
+    """Two chords of different length that cross.
+
+    The first chord is 10 mm long. The last chord is upright, 4 mm long, and meets its line at fractions of both
+    lengths.
+    """
     x, low = 10.0 * on_first, -4.0 * on_last
     line = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, -9.0], [-20.0, -9.0], [-20.0, low], [x, low], [x, low + 4.0]])
-    found = [(one.what, one.size_mm) for one in crossings(line) if one.index == 0]
-    both = 0.0 < on_first < 1.0 and 0.0 < on_last < 1.0
-    assert found == ([("crosses itself", pytest.approx(10.0))] if both else [])
+    loops = [(crossing.what, crossing.size_mm) for crossing in crossings(line) if crossing.index == 0]
+    is_on_both = 0.0 < on_first < 1.0 and 0.0 < on_last < 1.0
+    assert loops == ([("crosses itself", pytest.approx(10.0))] if is_on_both else [])
 
 
 @pytest.mark.parametrize("at", [4, 30, 55])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_loop_is_found_wherever_it_lies_and_from_whichever_side_the_line_comes(at, side):
-    """A loop between the points `at` and `at` + 5 of a line of 60 mm; its first chord is crossed by its last one."""
+    """A loop between the points `at` and `at` + 5 of a line of 60 mm.
+
+    The last chord of the loop crosses its first chord.
+    """
     y = np.arange(61.0)
     loop = y[at] + np.array([0.4, 1.5, 1.5, 0.6, 0.6])
     line = np.column_stack((np.insert(y, at + 1, loop), np.insert(np.zeros(61), at + 1, [0.0, 0.0, 2.0, 2.0, -2.0])))
     line[:, 0] *= side
-    assert [one.index for one in crossings(line)] == [at + 1]
+    assert [crossing.index for crossing in crossings(line)] == [at + 1]
 
 
 def test_few_points_say_nothing_of_their_noise():
-    """Each needs two neighbours on either side."""
+    """Each point needs two neighbours on either side."""
     zigzag = np.column_stack([np.arange(5.0), 0.1 * (-1.0) ** np.arange(5)])
     assert noise_of(zigzag[:4]) == 0.0
     assert noise_of(zigzag) > 0.05

@@ -1,6 +1,7 @@
-"""Ellipses that share the load, beside Hertz at the first touch point: in rows, tables, reports, maps and comparisons.
+"""Ellipses that share the load, next to Hertz at the first touch point.
 
-The contacts are those of the true gap on a half-space, which take the place of the finite elements.
+Tested in rows, tables, reports, maps and comparisons. The contacts come from the true gap on a half-space, which
+replaces the finite elements.
 """
 
 import csv
@@ -31,8 +32,8 @@ def position(shift_mm):
     case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=LOAD_N)
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
-    solved = on_half_space(case, placement, expected.half_space, (200, 100))
-    return judge_load(solved, placement), placement
+    solved_load = on_half_space(case, placement, expected.half_space, (200, 100))
+    return judge_load(solved_load, placement), placement
 
 
 @pytest.fixture(scope="module")
@@ -48,17 +49,17 @@ def single():
 
 def test_a_row_says_how_several_ellipses_do(two):
     load, placement = two
-    row, judged = load_row(load, placement), load.judgements[MULTI_HERTZ]
+    row, judgement = load_row(load, placement), load.judgements[MULTI_HERTZ]
     assert row["verdict_answer"] == "FAILS"
-    assert row["touch_points"] == len(judged.approximation.patches) == 2
-    assert not judged.approximation.overlapping
-    assert row["multi_hertz_verdict_answer"] == judged.verdict.answer == "HOLDS"
+    assert row["touch_points"] == len(judgement.approximation.patches) == 2
+    assert not judgement.approximation.overlapping
+    assert row["multi_hertz_verdict_answer"] == judgement.verdict.answer == "HOLDS"
     assert row["cheapest_theory"] == MULTI_HERTZ
     # within the limit of 5 %, where a third of the load on another patch leaves one ellipse far off
-    assert row["multi_hertz_deviation_p_max_percent"] == 1e2 * judged.deviation["p_max_MPa"]
+    assert row["multi_hertz_deviation_p_max_percent"] == 1e2 * judgement.deviation["p_max_MPa"]
     assert abs(row["multi_hertz_deviation_p_max_percent"]) < 5.0 < 30.0 < row["hertz_deviation_p_max_percent"]
-    worst = max(abs(judged.deviation[name]) / limit for name, limit in load.case.criteria.limits.items())
-    assert row["multi_hertz_limit_used"] == judged.limit_used == worst < 1.0
+    worst = max(abs(judgement.deviation[name]) / limit for name, limit in load.case.criteria.limits.items())
+    assert row["multi_hertz_limit_used"] == judgement.limit_used == worst < 1.0
 
 
 def test_a_single_ellipse_has_no_columns_of_its_own(single):
@@ -95,8 +96,8 @@ def test_the_table_shows_them_where_there_are_any(two, single):
 
 def test_rows_of_a_csv_say_the_same(two, tmp_path):
     row = load_row(*two)
-    (read,) = csv.DictReader(write_csv([row], tmp_path / "one.csv").read_text("utf-8").splitlines())
-    assert theory_text(read) == theory_text(row) != ""
+    (row_read,) = csv.DictReader(write_csv([row], tmp_path / "one.csv").read_text("utf-8").splitlines())
+    assert theory_text(row_read) == theory_text(row) != ""
 
 
 def compared(old, new, tmp_path):
@@ -119,8 +120,8 @@ def test_a_baseline_of_before_is_no_difference_and_one_of_today_is(two, single, 
     assert not lost.same
     assert lost.one_sided["missing columns"] == older.later_columns
     # nor change
-    other = compared(rows, [rows[0], rows[1] | {"multi_hertz_verdict_answer": "FAILS"}], tmp_path)
-    assert list(other.differences.column) == ["multi_hertz_verdict_answer"]
+    comparison = compared(rows, [rows[0], rows[1] | {"multi_hertz_verdict_answer": "FAILS"}], tmp_path)
+    assert list(comparison.differences.column) == ["multi_hertz_verdict_answer"]
     # a baseline that has some of them has all
     some = [rows[0], {name: value for name, value in rows[1].items() if name != "multi_hertz_limit_used"}]
     assert compared(some, rows, tmp_path).one_sided["extra columns"] == ["multi_hertz_limit_used"]

@@ -1,4 +1,4 @@
-"""The first minutes: a study to begin with and its check, the machine's, and what is said meanwhile."""
+"""The first minutes of use: a first study, its check, the machine's check, and progress messages."""
 
 import json
 import os
@@ -56,15 +56,15 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
         assert call(["check", str(folder / file)]) == 0
     # what says no value is the default of that key
     text = (folder / "cases.toml").read_text()
-    given = [
+    arguments = [
         line
         for line in text.splitlines()
         if line.startswith(("# roll =", "# yaw", "# gauge", "# young", "# refine", *LIMITS))
         # the pair of shift and roll at the end
         and "0.4" not in line
     ]
-    assert len(given) == 9
-    for line in given:
+    assert len(arguments) == 9
+    for line in arguments:
         table = "[track]\n" if "gauge" in line else "[rail_material]\n" if "young" in line else ""
         table = "[criteria]\n" if line.startswith(LIMITS) else table
         (tmp_path / "one.toml").write_text(table + line.removeprefix("# "))
@@ -95,18 +95,18 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     err = capsys.readouterr().err
     assert "there is no file 'rail.csv'" in err
     assert "there is no file 'wheel.csv'" in err
-    # a name that can be no file is none of a study
+    # a name that cannot be a file name is refused in a study
     path.write_text('wheel = "S1003"\n')
     assert call(["check", str(path)]) == 2
     assert "mine.toml: there is no profile 'S1003'; did you mean S1002" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("study", "positions", "placed", "problem"),
+    ("study", "positions", "positions_placed", "problem"),
     [
         # two loads of three positions
         ("lateral_shift_mm = [-2, 0, 2]\nload_kN = [50, 100]\n", 3, 3, None),
-        # the third one is none
+        # the third position cannot be placed
         (
             'roll = "given"\nlateral_shift_mm = [0, 2, 9, 10]\nload_kN = [50, 100]\n',
             4,
@@ -128,13 +128,13 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
         ('lateral_shift_mm = "-4:4:0.1"\n', 81, 40, None),
     ],
 )
-def test_checking_a_study_places_its_wheels(study, positions, placed, problem, tmp_path):
+def test_checking_a_study_places_its_wheels(study, positions, positions_placed, problem, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(study)
-    found = check_study(path)
-    assert (found.positions, found.placed) == (positions, placed)
-    assert len(found.problems) == (problem is not None)
-    assert all(problem in said for said in found.problems)
+    estimate = check_study(path)
+    assert (estimate.positions, estimate.placed) == (positions, positions_placed)
+    assert len(estimate.problems) == (problem is not None)
+    assert all(problem in said for said in estimate.problems)
 
 
 def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, monkeypatch):
@@ -142,13 +142,13 @@ def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, m
     path.write_text('roll = "given"\nlateral_shift_mm = [0, 2, 4]\n[opposite]\nrail = "54E1"\n')
     assert call(["check", str(path)]) == 2
     assert "1 of 3 positions were tried, up to the first that is none" in capsys.readouterr().err
-    placed = []
-    monkeypatch.setattr("fecontact.runs.check.place_case", lambda case: placed.append(case.lateral_shift_mm))
+    placements = []
+    monkeypatch.setattr("fecontact.runs.check.place_case", lambda case: placements.append(case.lateral_shift_mm))
     path.write_text('lateral_shift_mm = "-4:4:0.1"\n')
     assert call(["check", str(path)]) == 0
     assert "40 of 81 positions were tried, spread over the study" in capsys.readouterr().err
-    assert (placed[0], placed[-1]) == (-4.0, 4.0)
-    assert max(b - a for a, b in pairwise(placed)) < 0.31
+    assert (placements[0], placements[-1]) == (-4.0, 4.0)
+    assert max(b - a for a, b in pairwise(placements)) < 0.31
 
 
 def test_checking_a_study_reads_its_profiles_as_the_study_says(tmp_path):
@@ -174,8 +174,8 @@ def test_checking_a_study_reads_its_profiles_as_the_study_says(tmp_path):
 )
 def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
     pair = mesh_pair(case)
-    made = pair.rail.unknowns + pair.wheel.unknowns
-    assert preview(case).degrees_of_freedom == pytest.approx(made, rel=0.12)
+    unknowns = pair.rail.unknowns + pair.wheel.unknowns
+    assert preview(case).degrees_of_freedom == pytest.approx(unknowns, rel=0.12)
 
 
 @pytest.mark.parametrize(
@@ -191,11 +191,11 @@ def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
 )
 def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, seconds, memory):
     """CPU seconds and largest memory (GB) of `solve --refine never`."""
-    seen = preview(case)
-    assert seen.degrees_of_freedom == pytest.approx(unknowns, rel=0.12)
+    expected_cost = preview(case)
+    assert expected_cost.degrees_of_freedom == pytest.approx(unknowns, rel=0.12)
     # a whole model takes less than it is said to, since its halves have a factor each
-    assert 1 / 1.2 < seen.cpu_seconds / seconds < (1.2 if case.half else 1.3)
-    assert 0.87 < seen.memory_GB / memory < (1.15 if case.half else 1.3)
+    assert 1 / 1.2 < expected_cost.cpu_seconds / seconds < (1.2 if case.half else 1.3)
+    assert 0.87 < expected_cost.memory_GB / memory < (1.15 if case.half else 1.3)
 
 
 @pytest.mark.parametrize(
@@ -208,17 +208,20 @@ def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, 
     ],
 )
 def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolution, seconds):
-    """CPU seconds of `solve --refine never --tangent-mpa 4200`; told to a factor of 1.6."""
+    """CPU seconds of `solve --refine never --tangent-mpa 4200`.
+
+    The estimate is within a factor of 1.6.
+    """
     steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=yield_MPa, tangent_MPa=4200.0)
     case = Case(lateral_shift_mm=shift, resolution=resolution, rail_material=steel, wheel_material=steel)
-    told = preview(case).cpu_seconds
-    assert 1 / 1.6 < told / seconds < 1.15
+    expected_s = preview(case).cpu_seconds
+    assert 1 / 1.6 < expected_s / seconds < 1.15
     # from a patch on fewer nodes
-    assert cost_of([case], 1).seconds == pytest.approx(told, rel=0.05)
+    assert cost_of([case], 1).seconds == pytest.approx(expected_s, rel=0.05)
     # a yield stress that is not reached takes nothing
     hard = replace(steel, yield_MPa=1200.0)
     elastic = preview(replace(case, rail_material=STEEL, wheel_material=STEEL)).cpu_seconds
-    assert preview(replace(case, rail_material=hard, wheel_material=hard)).cpu_seconds == elastic < 0.6 * told
+    assert preview(replace(case, rail_material=hard, wheel_material=hard)).cpu_seconds == elastic < 0.6 * expected_s
 
 
 @pytest.mark.parametrize(
@@ -226,7 +229,10 @@ def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolu
     [(57_210, 0.38), (61_143, 0.46), (167_655, 1.07), (242_472, 1.56), (255_762, 1.53), (433_209, 2.8)],
 )
 def test_memory_grows_faster_than_unknowns_as_measured(unknowns, memory):
-    """At 6 and 5.5 mm (`quick`), 6 mm (`standard`), 6 and 1 mm (`fine`) and 3 mm, with the unknowns of the meshes."""
+    """Memory at 6 and 5.5 mm (`quick`), 6 mm (`standard`), 6 and 1 mm (`fine`) and 3 mm.
+
+    The unknowns of the meshes are given too.
+    """
     assert memory_GB(unknowns) == pytest.approx(memory, rel=0.1)
 
 
@@ -241,12 +247,12 @@ def test_memory_where_verdicts_stay_open_is_that_of_the_finest_meshes_allowed():
 def test_a_study_costs_more_if_verdicts_stay_open(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("load_kN = '10:100:10'\n")
-    found = check_study(path)
-    assert found.cases == 10
+    estimate = check_study(path)
+    assert estimate.cases == 10
     # but for what all take, and files and the report
-    cost, always = found.cost, START_SECONDS + 10 * STUDY_FILES_S[0] / found.cost.workers + STUDY_FILES_S[1]
+    cost, always = estimate.cost, START_SECONDS + 10 * STUDY_FILES_S[0] / estimate.cost.workers + STUDY_FILES_S[1]
     assert cost.most_seconds - always > 2.5 * (cost.seconds - always)
-    assert found.cost.most_memory_GB > 2.0 * found.cost.memory_GB
+    assert estimate.cost.most_memory_GB > 2.0 * estimate.cost.memory_GB
 
 
 @pytest.mark.parametrize(
@@ -262,26 +268,29 @@ def test_a_study_costs_more_if_verdicts_stay_open(tmp_path):
     ],
 )
 def test_expected_times_of_maps_and_studies_are_those_that_were_measured(shifts, loads_kN, files, seconds):
-    """CPU seconds of whole commands with --workers 1, with all files, pictures and reports, on a busy machine."""
+    """CPU seconds of whole commands with --workers 1.
+
+    They include all files, pictures and reports, on a busy machine.
+    """
     cells = [Case(lateral_shift_mm=shift, load_N=1e3 * load) for shift in shifts for load in loads_kN]
     assert 1 / 1.3 < cost_of(cells, 1, files=files).seconds / seconds < 1.3
 
 
 def test_the_expected_time_of_a_position_is_that_which_was_measured():
     """CPU seconds of `solve --shift 3` on one core."""
-    seen = preview(Case(lateral_shift_mm=3.0))
+    expected_cost = preview(Case(lateral_shift_mm=3.0))
     # 2.9 s of the user, 0.5 s of the system; 0.34 GB at its peak
-    assert 1 / 1.5 < seen.cpu_seconds / 3.4 < 1.5
-    assert 1 / 1.5 < seen.memory_GB / 0.34 < 1.5
+    assert 1 / 1.5 < expected_cost.cpu_seconds / 3.4 < 1.5
+    assert 1 / 1.5 < expected_cost.memory_GB / 0.34 < 1.5
 
 
 def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypatch):
-    """On new profiles these loads cost what shared meshes save."""
+    """On new profiles these loads cost the time that shared meshes save."""
     cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 100e3)]
-    seen = preview(cells[0])
+    expected_cost = preview(cells[0])
     for lines_seconds in (0.0, 4.5):
-        one = replace(seen, lines_seconds=lines_seconds)
-        monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _, one=one: one)
+        changed_cost = replace(expected_cost, lines_seconds=lines_seconds)
+        monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _, changed_cost=changed_cost: changed_cost)
         plain, searched = cost_of(cells, 2), cost_of(cells, 2, further=(5.0, 14.0))
         assert searched.seconds - plain.seconds == pytest.approx(5.0 * lines_seconds / 2)
         assert searched.most_seconds - plain.most_seconds == pytest.approx(14.0 * lines_seconds / 2)
@@ -290,28 +299,28 @@ def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypa
 def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
     pytest.importorskip("fecontact.maps")
     cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 80e3, 100e3)]
-    seen = preview(cells[0])
-    monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _: seen)
-    plain, kept = cost_of(cells, 2), cost_of(cells, 2, files=(1.5, 4.0))
+    expected_cost = preview(cells[0])
+    monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _: expected_cost)
+    plain, with_files = cost_of(cells, 2), cost_of(cells, 2, files=(1.5, 4.0))
     # those of each case by two workers, those of all by one process
     for name in ("seconds", "most_seconds"):
-        assert getattr(kept, name) - getattr(plain, name) == pytest.approx(3 * 1.5 / 2 + 4.0)
-    asked = []
+        assert getattr(with_files, name) - getattr(plain, name) == pytest.approx(3 * 1.5 / 2 + 4.0)
+    requests = []
 
-    def told(*_, files=None, **__):
-        asked.append(files)
+    def note_files(*_, files=None, **__):
+        requests.append(files)
         raise InputError("enough")
 
-    monkeypatch.setattr("fecontact.runs.cost.cost_of", told)
+    monkeypatch.setattr("fecontact.runs.cost.cost_of", note_files)
     study = tmp_path / "one.toml"
     study.write_text("load_kN = 100.0\n")
     map_words = ("map", "--shifts", "3", "--loads-kn", "100")
     for words in (("solve",), ("solve", "--out", "a"), ("run", str(study), "--out", "b"), (*map_words, "--out", "c")):
         monkeypatch.chdir(tmp_path)
         assert call(words) == 2
-    assert asked == [None, CASE_FILES_S, STUDY_FILES_S, MAP_FILES_S]
+    assert requests == [None, CASE_FILES_S, STUDY_FILES_S, MAP_FILES_S]
     # of a case alone some 3 s were measured, of a study of nine 15 s, of a map of nine 8 s
-    of_nine = [9 * each + at_end for each, at_end in (STUDY_FILES_S, MAP_FILES_S)]
+    of_nine = [9 * per_cell_s + at_end for per_cell_s, at_end in (STUDY_FILES_S, MAP_FILES_S)]
     assert [CASE_FILES_S[1], *of_nine] == pytest.approx([3.0, 15.0, 8.0], rel=0.1)
 
 
@@ -346,13 +355,13 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
     ],
 )
 def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, time, capsys, monkeypatch, tmp_path):
-    """And then how far it is."""
+    """An expected time first, and the progress after it."""
     pytest.importorskip(worked_by.rpartition(".")[0])
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "study.csv").write_text("id\n" + "".join(f"case{number}\n" for number in range(40)))
 
-    def work(*given, progress, **more):
+    def work(*arguments, progress, **keywords):
         progress(0, 4, "working")
         raise InputError("the work begins")
 
@@ -365,24 +374,27 @@ def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, tim
 
 
 def test_a_study_says_what_it_takes_before_it_begins(capsys, monkeypatch, tmp_path):
-    def work(*given, **more):
+    def work(*arguments, **keywords):
         raise InputError("the work begins")
 
     monkeypatch.setattr("fecontact.runs.study.run_study", work)
     (tmp_path / "two.toml").write_text("load_kN = 100.0\nlateral_shift_mm = [-4.0, 4.0]\n")
-    asked = ["run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+    command_line = ["run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
     said = []
-    for more in ((), ("--part", "1/2"), ("--quiet",)):
-        assert call([*asked, *more]) == 2
+    for options in ((), ("--part", "1/2"), ("--quiet",)):
+        assert call([*command_line, *options]) == 2
         said.append(capsys.readouterr().err.splitlines())
-    # a part does not know what the others do
+    # a part has no information about the other parts
     assert [line for line in said[0] if "about" in line] == [said[0][0]]
     assert re.match(r"2 cases: about \d+ s with 1 worker and 0\.3 GB per worker; up to \d+ s", said[0][0])
     assert said[1:] == [["error: the work begins"]] * 2
 
 
 def test_progress_of_many_quick_cases_is_a_line_in_five_seconds_where_nobody_watches(capsys, monkeypatch, tmp_path):
-    """The first one and the last one always, and all in the log."""
+    """The first case and the last case always have a line.
+
+    The log has a line for every case.
+    """
     now = [100.0]
     monkeypatch.setattr("fecontact.console.progress.time.monotonic", lambda: now[0])
 
@@ -452,7 +464,7 @@ def test_a_log_has_what_was_said_and_how_it_ended(tmp_path, capsys, monkeypatch)
     with pytest.raises(KeyboardInterrupt), logged(path):
         raise KeyboardInterrupt
     out, err = capsys.readouterr()
-    # quiet is only what goes well
+    # `--quiet` is silent only about success
     assert (out, err) == ("here\n", "1 of 2:\n  a: derails\n")
     began = ["INFO", f"fecontact {__version__}: fecontact run 'my study.toml'\n".rstrip()]
     assert log_lines(path) == [
@@ -503,13 +515,13 @@ def test_reasons_are_told_together(capsys):
 @pytest.mark.slow
 def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
     (tmp_path / "two.toml").write_text(BAD_STUDY)
-    done = program(
+    completed = program(
         "-m", "fecontact", "run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"
     )
-    assert done.returncode == 3
-    end = done.stderr.splitlines()
+    assert completed.returncode == 3
+    end = completed.stderr.splitlines()
     assert "2 of 2 cases without a usable result:" in end
-    # one reason, told once of both
+    # both have one reason, which is printed once
     (reason,) = [line for line in end if "give roll = 'touching'" in line]
     assert "+1.00mm" in reason
     assert "+1.50mm" in reason
@@ -530,8 +542,8 @@ def test_a_quiet_study_says_only_what_went_wrong(tmp_path, capfd):
     assert f"Results in {tmp_path / 'out'}" in log
 
 
-@pytest.mark.parametrize("given", slow_but(["file", "stdin"], 0))
-def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given):
+@pytest.mark.parametrize("source", slow_but(["file", "stdin"], 0))
+def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, source):
     code = (
         # cases that fail at once
         "import fecontact\nfrom fecontact.case import Opposite\nprint('once')\nother = Opposite(rail='54E1')\n"
@@ -540,12 +552,12 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given
     )
     script = tmp_path / "script.py"
     script.write_text(code)
-    done = program(str(script)) if given == "file" else program("-", input=code)
-    assert done.stdout.splitlines()[0] == "once"
-    assert done.stdout.count("once") == 1
-    assert "died" not in done.stdout
-    assert "failed: the opposite side is" in done.stdout
-    assert done.stderr == ""
+    completed = program(str(script)) if source == "file" else program("-", input=code)
+    assert completed.stdout.splitlines()[0] == "once"
+    assert completed.stdout.count("once") == 1
+    assert "died" not in completed.stdout
+    assert "failed: the opposite side is" in completed.stdout
+    assert completed.stderr == ""
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
@@ -598,17 +610,20 @@ def test_an_interrupted_solution_says_nothing_of_what_is_kept(monkeypatch, capsy
 
 
 def test_a_reader_that_has_enough_is_no_error():
-    done = program(
+    completed = program(
         "-c",
         "from fecontact.cli import main; import os; r, w = os.pipe(); os.dup2(w, 1); os.close(r); main(['profiles'])",
     )
-    assert "Traceback" not in done.stderr
-    assert "Broken pipe" not in done.stderr
-    assert done.returncode == 0
+    assert "Traceback" not in completed.stderr
+    assert "Broken pipe" not in completed.stderr
+    assert completed.returncode == 0
 
 
 def test_a_closed_standard_output_changes_no_exit_code(monkeypatch, capsys):
-    """As `compare A A >&-` has it: 1 would mean that both differ."""
+    """The exit code of `compare A A >&-`.
+
+    Exit code 1 would mean that both differ.
+    """
     monkeypatch.setattr(sys, "stdout", None)
     code = call(["compare", "A", "A"])
     sys.stdout.close()
@@ -617,9 +632,11 @@ def test_a_closed_standard_output_changes_no_exit_code(monkeypatch, capsys):
 
 
 def test_a_terminal_without_the_sign_gets_another_one():
-    done = program("-m", "fecontact", "hertz", "--shift", "3", env={"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"})
-    assert done.returncode == 0
-    assert done.stderr == ""
+    completed = program(
+        "-m", "fecontact", "hertz", "--shift", "3", env={"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    )
+    assert completed.returncode == 0
+    assert completed.stderr == ""
 
 
 def test_a_missing_system_library_leads_to_the_doctor():
@@ -629,8 +646,8 @@ def test_a_missing_system_library_leads_to_the_doctor():
 
 
 def test_completion_is_installed_for_the_shell(tmp_path):
-    done = program("-m", "fecontact", "--install-completion", env={"HOME": str(tmp_path), "SHELL": "/bin/bash"})
-    assert done.returncode == 0, done.stderr
+    completed = program("-m", "fecontact", "--install-completion", env={"HOME": str(tmp_path), "SHELL": "/bin/bash"})
+    assert completed.returncode == 0, completed.stderr
     written = [path.read_text() for path in tmp_path.rglob("*") if path.is_file()]
     assert any("fecontact" in text for text in written)
 
@@ -651,10 +668,10 @@ def test_files_that_held_something_else_are_named(tmp_path, capsys):
     for amplitude, names in (("10", ()), ("10", ()), ("20", ("irregular.json", "irregular.png", "irregular.svg"))):
         assert call([*words, amplitude]) == 0
         said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("replaced")]
-        named = ", ".join(str(tmp_path / name) for name in names)
-        assert said == ([f"replaced, with another content before: {named}"] if names else [])
+        listed = ", ".join(str(tmp_path / name) for name in names)
+        assert said == ([f"replaced, with another content before: {listed}"] if names else [])
     # of a picture both forms, and nothing beside it
     for profile, names in (("60E1", ()), ("54E1", ("head.png", "head.svg"))):
         assert call(["profiles", profile, "--out", str(tmp_path / "head.png")]) == 0
-        named = ", ".join(str(tmp_path / name) for name in names)
-        assert capsys.readouterr().err == (f"replaced, with another content before: {named}\n" if names else "")
+        listed = ", ".join(str(tmp_path / name) for name in names)
+        assert capsys.readouterr().err == (f"replaced, with another content before: {listed}\n" if names else "")

@@ -1,4 +1,7 @@
-"""The roll that a case has where none is said, and what tables and pictures say of it and of the other wheel."""
+"""The default roll of a case.
+
+Tables and pictures give this roll and the other wheel.
+"""
 
 import importlib.util
 from dataclasses import replace
@@ -65,17 +68,17 @@ def test_every_command_rolls_its_wheelset_unless_a_roll_is_given_or_there_is_non
 
 
 def rolls(doing, command, options, case, monkeypatch, tmp_path):
-    seen = []
+    placements = []
 
     def do(case, *_, **__):
-        seen.append(case)
+        placements.append(case)
         raise InputError("seen")
 
     monkeypatch.setattr(doing, do)
     out = [str(tmp_path / "rail.msh")] if command[-1] == "--out" else []
     assert call([*command, *out, *options]) == 2
-    (made,) = seen
-    assert made == case
+    (roll,) = placements
+    assert roll == case
 
 
 def test_a_roll_of_zero_is_given_in_python_and_in_files_as_well(tmp_path):
@@ -83,7 +86,7 @@ def test_a_roll_of_zero_is_given_in_python_and_in_files_as_well(tmp_path):
     assert Case(roll_rad=0.0) == ALONE
     (tmp_path / "two.toml").write_text("[[case]]\n[[case]]\nroll_mrad = 0\n")
     assert load_study(tmp_path / "two.toml").cases == (WHEELSET, ALONE)
-    # what else is changed leaves the roll as it is
+    # other changes do not change the roll
     assert replace(Case(), lateral_shift_mm=3.0) == replace(WHEELSET, lateral_shift_mm=3.0)
     assert replace(Case(roll_rad=0.0), lateral_shift_mm=3.0).roll == "given"
     # a roll that nobody asked for goes where one is given; one that was asked for contradicts it
@@ -158,7 +161,7 @@ def test_what_is_said_of_the_rolls_of_a_table():
     assert roll_words_of_rows([{name: str(value) for name, value in under[0].items()}]) == roll_words(loaded)
     assert roll_words_of_rows(under) == "roll of the loaded wheelset"
     assert roll_words_of_rows([*free, *under]) == "rolled until both wheels touch, loaded or not"
-    # of a wheelset that could not be placed nothing is known
+    # a wheelset that could not be placed has no values
     assert roll_words_of_rows([{"roll": "touching", "roll_mrad": None}, {}]) == ""
 
 
@@ -168,6 +171,6 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
         for side in ("left", "right")
         for case in (replace(WHEELSET, lateral_shift_mm=shift, side=side) for shift in (0.0, 3.0))
     ]
-    assert [one.label for one in series(rows)] == ["left", "right"]
+    assert [one_series.label for one_series in series(rows)] == ["left", "right"]
     alone = [input_columns(replace(ALONE, lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
-    assert [one.label for one in series([*rows[:2], *alone])] == ["both wheels touch", "fixed roll"]
+    assert [one_series.label for one_series in series([*rows[:2], *alone])] == ["both wheels touch", "fixed roll"]

@@ -1,4 +1,7 @@
-"""Contacts on steep surfaces: a round head in a round groove is the same contact at every angle."""
+"""Contacts on steep surfaces.
+
+A round head in a round groove is the same contact at every angle.
+"""
 
 import math
 from dataclasses import replace
@@ -32,7 +35,7 @@ def arc(kind, radius: float) -> Profile:
     return Profile(name=f"{kind} of radius {radius:g}", kind=kind, segments=(segment,))
 
 
-def in_the_groove(angle_deg: float, rolling_radius_mm: float = 1e7):
+def groove_placement(angle_deg: float, rolling_radius_mm: float = 1e7):
     """The head touches the groove at an angle; their centres are 2 mm apart.
 
     A rolling radius of 10 km leaves 5e-7 mm over the length of the contact, so that bodies are as good as prisms.
@@ -48,7 +51,7 @@ def in_the_groove(angle_deg: float, rolling_radius_mm: float = 1e7):
 
 
 def gap_of(angle_deg: float, kind: str) -> TrueGap:
-    case, placement = Case(load_kind=kind), in_the_groove(angle_deg)
+    case, placement = Case(load_kind=kind), groove_placement(angle_deg)
     return TrueGap(placement=placement, contact_modulus_MPa=115e3, direction=direction_of_case(case, placement))
 
 
@@ -58,8 +61,11 @@ LOAD_N = 4e3
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_the_gap_lies_along_local_normals(angle):
-    """From one circle along its normals to another one around it; a vertical gap at 70 degrees has 2.9 times that."""
-    placement = in_the_groove(angle)
+    """Gap from one circle along its normals to another circle around it.
+
+    A vertical gap at 70 degrees is 2.9 times as large.
+    """
+    placement = groove_placement(angle)
     assert math.degrees(placement.first.contact_angle_rad) == pytest.approx(angle, abs=1e-6)
     s = np.linspace(-HALF_WIDTH, HALF_WIDTH, 51)
     turn, apart = s / HEAD, GROOVE - HEAD
@@ -83,10 +89,10 @@ def test_a_normal_load_makes_the_same_contact_at_every_angle(upright, angle):
 
 
 def under_a_vertical_load(angle: float, upright, *, slides: int):
-    """Both are the same contact turned: what is solved over what is exact, of the force, the peak and the approach.
+    """Ratios of the solved to the exact force, peak pressure and approach of a turned contact.
 
-    The contact is that of the upright one under its load where the circles' centres are apart by as much more as it
-    approaches. Their distance across stays, so that it lies at a smaller angle.
+    The contact is the upright contact under its load, turned. The centres of the circles are farther apart by the
+    approach. Their distance across does not change, so that the contact lies at a smaller angle.
     """
     apart, angle = GROOVE - HEAD, math.radians(angle)
     lower = math.asin(apart * math.sin(angle) / (apart + upright.approach_mm))
@@ -114,13 +120,19 @@ def test_a_vertical_load_presses_the_wheel_down_the_rail(upright, angle):
 
 
 def test_points_that_only_come_nearer_lose_some_of_the_load(upright):
-    """What the slide is there for; the error grows with the load, to 7 % at the flange root under 50 kN."""
+    """The reason for the slide of the patch.
+
+    The error without it grows with the load, to 7 % at the flange root under 50 kN.
+    """
     errors = [1.0 - under_a_vertical_load(angle, upright, slides=0)[0] for angle in ANGLES]
     assert errors == pytest.approx([0.0, 2.8e-4, 1.15e-3, 5.5e-3], rel=0.05, abs=1e-9)
 
 
 def test_the_expected_patch_slides_where_it_is_steep():
-    """S1002 on 60E1 stands on one point of its flange root, 70 degrees steep: it carries all of the vertical load."""
+    """S1002 on 60E1 at a single point of the flange root, 70 degrees steep.
+
+    This point carries all of the vertical load.
+    """
     position = position_of(Case(lateral_shift_mm=7.0, roll="given", load_N=20e3, resolution="quick"))
     rung, touch, true_gap = position.expected.half_space, position.placement.first, position.true_gap
     assert math.degrees(touch.contact_angle_rad) == pytest.approx(70.0, abs=0.01)
@@ -154,19 +166,22 @@ STEEP = Case(
 
 
 def test_the_peak_of_a_steep_patch_is_stated_as_far_off_as_another_normal_moves_it():
-    """CONTACT 25 turns the plane to the weighted centre of the patch: 174.7 kN, and a peak 3.0 % higher than here."""
+    """CONTACT 25 turns the plane to the weighted centre of the patch.
+
+    It has 174.7 kN, and a peak 3.0 % higher than here.
+    """
     position = position_of(STEEP)
     touch, peak = position.placement.first, measures_of(position.expected.half_space).p_max_MPa
     assert touch.contact_angle_rad == pytest.approx(0.519, abs=1e-3)
     force_N = STEEP.load_N / math.cos(touch.contact_angle_rad) * (1.0 + position.turned_force)
     # its grid has cells of its own; measured 0.8 %
     assert force_N == pytest.approx(174.7e3, rel=0.01)
-    known = Solved(turned_force=position.turned_force)
-    assert uncertainty("p_max_MPa", (peak, peak)) < 0.03 < uncertainty("p_max_MPa", (peak, peak), known) < 0.045
+    knowledge = Solved(turned_force=position.turned_force)
+    assert uncertainty("p_max_MPa", (peak, peak)) < 0.03 < uncertainty("p_max_MPa", (peak, peak), knowledge) < 0.045
 
 
 @pytest.mark.parametrize(
-    ("shift_mm", "most"),
+    ("shift_mm", "highest_ratio"),
     [
         # on the tread both normals are one; separate patches have a plane each
         (-3.0, 1e-4),
@@ -174,17 +189,19 @@ def test_the_peak_of_a_steep_patch_is_stated_as_far_off_as_another_normal_moves_
         (5.0, 0.0),
     ],
 )
-def test_another_normal_changes_nothing_on_the_tread(shift_mm, most):
+def test_another_normal_changes_nothing_on_the_tread(shift_mm, highest_ratio):
     position = position_of(Case(lateral_shift_mm=shift_mm, load_N=100e3))
-    assert abs(position.turned_force) <= most
+    assert abs(position.turned_force) <= highest_ratio
 
 
 def test_a_whole_model_and_a_half_model_have_the_same_weighted_centre():
     position = position_of(STEEP)
     rung, true_gap = position.expected.half_space, position.expected.true_gap
-    whole = rung.pressure.whole()
-    both = replace(rung, grid=whole.grid, pressure_MPa=whole.values, gap_mm=np.zeros(whole.grid.shape))
-    assert turned_force(true_gap, both) == pytest.approx(position.turned_force, rel=1e-2)
+    whole_model = rung.pressure.whole()
+    mirrored_rung = replace(
+        rung, grid=whole_model.grid, pressure_MPa=whole_model.values, gap_mm=np.zeros(whole_model.grid.shape)
+    )
+    assert turned_force(true_gap, mirrored_rung) == pytest.approx(position.turned_force, rel=1e-2)
 
 
 @pytest.mark.slow
@@ -197,7 +214,10 @@ def test_a_steep_contact_says_to_which_normal_its_force_belongs():
 
 @pytest.mark.slow
 def test_finite_bodies_on_the_flange_root_carry_the_vertical_load():
-    """As on the half-space, but for what the head turns; without the slide 9 % were lost, the centre at 0.52 b."""
+    """Finite bodies agree with the half-space, except for the rotation of the head.
+
+    Without the slide, 9 % of the load was lost, with the centre at 0.52 b.
+    """
     case = Case(lateral_shift_mm=7.0, roll="given", load_N=50e3, resolution="quick", refine="never")
     result = solve(case)
     assert result.status == "converged"

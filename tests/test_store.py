@@ -1,4 +1,4 @@
-"""Finished cases on disk: whose result it is, whether it is whole, and who may write."""
+"""Finished cases on disk: the inputs of a result, its completeness, and the right to write."""
 
 import os
 import signal
@@ -29,8 +29,8 @@ def stored(out: Path, case: Case = CASE) -> str:
     return name
 
 
-def kept(out: Path, name: str, of=None) -> Kept:
-    return kept_folder(case_folder(out, name), name, of or origin_of(CASE))
+def stored_state(out: Path, name: str, origin=None) -> Kept:
+    return kept_folder(case_folder(out, name), name, origin or origin_of(CASE))
 
 
 def profile(path: Path, radius: float) -> str:
@@ -57,10 +57,10 @@ def test_every_input_changes_the_id(change):
 
 
 def test_criteria_by_which_a_solved_case_is_judged_do_not_change_its_id():
-    other = replace(CASE, criteria=Criteria(p_max=0.03))
-    assert case_id(other) == case_id(CASE)
-    assert origin_of(other).solved_by == origin_of(CASE).solved_by
-    changes = difference(origin_of(CASE).evaluated_by, origin_of(other).evaluated_by)
+    other_case = replace(CASE, criteria=Criteria(p_max=0.03))
+    assert case_id(other_case) == case_id(CASE)
+    assert origin_of(other_case).solved_by == origin_of(CASE).solved_by
+    changes = difference(origin_of(CASE).evaluated_by, origin_of(other_case).evaluated_by)
     assert changes == "criterion p_max 0.05 -> 0.03"
 
 
@@ -78,10 +78,10 @@ def test_the_id_does_not_depend_on_versions_and_the_origin_does(monkeypatch):
 
 def test_a_whole_case_is_kept_with_its_provenance(tmp_path):
     name = stored(tmp_path)
-    assert kept(tmp_path, name) == Kept(found=True, run="run 1")
+    assert stored_state(tmp_path, name) == Kept(found=True, run="run 1")
     provenance = read_json(case_folder(tmp_path, name) / "result.json")["provenance"]
     assert provenance["made_by"] == origin_of(CASE).solved_by
-    assert kept(tmp_path, "another") == Kept()
+    assert stored_state(tmp_path, "another") == Kept()
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
@@ -95,8 +95,8 @@ def test_a_damaged_file_is_named(tmp_path, file, damage):
         path.unlink()
     else:
         path.write_bytes(data[: len(data) // 2] if damage == "cut" else bytes([data[0] ^ 1]) + data[1:])
-    assert not kept(tmp_path, name).usable
-    assert file in (kept(tmp_path, name).problem or "")
+    assert not stored_state(tmp_path, name).usable
+    assert file in (stored_state(tmp_path, name).problem or "")
 
 
 @pytest.mark.parametrize(
@@ -113,24 +113,24 @@ def test_a_manifest_of_another_layout_is_said(tmp_path, old, new, says):
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new))
-    assert says in (kept(tmp_path, name).problem or "")
+    assert says in (stored_state(tmp_path, name).problem or "")
 
 
 def test_the_result_of_other_inputs_under_a_case_s_name_is_said(tmp_path):
     name = stored(tmp_path)
-    other = case_folder(tmp_path, name).rename(case_folder(tmp_path, "other"))
-    assert "other inputs" in (kept_folder(other, "other", origin_of(CASE)).problem or "")
+    other_folder = case_folder(tmp_path, name).rename(case_folder(tmp_path, "other"))
+    assert "other inputs" in (kept_folder(other_folder, "other", origin_of(CASE)).problem or "")
 
 
 def test_another_version_is_a_reason(tmp_path):
     name, made_by = stored(tmp_path), origin_of(CASE)
     newer = replace(made_by, solved_by={**made_by.solved_by, "numpy": "99.1"})
-    found = kept(tmp_path, name, newer)
-    assert found.problem == f"made by another version: numpy {made_by.solved_by['numpy']} -> 99.1"
-    judged = replace(made_by, evaluated_by={**made_by.evaluated_by, "criterion p_max": "0.1"})
-    found = kept(tmp_path, name, judged)
-    assert found.problem is None
-    assert found.outdated == "evaluated by another version: criterion p_max 0.05 -> 0.1"
+    stored_case = stored_state(tmp_path, name, newer)
+    assert stored_case.problem == f"made by another version: numpy {made_by.solved_by['numpy']} -> 99.1"
+    newer_judge = replace(made_by, evaluated_by={**made_by.evaluated_by, "criterion p_max": "0.1"})
+    stored_case = stored_state(tmp_path, name, newer_judge)
+    assert stored_case.problem is None
+    assert stored_case.outdated == "evaluated by another version: criterion p_max 0.05 -> 0.1"
 
 
 def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):
@@ -143,7 +143,7 @@ def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):
 
     with pytest.raises(OSError, match="full"):
         half_a_case()
-    assert kept(tmp_path, name).usable
+    assert stored_state(tmp_path, name).usable
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
@@ -158,8 +158,8 @@ HOLD = "import sys, time; from pathlib import Path; from fecontact.jobs.store im
 HOLD += "with locked(Path(sys.argv[1]), eval(sys.argv[2])): print('held', flush=True); time.sleep(60)"
 
 
-def holder(out: Path, part: object = None) -> subprocess.Popen[str]:
-    process = subprocess.Popen([sys.executable, "-c", HOLD, out, str(part)], stdout=subprocess.PIPE, text=True)
+def holder(out: Path, locked: object = None) -> subprocess.Popen[str]:
+    process = subprocess.Popen([sys.executable, "-c", HOLD, out, str(locked)], stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "held\n"
     return process
 

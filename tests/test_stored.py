@@ -1,4 +1,7 @@
-"""Arrays and values of every kind that is stored are read back on the running interpreter, to the last bit."""
+"""Arrays and values of every stored kind.
+
+They are read back on the running interpreter to the last bit.
+"""
 
 import json
 import math
@@ -24,7 +27,10 @@ from fecontact.profiles.curve import Profile
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EveryKind:
-    """A field of each kind that stored results have, and of arrays by each name that NumPy gives them."""
+    """A field of each kind that stored results have.
+
+    The arrays have each type name that NumPy gives them.
+    """
 
     floats: NDArray[np.float64]
     alias: Floats
@@ -50,43 +56,49 @@ def test_every_kind_of_array_is_read_back_on_this_python():
         not_a_number=math.nan, text="left", flag=True,
     )  # fmt: skip
     value = EveryKind(**values, parts=(EveryKind(**values, parts=()),))
-    read = stored._value(EveryKind, json.loads(json_text(stored._plain(value, {}, "value"))), {})
-    for one, other in ((value, read), (value.parts[0], read.parts[0])):
+    value_read = stored._value(EveryKind, json.loads(json_text(stored._plain(value, {}, "value"))), {})
+    for first, second in ((value, value_read), (value.parts[0], value_read.parts[0])):
         for field in fields(EveryKind):
             if field.name != "parts":
-                assert_same_kind(getattr(one, field.name), getattr(other, field.name))
+                assert_same_kind(getattr(first, field.name), getattr(second, field.name))
 
 
-def assert_same_kind(one: Any, other: Any) -> None:
-    """The same type, shape, number type and bits, also in tuples and mappings."""
-    assert type(one) is type(other)
-    if isinstance(one, np.ndarray):
-        assert (one.dtype, one.shape, one.tobytes()) == (other.dtype, other.shape, other.tobytes())
-    elif isinstance(one, tuple):
-        for first, second in zip(one, other, strict=True):
+def assert_same_kind(value: Any, value_read: Any) -> None:
+    """Compare type, shape, number type and bits, also in tuples and mappings."""
+    assert type(value) is type(value_read)
+    if isinstance(value, np.ndarray):
+        assert (value.dtype, value.shape, value.tobytes()) == (value_read.dtype, value_read.shape, value_read.tobytes())
+    elif isinstance(value, tuple):
+        for first, second in zip(value, value_read, strict=True):
             assert_same_kind(first, second)
-    elif isinstance(one, dict):
-        assert_same_kind(tuple(one.items()), tuple(other.items()))
+    elif isinstance(value, dict):
+        assert_same_kind(tuple(value.items()), tuple(value_read.items()))
     else:
-        assert one == other or (one != one and other != other)
+        assert value == value_read or (value != value and value_read != value_read)
 
 
 def test_an_annotation_that_cannot_be_read_back_is_an_error():
-    """A list that stays a list would fail far from here, as arrays did on Python 3.12 with NumPy 2.5."""
+    """A list that stays a list would fail far from here.
+
+    Arrays did so on Python 3.12 with NumPy 2.5.
+    """
     with pytest.raises(TypeError, match="a stored list cannot be read back as list"):
         stored._value(list[float], [0.0], {})
 
 
 def test_stored_results_have_only_kinds_that_are_read_back():
-    """Walks the annotations of what is stored: all that is no number, text or flag is read by its own branch."""
-    leaves, seen = set(), set()
+    """Annotations of all stored values.
+
+    Everything except numbers, texts and flags is read by its own branch.
+    """
+    leaves, kinds_met = set(), set()
 
     def walk(kind: Any) -> None:
         kind = stored._without_alias(kind)
         origin = get_origin(kind)
-        if kind in (Rung, Case, Profile, AlongTrack, type(None)) or kind in seen:
+        if kind in (Rung, Case, Profile, AlongTrack, type(None)) or kind in kinds_met:
             return
-        seen.add(kind)
+        kinds_met.add(kind)
         if is_dataclass(kind):
             for hint in stored._kinds(kind).values():
                 walk(hint)

@@ -1,4 +1,4 @@
-"""Each study in its quick size: it runs from the command line's door, and says what it found."""
+"""Each study in its quick size, run from the command line, with its findings."""
 
 import importlib.util
 import json
@@ -35,14 +35,17 @@ def module(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(f"study_{name}", STUDIES / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    loaded_module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(loaded_module)
+    return loaded_module
 
 
 @pytest.fixture(autouse=True)
 def _no_pictures(monkeypatch, solved):
-    """None but those that studies draw themselves; and cases that other tests solve as well are solved once."""
+    """Suppress all pictures except those that studies draw themselves.
+
+    Cases that other tests solve too are solved only once.
+    """
     draw_nothing(monkeypatch)
     monkeypatch.setattr("fecontact.runs.store.solve", solved)
 
@@ -50,8 +53,8 @@ def _no_pictures(monkeypatch, solved):
 Quick = Callable[[str, Path], tuple[list[dict[str, Any]], str]]
 
 
-def of_baseline(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
-    """What a study says of the rows of its baseline."""
+def baseline_checks(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
+    """Checks of a study on the rows of its baseline."""
     rows = [
         {column: _value(column, text) for column, text in row.items()}
         for row in load_table(BASELINES / f"{name}.csv").rows.to_dict("records")
@@ -77,8 +80,8 @@ def _value(column: str, text: str) -> str | float | bool | None:
 # `make regress` solves all of them
 @pytest.fixture(params=["of its baseline", pytest.param("solved", marks=pytest.mark.slow)])
 def quick(request) -> Quick:
-    """Rows of a study in its quick size, and what it says of them."""
-    return of_baseline if request.param == "of its baseline" else run_quick
+    """Rows of a study in its quick size, and its checks of them."""
+    return baseline_checks if request.param == "of its baseline" else run_quick
 
 
 def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
@@ -187,15 +190,18 @@ def test_18_finite_elements_alone(quick, tmp_path):
 
 @pytest.mark.parametrize("number", [12, pytest.param(24, marks=pytest.mark.slow)])
 def test_12_exact_contacts_on_the_elements_own_nodes(number, monkeypatch):
-    """Quadratic gaps, nodes anywhere: inside what is stated, which was chosen on other contacts."""
+    """Quadratic gaps with nodes at any offset.
+
+    The errors are within the stated uncertainty, which was chosen on other contacts.
+    """
     study = module("12_uncertainty")
     monkeypatch.setattr(study, "QUICK_NUMBER", number)
     monkeypatch.setattr(study, "QUICK_OTHERS", 0)
-    own = [one for one in study.exact_errors(True) if one.of == study.OWN_NODES[0]]
-    assert len(own) == number
+    own_nodes_rows = [error_row for error_row in study.exact_errors(True) if error_row.of == study.OWN_NODES[0]]
+    assert len(own_nodes_rows) == number
     for name in study.JUDGED:
         # one of them is not, in the misplaced load
-        assert study.outside_percent(own, name) <= (100.0 / number if name == "misplaced_load" else 0.0)
+        assert study.outside_percent(own_nodes_rows, name) <= (100.0 / number if name == "misplaced_load" else 0.0)
     # what means over hats read with four elements per semi-axis: peak 1 / (6 n^2), half-widths 5 / (12 n^2)
     count = study.FEWEST * study.MESH_RATIO
     for name, limit in (
@@ -203,7 +209,7 @@ def test_12_exact_contacts_on_the_elements_own_nodes(number, monkeypatch):
         ("a_mm", limit_a := 5.0 / (12.0 * count**2)),
         ("b_mm", limit_a),
     ):
-        assert max(one.true[name] for one in own) < limit
+        assert max(error_row.true[name] for error_row in own_nodes_rows) < limit
 
 
 @pytest.mark.slow
@@ -211,10 +217,13 @@ def test_11_conforming_pair(tmp_path):
     (*grooves, row), said = run_quick("11_conforming_pair", tmp_path)
     # finite bodies by another theory, also checks of the study: healthy elements are not refused in any groove
     study = module("11_conforming_pair")
-    assert [study.groove_of(one) for one in grooves] == ["10.25", "10.10", "10.05", "10.02"]
-    assert {one["status"] for one in grooves} == {"converged"}
+    assert [study.groove_of(groove) for groove in grooves] == ["10.25", "10.10", "10.05", "10.02"]
+    assert {groove["status"] for groove in grooves} == {"converged"}
     assert [
-        check for one in grooves for check in study.groove_checks(study.groove_of(one), one) if not check.passed
+        check
+        for groove in grooves
+        for check in study.groove_checks(study.groove_of(groove), groove)
+        if not check.passed
     ] == []
     assert (tmp_path / "conforming.png").is_file()
     # published 12 % too low at equal load; measured -12.0 ± 0.8 %
@@ -259,7 +268,10 @@ def test_08_switch_rail(tmp_path):
 
 @pytest.mark.slow
 def test_08_the_wheel_need_not_face_all_of_a_wide_zone():
-    """Off the centre of a narrow head the flat wheel's surface misses the zone's ends on the corner of the head."""
+    """A narrow head with a flat wheel off its centre.
+
+    The surface of the wheel misses the ends of the zone on the corner of the head.
+    """
     (off,) = (case for case in load_study(STUDIES / "08_switch_rail.py").cases if case.lateral_shift_mm)
     # six elements per semi-axis, whose zone is wider than the head
     position = position_of(replace(off, resolution=(0.915, 0.703)))
@@ -286,19 +298,22 @@ def test_08_sections_are_those_that_the_study_writes():
 
 
 def test_09_has_every_solved_load(tmp_path):
-    """Also those of the search for limits; a cell that failed has no numbers."""
+    """Loads of the search for limits are included.
+
+    A cell that failed has no numbers.
+    """
     hertz = {"deviation": {"p_max_MPa": 0.04, "separate_load": 0.25}}
     verdict = {"answer": "FAILS", "cause": "second patch"}
-    solved = {"load_N": 50e3, "status": "converged", "verdict": verdict, "theories": {"hertz": hertz}}
-    cells = [solved, {"load_N": 20e3, "status": "failed: no memory"}]
+    load_record = {"load_N": 50e3, "status": "converged", "verdict": verdict, "theories": {"hertz": hertz}}
+    cells = [load_record, {"load_N": 20e3, "status": "failed: no memory"}]
     document = {
         "cells": [{"lateral_shift_mm": 5.0, **cell} for cell in cells],
         "limits": [{"lateral_shift_mm": 5.0, "tried": [{"load_N": 30e3, "verdict": "HOLDS"}]}],
     }
     (tmp_path / "map.json").write_text(json.dumps(document))
-    tried, own = module("09_applicability_map").solved_loads(tmp_path)
+    tried, load_rows = module("09_applicability_map").solved_loads(tmp_path)
     assert (tried["load_kN"], tried["verdict"], tried["status"]) == (30.0, "HOLDS", "tried for the limit")
-    assert own == {
+    assert load_rows == {
         "lateral_shift_mm": 5.0,
         "load_kN": 50.0,
         "status": "converged",
@@ -334,9 +349,9 @@ def test_10_the_load_of_first_yield_is_johnsons():
 # the same theories on the same vehicles are tested by default in test_vehicle
 @pytest.mark.slow
 def test_16_curves_keeps_its_limits():
-    found = module("16_curves").checks([])
-    assert len(found) == 6
-    assert [check for check in found if not check.passed] == []
+    checks = module("16_curves").checks([])
+    assert len(checks) == 6
+    assert [check for check in checks if not check.passed] == []
 
 
 # what is stated of measured lines is tested by default in test_measured_profiles and test_uncertainty
@@ -346,12 +361,12 @@ def test_14_measured_profiles_keeps_its_limits():
     # two seeds of twenty: closed forms alone
     errors = study.measured((0.01,), (0.2,), seeds=2)
     assert len(errors) == 2 * len(study.SHIFTS_MM)
-    for one in errors:
-        assert 100.0 * max(map(abs, one.error)) < study.LIMIT_PERCENT
+    for error_row in errors:
+        assert 100.0 * max(map(abs, error_row.error)) < study.LIMIT_PERCENT
     assert study.covered(errors) >= study.LEAST_COVERED
     # without a nominal profile the error is larger, and is said to be
     without = study.measured((0.01,), (0.2,), seeds=20, nominal="none")
-    assert max(max(map(abs, one.error)) for one in without) > 0.05
+    assert max(max(map(abs, error_row.error)) for error_row in without) > 0.05
     # 98.8 % of these 240; of the twelve of a single seed it may be ten
     assert study.covered(without) >= study.LEAST_COVERED
     assert [case.lateral_shift_mm for case in study.cases(quick=True)] == [4.0]
@@ -361,16 +376,18 @@ def test_14_measured_profiles_keeps_its_limits():
 def test_15_cheaper_than_finite_elements(quick, tmp_path):
     study = module("15_cheaper_than_finite_elements")
     rows, said = quick("15_cheaper_than_finite_elements", tmp_path)
-    found = study.judged(rows)
+    judgements = study.judged(rows)
     # Hertz holds at -4 mm alone; strips everywhere, as the half-space does, at 1 % of its cost
-    assert {name: one.holds for name, one in found.items() if name in ("hertz", "strip", "half_space")} == {
+    assert {
+        name: judgement.holds for name, judgement in judgements.items() if name in ("hertz", "strip", "half_space")
+    } == {
         "hertz": 1,
         "strip": 3,
         "half_space": 3,
     }
-    assert max(map(abs, found["strip"].p_max_percent)) < 0.6
+    assert max(map(abs, judgements["strip"].p_max_percent)) < 0.6
     # 6 to 11 % too low on any ellipse
-    assert -11.0 < found["kik_piotrowski"].p_max_percent[0] < -6.0
+    assert -11.0 < judgements["kik_piotrowski"].p_max_percent[0] < -6.0
     assert "The cheapest that holds in all of them: Strip method" in said
     assert "Hertz: cheapest that holds in 1, holds in 1, fails in 2" in said
     assert (tmp_path / "cost.png").is_file()
@@ -385,9 +402,9 @@ def test_15_a_theory_that_says_nothing_of_its_own_is_hertz():
         if name not in ("hertz", "multi_hertz")
         for key, value in (("verdict_answer", "HOLDS"), ("limit_used", 0.5), ("deviation_p_max_percent", 1.0))
     }
-    found = study.judged([row])
-    assert found["hertz"] == found["multi_hertz"]
-    assert (found["multi_hertz"].holds, found["strip"].holds) == (0, 1)
+    judgements = study.judged([row])
+    assert judgements["hertz"] == judgements["multi_hertz"]
+    assert (judgements["multi_hertz"].holds, judgements["strip"].holds) == (0, 1)
 
 
 @pytest.mark.slow
@@ -397,9 +414,9 @@ def test_17_irregular(tmp_path):
     assert outcome.all_converged
     rows = list(outcome.rows)
     assert [row["distance_mm"] for row in rows if row.get("distance_mm") is not None] == [25.0]
-    found = study.checks(rows)
-    assert len(found) == 3
-    assert [check for check in found if not check.passed] == []
+    checks = study.checks(rows)
+    assert len(checks) == 3
+    assert [check for check in checks if not check.passed] == []
     assert "the half-space is enough" in outcome.conclusion
 
 
@@ -431,14 +448,14 @@ def test_19_yielding(tmp_path):
 )
 def test_19_force_over_interference_of_known_spheres(ratio, approach, limit):
     study = module("19_yielding")
-    held = study.sphere(ratio, "quick")
+    sphere_row = study.sphere(ratio, "quick")
     elastic = study.elastic_approach_mm()
     # Johnson (1985), eq. 3.24: the cube of the approach is 9 F^2 / (16 R E*^2)
-    modulus = held.contact_modulus_MPa
+    modulus = sphere_row.contact_modulus_MPa
     assert elastic**3 == pytest.approx(9.0 * study.FORCE_N**2 / (16.0 * study.RADIUS_MM * modulus**2), rel=1e-9)
     # bodies that end give way by more as a whole, yielding or not
     row = {
-        "plastic_bodies_rail_yield_MPa": held.rail_material.yield_MPa,
+        "plastic_bodies_rail_yield_MPa": sphere_row.rail_material.yield_MPa,
         "fe_approach_mm": 0.946 * elastic,
         "plastic_approach_mm": (approach - 1.0 + 0.946) * elastic,
     }
@@ -458,11 +475,11 @@ def test_20_atlas(quick, tmp_path):
 def test_20_the_atlas_says_what_finite_elements_say_of_the_usual_pair():
     pytest.importorskip("fecontact.features.fleet")
     study = module("20_atlas")
-    found = study.atlas()["S1002", "1in40", "60E1"]
+    atlas_row = study.atlas()["S1002", "1in40", "60E1"]
     # 100 kN, by finite elements (first_light.py and 09_applicability_map.py)
     by_elements = {-6.0: "H", -4.0: "H", -2.0: "H", 0.0: "F", 1.0: "F", 3.0: "F", 4.0: "H"}
     # at 3 mm the area is off by 11 % where 10 % are allowed, which strips leave open
-    by_strips = {shift: found[shift][study.LOADS_KN.index(100.0)] for shift in by_elements}
+    by_strips = {shift: atlas_row[shift][study.LOADS_KN.index(100.0)] for shift in by_elements}
     assert by_strips | {3.0: "F"} == by_elements
     assert by_strips[3.0] in "FO"
     # where it holds under all loads it does under any
@@ -480,26 +497,30 @@ def test_20_the_table_of_the_readme_is_that_of_the_atlas():
 
 
 def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
-    """Three touch points within 0.05 mm, and a contact 65 mm wide whose lobe on the flange's root is 0.4 mm narrow.
+    """Three touch points within 0.05 mm, and a contact 65 mm wide.
 
-    By few nodes: what a lobe carries moves by some percent with more of them, where it lies does not.
+    Its lobe on the flange root is 0.4 mm narrow. Few nodes suffice: with more nodes the load of a lobe changes by some
+    percent, and its position does not change.
     """
     case = module("21_measured_pairs").two_patches(92.0)
-    placed = place_case(case)
-    places = {round(float(touch.rail_y_mm)): touch.vertical_gap_mm for touch in placed.touch_points}
+    placement = place_case(case)
+    places = {round(float(touch.rail_y_mm)): touch.vertical_gap_mm for touch in placement.touch_points}
     assert sorted(places) == [-35, -26, 6]
     assert max(places.values()) < 0.05
-    _, expected = expect_on_half_space(case, placed, nodes=4)
+    _, expected = expect_on_half_space(case, placement, nodes=4)
     assert expected.s_high_mm - expected.s_low_mm == pytest.approx(65.3, abs=1.0)
     assert len(expected.parts) == 3
-    assert min(part.semi_axes_mm[1] for part in expected.parts) == pytest.approx(0.36, abs=0.1)
+    assert min(ellipse.semi_axes_mm[1] for ellipse in expected.parts) == pytest.approx(0.36, abs=0.1)
     # its opposite has one touch point there
-    other = place_case(replace(case, roll_rad=-case.roll_rad))
-    assert len(other.touch_points) == 1
+    mirrored_placement = place_case(replace(case, roll_rad=-case.roll_rad))
+    assert len(mirrored_placement.touch_points) == 1
 
 
 def test_cells_of_constant_pressure_reach_beyond_the_contact():
-    """Hertz's circle pressed flat by cells (Love 1929): their edge lies where study 21 says, which takes it off."""
+    """Hertz's circle of pressure, pressed flat by cells (Love 1929).
+
+    The edge of the cells lies where study 21 states it, and study 21 subtracts this excess.
+    """
     study, radius, steps = module("21_measured_pairs"), 13.0, np.random.default_rng(5).uniform(-0.5, 0.5, (8, 2))
 
     def corner(u, v):
@@ -508,18 +529,18 @@ def test_cells_of_constant_pressure_reach_beyond_the_contact():
     outside, peaks = [], []
     for step in steps:
         x, y = (np.arange(-15.0, 16.0)[:, None] + step).T
-        x, y = (one.ravel() for one in np.meshgrid(x, y))
+        x, y = (coordinates.ravel() for coordinates in np.meshgrid(x, y))
         pressed = np.hypot(x, y) < radius + 1.5
         while True:
             u, v = np.subtract.outer(x[pressed], x[pressed]), np.subtract.outer(y[pressed], y[pressed])
             of_cells = sum(i * j * corner(u + 0.5 * i, v + 0.5 * j) for i in (1, -1) for j in (1, -1))
-            found = np.linalg.solve(of_cells, 1.0 - 0.5 * (x**2 + y**2)[pressed] / radius**2)
-            if np.all(found > 0.0):
+            pressures = np.linalg.solve(of_cells, 1.0 - 0.5 * (x**2 + y**2)[pressed] / radius**2)
+            if np.all(pressures > 0.0):
                 break
-            pressed[pressed] = found > 0.0
+            pressed[pressed] = pressures > 0.0
         outside.append((np.count_nonzero(pressed) - np.pi * radius**2) / (2.0 * np.pi * radius))
         # 1 = pi^2 a p0 / 2 under a unit modulus over pi
-        peaks.append(found.max() * 0.5 * np.pi**2 * radius)
+        peaks.append(pressures.max() * 0.5 * np.pi**2 * radius)
     # a contact of 26 cells across is counted to a part of a cell
     assert np.mean(outside) == pytest.approx(study.CELLS_OUTSIDE, abs=0.04)
     assert 1.0 - study.CELLS_LOWER < min(peaks) <= max(peaks) < 1.0 + 1e-3
@@ -535,79 +556,90 @@ def test_cells_of_constant_pressure_reach_beyond_the_contact():
 
 def others_by_chance(number: int, seed: int):
     study, rng = module("12_uncertainty"), np.random.default_rng(seed)
-    found = []
-    while len(found) < number:
-        if (made := study.galin_by_chance(rng)).is_contact:
-            found.append(made)
-    return study, found
+    contacts = []
+    while len(contacts) < number:
+        if (contact := study.galin_by_chance(rng)).is_contact:
+            contacts.append(contact)
+    return study, contacts
 
 
 def test_12_a_constant_polynomial_is_hertz():
     study = module("12_uncertainty")
     hertz = hertz_ellipse(0.5 / 460.0, 0.5 / 90.0, normal_force_N=5e4, contact_modulus_MPa=study.MODULUS_MPA)
-    made = study.Galin(coefficients=np.array([[hertz.p0_MPa]]), a_mm=hertz.a_mm, b_mm=hertz.b_mm)
-    gap = made.gap_coefficients_mm
+    contact = study.Galin(coefficients=np.array([[hertz.p0_MPa]]), a_mm=hertz.a_mm, b_mm=hertz.b_mm)
+    gap = contact.gap_coefficients_mm
     assert -gap[0, 0] == pytest.approx(hertz.approach_mm, rel=1e-12)
     assert gap[2, 0] / hertz.a_mm**2 == pytest.approx(0.5 / 460.0, rel=1e-11)
     assert gap[0, 2] / hertz.b_mm**2 == pytest.approx(0.5 / 90.0, rel=1e-11)
-    assert made.moment(0, 0) * hertz.a_mm * hertz.b_mm == pytest.approx(5e4, rel=1e-12)
+    assert contact.moment(0, 0) * hertz.a_mm * hertz.b_mm == pytest.approx(5e4, rel=1e-12)
 
 
 def test_12_the_deflection_of_a_polynomial_pressure_is_the_integral_of_point_loads():
-    """Inside and outside, by midpoints of the area: the singular cell is a disc of its size."""
-    _, (made, *_) = others_by_chance(1, 3)
+    """Deflection inside and outside, by midpoints of the area.
+
+    The singular cell is a disc of equal size.
+    """
+    _, (contact, *_) = others_by_chance(1, 3)
     n = 1200
     steps = (np.arange(n) + 0.5) / n * 2.0 - 1.0
-    x, y = np.meshgrid(made.a_mm * steps, made.b_mm * steps, indexing="ij")
-    pressure, cell = made.pressure_MPa(x, y), 4.0 * made.a_mm * made.b_mm / n**2
+    x, y = np.meshgrid(contact.a_mm * steps, contact.b_mm * steps, indexing="ij")
+    pressure, cell = contact.pressure_MPa(x, y), 4.0 * contact.a_mm * contact.b_mm / n**2
     for place in ((0.3, -0.4), (-0.7, 0.1), (0.9, 0.9), (0.2, 1.4)):
-        distance = np.hypot(x - place[0] * made.a_mm, y - place[1] * made.b_mm)
+        distance = np.hypot(x - place[0] * contact.a_mm, y - place[1] * contact.b_mm)
         summed = float((pressure / distance).sum()) * cell / (math.pi * module("12_uncertainty").MODULUS_MPA)
         # measured: within 4e-4 inside, 1e-6 outside
-        assert made.deflection_mm([place[0]], [place[1]])[0] == pytest.approx(summed, rel=2e-3)
+        assert contact.deflection_mm([place[0]], [place[1]])[0] == pytest.approx(summed, rel=2e-3)
 
 
 @pytest.mark.slow
 def test_12_others_are_contacts_and_half_spaces_find_them():
-    """No negative pressure, open outside, and the half-space of their gap has their pressure, wherever nodes lie."""
-    study, found = others_by_chance(12, 5)
+    """No negative pressure, and an open gap outside.
+
+    The half-space of their gap has their pressure, wherever the nodes lie.
+    """
+    study, contacts = others_by_chance(12, 5)
     rng = np.random.default_rng(6)
     errors = []
-    for made in found:
-        assert made.over_ellipse().min() >= 0.0
-        assert made.least_opening > 0.0
-        exact = made.exact
+    for contact in contacts:
+        assert contact.over_ellipse().min() >= 0.0
+        assert contact.least_opening > 0.0
+        exact = contact.exact
         true_gap = replace(
-            true_gap_of_case(study.FLAT, flat := place_case(study.FLAT)),
-            placement=study.GivenGap(rail=flat.rail, wheel=flat.wheel, touch_points=flat.touch_points, of=exact),
+            true_gap_of_case(study.FLAT, flat_placement := place_case(study.FLAT)),
+            placement=study.GivenGap(
+                rail=flat_placement.rail, wheel=flat_placement.wheel, touch_points=flat_placement.touch_points, of=exact
+            ),
         )
         grid = exact.fine_grid((0.5, float(rng.uniform())), half=True)
-        rung = true_gap.solve(grid, exact.hertz.normal_force_N, start=made.on(grid).pressure)
-        (read,) = study._read([rung], exact)
+        rung = true_gap.solve(grid, exact.hertz.normal_force_N, start=contact.on(grid).pressure)
+        (row_read,) = study._read([rung], exact)
         errors.append(
             {
-                name: abs(read[name] / exact.true[name] - 1.0)
+                name: abs(row_read[name] / exact.true[name] - 1.0)
                 if name in MEASURES
-                else abs(read[name] - exact.true[name])
+                else abs(row_read[name] - exact.true[name])
                 for name in study.JUDGED
             }
         )
-        assert rung.approach_mm == pytest.approx(made.approach_mm, rel=1e-4)
+        assert rung.approach_mm == pytest.approx(contact.approach_mm, rel=1e-4)
     # what reading leaves open is stated from ellipses alone; of 60 others peak 6e-5, area 0.002, centre 3e-5 at most
     for name in study.JUDGED:
-        assert max(one[name] for one in errors) <= FLOORS[name], name
-    assert max(one["p_max_MPa"] for one in errors) < 2e-4
-    assert max(one["centre_over_b"] for one in errors) < 1e-4
+        assert max(error_row[name] for error_row in errors) <= FLOORS[name], name
+    assert max(error_row["p_max_MPa"] for error_row in errors) < 2e-4
+    assert max(error_row["centre_over_b"] for error_row in errors) < 1e-4
 
 
 @pytest.mark.slow
 def test_12_elements_of_a_short_and_wide_zone_have_the_compliance_of_their_material():
-    """0.32 times as long as wide: blocks as deep as they are long read -3.5 and -2.3 %."""
+    """Zones 0.32 times as long as wide.
+
+    Blocks with a depth equal to their length give -3.5 and -2.3 %.
+    """
     study = module("12_uncertainty")
     cases = [*study.exact_cases(), *study.other_cases()]
-    own = {case.zone: case for case in cases if math.isclose(case.zone.aspect, 10.0**-0.5)}
-    assert len(own) == 2
-    for zone, case in own.items():
+    own_cases = {case.zone: case for case in cases if math.isclose(case.zone.aspect, 10.0**-0.5)}
+    assert len(own_cases) == 2
+    for zone, case in own_cases.items():
         ((*_, compliance_error),) = study._on_meshes([case], 1)
         assert abs(compliance_error) < (0.018 if zone.wider == 1.0 else 0.008)
 
@@ -618,12 +650,15 @@ def test_12_others_have_valleys_and_centres_of_all_sizes():
     cases = study.other_cases(True)
     assert len(cases) == study.QUICK_OTHERS
     assert all(case.fits for case in cases)
-    _, found = others_by_chance(24, 8)
-    valleys, centres = ([one.exact.true["valley"] for one in found], [abs(one.centre) for one in found])
+    _, contacts = others_by_chance(24, 8)
+    valleys, centres = (
+        [contact.exact.true["valley"] for contact in contacts],
+        [abs(contact.centre) for contact in contacts],
+    )
     assert max(valleys) > 0.3
     assert max(valleys) <= study.MOST_VALLEY
     assert max(centres) > 0.2
-    ratios = [one.a_mm / one.b_mm for one in found]
+    ratios = [contact.a_mm / contact.b_mm for contact in contacts]
     assert min(ratios) < 0.4
     assert max(ratios) > 2.5
 
@@ -631,10 +666,13 @@ def test_12_others_have_valleys_and_centres_of_all_sizes():
 @pytest.mark.slow
 def test_12_others_between_finite_elements():
     study = module("12_uncertainty")
-    held = [one for one in study.exact_errors(True) if one.of.startswith("others")]
-    on_finer_nodes = [one for one in held if one.of != study.OWN_NODES[1]]
+    contact_rows = [error_row for error_row in study.exact_errors(True) if error_row.of.startswith("others")]
+    on_finer_nodes = [error_row for error_row in contact_rows if error_row.of != study.OWN_NODES[1]]
     outside = {
-        (one.case, name) for one in on_finer_nodes for name in study.JUDGED if study.outside_percent([one], name) > 0.0
+        (error_row.case, name)
+        for error_row in on_finer_nodes
+        for name in study.JUDGED
+        if study.outside_percent([error_row], name) > 0.0
     }
     # of the 60 of the study 3.4 % are; of these six the area of one, 2.7 % off where 2.0 % is stated
     assert outside == {("a/b 0.49, centre -0.35 b, valley 0.00", "area_mm2")}
@@ -642,7 +680,7 @@ def test_12_others_between_finite_elements():
 
 @pytest.mark.slow
 def test_the_benchmark_measures_assembly_and_files():
-    """Its own checks hold: both assemblies are the same, and all files are written."""
+    """Both assemblies of the benchmark agree, and all files are written."""
     study = module("benchmark")
     case = study.cases(True)[0]
     assert all(seconds > 0.0 for seconds in (study.assembly(case) | study.files(case)).values())

@@ -1,4 +1,7 @@
-"""Studies on many processes: nothing solved twice, nothing lost, the same table however it was run."""
+"""Studies on many processes.
+
+Nothing is solved twice, nothing is lost, and the table does not depend on the number of processes.
+"""
 
 import contextlib
 import csv
@@ -50,20 +53,23 @@ def case(load_kN: float) -> Case:
     return Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=1e3 * load_kN)
 
 
-def study(loads: tuple[float, ...] = LOADS_KN, **more: Any) -> Study:
-    return Study(name="fake", cases=tuple(case(load) for load in loads), **more)
+def study(loads: tuple[float, ...] = LOADS_KN, **settings: Any) -> Study:
+    return Study(name="fake", cases=tuple(case(load) for load in loads), **settings)
 
 
-def in_process() -> Crew:
+def inline_workers() -> Crew:
     return Crew(open=ThreadPoolExecutor, workers=1, together=1)
 
 
-def run(out: Path, given: Study | None = None, *, crew: Crew | None = None, **settings: Any) -> StudyOutcome:
-    """Run with the stand-in; in this process unless a number of workers is given."""
+def run(out: Path, varied: Study | None = None, *, crew: Crew | None = None, **settings: Any) -> StudyOutcome:
+    """Run with the stand-in.
+
+    It runs in this process unless a number of workers is given.
+    """
     chosen = RunSettings(**settings)
     if crew is None and chosen.workers is None and chosen.scheduler is None:
-        crew = in_process()
-    return study_by(given or study(), out, settings=chosen, crew=crew, work=fake_solve.FakeWork)
+        crew = inline_workers()
+    return study_by(varied or study(), out, settings=chosen, crew=crew, work=fake_solve.FakeWork)
 
 
 def table(path: Path) -> list[dict[str, str]]:
@@ -115,13 +121,15 @@ def test_figures_and_collections_are_of_the_whole_study(tmp_path):
 
 
 def test_limits_are_drawn_where_all_cases_have_the_same(tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: drawn.append(criteria))
+    figures = []
+    monkeypatch.setattr(
+        "fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: figures.append(criteria)
+    )
     strict = Criteria(p_max=0.03, judged_by=("strength",))
     by_strict = tuple(replace(case(load), criteria=strict) for load in (50, 60))
     run(tmp_path / "same", Study(name="fake", cases=by_strict))
     run(tmp_path / "two", Study(name="fake", cases=(by_strict[0], case(60))))
-    assert drawn == [strict, None]
+    assert figures == [strict, None]
 
 
 def test_a_case_that_occurs_twice_is_solved_once(tmp_path):
@@ -175,14 +183,14 @@ def test_a_moved_profile_is_reused_and_a_changed_one_is_not(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     old = replace(case(50), rail=profile(tmp_path / "a" / "head.txt", 300.0))
-    moved = replace(case(50), rail=profile(tmp_path / "b" / "head.txt", 300.0))
+    moved_case = replace(case(50), rail=profile(tmp_path / "b" / "head.txt", 300.0))
     run(out, Study(name="x", cases=(old,)))
-    outcome = run(out, Study(name="x", cases=(moved,)))
+    outcome = run(out, Study(name="x", cases=(moved_case,)))
     assert outcome.reused
     # the name and the content, not the folder
     assert re.fullmatch(r"head\.txt@[0-9a-f]{8}", outcome.rows[0]["rail"])
     profile(tmp_path / "b" / "head.txt", 301.0)
-    assert not run(out, Study(name="x", cases=(moved,))).reused
+    assert not run(out, Study(name="x", cases=(moved_case,))).reused
 
 
 def test_failures_are_rows_and_the_rest_goes_on(tmp_path):
@@ -212,9 +220,9 @@ def test_an_error_of_the_program_is_no_row_and_ends_the_run_when_the_rest_is_kep
     bad = [case_id(case(load)) for load in (60, 80)]
     with pytest.raises(
         ProgramError, match=r"2 of 5 jobs ended with an error of the program.*KeyError: 'area_mm2'"
-    ) as told:
+    ) as raised:
         run(tmp_path, study(conclude=lambda rows, out: pytest.fail("concluded from a part of the rows")))
-    assert any(f"{name}.error.txt in {tmp_path / 'cases'}" in str(told.value) for name in bad)
+    assert any(f"{name}.error.txt in {tmp_path / 'cases'}" in str(raised.value) for name in bad)
     assert all("fake_solve" in (tmp_path / "cases" / f"{name}.error.txt").read_text() for name in bad)
     assert [row["load_kN"] for row in json.loads((tmp_path / "study.json").read_text())["rows"]] == [50, 70, 90]
     assert not (tmp_path / "report.html").exists()
@@ -295,10 +303,10 @@ def test_a_full_disk_that_ends_the_process_is_named_and_its_room_given_back(tmp_
     assert not list((tmp_path / "cases").iterdir())
 
 
-def job(out: Path, load_kN: float = 50, **more: Any) -> Job:
+def job(out: Path, load_kN: float = 50, **settings: Any) -> Job:
     name = case_id(case(load_kN))
     work = fake_solve.FakeWork(case=case(load_kN), name=name, settings={})
-    return replace(job_of(case(load_kN), case_folder(out, name), work), **more)
+    return replace(job_of(case(load_kN), case_folder(out, name), work), **settings)
 
 
 def test_a_group_is_done_in_turn_and_shares_its_works_objects_after_pickling(tmp_path):
@@ -313,8 +321,8 @@ def test_a_group_is_done_in_turn_and_shares_its_works_objects_after_pickling(tmp
 def test_groups_are_split_only_where_they_are_fewer_than_workers(tmp_path, workers, sizes):
     jobs = [job(tmp_path, load, group=group) for load, group in zip(range(50, 56), "aaabbc", strict=True)]
     groups = groups_of(jobs, workers)
-    assert [len(one) for one in groups] == sizes
-    assert [one for group in groups for one in group] == jobs
+    assert [len(job_group) for job_group in groups] == sizes
+    assert [job_group for group in groups for job_group in group] == jobs
 
 
 @pytest.mark.parametrize(
@@ -323,12 +331,12 @@ def test_groups_are_split_only_where_they_are_fewer_than_workers(tmp_path, worke
 def test_the_longest_position_is_solved_first_where_workers_would_wait_for_it(monkeypatch, workers, order):
     seconds = {50e3: 3.0, 60e3: 9.0, 80e3: 5.0}
 
-    def seen(given: Case) -> Any:
-        if given.load_N not in seconds:
+    def stand_in_preview(preview_case: Case) -> Any:
+        if preview_case.load_N not in seconds:
             raise InputError("no contact")
-        return type("Preview", (), {"cpu_seconds": seconds[given.load_N]})
+        return type("Preview", (), {"cpu_seconds": seconds[preview_case.load_N]})
 
-    monkeypatch.setattr("fecontact.runs.cost.preview", seen)
+    monkeypatch.setattr("fecontact.runs.cost.preview", stand_in_preview)
     cases = dict(zip("abcd", map(case, (50, 60, 70, 80)), strict=True))
     assert longest_first(cases, workers) == list(order)
 
@@ -340,8 +348,8 @@ def test_the_forecast_knows_that_two_patches_take_longer_than_one():
 
 def test_loads_of_a_position_are_one_group_and_what_else_varies_is_another():
     cases = {
-        f"{number}": replace(case(load), lateral_shift_mm=shift, **more)
-        for number, (load, shift, more) in enumerate(
+        f"{number}": replace(case(load), lateral_shift_mm=shift, **varied)
+        for number, (load, shift, varied) in enumerate(
             [(60, 0.0, {}), (50, 0.0, {}), (50, 1.0, {}), (50, 0.0, {"resolution": "fine"})]
         )
     }
@@ -362,12 +370,12 @@ def test_a_job_that_comes_twice_in_a_run_is_done_once_even_by_force(tmp_path, se
     assert len(fake_solve.solves(tmp_path)) == times
 
 
-@pytest.mark.parametrize("part", ["solved_by", "evaluated_by"])
-def test_a_worker_with_other_versions_solves_nothing(tmp_path, part):
-    own = job(tmp_path)
-    given = {part: {**getattr(own.origin, part), "numpy": "99.1"}}
-    done = run_job(replace(own, origin=replace(own.origin, **given)))
-    assert "numpy 99.1 -> " in (done.failure or "")
+@pytest.mark.parametrize("field", ["solved_by", "evaluated_by"])
+def test_a_worker_with_other_versions_solves_nothing(tmp_path, field):
+    own_job = job(tmp_path)
+    versions = {field: {**getattr(own_job.origin, field), "numpy": "99.1"}}
+    outcome = run_job(replace(own_job, origin=replace(own_job.origin, **versions)))
+    assert "numpy 99.1 -> " in (outcome.failure or "")
     assert fake_solve.solves(tmp_path) == []
 
 
@@ -384,9 +392,9 @@ def test_parts_together_give_the_whole_table(tmp_path, serial):
     # what a part says of itself is not needed: its cases are
     (tmp_path / "study.part-2-of-2.csv").unlink()
     (tmp_path / "run.part-1-of-2.lock").unlink()
-    whole = run(tmp_path, study(conclude=lambda rows, out: f"{len(rows)} rows"))
-    assert whole.conclusion == "5 rows"
-    assert len(whole.reused) == 5
+    whole_run = run(tmp_path, study(conclude=lambda rows, out: f"{len(rows)} rows"))
+    assert whole_run.conclusion == "5 rows"
+    assert len(whole_run.reused) == 5
     assert len(fake_solve.solves(tmp_path)) == 5
     assert table(tmp_path / "study.csv") == serial
     # nothing is left that would look like a part to be put together
@@ -399,9 +407,9 @@ def test_a_part_that_lost_a_case_is_noticed_when_all_are_put_together(tmp_path, 
     lost, damaged = sorted((tmp_path / "cases").iterdir())[:2]
     shutil.rmtree(lost)
     (damaged / "row.json").write_text("{}")
-    whole = run(tmp_path)
-    assert len(whole.reused) == 3
-    assert whole.recomputed == {damaged.name: "row.json is damaged (its checksum differs)"}
+    whole_run = run(tmp_path)
+    assert len(whole_run.reused) == 3
+    assert whole_run.recomputed == {damaged.name: "row.json is damaged (its checksum differs)"}
     assert sorted(fake_solve.solves(tmp_path)[5:]) == sorted([lost.name, damaged.name])
     assert table(tmp_path / "study.csv") == serial
 
@@ -429,9 +437,9 @@ def begun_run(tmp_path: Path, out: Path) -> subprocess.Popen[str]:
     return process
 
 
-def wait_until(done: Callable[[], bool], seconds: float = 60.0) -> None:
+def wait_until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
-    while not done():
+    while not condition():
         assert time.monotonic() < end, "it took too long"
         time.sleep(0.02)
 
@@ -467,7 +475,9 @@ def begun_command(words: str) -> tuple[subprocess.Popen[str], list[psutil.Proces
         text=True,
     )
     started = psutil.Process(process.pid)
-    wait_until(lambda: sum("spawn_main" in " ".join(one.cmdline()) for one in started.children()) == 2)
+    wait_until(
+        lambda: sum("spawn_main" in " ".join(child_process.cmdline()) for child_process in started.children()) == 2
+    )
     return process, started.children(recursive=True)
 
 
@@ -492,7 +502,7 @@ def test_workers_end_with_their_command(feature, words):
 def test_a_command_whose_worker_is_killed_says_so(feature, words):
     pytest.importorskip(feature)
     process, children = begun_command(words)
-    next(one for one in children if "spawn_main" in " ".join(one.cmdline())).kill()
+    next(child for child in children if "spawn_main" in " ".join(child.cmdline())).kill()
     error = process.communicate(timeout=20)[1]
     assert "a worker process ended early" in error
     assert "Traceback" not in error
@@ -548,7 +558,10 @@ def test_real_cases_are_bit_identical_for_one_and_two_processes(tmp_path):
 
 @contextlib.contextmanager
 def dask_processes(tmp_path: Path, count: int, strange: int = 0, **environment: str):
-    """A scheduler and workers on loopback, some of another version: address, and the processes, scheduler first."""
+    """A scheduler and workers on loopback, some of another version.
+
+    Returns the address and the processes, with the scheduler first.
+    """
     pytest.importorskip("distributed")
     file = tmp_path / "scheduler.json"
     path = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
@@ -565,9 +578,11 @@ def dask_processes(tmp_path: Path, count: int, strange: int = 0, **environment: 
             # elsewhere, as on another machine
             (tmp_path / "strange").mkdir()
             (tmp_path / "strange" / "sitecustomize.py").write_text("import fecontact; fecontact.__version__ = '99'")
-            other = env | {"PYTHONPATH": os.pathsep.join([str(tmp_path / "strange"), path])}
-            every = strange * [other] + count * [env]
-            processes += [subprocess.Popen(worker, stdout=log, stderr=log, env=own, cwd="/") for own in every]
+            strange_env = env | {"PYTHONPATH": os.pathsep.join([str(tmp_path / "strange"), path])}
+            environments = strange * [strange_env] + count * [env]
+            processes += [
+                subprocess.Popen(worker, stdout=log, stderr=log, env=worker_env, cwd="/") for worker_env in environments
+            ]
             yield json.loads(file.read_text())["address"], processes
         finally:
             for process in processes:
@@ -653,10 +668,10 @@ def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tm
         outcome = running.result(timeout=60)
     assert statuses(outcome) == ["converged"] * 5
     assert table(out / "study.csv") == serial
-    solved = fake_solve.solves(out)
-    assert set(solved) == {case_id(c) for c in study().cases}
-    assert len(solved) <= len(LOADS_KN) + 1
-    assert all(solved.count(name) == 1 for name in finished)
+    solves = fake_solve.solves(out)
+    assert set(solves) == {case_id(c) for c in study().cases}
+    assert len(solves) <= len(LOADS_KN) + 1
+    assert all(solves.count(name) == 1 for name in finished)
 
 
 def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
@@ -707,12 +722,12 @@ def test_the_inputs_that_vary_are_named_with_their_values():
     assert varied_words([base, replace(base, lateral_shift_mm=1.0, load_N=5e4, rail="54E1")]) == ["", ""]
     assert varied_words([base, replace(base, resolution="fine")]) == ["resolution quick", "resolution fine"]
     assert varied_words([base, replace(base, rail_material=soft)])[1] == "rail young_MPa 200000"
-    both = replace(base, rail_material=soft, wheel_material=soft, yaw_rad=1e-3)
-    assert varied_words([base, both]) == ["yaw_mrad 0, young_MPa 210000", "yaw_mrad 1, young_MPa 200000"]
+    both_soft = replace(base, rail_material=soft, wheel_material=soft, yaw_rad=1e-3)
+    assert varied_words([base, both_soft]) == ["yaw_mrad 0, young_MPa 210000", "yaw_mrad 1, young_MPa 200000"]
     # what a wheelset has is known by its wheel, what differs with one wheel is not
-    other = replace(base, wheel="EN15302_A", rolling_radius_mm=500.0)
-    assert varied_words([base, other]) == ["", ""]
-    assert varied_words([base, other, replace(other, rolling_radius_mm=400.0)])[1:] == [
+    other_case = replace(base, wheel="EN15302_A", rolling_radius_mm=500.0)
+    assert varied_words([base, other_case]) == ["", ""]
+    assert varied_words([base, other_case, replace(other_case, rolling_radius_mm=400.0)])[1:] == [
         "rolling_radius_mm 500", "rolling_radius_mm 400",
     ]  # fmt: skip
     # criteria make no other case: results are judged by others

@@ -1,4 +1,7 @@
-"""The largest von Mises stress: found between the layers, below the patch, where closed forms have it."""
+"""The largest von Mises stress below the patch.
+
+It is found between the layers, at the depth of the closed forms.
+"""
 
 import math
 import runpy
@@ -24,8 +27,8 @@ stress_below_centre_MPa, von_mises_below_centre_MPa, von_mises_peak = (
 def test_a_cubic_is_met_exactly_between_the_nodes():
     depth = np.array([0.0, 0.3, 1.0, 1.8, 3.0])
     # largest at 1, a lower end at 3
-    found = peak_on_line(depth, 5.0 - (depth - 1.0) ** 2 + 0.1 * (depth - 1.0) ** 3)
-    assert found == pytest.approx((1.0, 5.0), abs=1e-12)
+    peak = peak_on_line(depth, 5.0 - (depth - 1.0) ** 2 + 0.1 * (depth - 1.0) ** 3)
+    assert peak == pytest.approx((1.0, 5.0), abs=1e-12)
 
 
 @pytest.mark.parametrize(("values", "depth"), [([3.0, 2.0, 1.0, 0.5], 0.0), ([1.0, 2.0, 3.0, 5.0], 3.0)])
@@ -46,7 +49,10 @@ def test_printed_table_of_stress_peaks(ratio: float, von_mises: float, depth: fl
 
 
 def boussinesq_on_axis(z: float, a: float, b: float, nu: float) -> tuple[float, float, float]:
-    """Stress over p0 at depth z by quadrature of Boussinesq's point load (Johnson 1985, eq. 3.19) over the patch."""
+    """Stress over p0 at depth z by quadrature of Boussinesq's point load over the patch.
+
+    Johnson 1985, eq. 3.19.
+    """
     node, weight = np.polynomial.legendre.leggauss(200)
     # With r = sin(s) the pressure is cos(s) and the root at the edge of the patch disappears.
     s, weight_s = 0.25 * math.pi * (node + 1.0), 0.25 * math.pi * weight
@@ -97,10 +103,10 @@ def test_the_layers_of_a_mesh_are_close_enough_for_depth_and_size(ratio, element
     # exact stresses at the depths of the nodes: what interpolation alone costs, measured 0.22 % and 0.04 %
     depth = layer_depths(0.8 / elements, 1.5, 1.2)
     axis = {"a_mm": 1.0 / ratio, "b_mm": 1.0, "p0_MPa": 1000.0, "poisson": 0.3}
-    found = peak_on_line(depth, von_mises_below_centre_MPa(depth, **axis))
+    peak = peak_on_line(depth, von_mises_below_centre_MPa(depth, **axis))
     exact = von_mises_peak(**axis)
-    assert found[0] == pytest.approx(exact.depth_mm, rel=5e-3)
-    assert found[1] == pytest.approx(exact.von_mises_MPa, rel=1e-3)
+    assert peak[0] == pytest.approx(exact.depth_mm, rel=5e-3)
+    assert peak[1] == pytest.approx(exact.von_mises_MPa, rel=1e-3)
 
 
 @pytest.mark.parametrize("name", ["rail", "wheel"])
@@ -120,15 +126,15 @@ def test_block_nodes_go_straight_into_the_body(elliptic_quick: CaseResult, name)
 def test_the_peak_is_that_of_the_closed_form(solved, body):
     # six elements per semi-axis; the four of `quick` find the stress within 0.7 %, its depth 3.6 and 4.6 % too small
     sizes = (7.162 / 6.25, 5.387 / 6.25)
-    made = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution=sizes)
-    case: CaseResult = solved(replace(made, refine="never"))
+    case_of_sizes = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution=sizes)
+    case: CaseResult = solved(replace(case_of_sizes, refine="never"))
     hertz = case.hertz
     exact = von_mises_peak(a_mm=hertz.a_mm, b_mm=hertz.b_mm, p0_MPa=hertz.p0_MPa, poisson=0.3)
-    found = case.von_mises[body]
+    peak = case.von_mises[body]
     # trilinear elements: measured within 0.8 % and 2.5 %
-    assert found.von_mises_MPa == pytest.approx(exact.von_mises_MPa, rel=0.02)
-    assert found.depth_mm == pytest.approx(exact.depth_mm, rel=0.03)
-    assert (found.x_mm, found.y_mm) == pytest.approx((0.0, 750.0), abs=0.2)
+    assert peak.von_mises_MPa == pytest.approx(exact.von_mises_MPa, rel=0.02)
+    assert peak.depth_mm == pytest.approx(exact.depth_mm, rel=0.03)
+    assert (peak.x_mm, peak.y_mm) == pytest.approx((0.0, 750.0), abs=0.2)
 
 
 @pytest.mark.parametrize(("layers", "stress_off", "depth_off"), [(3, 2.5e-3, 1.5e-2), (4, 5e-4, 1e-3)])
@@ -139,18 +145,21 @@ def test_a_peak_below_a_shallow_block_is_found_all_the_same(
     # as over a tight corner; with 3 layers the block ends at 0.4, with 4 at 0.7 of the peak's depth
     mesh = getattr(elliptic_quick.bodies.coupled, name).mesh
     shallow = replace(mesh, block_nodes=mesh.block_nodes[:, :, :layers])
-    found = stress_peak(shallow, elliptic_quick.bodies.stress_MPa[name])
-    whole = elliptic_quick.von_mises[name]
+    peak = stress_peak(shallow, elliptic_quick.bodies.stress_MPa[name])
+    whole_peak = elliptic_quick.von_mises[name]
     # other points and another interpolation: on 20 meshes, loads of 99 to 100.8 kN with lines that differ by their last
     # digits, for which gmsh puts nodes elsewhere, within 0.22 and 1.2 % with three layers, within 0.04 and 0.08 % with
     # four
-    assert found.von_mises_MPa == pytest.approx(whole.von_mises_MPa, rel=stress_off)
-    assert found.depth_mm == pytest.approx(whole.depth_mm, rel=depth_off)
+    assert peak.von_mises_MPa == pytest.approx(whole_peak.von_mises_MPa, rel=stress_off)
+    assert peak.depth_mm == pytest.approx(whole_peak.depth_mm, rel=depth_off)
 
 
 @pytest.mark.parametrize("j", [0, 1, 5, 9, 10])
 def test_below_each_column_of_a_block_a_linear_stress_goes_on(j):
-    """Also below the first and the last one; cubics among the nodes are exact for it."""
+    """Cubics among the nodes are exact for a linear stress.
+
+    This includes the stress below the first and the last node.
+    """
     y, z = np.meshgrid(np.linspace(-2.0, 2.0, 21), np.linspace(0.0, -4.0, 21), indexing="ij")
     points = np.tile(np.stack([0.0 * y, y, z], axis=-1).reshape(-1, 3), (2, 1))
     points[y.size :, 0] = 1.0

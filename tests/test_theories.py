@@ -1,4 +1,4 @@
-"""A judged theory is a value: how it is read, what is asked for, and that a further one is one more entry."""
+"""A judged theory as a value: its deviations, its judgement, and a further theory as a further entry."""
 
 import io
 import json
@@ -62,7 +62,7 @@ def judged_two(two):
 
 @dataclass(frozen=True)
 class Pressure:
-    """A pressure of which nothing else is known."""
+    """A pressure without any other attribute."""
 
     of: HertzContact
 
@@ -71,39 +71,44 @@ class Pressure:
 
 
 def test_a_theory_with_a_single_ellipse_reads_as_hertz():
-    solved, placement = solved_on_half_space(ROUND)
-    load = judge_load(solved, placement)
+    solved_load, placement = solved_on_half_space(ROUND)
+    load = judge_load(solved_load, placement)
     hertz = load.judgements[HERTZ]
-    same = judge_theory(ROUND, solved.levels, Approximation(patches=(ellipse(load.hertz),), approach_mm=0.1))
+    same = judge_theory(ROUND, solved_load.levels, Approximation(patches=(ellipse(load.hertz),), approach_mm=0.1))
     # all but the approach, which is the theory's own word
     for name in (*MEASURES, *MISFITS):
         if name != "approach_mm":
             assert same.deviation[name] == hertz.deviation[name], name
             assert same.uncertainty[name] == hertz.uncertainty[name], name
-    assert same.deviation["approach_mm"] == 0.1 / solved.levels[0].fe.approach_mm - 1.0
+    assert same.deviation["approach_mm"] == 0.1 / solved_load.levels[0].fe.approach_mm - 1.0
     assert (same.verdict, same.limits, same.limit_used) == (hertz.verdict, hertz.limits, hertz.limit_used)
     assert same.hertz == load.hertz
     # a pressure that is not known to be an ellipse is read off nodes, as the contact itself
     (patch,) = same.approximation.patches
     unknown = replace(same.approximation, patches=(replace(patch, shape=Pressure(of=load.hertz)),))
-    read = judge_theory(ROUND, solved.levels, unknown)
+    verdict = judge_theory(ROUND, solved_load.levels, unknown)
     assert unknown.single.hertz is None
-    assert read.deviation == pytest.approx(same.deviation, abs=1e-12)
+    assert verdict.deviation == pytest.approx(same.deviation, abs=1e-12)
 
 
 @pytest.mark.parametrize("at", [(0.0, 3.7), (1.1, -2.0)])
 def test_a_theory_is_read_where_it_lies(at):
-    """Contact and ellipse moved together, on all nodes of a whole contact, change nothing."""
-    solved, placement = solved_on_half_space(replace(ROUND, yaw_rad=0.01))
-    rung, hertz = solved.half_space, judge_load(solved, placement).hertz
+    """A shift of contact and ellipse together, on all nodes of a whole contact.
+
+    It changes nothing.
+    """
+    solved_load, placement = solved_on_half_space(replace(ROUND, yaw_rad=0.01))
+    rung, hertz = solved_load.half_space, judge_load(solved_load, placement).hertz
     assert not rung.grid.half
-    there = ContactGrid(x_mm=rung.grid.x_mm + at[0], s_mm=rung.grid.s_mm + at[1], half=False)
-    here = deviations_of(rung, Approximation.of(hertz))
-    moved = Approximation(patches=(ellipse(hertz, at),), approach_mm=hertz.approach_mm)
-    assert deviations_of(replace(rung, grid=there), moved) == pytest.approx(here, abs=1e-9)
+    moved_grid = ContactGrid(x_mm=rung.grid.x_mm + at[0], s_mm=rung.grid.s_mm + at[1], half=False)
+    deviations = deviations_of(rung, Approximation.of(hertz))
+    moved_theory = Approximation(patches=(ellipse(hertz, at),), approach_mm=hertz.approach_mm)
+    assert deviations_of(replace(rung, grid=moved_grid), moved_theory) == pytest.approx(deviations, abs=1e-9)
     # left behind it is beside the contact by so many half-widths
-    left = deviations_of(replace(rung, grid=there), Approximation.of(hertz))
-    assert left["centre_over_b"] - here["centre_over_b"] == pytest.approx(2.0 * at[1] / hertz.extent_y_mm, abs=1e-9)
+    left = deviations_of(replace(rung, grid=moved_grid), Approximation.of(hertz))
+    assert left["centre_over_b"] - deviations["centre_over_b"] == pytest.approx(
+        2.0 * at[1] / hertz.extent_y_mm, abs=1e-9
+    )
 
 
 def test_the_cheapest_theory_of_the_pressure(two, judged_two):
@@ -121,8 +126,8 @@ def test_the_cheapest_theory_of_the_pressure(two, judged_two):
 
 
 def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
-    whole = judged_two
-    assert whole.lobes
+    judged_by_all = judged_two
+    assert judged_by_all.lobes
 
     def refuse(*_):
         raise AssertionError("it was not asked for")
@@ -135,26 +140,26 @@ def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
     alone = judge_load(*two, theories=(HERTZ,))
     assert list(alone.judgements) == [HERTZ]
     assert (alone.without, alone.lobes, alone.features) == ({}, (), {})
-    # and what it says of Hertz is the same
-    told, of_all = load_record(alone), load_record(whole)
-    assert told["theories"] == {HERTZ: of_all["theories"][HERTZ]}
+    # and its statement about Hertz does not change
+    record, of_all = load_record(alone), load_record(judged_by_all)
+    assert record["theories"] == {HERTZ: of_all["theories"][HERTZ]}
     same = ("verdict", "fe", "elements", "half_space_quadratic", "steps", "steps_uncertainty", "geometry", "solver")
-    assert {name: told[name] for name in same} == {name: of_all[name] for name in same}
+    assert {name: record[name] for name in same} == {name: of_all[name] for name in same}
 
 
-def same_values(one, other):
-    """Whether two values are made of the same ones, down to the last bit."""
-    if type(one) is not type(other):
+def same_values(first, second):
+    """Whether two values have equal fields, to the last bit."""
+    if type(first) is not type(second):
         return False
-    if isinstance(one, np.ndarray):
-        return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
-    if is_dataclass(one):
-        return all(same_values(getattr(one, part.name), getattr(other, part.name)) for part in fields(one))
-    if isinstance(one, Mapping):
-        return list(one) == list(other) and all(same_values(one[name], other[name]) for name in one)
-    if isinstance(one, tuple | list):
-        return len(one) == len(other) and all(map(same_values, one, other))
-    return one == other or (isinstance(one, float) and math.isnan(one) and math.isnan(other))
+    if isinstance(first, np.ndarray):
+        return first.dtype == second.dtype and np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
+    if is_dataclass(first):
+        return all(same_values(getattr(first, field.name), getattr(second, field.name)) for field in fields(first))
+    if isinstance(first, Mapping):
+        return list(first) == list(second) and all(same_values(first[name], second[name]) for name in first)
+    if isinstance(first, tuple | list):
+        return len(first) == len(second) and all(map(same_values, first, second))
+    return first == second or (isinstance(first, float) and math.isnan(first) and math.isnan(second))
 
 
 def test_a_judged_load_goes_to_another_process_and_comes_back(two, judged_two):
@@ -165,8 +170,10 @@ def test_a_judged_load_goes_to_another_process_and_comes_back(two, judged_two):
     assert json.dumps(load_record(back)) == json.dumps(load_record(load))
     assert load_row(back, two[1]) == load_row(load, two[1])
     # the comparison sees what differs
-    other = load.judgements[MULTI_HERTZ]
-    planted = replace(other, deviation={**other.deviation, "valley": math.nextafter(other.deviation["valley"], 1.0)})
+    judgement = load.judgements[MULTI_HERTZ]
+    planted = replace(
+        judgement, deviation={**judgement.deviation, "valley": math.nextafter(judgement.deviation["valley"], 1.0)}
+    )
     assert not same_values(replace(load, judgements={**load.judgements, MULTI_HERTZ: planted}), load)
 
 
@@ -222,53 +229,53 @@ WORDS = "a block on Hertz's ellipse"
 
 @pytest.fixture
 def another(monkeypatch):
-    """One more entry."""
+    """A further entry in the table of theories."""
     entry = Theory(words=WORDS, letter="W", cost="closed form", source="this test", range="none", approximate=block)
     monkeypatch.setitem(THEORIES, "block", entry)
     return entry
 
 
-def printed(lines, *given):
+def printed(lines, *options):
     text = io.StringIO()
-    show(lines(*given), Console(file=text, width=250), long=True)
+    show(lines(*options), Console(file=text, width=250), long=True)
     return text.getvalue()
 
 
 @pytest.fixture
-def judged(another, elliptic_quick):
-    """A result that finite elements gave, judged by it too."""
+def judged_result(another, elliptic_quick):
+    """A result of finite elements, judged by the further theory too."""
     return replace(elliptic_quick, load=judge_load(elliptic_quick.load.solved, elliptic_quick.placement))
 
 
-def test_a_further_theory_is_judged_by_the_same_measures(judged):
-    load = judged.load
-    found, hertz = load.judgements["block"], load.judgements[HERTZ]
+def test_a_further_theory_is_judged_by_the_same_measures(judged_result):
+    load = judged_result.load
+    block, hertz = load.judgements["block"], load.judgements[HERTZ]
     # a block has two thirds of the peak of Hertz's ellipse
-    assert 1.0 + found.deviation["p_max_MPa"] == pytest.approx(2.0 / 3.0 * (1.0 + hertz.deviation["p_max_MPa"]))
-    assert found.deviation["area_mm2"] == pytest.approx(hertz.deviation["area_mm2"], abs=1e-9)
+    assert 1.0 + block.deviation["p_max_MPa"] == pytest.approx(2.0 / 3.0 * (1.0 + hertz.deviation["p_max_MPa"]))
+    assert block.deviation["area_mm2"] == pytest.approx(hertz.deviation["area_mm2"], abs=1e-9)
     # and 4/27 of its load elsewhere: 1.5 sqrt(1 - u) against 1 over u from 0 to 1
-    assert found.deviation["misplaced_load"] == pytest.approx(4.0 / 27.0, abs=0.002)
-    assert found.deviation["valley"] == pytest.approx(0.0, abs=1e-3)
-    assert (found.verdict.answer, found.verdict.measure) == ("FAILS", "p_max_MPa")
-    assert found.verdict.each["area_mm2"] == hertz.verdict.each["area_mm2"]
+    assert block.deviation["misplaced_load"] == pytest.approx(4.0 / 27.0, abs=0.002)
+    assert block.deviation["valley"] == pytest.approx(0.0, abs=1e-3)
+    assert (block.verdict.answer, block.verdict.measure) == ("FAILS", "p_max_MPa")
+    assert block.verdict.each["area_mm2"] == hertz.verdict.each["area_mm2"]
     # it says nothing about Hertz
     assert load.verdict.answer == "HOLDS"
     assert cheapest(standings(load.judgements)).label == HERTZ
 
 
-def test_a_further_theory_is_in_all_that_tells_of_a_case(judged, tmp_path):
-    record = json.loads(json.dumps(result_record(judged)))
-    told, found = record["theories"]["block"], judged.load.judgements["block"]
+def test_a_further_theory_is_in_all_that_tells_of_a_case(judged_result, tmp_path):
+    record = json.loads(json.dumps(result_record(judged_result)))
+    block_record, block = record["theories"]["block"], judged_result.load.judgements["block"]
     assert [name for name in record["theories"] if name in (HERTZ, "block")] == [HERTZ, "block"]
-    assert told["deviation"] == dict(found.deviation)
-    assert told["verdict"]["answer"] == "FAILS"
-    assert told["p_max_MPa"] == found.approximation.patches[0].p_max_MPa
+    assert block_record["deviation"] == dict(block.deviation)
+    assert block_record["verdict"]["answer"] == "FAILS"
+    assert block_record["p_max_MPa"] == block.approximation.patches[0].p_max_MPa
     assert WORDS in printed(case_parts, record)
-    row = keep_as(judged, tmp_path / "cases" / "one")
+    row = keep_as(judged_result, tmp_path / "cases" / "one")
     assert (row["block_verdict_answer"], row["block_verdict_measure"]) == ("FAILS", "p_max_MPa")
-    assert row["block_deviation_p_max_percent"] == 1e2 * found.deviation["p_max_MPa"]
-    assert row["block_limit_used"] == found.limit_used > 1.0
-    # where Hertz holds there is none to take in his place
+    assert row["block_deviation_p_max_percent"] == 1e2 * block.deviation["p_max_MPa"]
+    assert row["block_limit_used"] == block.limit_used > 1.0
+    # where Hertz holds, no other theory is recommended
     assert row["cheapest_theory"] == HERTZ
     assert "the cheapest theory that holds" not in printed(rows_parts, [row])
     write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)
@@ -276,26 +283,26 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged, tmp_path):
     assert WORDS in report
 
 
-def test_the_columns_of_a_further_theory_are_compared(judged):
-    row = load_row(judged.load, judged.placement)
-    own = [name for name in row if name.startswith("block_")]
-    assert len(own) == 7
-    assert not [name for name in own if kind_of(name) not in {*KINDS, TEXT} - {"default"}]
+def test_the_columns_of_a_further_theory_are_compared(judged_result):
+    row = load_row(judged_result.load, judged_result.placement)
+    columns = [name for name in row if name.startswith("block_")]
+    assert len(columns) == 7
+    assert not [name for name in columns if kind_of(name) not in {*KINDS, TEXT} - {"default"}]
     # and a baseline may be older than any theory but Hertz's
     assert {f"{name}_" for name in THEORIES} - {*LATER} == {f"{HERTZ}_", "block_"}
 
 
-def test_a_theory_that_has_no_contact_says_why(judged, another, monkeypatch):
+def test_a_theory_that_has_no_contact_says_why(judged_result, another, monkeypatch):
     monkeypatch.setitem(THEORIES, "block", replace(another, approximate=lambda loaded: "no block fits"))
-    load = judge_load(judged.load.solved, judged.placement)
+    load = judge_load(judged_result.load.solved, judged_result.placement)
     assert "block" not in load.judgements
     assert load.without == {"block": "no block fits"}
-    record = result_record(replace(judged, load=load))
+    record = result_record(replace(judged_result, load=load))
     assert record["theories"]["block"] == {"problem": "no block fits"}
     text = printed(case_parts, record)
     assert WORDS in text
     assert "no block fits" in text
-    assert not [name for name in load_row(load, judged.placement) if name.startswith("block_")]
+    assert not [name for name in load_row(load, judged_result.placement) if name.startswith("block_")]
 
 
 def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
@@ -323,6 +330,6 @@ def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
 )
 def test_strips_that_do_not_touch_say_why(notes, said):
     case = replace(ROUND, load_kind="normal")
-    found = SimpleNamespace(half_length_mm=np.zeros(3), notes=notes)
+    strips = SimpleNamespace(half_length_mm=np.zeros(3), notes=notes)
     loaded = Loaded(placement=place_case(case), case=case, normal_force_N=1e4)
-    assert _in_strips(lambda line, load_N: found)(loaded) == said
+    assert _in_strips(lambda line, load_N: strips)(loaded) == said

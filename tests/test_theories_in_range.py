@@ -1,9 +1,9 @@
-"""Theories of the contact against the half-space, over the library at random: each as exact as its range promises.
+"""Theories of the contact against the half-space, at random positions of the library.
 
-A theory that claims Hertz for constant curvature is held to it where the curvature is constant over the patch, and
-Kik-Piotrowski to its closed form there. The strip method claims 5 % of the peak and 10 % of the area anywhere in its
-range (study 15). Of the others no accuracy is stated where the curvature varies. What is out of a range is looked at on
-the half-space.
+Each theory must be as exact as its range promises. A theory that claims Hertz for constant curvature is held to it
+where the curvature is constant over the patch, and Kik-Piotrowski to its closed form there. The strip method claims 5 %
+of the peak and 10 % of the area anywhere in its range (study 15). No accuracy is stated of the other theories where the
+curvature varies. The limits of the ranges are evaluated on the half-space.
 """
 
 import math
@@ -47,8 +47,11 @@ NOTABLE = 0.05
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """A position with the half-space and the gap line, and all theories under the force of the half-space."""
+class RandomPosition:
+    """A position with the half-space, the gap line and all theories.
+
+    The theories carry the force of the half-space.
+    """
 
     case: Case
     line: GapLine
@@ -76,17 +79,17 @@ class Drawn:
     def turn_rad(self) -> float:
         """Largest turn of the surface between the ends of a patch."""
         ends = [(patch.low_mm[1], patch.high_mm[1]) for patch in self.exact.patches]
-        turned = np.interp(ends, self.line.surface_mm, self.line.turned_rad)
-        return float(np.ptp(turned, axis=1).max())
+        turned_rad = np.interp(ends, self.line.surface_mm, self.line.turned_rad)
+        return float(np.ptp(turned_rad, axis=1).max())
 
-    def off(self, name: str) -> dict[str, float]:
+    def deviations(self, name: str) -> dict[str, float]:
         """Relative deviations of a theory from the half-space."""
-        of_theory, exact = (measures_of_theory(one).as_dict() for one in (self.theories[name], self.exact))
+        of_theory, exact = (measures_of_theory(contact).as_dict() for contact in (self.theories[name], self.exact))
         return {measure: of_theory[measure] / exact[measure] - 1.0 for measure in MEASURES}
 
 
-def drawn(rng: random.Random) -> Drawn | None:
-    """A position of the library; None where it is refused."""
+def draw_position(rng: random.Random) -> RandomPosition | None:
+    """A position of the library, or None if the position is refused."""
     case = Case(
         rail=rng.choice(names("rail")),
         wheel=rng.choice(names("wheel")),
@@ -103,48 +106,48 @@ def drawn(rng: random.Random) -> Drawn | None:
         return None
     loaded = Loaded(placement=placement, case=case, normal_force_N=rung.normal_force_N, half_space=rung)
     answers = {name: theory.approximate(loaded) for name, theory in THEORIES.items()}
-    theories = {name: one for name, one in answers.items() if isinstance(one, Approximation)}
-    return Drawn(case, gap_line_of(loaded), theories.pop("half_space"), theories)
+    theories = {name: answer for name, answer in answers.items() if isinstance(answer, Approximation)}
+    return RandomPosition(case, gap_line_of(loaded), theories.pop("half_space"), theories)
 
 
 def kik_piotrowski(line: GapLine, B_per_mm: float) -> dict[str, float]:
     """Deviations of Kik-Piotrowski's contact from Hertz's ellipse, in closed form."""
-    own, ratio = ellipse_shape(line.A_per_mm, B_per_mm), math.sqrt(B_per_mm / line.A_per_mm)
-    integral = float(elliprf(0.0, ratio**2, 1.0) / own.integral)
-    approach = (math.sqrt(float(own.part_t) / VIRTUAL_PENETRATION) * integral) ** (2.0 / 3.0)
-    area = VIRTUAL_PENETRATION * approach / math.sqrt(float(own.part_x * own.part_t))
+    measures, ratio = ellipse_shape(line.A_per_mm, B_per_mm), math.sqrt(B_per_mm / line.A_per_mm)
+    integral = float(elliprf(0.0, ratio**2, 1.0) / measures.integral)
+    approach = (math.sqrt(float(measures.part_t) / VIRTUAL_PENETRATION) * integral) ** (2.0 / 3.0)
+    area = VIRTUAL_PENETRATION * approach / math.sqrt(float(measures.part_x * measures.part_t))
     return {"p_max_MPa": 1.0 / area - 1.0, "area_mm2": area - 1.0}
 
 
-def wrong_numbers(at: Drawn, seen: Counter[str]) -> Iterator[str]:
-    """Theories in their range that are further off than they say."""
+def wrong_numbers(at: RandomPosition, answers: Counter[str]) -> Iterator[str]:
+    """Theories in their range with larger deviations than they promise."""
     constant = at.variation < CONSTANT and len(at.exact.patches) == 1
     ellipse = at.theories["hertz"].single
-    held = (*EXACT, "kik_piotrowski", "strip") if constant else ("strip",)
-    for name in (name for name in held if name in at.theories and at.theories[name].status == "solved"):
-        seen[f"{name}, constant curvature" if constant else name] += 1
+    exact_theories = (*EXACT, "kik_piotrowski", "strip") if constant else ("strip",)
+    for name in (name for name in exact_theories if name in at.theories and at.theories[name].status == "solved"):
+        answers[f"{name}, constant curvature" if constant else name] += 1
         # its sweeps say little of patches that are longer than that
         slenderness = max(ellipse.a_mm / ellipse.b_mm, ellipse.b_mm / ellipse.a_mm)
         close = constant and (name != "strip" or 0.1 < ellipse.a_mm / ellipse.b_mm < 4.5)
         of_shape = OF_SLENDER if slenderness > SLENDER else 0.0
-        off, expected = at.off(name), dict.fromkeys(MEASURES, 0.0)
+        error, expected = at.deviations(name), dict.fromkeys(MEASURES, 0.0)
         if name == "kik_piotrowski":
             expected = kik_piotrowski(at.line, float(np.mean(at.line.B_per_mm[at.inside])))
         for measure in MEASURES:
-            allowed = STRIPS[measure]
+            limit = STRIPS[measure]
             if close:
-                allowed = OF_THEORY + OF_READING[measure] + at.variation + of_shape
+                limit = OF_THEORY + OF_READING[measure] + at.variation + of_shape
             elif measure == "area_mm2" and at.turn_rad > TURNED_RAD:
-                allowed = TURNED_AREA
-            if not abs(off[measure] - expected[measure]) < allowed:
-                yield f"{name} {measure} {off[measure]:+.4f}, {expected[measure]:+.4f} within {allowed:.4f}: {at.case}"
+                limit = TURNED_AREA
+            if not abs(error[measure] - expected[measure]) < limit:
+                yield f"{name} {measure} {error[measure]:+.4f}, {expected[measure]:+.4f} within {limit:.4f}: {at.case}"
 
 
-def silent(at: Drawn, seen: Counter[str]) -> Iterator[str]:
-    """Theories that are out of their range, by the half-space, and do not say so."""
+def silent(at: RandomPosition, answers: Counter[str]) -> Iterator[str]:
+    """Theories that are out of their range by the half-space without a notice."""
     approach, f = at.exact.approach_mm, at.line.f_mm
-    beside = sum(one.normal_force_N for one in at.exact.patches[1:]) / at.exact.normal_force_N
-    flat = np.mean(at.line.B_per_mm[at.inside] < MIN_B_PER_MM)
+    load_share = sum(patch.normal_force_N for patch in at.exact.patches[1:]) / at.exact.normal_force_N
+    concave_share = np.mean(at.line.B_per_mm[at.inside] < MIN_B_PER_MM)
     levels = {"equivalent_ellipse": VIRTUAL_PENETRATION, "kik_piotrowski": VIRTUAL_PENETRATION, "kpec": 0.5}
     # the approach of a theory differs from that of the half-space by some per cent
     several = {
@@ -152,37 +155,40 @@ def silent(at: Drawn, seen: Counter[str]) -> Iterator[str]:
         for name, level in levels.items()
     }
     left = {
-        "hertz": beside > NOTABLE,
-        **dict.fromkeys(("stripes", "analyn"), flat > NOTABLE),
+        "hertz": load_share > NOTABLE,
+        **dict.fromkeys(("stripes", "analyn"), concave_share > NOTABLE),
         **several,
     }
     for name, is_left in left.items():
         if is_left and name in at.theories:
-            seen[name] += 1
+            answers[name] += 1
             if at.theories[name].status == "solved":
                 yield f"{name} does not say that it is out of its range: {at.case}"
 
 
 def check(seed: int, count: int) -> tuple[Counter[str], Counter[str]]:
-    """Draw positions until so many have a contact; what was held to its accuracy, and what was out of range."""
-    rng, within, beyond, answered = random.Random(seed), Counter(), Counter(), 0
+    """Draw positions until `count` positions have a contact.
+
+    Returns the counts of theories that were held to their accuracy, and of theories that were out of range.
+    """
+    rng, in_range, out_of_range, answered = random.Random(seed), Counter(), Counter(), 0
     problems = []
     while answered < count:
-        at = drawn(rng)
+        at = draw_position(rng)
         if at is not None:
             answered += 1
-            problems += [*wrong_numbers(at, within), *silent(at, beyond)]
+            problems += [*wrong_numbers(at, in_range), *silent(at, out_of_range)]
     assert problems == []
-    return within, beyond
+    return in_range, out_of_range
 
 
 def test_theories_are_as_exact_as_their_ranges_promise():
-    within, beyond = check(seed=1, count=60)
+    in_range, out_of_range = check(seed=1, count=60)
     # of each there is enough, so that all rules are used
     for name in (*EXACT, "kik_piotrowski", "strip"):
-        assert within[f"{name}, constant curvature"] >= 20, name
-    assert within["strip"] >= 20
-    assert min(beyond[name] for name in ("stripes", "analyn")) >= 2
+        assert in_range[f"{name}, constant curvature"] >= 20, name
+    assert in_range["strip"] >= 20
+    assert min(out_of_range[name] for name in ("stripes", "analyn")) >= 2
 
 
 @pytest.mark.slow
@@ -201,10 +207,10 @@ def test_strips_do_not_see_the_kinks_of_a_coarse_line():
     loaded = Loaded(placement=placement, case=case, normal_force_N=2e3 / float(placement.first.normal[2]))
     line, hertz = gap_line_of(loaded), THEORIES["hertz"].approximate(loaded).single
     assert hertz.b_mm / line.step_mm < 10.0
-    found = strip(line, loaded.normal_force_N)
+    contact = strip(line, loaded.normal_force_N)
     # measured 0.5 and -0.4 %; between kinks the peak is 6.6 % too high
-    assert found.p_max_MPa == pytest.approx(hertz.p_max_MPa, rel=0.015)
-    assert found.area_mm2 == pytest.approx(hertz.area_mm2, rel=0.015)
+    assert contact.p_max_MPa == pytest.approx(hertz.p_max_MPa, rel=0.015)
+    assert contact.area_mm2 == pytest.approx(hertz.area_mm2, rel=0.015)
     # the same line without every other place, and a part of the strips
     sparse = replace(
         line,

@@ -1,4 +1,7 @@
-"""Theories by themselves: the list, and one of them at a position, without gmsh or finite elements."""
+"""Theories without finite elements: the list, and a single theory at a position.
+
+No gmsh is needed.
+"""
 
 import json
 import math
@@ -26,8 +29,8 @@ MEASURES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm", "normal_forc
 
 def printed(capsys, *words):
     code = call(list(words))
-    told = capsys.readouterr()
-    return code, told.out, told.err
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
 
 
 def test_the_list_has_all_theories_with_what_differs_from_their_sources(capsys):
@@ -47,13 +50,13 @@ def test_the_list_has_all_theories_with_what_differs_from_their_sources(capsys):
 @pytest.mark.parametrize("name", [name for name in THEORIES if name != "kik_piotrowski"])
 def test_every_theory_that_is_exact_for_an_ellipse_is_hertz_there(name):
     hertz = fecontact.hertz(ELLIPTIC)["ellipses"][0]
-    found = fecontact.theory(ELLIPTIC, name)
-    assert (found["status"], found["problem"], found["solutions"]) == ("solved", None, 1)
+    record = fecontact.theory(ELLIPTIC, name)
+    assert (record["status"], record["problem"], record["solutions"]) == ("solved", None, 1)
     # strips and nodes end between two others: their areas
     areas = {"half_space": 0.01, "strip": 0.005}
     for measure in MEASURES:
-        within = areas.get(name, 0.003) if measure == "area_mm2" else 0.003
-        assert found[measure] == pytest.approx(hertz[measure], rel=within), measure
+        tolerance = areas.get(name, 0.003) if measure == "area_mm2" else 0.003
+        assert record[measure] == pytest.approx(hertz[measure], rel=tolerance), measure
 
 
 def test_a_vertical_load_is_more_along_the_normal_and_a_normal_load_is_not():
@@ -71,7 +74,10 @@ def test_a_vertical_load_is_more_along_the_normal_and_a_normal_load_is_not():
 
 
 def test_the_strips_follow_the_half_space_where_hertz_does_not():
-    """Two lobes that have grown together, and two patches at 17 and 7 degrees, which share the force otherwise."""
+    """Two lobes that have grown together, and two patches at 17 and 7 degrees.
+
+    The theories divide the force between the two patches differently.
+    """
     for shift, force in ((0.25, 0.002), (5.0, 0.035)):
         case = Case(lateral_shift_mm=shift, roll="touching", load_N=50e3)
         strips, exact = (fecontact.theory(case, name) for name in ("strip", "half_space"))
@@ -80,38 +86,38 @@ def test_the_strips_follow_the_half_space_where_hertz_does_not():
         assert len(strips["patches"]) == len(exact["patches"])
         # what carries the load at another angle counts along the normal at first touch
         assert exact["normal_force_N"] == pytest.approx(strips["normal_force_N"], rel=force)
-        for name, within in (("p_max_MPa", 0.01), ("area_mm2", 0.04), ("a_mm", 0.05), ("b_mm", 0.01)):
-            assert strips[name] == pytest.approx(exact[name], rel=within), (shift, name)
+        for name, tolerance in (("p_max_MPa", 0.01), ("area_mm2", 0.04), ("a_mm", 0.05), ("b_mm", 0.01)):
+            assert strips[name] == pytest.approx(exact[name], rel=tolerance), (shift, name)
         assert abs(hertz["p_max_MPa"] / exact["p_max_MPa"] - 1.0) > 0.1
 
 
 def test_a_theory_that_is_out_of_its_range_says_so(capsys):
-    given = ("--shift", "5", "--roll", "touching", "--load-kn", "50")
-    code, text, _ = printed(capsys, "theory", "hertz", *given)
+    options = ("--shift", "5", "--roll", "touching", "--load-kn", "50")
+    code, text, _ = printed(capsys, "theory", "hertz", *options)
     assert code == 3
     assert "status: out of range" in text
     assert "2 touch points are closed, of which it has one" in text
     # under a load that closes one of them it is in its range
-    assert printed(capsys, "theory", "hertz", *given[:-1], "0.05")[0] == 0
-    code, text, _ = printed(capsys, "theory", "multi_hertz", *given)
+    assert printed(capsys, "theory", "hertz", *options[:-1], "0.05")[0] == 0
+    code, text, _ = printed(capsys, "theory", "multi_hertz", *options)
     assert code == 0
     assert "all" in text
-    code, text, _ = printed(capsys, "theory", "multi_hertz", *given[:-1], "0.05")
+    code, text, _ = printed(capsys, "theory", "multi_hertz", *options[:-1], "0.05")
     assert code == 0
     assert "undefined here, Hertz is shown" in text
-    code, text, _ = printed(capsys, "theory", "kpec", *given, "--json")
-    found = json.loads(text)
-    assert (code, found["status"]) == (3, "out of range")
-    assert any("separate regions" in note for note in found["notes"])
+    code, text, _ = printed(capsys, "theory", "kpec", *options, "--json")
+    record = json.loads(text)
+    assert (code, record["status"]) == (3, "out of range")
+    assert any("separate regions" in note for note in record["notes"])
 
 
 def test_a_theory_without_a_contact_says_why(monkeypatch, capsys):
     entry = replace(THEORIES["analyn"], approximate=lambda _: "the line is too short")
     monkeypatch.setitem(THEORIES, "analyn", entry)
     code, text, _ = printed(capsys, "theory", "analyn", "--rail", "circle:300", "--wheel", "cylinder:460", "--json")
-    found = json.loads(text)
-    assert (code, found["status"], found["problem"]) == (3, "no contact", "the line is too short")
-    assert "p_max_MPa" not in found
+    record = json.loads(text)
+    assert (code, record["status"], record["problem"]) == (3, "no contact", "the line is too short")
+    assert "p_max_MPa" not in record
     code, text, _ = printed(capsys, "theory", "analyn", "--rail", "circle:300", "--wheel", "cylinder:460")
     assert (code, text.splitlines()) == (3, ["status: no contact", "the line is too short"])
 
@@ -120,13 +126,13 @@ def test_several_approaches_are_counted(monkeypatch):
     placement = theory_alone(ELLIPTIC, "hertz").placement
     loaded = Loaded(placement=placement, case=ELLIPTIC, normal_force_N=1e5)
 
-    def several(of):
-        made = THEORIES["hertz"].approximate(of)
-        return replace(made, solutions=2, status="several solutions")
+    def several(loaded_case):
+        approximation = THEORIES["hertz"].approximate(loaded_case)
+        return replace(approximation, solutions=2, status="several solutions")
 
     monkeypatch.setitem(THEORIES, "kpec", replace(THEORIES["kpec"], approximate=several))
-    found = theory_of(loaded, "kpec")
-    assert (found.status, found.contact.solutions) == ("several solutions", 2)
+    record = theory_of(loaded, "kpec")
+    assert (record.status, record.contact.solutions) == ("several solutions", 2)
 
 
 def test_bad_input(capsys):
@@ -144,9 +150,9 @@ def test_no_finite_element_is_imported():
         "import sys; from fecontact.cli import call; call(['theory', 'strip', '--shift', '4', '--json']);"
         f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stderr.strip().splitlines()[-1] == "[]"
-    assert json.loads(done.stdout)["status"] == "solved"
+    completed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert completed.stderr.strip().splitlines()[-1] == "[]"
+    assert json.loads(completed.stdout)["status"] == "solved"
 
 
 # the ellipse of R 300 on R 460 reaches 6.2 mm across under 150 kN, and 8.6 mm under 400 kN

@@ -64,7 +64,7 @@ def _pid(_: int) -> int:
     return os.getpid()
 
 
-def _of_workers(_: int) -> tuple[int, list[int], int, int]:
+def _count_workers(_: int) -> tuple[int, list[int], int, int]:
     with evaluators(2, here=False, workers=2) as map_over:
         evaluated = list(map_over(_pid, range(2)))
     crew = process_crew(2, 1)
@@ -74,9 +74,9 @@ def _of_workers(_: int) -> tuple[int, list[int], int, int]:
 
 def test_a_daemonic_process_does_its_work_itself():
     with multiprocessing.get_context("spawn").Pool(1) as pool:
-        own, evaluated, workers, submitted = pool.apply(_of_workers, (0,))
-    assert own != os.getpid()
-    assert (evaluated, workers, submitted) == ([own, own], 1, own)
+        own_threads, evaluated, workers, submitted = pool.apply(_count_workers, (0,))
+    assert own_threads != os.getpid()
+    assert (evaluated, workers, submitted) == ([own_threads, own_threads], 1, own_threads)
 
 
 def _answers(out: Path, workers: int) -> list[str]:

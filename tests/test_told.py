@@ -1,4 +1,4 @@
-"""Results are told once: a record by its names, and a row by the paths of the record."""
+"""Results in their two forms: a record by its names, and a row by the paths of the record."""
 
 import math
 import re
@@ -39,7 +39,7 @@ class Inner:
 
 @dataclass(frozen=True)
 class Outer:
-    """Tells a property, and not all of its fields."""
+    """A class with a property in its record, and without some of its fields."""
 
     TELLS = ("name", "deviation", "twice", "path")
 
@@ -58,17 +58,17 @@ OUTER = Outer("x", Inner(0.25, 0.5), path=(Inner(1.0, 2.0), Inner(3.0, 4.0)))
 
 def test_a_value_is_told_by_its_own_names():
     assert told(Inner(0.25, 0.5)) == {"p_max_MPa": 0.25, "centre_over_b": 0.5, "area_mm2": None}
-    found = told({"outer": OUTER, 1: np.float64(1.5)})
-    assert found == {
+    record = told({"outer": OUTER, 1: np.float64(1.5)})
+    assert record == {
         "outer": {
             "name": "x",
             "deviation": {"p_max_MPa": 0.25, "centre_over_b": 0.5, "area_mm2": None},
             "twice": [2.0, 4.0],
-            "path": [told(one) for one in OUTER.path],
+            "path": [told(value) for value in OUTER.path],
         },
         "1": 1.5,
     }
-    assert type(found["1"]) is float
+    assert type(record["1"]) is float
 
 
 def test_a_row_has_paths_and_relative_numbers_in_percent():
@@ -81,7 +81,7 @@ def test_a_row_has_paths_and_relative_numbers_in_percent():
         # over Hertz's half-width, and no part of a whole
         "hertz_deviation_p_max_percent": 25.0,
         "hertz_deviation_centre_over_b": 0.5,
-        # of what is not known nothing is known in percent
+        # a missing value has no percentage either
         "hertz_deviation_area_percent": None,
         "hertz_twice": "2.0; 4.0",
         "hertz_path": 2,
@@ -101,56 +101,67 @@ def record(result) -> dict:
 
 
 def contacts(value: object, path: str = "") -> Iterator[tuple[str, Mapping]]:
-    """Whole contacts in a record by their paths: not the parts of one, which have a list of their own."""
+    """Whole contacts in a record by their paths.
+
+    The parts of a contact, which have a separate list, are not included.
+    """
     if isinstance(value, Mapping):
         if {"p_max_MPa", "area_mm2", "approach_mm"} <= set(value) and not re.search("deviation|uncertainty|step", path):
             yield path, value
-        for name, one in value.items():
-            yield from contacts(one, f"{path}.{name}".removeprefix("."))
+        for name, contact in value.items():
+            yield from contacts(contact, f"{path}.{name}".removeprefix("."))
 
 
 def test_no_contact_stands_twice_in_a_record(record):
-    found = dict(contacts(record))
-    assert {"fe", "elements", "half_space_quadratic", "theories.hertz", "theories.half_space"} <= set(found)
+    contacts_by_path = dict(contacts(record))
+    assert {"fe", "elements", "half_space_quadratic", "theories.hertz", "theories.half_space"} <= set(contacts_by_path)
     for measure in ("p_max_MPa", "area_mm2", "approach_mm"):
-        twice = [value for value, count in Counter(one[measure] for one in found.values()).items() if count > 1]
-        assert not twice, [path for path, one in found.items() if one[measure] in twice]
+        twice = [
+            value
+            for value, count in Counter(contact[measure] for contact in contacts_by_path.values()).items()
+            if count > 1
+        ]
+        assert not twice, [path for path, contact in contacts_by_path.items() if contact[measure] in twice]
 
 
 def test_all_whole_contacts_carry_the_force_of_the_record(record, result):
-    assert not [path for path, one in contacts(record) if "normal_force_N" in one]
+    assert not [path for path, contact in contacts(record) if "normal_force_N" in contact]
     for name in {HERTZ, HERTZ_GAUGE} & set(record["theories"]):
-        one = record["theories"][name]
-        mean = 2.0 / 3.0 * one["p_max_MPa"]
-        assert mean * one["area_mm2"] == pytest.approx(record["normal_force_N"], rel=1e-9)
+        contact = record["theories"][name]
+        mean = 2.0 / 3.0 * contact["p_max_MPa"]
+        assert mean * contact["area_mm2"] == pytest.approx(record["normal_force_N"], rel=1e-9)
     # parts have a force each, along their own normals
-    parts = [record["lobes"], *(one.get("patches") for one in record["theories"].values())]
-    assert all(part["normal_force_N"] > 0.0 for own in parts for part in own or ())
+    parts = [record["lobes"], *(contact.get("patches") for contact in record["theories"].values())]
+    assert all(patch["normal_force_N"] > 0.0 for patches in parts for patch in patches or ())
     assert bool(record["lobes"]) == (len(result.load.lobes) > 1)
 
 
-def by_path(value: Mapping, path: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
+def columns_by_path(value: Mapping, path: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
     """Columns that a record may have, written apart from `flat`."""
-    for name, one in value.items():
-        if isinstance(one, Mapping):
-            yield from by_path(one, (*path, name))
+    for name, number in value.items():
+        if isinstance(number, Mapping):
+            yield from columns_by_path(number, (*path, name))
             continue
-        relative = any(part.startswith(("deviation", "uncertainty", "step")) for part in path)
+        relative = any(key.startswith(("deviation", "uncertainty", "step")) for key in path)
         if relative and not name.endswith("_over_b"):
-            name, one = re.sub("_(MPa|mm2?)$", "", name) + "_percent", 100.0 * one
-        yield "_".join((*path, name)), one
+            name, number = re.sub("_(MPa|mm2?)$", "", name) + "_percent", 100.0 * number
+        yield "_".join((*path, name)), number
 
 
 def test_every_column_of_a_row_is_a_number_of_the_record(record, result):
     row = case_row(result)
     plain = {**record, **record["theories"], "theories": {}}
-    known = dict(by_path(plain))
-    own = [name for name in row if name not in HEAD | set(input_columns(result.case))]
-    assert len(own) > 100
-    for name in own:
-        value = known[name]
+    record_values = dict(columns_by_path(plain))
+    columns = [name for name in row if name not in HEAD | set(input_columns(result.case))]
+    assert len(columns) > 100
+    for name in columns:
+        value = record_values[name]
         if isinstance(value, list):
-            value = len(value) if any(isinstance(one, Mapping) for one in value) else "; ".join(map(str, value))
+            value = (
+                len(value)
+                if any(isinstance(part_value, Mapping) for part_value in value)
+                else "; ".join(map(str, value))
+            )
         assert row[name] == value or math.isnan(row[name]), name
 
 
@@ -158,5 +169,5 @@ def test_several_touch_points_are_told_as_patches(solved):
     theories = result_record(solved(CASES["two lobes"]))["theories"]
     springs = theories[MULTI_HERTZ]
     assert len(springs["patches"]) == 2
-    assert springs["p_max_MPa"] == max(one["p_max_MPa"] for one in springs["patches"])
+    assert springs["p_max_MPa"] == max(patch["p_max_MPa"] for patch in springs["patches"])
     assert theories[HERTZ]["patches"] == []

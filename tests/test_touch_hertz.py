@@ -1,4 +1,7 @@
-"""Hertz at all touch points: load shared like springs side by side, and both sides of a junction."""
+"""Hertz at all touch points.
+
+The touch points share the load like springs side by side; a junction has two sides.
+"""
 
 import math
 
@@ -24,16 +27,16 @@ MODULUS = contact_modulus_MPa(STEEL, STEEL)
 
 def test_equal_springs_share_equally():
     # n springs in parallel are one n times as stiff
-    one = multi_hertz_approach_mm([1e6], load_N=25e3, gap_mm=[0.0], closing=[1.0])
+    single_mm = multi_hertz_approach_mm([1e6], load_N=25e3, gap_mm=[0.0], closing=[1.0])
     four = multi_hertz_approach_mm([1e6] * 4, load_N=100e3, gap_mm=[0.0] * 4, closing=[1.0] * 4)
-    assert one == pytest.approx((25e3 / 1e6) ** (2 / 3), rel=1e-12)
-    assert four == pytest.approx(one, rel=1e-12)
+    assert single_mm == pytest.approx((25e3 / 1e6) ** (2 / 3), rel=1e-12)
+    assert four == pytest.approx(single_mm, rel=1e-12)
 
 
 def test_a_far_point_carries_nothing():
     near = multi_hertz_approach_mm([1e6], load_N=1e5, gap_mm=[0.0], closing=[1.0])
-    both = multi_hertz_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 1.001 * near], closing=[1.0, 1.0])
-    assert both == pytest.approx(near, rel=1e-12)
+    both_mm = multi_hertz_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 1.001 * near], closing=[1.0, 1.0])
+    assert both_mm == pytest.approx(near, rel=1e-12)
     reached = multi_hertz_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 0.9 * near], closing=[1.0, 1.0])
     assert reached < near
 
@@ -62,33 +65,35 @@ def test_two_touch_points_share_the_load():
     case = Case(lateral_shift_mm=0.0)
     placement = place_case(case)
     direction = placement.load_direction(normal=False)
-    found = hertz_points_of_case(case, placement)
-    assert [(p.touch_point, p.side) for p in found.points] == [(0, "both"), (1, "both")]
-    shares = [p.shared for p in found.points]
+    points = hertz_points_of_case(case, placement)
+    assert [(p.touch_point, p.side) for p in points.points] == [(0, "both"), (1, "both")]
+    shares = [p.shared for p in points.points]
     vertical = [
         s.normal_force_N * float(t.normal @ direction) for s, t in zip(shares, placement.touch_points, strict=True)
     ]
     assert sum(vertical) == pytest.approx(case.load_N, rel=1e-9)
     # one rigid approach: each ellipse's own approach is what its gap leaves of it
     for share, touch in zip(shares, placement.touch_points, strict=True):
-        own = found.shared_approach_mm * float(touch.normal @ direction) - touch.vertical_gap_mm * touch.normal[2]
-        assert share.approach_mm == pytest.approx(own, rel=1e-9)
-    assert found.shared_p_max_MPa == max(s.p0_MPa for s in shares)
+        own_closing_mm = (
+            points.shared_approach_mm * float(touch.normal @ direction) - touch.vertical_gap_mm * touch.normal[2]
+        )
+        assert share.approach_mm == pytest.approx(own_closing_mm, rel=1e-9)
+    assert points.shared_p_max_MPa == max(s.p0_MPa for s in shares)
     # 10.6 mm apart, half widths 9.9 and 2.3 mm
-    assert found.overlapping
-    alone = [p.whole for p in found.points]
+    assert points.overlapping
+    alone = [p.whole for p in points.points]
     assert all(s.p0_MPa < w.p0_MPa for s, w in zip(shares, alone, strict=True))
 
 
 def test_a_single_touch_point_has_the_whole_load():
     case = Case(lateral_shift_mm=0.0, rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
-    found = hertz_points_of_case(case, place_case(case))
+    points = hertz_points_of_case(case, place_case(case))
     exact = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=100e3, contact_modulus_MPa=MODULUS)
-    (only,) = found.points
+    (only,) = points.points
     assert only.whole.p0_MPa == pytest.approx(exact.p0_MPa, rel=1e-9)
     assert only.shared.p0_MPa == pytest.approx(exact.p0_MPa, rel=1e-9)
-    assert found.shared_approach_mm == pytest.approx(exact.approach_mm, rel=1e-9)
-    assert not found.overlapping
+    assert points.shared_approach_mm == pytest.approx(exact.approach_mm, rel=1e-9)
+    assert not points.overlapping
 
 
 # --- two tangent arcs -----------------------------------------------------------------------------------------------
@@ -102,9 +107,9 @@ def test_two_arcs_meet_at_the_distance_from_first_touch(distance):
     assert not junction.is_corner
     assert (junction.curvature_left_per_mm, junction.curvature_right_per_mm) == pytest.approx((1 / 13, 1 / 80))
     origin = float(placement.rail.profile.arc_length(placement.first.rail_u))
-    there = float(placement.rail.profile.arc_length(placement.rail.profile.locate(junction.y_mm)))
+    junction_mm = float(placement.rail.profile.arc_length(placement.rail.profile.locate(junction.y_mm)))
     # the touch point is a root found to 1e-9 mm or so of a minimum
-    assert origin - there == pytest.approx(distance, abs=1e-5)
+    assert origin - junction_mm == pytest.approx(distance, abs=1e-5)
     assert placement.first.at_junction == (distance == 0.0)
     radius = {True: 80.0, False: 13.0}[distance > 0.0]
     if distance:
@@ -128,7 +133,10 @@ def test_bad_arcs_are_refused(spec, said):
 
 @pytest.mark.slow
 def test_junction_is_judged_with_both_curvatures():
-    """Touch exactly at a junction R 300 / R 80: the truth lies between both ellipses, and neither holds."""
+    """Touch exactly at a junction R 300 / R 80.
+
+    The truth lies between both ellipses, and neither holds.
+    """
     result = solve(
         Case(
             rail="arcs:300/80@0",

@@ -1,4 +1,7 @@
-"""The search for touch points against the gap of dense lines: worn wheels, conforming roots, any nodes, refusals."""
+"""The search for touch points against the gap of dense lines.
+
+Tested: worn wheels, conforming roots, any nodes, refusals.
+"""
 
 import math
 import re
@@ -34,8 +37,11 @@ def hollow(depth_mm: float, middle_mm: float, half_width_mm: float) -> Profile:
 STEEP, FLAT = math.radians(70.0), math.radians(25.0)
 
 
-def with_root(radius_mm: float) -> Profile:
-    """A flank of 70 degrees, a root, a slope of 25 degrees that lies against no crown, and a tread high above it."""
+def root_wheel(radius_mm: float) -> Profile:
+    """A flank of 70 degrees, a root, a slope of 25 degrees and a high tread.
+
+    The slope lies against no crown, and the tread is high above it.
+    """
     slope = np.array([-26.0, -1.3])
     centre = slope - radius_mm * np.array([-math.sin(FLAT), math.cos(FLAT)])
     flank = centre + radius_mm * np.array([-math.sin(STEEP), math.cos(STEEP)])
@@ -60,24 +66,30 @@ def pair_with(wheel: Profile) -> Pair:
 
 @cache
 def rail_seen_from_above() -> tuple[np.ndarray, np.ndarray]:
-    """The rail's line as chords of 4 micrometres: they lie 1.5e-7 mm below its arcs of R 13."""
+    """The rail profile as chords of 4 micrometres.
+
+    They lie 1.5e-7 mm below its arcs of R 13.
+    """
     rail = pair_with(load("S1002")).rail
     q = rail.profile.evaluate(rail.profile.at_arc_length(np.arange(0.0, rail.profile.length_mm, STEP_MM)))
     c, s = math.cos(rail.inclination_rad), math.sin(rail.inclination_rad)
     y, z = rail.crown_y_mm + q.y * c - q.z * s, rail.crown_z_mm + q.y * s + q.z * c
-    seen = np.isfinite(y) & (y > np.concatenate([[-np.inf], np.maximum.accumulate(y)[:-1]]))
-    return y[seen], z[seen]
+    visible = np.isfinite(y) & (y > np.concatenate([[-np.inf], np.maximum.accumulate(y)[:-1]]))
+    return y[visible], z[visible]
 
 
 def all_minima(
     pair: Pair, shift_mm: float, roll_rad: float, prominence_mm: float
 ) -> tuple[float, list[tuple[float, float]]]:
-    """Height of the axle at first touch, and of every minimum of the gap its height above that and place (mm)."""
+    """Height of the axle at first touch, and all minima of the gap.
+
+    Each minimum has its height above the first touch and its place (mm).
+    """
     wheel = pair.wheel
     p = wheel.evaluate(wheel.at_arc_length(np.arange(STEP_MM, wheel.length_mm, STEP_MM)))
-    along, below = pair.tape_circle_y_mm + p.y, pair.rolling_radius_mm - p.z
-    y = shift_mm + along * math.cos(roll_rad) + below * math.sin(roll_rad)
-    z = along * math.sin(roll_rad) - below * math.cos(roll_rad)
+    along, depth = pair.tape_circle_y_mm + p.y, pair.rolling_radius_mm - p.z
+    y = shift_mm + along * math.cos(roll_rad) + depth * math.sin(roll_rad)
+    z = along * math.sin(roll_rad) - depth * math.cos(roll_rad)
     gap = z - np.interp(y, *rail_seen_from_above(), left=-np.inf, right=-np.inf)
     gap = np.where(np.isfinite(gap), gap, 1e3)
     low = float(gap.min())
@@ -86,21 +98,21 @@ def all_minima(
 
 
 def assert_right(pair: Pair, shift_mm: float, roll_rad: float = 0.0, *, prominence_mm: float = 5e-7) -> int:
-    """Touch points are all minima of the gap, none is below zero; how many there are.
+    """Check that the touch points are all minima of the gap, with no gap below zero.
 
-    Chords leave ripples of 1.5e-7 mm, which are no minima.
+    Returns the number of touch points. Chords leave ripples of 1.5e-7 mm, which do not count as minima.
     """
-    placed = pair.placed(shift_mm, roll_rad, 0.0)
-    assert isinstance(placed, Placement), placed
+    placement = pair.placed(shift_mm, roll_rad, 0.0)
+    assert isinstance(placement, Placement), placement
     axle, expected = all_minima(pair, shift_mm, roll_rad, prominence_mm)
-    assert placed.wheel.centre_mm[2] == pytest.approx(axle, abs=1e-6)
-    found = [(touch.vertical_gap_mm, touch.wheel_y_mm) for touch in placed.touch_points]
-    assert len(found) == len(expected), (found, expected)
-    for (gap, y), (expected_gap, expected_y) in zip(found, expected, strict=True):
+    assert placement.wheel.centre_mm[2] == pytest.approx(axle, abs=1e-6)
+    minima = [(touch.vertical_gap_mm, touch.wheel_y_mm) for touch in placement.touch_points]
+    assert len(minima) == len(expected), (minima, expected)
+    for (gap, y), (expected_gap, expected_y) in zip(minima, expected, strict=True):
         assert gap == pytest.approx(expected_gap, abs=1e-6)
         # where the gap is flat the ripples move its lowest place: 2 * 1.5e-7 mm on 1/2000 per mm
         assert y == pytest.approx(expected_y, abs=0.04)
-    return len(found)
+    return len(minima)
 
 
 # Depth, middle and half-width of the hollow, shift and roll (mm, mrad), found at random.
@@ -137,8 +149,11 @@ def shift_of_the_roots(pair: Pair) -> float:
 
 @pytest.mark.parametrize("radius", [12.74, 12.9, 12.99, 13.01, 13.1, 13.26])
 def test_a_root_that_conforms_to_the_gauge_corner(radius):
-    """Radii within 2 % of each other: the root leans against the corner, or one of its ends does."""
-    pair = pair_with(with_root(radius))
+    """Radii within 2 % of each other.
+
+    The root leans against the corner, or one of its ends does.
+    """
+    pair = pair_with(root_wheel(radius))
     middle, wide = shift_of_the_roots(pair), radius - 13.0
     for share in (0.1, 0.5, 0.7, 0.9, 1.3):
         shift = middle + wide * share
@@ -154,15 +169,15 @@ def test_a_root_that_conforms_to_the_gauge_corner(radius):
 
 
 def test_a_root_of_the_corners_own_radius_touches_it_somewhere_or_is_refused():
-    pair = pair_with(with_root(13.0))
+    pair = pair_with(root_wheel(13.0))
     middle = shift_of_the_roots(pair)
     for off in (-1e-3, -1e-9, 0.0, 1e-9, 1e-3):
-        placed = pair.placed(middle + off, 0.0, 0.0)
-        if isinstance(placed, Placement):
+        placement = pair.placed(middle + off, 0.0, 0.0)
+        if isinstance(placement, Placement):
             axle, _ = all_minima(pair, middle + off, 0.0, 5e-7)
-            assert placed.wheel.centre_mm[2] == pytest.approx(axle, abs=1e-6)
+            assert placement.wheel.centre_mm[2] == pytest.approx(axle, abs=1e-6)
         else:
-            assert "\n" not in placed
+            assert "\n" not in placement
 
 
 @pytest.mark.parametrize("shift", [6.6, 6.62, 6.65, 6.68, 6.7])
@@ -175,19 +190,19 @@ def test_the_standard_pair_without_roll_where_it_passes_to_the_flank(shift):
 def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monkeypatch):
     pair = pair_with(load(name) if name == "S1002" else hollow(*THREE_POINTS[0][:3]))
     shifts = (-3.0, 0.1, 4.753, 6.65)
-    here = [pair.placed(shift, 1e-4, 0.0) for shift in shifts]
+    placements = [pair.placed(shift, 1e-4, 0.0) for shift in shifts]
     move = np.random.default_rng(seed).uniform(0.1, 0.9)
 
-    def moved(profile: Profile) -> tuple[np.ndarray, CurvePoints]:
+    def search_between_nodes(profile: Profile) -> tuple[np.ndarray, CurvePoints]:
         u, _ = search_points(profile)
         u = np.concatenate([u[:1], u[:-1] + move * np.diff(u), u[-1:]])
         return u, profile.evaluate(u)
 
-    monkeypatch.setattr(placement_module, "search_points", moved)
-    for one, shift in zip(here, shifts, strict=True):
-        other = pair.placed(shift, 1e-4, 0.0)
-        assert len(one.touch_points) == len(other.touch_points)
-        for a, b in zip(one.touch_points, other.touch_points, strict=True):
+    monkeypatch.setattr(placement_module, "search_points", search_between_nodes)
+    for placement, shift in zip(placements, shifts, strict=True):
+        moved_placement = pair.placed(shift, 1e-4, 0.0)
+        assert len(placement.touch_points) == len(moved_placement.touch_points)
+        for a, b in zip(placement.touch_points, moved_placement.touch_points, strict=True):
             # roots of the slope to rounding, over the flattest gap here (1/2000 per mm)
             assert a.rail_y_mm == pytest.approx(b.rail_y_mm, abs=1e-8)
             assert a.vertical_gap_mm == pytest.approx(b.vertical_gap_mm, abs=1e-11)
@@ -217,8 +232,8 @@ def test_a_refused_shift_names_the_range_that_works(case):
         place_case(replace(case, lateral_shift_mm=round(2.0 * shift) / 2.0))
     if case.roll != "given":
         wheelset = wheelset_of_case(case)
-        for beyond in (float(low) - 0.5, float(high) + 0.5):
-            assert isinstance(wheelset.at(beyond, case.yaw_rad), str)
+        for shift_mm in (float(low) - 0.5, float(high) + 0.5):
+            assert isinstance(wheelset.at(shift_mm, case.yaw_rad), str)
 
 
 def test_a_climbing_flange_is_taken_if_it_is_asked_for():
@@ -226,8 +241,8 @@ def test_a_climbing_flange_is_taken_if_it_is_asked_for():
     assert "derails" in derailing
     assert derailing.endswith("beyond the steepest place of its flange (--flange-climb takes it nevertheless)")
     climbing = [place_case(Case(lateral_shift_mm=shift, roll="given", flange_climb=True)) for shift in (7.0, 8.5, 12.0)]
-    assert [placed.climbs for placed in climbing] == [False, True, True]
-    angles = [placed.first.contact_angle_rad for placed in climbing]
+    assert [placement.climbs for placement in climbing] == [False, True, True]
+    angles = [placement.first.contact_angle_rad for placement in climbing]
     assert angles == sorted(angles, reverse=True)
     # the top of the flange on the far side of the head
     pair = pair_of(load("60E1"), load("S1002"), inclination_rad=-0.1, flange_climb=True)

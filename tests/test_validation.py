@@ -12,7 +12,7 @@ from fecontact.cli import call
 from fecontact.regression.checks import Check, discretisation_check, reports
 
 
-def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **more: object) -> Check:
+def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **settings: object) -> Check:
     return Check(
         quantity="p_max, MPa",
         case="one",
@@ -21,7 +21,7 @@ def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **mo
         value=value,
         expected=expected,
         limit_percent=limit,
-        **more,
+        **settings,
     )
 
 
@@ -44,8 +44,8 @@ def test_a_check_passes_within_its_limit(value, expected, passed):
 
 def test_each_study_has_a_page_and_a_line_that_says_what_failed():
     checks = {"01_one": [check(101.0, uncertainty_percent=0.5), check(105.0)], "02_two": [check(1.0, None)]}
-    asked = {"01_one": "Is it right?"}
-    files = reports(checks, asked, {"fecontact": "1", "absent": None}, ["03_three: some_case"])
+    questions = {"01_one": "Is it right?"}
+    files = reports(checks, questions, {"fecontact": "1", "absent": None}, ["03_three: some_case"])
     assert list(files) == ["VALIDATION.md", "validation/01_one.md", "validation/02_two.md"]
     text, first, second = files.values()
     assert "3 checks, 1 failed" in text
@@ -76,15 +76,18 @@ def test_lines_of_studies_that_were_not_run_are_kept():
     lines = [line for line in text.splitlines() if line.startswith("| [")]
     assert [line[3:9] for line in lines] == ["01_one", "02_two"]
     assert lines[0] in first["VALIDATION.md"]
-    whole = reports({"01_one": [], "02_two": []}, {"01_one": "", "02_two": "", "03_x": ""}, {}, [], text)
-    assert "in the last run" not in whole["VALIDATION.md"]
-    assert "0 checks, 0 failed" in whole["VALIDATION.md"]
+    text_of_all = reports({"01_one": [], "02_two": []}, {"01_one": "", "02_two": "", "03_x": ""}, {}, [], text)
+    assert "in the last run" not in text_of_all["VALIDATION.md"]
+    assert "0 checks, 0 failed" in text_of_all["VALIDATION.md"]
 
 
 def test_a_check_without_a_number_stands_out():
-    """It is the largest of its study, and limits of nothing and uncertainties of nothing are no divisors."""
-    own = [check(math.nan, uncertainty_percent=0.5), check(101.0, uncertainty_percent=0.0), check(0.0, None, 0.0)]
-    (line,) = [one for one in reports({"one": own}, {}, {}, [])["VALIDATION.md"].splitlines() if "[one]" in one]
+    """A check without a number is the largest of its study.
+
+    Limits of zero and uncertainties of zero are not divisors.
+    """
+    checks = [check(math.nan, uncertainty_percent=0.5), check(101.0, uncertainty_percent=0.0), check(0.0, None, 0.0)]
+    (line,) = [row for row in reports({"one": checks}, {}, {}, [])["VALIDATION.md"].splitlines() if "[one]" in row]
     assert line.endswith("| 3 | 1 | nan | nan |")
 
 
@@ -94,7 +97,7 @@ def test_the_table_links_to_a_page_of_each_study():
     assert sorted(links) == sorted(path.stem for path in (root / "validation").glob("*.md"))
     assert all((root / f"{name}.py").exists() for name in links)
     counts = [
-        int(one) for one in re.findall(r"^\| \[.*? \| (\d+) \| \d+ \|", (root / "VALIDATION.md").read_text(), re.M)
+        int(count) for count in re.findall(r"^\| \[.*? \| (\d+) \| \d+ \|", (root / "VALIDATION.md").read_text(), re.M)
     ]
     pages = [(root / "validation" / f"{name}.md").read_text("utf-8") for name in links]
     assert counts == [page.count("| pass |") + page.count("**FAIL**") for page in pages]
@@ -106,13 +109,13 @@ def test_discretisation_is_checked_on_the_worst_row():
         {"id": "good", "half_space_quadratic_p_max_MPa": 1000.8, "hertz_p_max_MPa": 1000.0},
         {"id": "bad", "half_space_quadratic_p_max_MPa": 993.0, "hertz_p_max_MPa": 1000.0},
     ]
-    (found,) = discretisation_check(rows, 0.5)
-    assert found.case == "worst of 2: bad"
-    assert found.deviation_percent == pytest.approx(-0.7)
-    assert not found.passed
-    (found,) = discretisation_check(rows[:1], 0.5)
-    assert found.value == pytest.approx(1000.8)
-    assert found.passed
+    (checked,) = discretisation_check(rows, 0.5)
+    assert checked.case == "worst of 2: bad"
+    assert checked.deviation_percent == pytest.approx(-0.7)
+    assert not checked.passed
+    (checked,) = discretisation_check(rows[:1], 0.5)
+    assert checked.value == pytest.approx(1000.8)
+    assert checked.passed
     assert discretisation_check([], 0.5) == []
 
 

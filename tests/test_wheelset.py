@@ -1,4 +1,7 @@
-"""Both wheels on both rails: the roll against another code's and closed forms, mirror images, ids, refusals."""
+"""Both wheels on both rails.
+
+Tested: the roll against another code and closed forms, mirror images, ids, refusals.
+"""
 
 import json
 import math
@@ -47,9 +50,9 @@ def benchmark(shift_right: float) -> Case:
     )
 
 
-def assert_same_placement(one, other, tolerance=1e-10):
-    assert len(one.touch_points) == len(other.touch_points)
-    for a, b in zip(one.touch_points, other.touch_points, strict=True):
+def assert_same_placement(first, second, tolerance=1e-10):
+    assert len(first.touch_points) == len(second.touch_points)
+    for a, b in zip(first.touch_points, second.touch_points, strict=True):
         for name in ("x_mm", "y_mm", "z_mm", "rail_y_mm", "wheel_y_mm", "contact_angle_rad", "vertical_gap_mm"):
             assert getattr(a, name) == pytest.approx(getattr(b, name), abs=tolerance), name
         np.testing.assert_allclose(a.curvature.hessian, b.curvature.hessian, atol=tolerance)
@@ -105,7 +108,7 @@ def test_a_loaded_wheelset_sinks_into_the_sharper_rail():
         roll="loaded",
         opposite=Opposite(rail="circle:80"),
     )
-    placed = place_wheelset_of_case(case)
+    placement = place_wheelset_of_case(case)
     left, right = (
         hertz_ellipse(
             0.5 / 460, 0.5 / radius, normal_force_N=case.load_N, contact_modulus_MPa=case.contact_modulus_MPa
@@ -114,10 +117,10 @@ def test_a_loaded_wheelset_sinks_into_the_sharper_rail():
     )
     # flat wheels stay on the crowns, which are 1500 mm apart and as high as each other
     assert right > left
-    assert placed.roll_rad == pytest.approx((right - left) / 1500.0, rel=1e-4)
-    assert placed.axle_height_mm == pytest.approx(460.0 - 0.5 * (left + right), abs=1e-4)
+    assert placement.roll_rad == pytest.approx((right - left) / 1500.0, rel=1e-4)
+    assert placement.axle_height_mm == pytest.approx(460.0 - 0.5 * (left + right), abs=1e-4)
     mirrored = replace(case, rail="circle:80", opposite=Opposite(rail="circle:300"), side="right")
-    assert roll_of_case(mirrored, place_case(mirrored)) == pytest.approx(placed.roll_rad, abs=1e-12)
+    assert roll_of_case(mirrored, place_case(mirrored)) == pytest.approx(placement.roll_rad, abs=1e-12)
     assert place_wheelset_of_case(replace(case, opposite=Opposite())).roll_rad == pytest.approx(0.0, abs=1e-12)
 
 
@@ -137,31 +140,31 @@ def test_roll_of_the_manchester_wheelset_whose_flange_climbs(shift_right, right_
     expected = next(-roll for shift, roll, *_ in MANCHESTER_HEIGHTS if shift == shift_right)
 
     def height_mm(side, roll, force):
-        placed = wheelset.placed(side, -shift_right, roll, yaw)
-        touch = placed.first
+        placement = wheelset.placed(side, -shift_right, roll, yaw)
+        touch = placement.first
         hertz = hertz_from_hessian(touch.curvature.hessian, normal_force_N=force, contact_modulus_MPa=modulus)
-        return placed.wheel.centre_mm[2] - hertz.approach_mm / math.cos(touch.contact_angle_rad)
+        return placement.wheel.centre_mm[2] - hertz.approach_mm / math.cos(touch.contact_angle_rad)
 
     def difference(roll):
         return height_mm("left", roll, left_N) - height_mm("right", roll, right_N)
 
     guess = 1e-3 * expected * math.cos(yaw)
-    found = brentq(difference, guess - 5e-5, guess + 5e-5, xtol=1e-12)
+    roll_rad = brentq(difference, guess - 5e-5, guess + 5e-5, xtol=1e-12)
     # 0.0035 at 6.5 mm, where a micrometre of height is 0.0025 mrad; 0.0016 at most beyond
-    assert 1e3 * found / math.cos(yaw) == pytest.approx(expected, abs=4e-3 if shift_right == 6.5 else 2e-3)
+    assert 1e3 * roll_rad / math.cos(yaw) == pytest.approx(expected, abs=4e-3 if shift_right == 6.5 else 2e-3)
 
 
 def test_wheels_under_different_loads_sink_by_their_own():
     case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, roll="loaded")
-    placed = place_wheelset_of_case(replace(case, opposite=Opposite(wheel_load_N=60e3)))
+    placement = place_wheelset_of_case(replace(case, opposite=Opposite(wheel_load_N=60e3)))
     left, right = (
         hertz_ellipse(
             0.5 / 460, 0.5 / 300, normal_force_N=load, contact_modulus_MPa=case.contact_modulus_MPa
         ).approach_mm
         for load in (100e3, 60e3)
     )
-    assert placed.roll_rad == pytest.approx((right - left) / 1500.0, rel=1e-4)
-    assert placed.roll_rad < 0.0
+    assert placement.roll_rad == pytest.approx((right - left) / 1500.0, rel=1e-4)
+    assert placement.roll_rad < 0.0
     # the same load said again changes nothing
     same = replace(case, opposite=Opposite(wheel_load_N=100e3))
     assert place_wheelset_of_case(same).roll_rad == pytest.approx(0.0, abs=1e-12)
@@ -173,17 +176,17 @@ def test_unequal_loads_are_mirrored_too(shift, yaw):
         lateral_shift_mm=shift, yaw_rad=yaw, load_N=20e3, roll_load_N=80e3, opposite=Opposite(wheel_load_N=50e3)
     )
     right = replace(left, lateral_shift_mm=-shift, yaw_rad=-yaw, side="right")
-    one, other = place_case(left), place_case(right)
-    assert_same_placement(one, other)
-    assert roll_of_case(left, one) == pytest.approx(-roll_of_case(right, other), abs=1e-13)
+    left_placement, right_placement = place_case(left), place_case(right)
+    assert_same_placement(left_placement, right_placement)
+    assert roll_of_case(left, left_placement) == pytest.approx(-roll_of_case(right, right_placement), abs=1e-13)
     equal = place_case(replace(left, opposite=Opposite()))
     # a roll lifts the left wheel, which sinks more here; 0.017 to 0.019 mrad
-    assert roll_of_case(left, one) < roll_of_case(left, equal) - 1e-5
+    assert roll_of_case(left, left_placement) < roll_of_case(left, equal) - 1e-5
     assert left.roll_loads_N() == {"left": 80e3, "right": 50e3}
     assert right.roll_loads_N() == {"left": 50e3, "right": 80e3}
     # the wheel that is less loaded has the other roll of the same wheelset
     across = replace(left, side="right", roll_load_N=50e3, opposite=Opposite(wheel_load_N=80e3))
-    assert roll_of_case(across, place_case(across)) == pytest.approx(roll_of_case(left, one), abs=1e-13)
+    assert roll_of_case(across, place_case(across)) == pytest.approx(roll_of_case(left, left_placement), abs=1e-13)
 
 
 def test_the_roll_is_that_of_the_load_that_is_given_for_it():
@@ -219,17 +222,20 @@ def test_a_loaded_roll_is_refused_where_there_is_none(make, says):
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize(("shift", "most"), [(5.0, 0.011), (6.0, 0.010)])
-def test_one_roll_for_all_loads_moves_peaks_by_little(shift, most):
-    """What a map leaves open: peaks by springs from 10 to 150 kN with the roll of 50 kN, and with each load's own."""
+@pytest.mark.parametrize(("shift", "largest_share"), [(5.0, 0.011), (6.0, 0.010)])
+def test_one_roll_for_all_loads_moves_peaks_by_little(shift, largest_share):
+    """Peaks by springs from 10 to 150 kN with the roll of 50 kN.
+
+    The reference has the roll of each load. A map leaves this difference open.
+    """
     off = []
     for load_N in (10e3, 150e3):
-        own, one = (
+        own_roll, shared_roll = (
             hertz_points_of_case(case, place_case(case)).shared_p_max_MPa
             for case in (Case(lateral_shift_mm=shift, load_N=load_N, roll_load_N=roll) for roll in (load_N, 50e3))
         )
-        off.append(abs(one / own - 1.0))
-    assert 0.8 * most < max(off) < most
+        off.append(abs(shared_roll / own_roll - 1.0))
+    assert 0.8 * largest_share < max(off) < largest_share
 
 
 @pytest.mark.parametrize("shift", [-5.0, -0.3, 0.0, 2.0, 5.0])
@@ -237,11 +243,11 @@ def test_one_roll_for_all_loads_moves_peaks_by_little(shift, most):
 def test_the_left_wheel_is_the_right_one_of_the_mirror_image(shift, yaw):
     left = Case(lateral_shift_mm=shift, yaw_rad=yaw, roll="touching")
     right = replace(left, lateral_shift_mm=-shift, yaw_rad=-yaw, side="right")
-    one, other = place_case(left), place_case(right)
-    assert_same_placement(one, other)
-    assert roll_of_case(left, one) == pytest.approx(-roll_of_case(right, other), abs=1e-13)
+    left_placement, right_placement = place_case(left), place_case(right)
+    assert_same_placement(left_placement, right_placement)
+    assert roll_of_case(left, left_placement) == pytest.approx(-roll_of_case(right, right_placement), abs=1e-13)
     x, s = np.linspace(-10.0, 10.0, 5)[:, None], np.linspace(-4.0, 4.0, 5)[None, :]
-    np.testing.assert_allclose(one.gap(x, s), other.gap(x, s), atol=1e-10)
+    np.testing.assert_allclose(left_placement.gap(x, s), right_placement.gap(x, s), atol=1e-10)
     hertz = [hertz_record(hertz_alone(case))["ellipses"][0] for case in (left, right)]
     assert hertz[0].pop("side") == hertz[1].pop("side")
     assert hertz[0] == pytest.approx(hertz[1], rel=1e-10)
@@ -257,15 +263,15 @@ def test_a_fixed_roll_is_mirrored_too(motion):
 @pytest.mark.parametrize("shift", [-5.5, -2.0, 0.21, 0.22, 4.9, 6.0])
 def test_the_axle_has_one_height(shift):
     case = Case(lateral_shift_mm=shift, roll="touching", yaw_rad=3e-3)
-    placed = place_wheelset_of_case(case)
+    placement = place_wheelset_of_case(case)
     # each wheel's own search, by roots of the slope, against the samples by which the roll is found
-    left, right = (side.wheel.centre_mm[2] for side in (placed.left, placed.right))
+    left, right = (side.wheel.centre_mm[2] for side in (placement.left, placement.right))
     assert left == pytest.approx(right, abs=1e-8)
-    assert placed.axle_height_mm == left
-    assert place_case(case).first == placed.left.first
+    assert placement.axle_height_mm == left
+    assert place_case(case).first == placement.left.first
     # one roll for both
-    assert roll_of_case(replace(case, side="right"), placed.right) == pytest.approx(placed.roll_rad, abs=1e-15)
-    assert roll_of_case(case, placed.left) == pytest.approx(placed.roll_rad, abs=1e-15)
+    assert roll_of_case(replace(case, side="right"), placement.right) == pytest.approx(placement.roll_rad, abs=1e-15)
+    assert roll_of_case(case, placement.left) == pytest.approx(placement.roll_rad, abs=1e-15)
 
 
 @pytest.mark.parametrize("side", slow_but(["left", "right"], 1))
@@ -273,23 +279,23 @@ def test_a_case_at_many_shifts_is_as_it_is_at_each(side):
     case = Case(side=side, roll="touching")
     # outermost a flange climbs on either side: the other wheel is placed, which has that roll, the climbing one is not
     shifts = [-9.0, -4.0, -1.0, 0.0, 1.0, 4.0, 9.0]
-    found = place_at_shifts(case, shifts)
-    assert list(found) == shifts
-    for shift, placed in found.items():
+    placements = place_at_shifts(case, shifts)
+    assert list(placements) == shifts
+    for shift, placement in placements.items():
         alone = placed_or_why(replace(case, lateral_shift_mm=shift))
         if isinstance(alone, str):
             # without the search for what is possible
-            assert alone.startswith(placed)
+            assert alone.startswith(placement)
         else:
             # rolls differ by 1e-13 rad
-            assert_same_placement(placed, alone, tolerance=1e-9)
-            assert placed.other_climbs == alone.other_climbs
-    assert {shift for shift, one in found.items() if isinstance(one, str)} == {9.0 * SIGN[side]}
-    given = place_at_shifts(Case(roll="given", roll_rad=1e-4), [2.0, 60.0])
+            assert_same_placement(placement, alone, tolerance=1e-9)
+            assert placement.other_climbs == alone.other_climbs
+    assert {shift for shift, outcome in placements.items() if isinstance(outcome, str)} == {9.0 * SIGN[side]}
+    given_rolls = place_at_shifts(Case(roll="given", roll_rad=1e-4), [2.0, 60.0])
     assert_same_placement(
-        given[2.0], place_case(Case(roll="given", roll_rad=1e-4, lateral_shift_mm=2.0)), tolerance=0.0
+        given_rolls[2.0], place_case(Case(roll="given", roll_rad=1e-4, lateral_shift_mm=2.0)), tolerance=0.0
     )
-    assert "lateral shift 60 mm" in given[60.0]
+    assert "lateral shift 60 mm" in given_rolls[60.0]
 
 
 def test_a_difference_of_diameters_rolls_the_wheelset():
@@ -300,12 +306,12 @@ def test_a_difference_of_diameters_rolls_the_wheelset():
         roll="touching",
         opposite=Opposite(rolling_radius_mm=459.0),
     )
-    placed = place_wheelset_of_case(case)
-    assert placed.left.wheel.rolling_radius_mm == 460.0
-    assert placed.right.wheel.rolling_radius_mm == 459.0
+    placement = place_wheelset_of_case(case)
+    assert placement.left.wheel.rolling_radius_mm == 460.0
+    assert placement.right.wheel.rolling_radius_mm == 459.0
     # the centre of each circle lies 300 mm and a radius below the axle, 750 mm to its side: by the difference of both
     # distances 1500 sin(roll) is the difference of the radii
-    roll = placed.roll_rad
+    roll = placement.roll_rad
     assert roll == pytest.approx(math.asin(1.0 / 1500.0), rel=1e-9)
     # and the other way round
     mirrored = place_wheelset_of_case(replace(case, side="right"))
@@ -323,21 +329,21 @@ def test_other_profiles_on_the_other_side_are_one_wheelset():
         side="right",
         opposite=Opposite(rail="60E1", wheel="S1002", rolling_radius_mm=460.0),
     )
-    one, other = place_wheelset_of_case(left), place_wheelset_of_case(right)
-    assert one.roll_rad == other.roll_rad
-    assert one.roll_rad != 0.0
-    assert_same_placement(one.right, place_case(right), tolerance=0.0)
-    assert_same_placement(place_case(left), other.left, tolerance=0.0)
+    left_placement, right_placement = place_wheelset_of_case(left), place_wheelset_of_case(right)
+    assert left_placement.roll_rad == right_placement.roll_rad
+    assert left_placement.roll_rad != 0.0
+    assert_same_placement(left_placement.right, place_case(right), tolerance=0.0)
+    assert_same_placement(place_case(left), right_placement.left, tolerance=0.0)
 
 
 def test_the_found_roll_stands_in_records_and_rows():
     case = Case(lateral_shift_mm=5.0, roll="touching", side="right")
     placement = place_case(case)
-    shown = case_inputs(case, placement)
-    assert (shown["roll"], shown["side"]) == ("touching", "right")
-    assert shown["roll_mrad"] == pytest.approx(1e3 * place_wheelset_of_case(case).roll_rad, abs=1e-12)
+    inputs = case_inputs(case, placement)
+    assert (inputs["roll"], inputs["side"]) == ("touching", "right")
+    assert inputs["roll_mrad"] == pytest.approx(1e3 * place_wheelset_of_case(case).roll_rad, abs=1e-12)
     row = input_columns(case, placement)
-    assert (row["roll_mrad"], row["side"], row["roll"]) == (shown["roll_mrad"], "right", "touching")
+    assert (row["roll_mrad"], row["side"], row["roll"]) == (inputs["roll_mrad"], "right", "touching")
     # not known of a case that failed
     assert input_columns(case)["roll_mrad"] is None
     fixed = Case(roll_rad=4e-4)
@@ -348,7 +354,7 @@ def test_the_found_roll_stands_in_records_and_rows():
 
 def test_an_id_tells_wheelsets_apart():
     case = Case(lateral_shift_mm=0.0, load_N=100e3, roll="given")
-    others = (
+    variants = (
         Case(),
         Case(roll="given", side="right"),
         Case(roll="touching", opposite=Opposite(rolling_radius_mm=459.0)),
@@ -358,20 +364,20 @@ def test_an_id_tells_wheelsets_apart():
         Case(roll="loaded", opposite=Opposite(wheel_load_N=8e4)),
         Case(roll="given", flange_climb=True),
     )
-    assert len({case_id(one) for one in (case, *others)}) == 9
+    assert len({case_id(case_variant) for case_variant in (case, *variants)}) == 9
 
 
 def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
     points = np.column_stack([np.linspace(-60.0, 60.0, 121), np.zeros(121)])
-    here, there = tmp_path / "a" / "flat.txt", tmp_path / "b" / "flat.txt"
-    for path in (here, there):
+    first_file, second_file = tmp_path / "a" / "flat.txt", tmp_path / "b" / "flat.txt"
+    for path in (first_file, second_file):
         path.parent.mkdir()
         np.savetxt(path, points)
-    case, moved = (Case(roll="touching", opposite=Opposite(wheel=str(path))) for path in (here, there))
-    assert case_id(case) == case_id(moved)
+    case, moved_case = (Case(roll="touching", opposite=Opposite(wheel=str(path))) for path in (first_file, second_file))
+    assert case_id(case) == case_id(moved_case)
     assert set(input_files(case)) == {"opposite_wheel"}
-    np.savetxt(there, points * [1.0, 0.0] + [0.0, 1.0])
-    assert case_id(case) != case_id(moved)
+    np.savetxt(second_file, points * [1.0, 0.0] + [0.0, 1.0])
+    assert case_id(case) != case_id(moved_case)
     copy_profiles(case, tmp_path / "out")
     record = case_inputs(case, place_case(case))
     assert str(tmp_path) not in str(record)
@@ -426,22 +432,22 @@ def test_a_roll_that_nobody_asked_for_follows_the_pair_of_a_derived_case():
 @pytest.mark.parametrize("shift", [-6.5, -7.0, -9.0, -12.0])
 def test_a_wheel_is_placed_and_told_where_the_flange_of_the_other_one_climbs(shift):
     left, right = (Case(lateral_shift_mm=SIGN[side] * shift, side=side) for side in ("left", "right"))
-    placed = place_case(left)
-    assert_same_placement(placed, place_case(right), tolerance=1e-12)
-    assert placed.first.contact_angle_rad < 0.02
-    assert roll_of_case(left, placed) == pytest.approx(-roll_of_case(right, place_case(right)), abs=1e-15)
+    placement = place_case(left)
+    assert_same_placement(placement, place_case(right), tolerance=1e-12)
+    assert placement.first.contact_angle_rad < 0.02
+    assert roll_of_case(left, placement) == pytest.approx(-roll_of_case(right, place_case(right)), abs=1e-15)
     # the roll is that of flanges that may climb, which stands against CONTACT's above
-    both = place_wheelset_of_case(replace(left, flange_climb=True))
-    assert both.right.climbs
-    assert_same_placement(placed, both.left, tolerance=0.0)
-    for one in (placed, place_case(right)):
-        assert not one.climbs
-        (note,) = (note for note in one.notes if "derails" in note)
+    both_sides = place_wheelset_of_case(replace(left, flange_climb=True))
+    assert both_sides.right.climbs
+    assert_same_placement(placement, both_sides.left, tolerance=0.0)
+    for one_side in (placement, place_case(right)):
+        assert not one_side.climbs
+        (note,) = (note for note in one_side.notes if "derails" in note)
         assert "the wheelset derails on its other side" in note
         again = placement_from_record(
-            json.loads(json.dumps(placement_record(one))), one.rail.profile, one.wheel.profile
+            json.loads(json.dumps(placement_record(one_side))), one_side.rail.profile, one_side.wheel.profile
         )
-        assert again.notes == one.notes
+        assert again.notes == one_side.notes
     assert not any("derails" in note for note in place_case(replace(left, lateral_shift_mm=-6.0)).notes)
     # the wheel whose own flange climbs is refused as ever
     with pytest.raises(InputError, match="right side: the wheel derails"):
@@ -461,7 +467,7 @@ def test_a_pair_over_itself_is_symmetric():
 def test_the_smallest_gap_is_that_of_the_parabola_next_to_an_end_too(at):
     """Of ten samples: from the second to the last but one."""
     k = np.arange(10)
-    found = _lowest(0.0, k, 5.0 + 0.3 * (k - at) ** 2, 0.02 * k, np.zeros(10), -0.02 * k, 460.0 - 0.1 * k)
-    assert found.axle_mm == pytest.approx(-5.0, abs=1e-12)
-    told = (found.y_mm, found.wheel_y_mm, found.radius_mm)
-    assert told == pytest.approx((0.02 * at, -0.02 * at, 460.0 - 0.1 * at), abs=1e-12)
+    lowest = _lowest(0.0, k, 5.0 + 0.3 * (k - at) ** 2, 0.02 * k, np.zeros(10), -0.02 * k, 460.0 - 0.1 * k)
+    assert lowest.axle_mm == pytest.approx(-5.0, abs=1e-12)
+    values = (lowest.y_mm, lowest.wheel_y_mm, lowest.radius_mm)
+    assert values == pytest.approx((0.02 * at, -0.02 * at, 460.0 - 0.1 * at), abs=1e-12)

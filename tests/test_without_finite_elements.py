@@ -1,4 +1,7 @@
-"""Machines such as Linux on ARM, where pip installs no gmsh, pyamg or MKL: what works there, and what refuses."""
+"""Machines such as Linux on ARM, where pip installs no gmsh, pyamg or MKL.
+
+Tested: the commands that work there, and the commands that refuse.
+"""
 
 import json
 import os
@@ -92,22 +95,28 @@ if __name__ == "__main__":
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory) -> Path:
-    """The Python of an environment with the packages of this one, except those of the finite elements."""
+    """The Python of an environment without the packages of the finite elements.
+
+    All other packages of this environment are there.
+    """
     folder = tmp_path_factory.mktemp("bare")
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder / "venv"], check=True)
-    here = folder / "packages"
-    here.mkdir()
+    site_packages = folder / "packages"
+    site_packages.mkdir()
     for path in Path(sysconfig.get_path("purelib")).iterdir():
         if path.suffix != ".pth" and not re.match(rf"({'|'.join(ABSENT)})\b", path.name):
-            (here / path.name).symlink_to(path)
+            (site_packages / path.name).symlink_to(path)
     (site,) = (folder / "venv").rglob("site-packages")
-    (site / "here.pth").write_text(f"{ROOT}\n{here}\n", "utf-8")
+    (site / "here.pth").write_text(f"{ROOT}\n{site_packages}\n", "utf-8")
     return folder / "venv" / "bin" / "python"
 
 
 @pytest.fixture(scope="module")
 def answers(bare, tmp_path_factory) -> dict[str, Any]:
-    """Exit code, output and messages of each command, after a study and a map that this machine has solved."""
+    """Exit code, output and messages of each command.
+
+    A study and a map were solved on this machine before.
+    """
     folder = tmp_path_factory.mktemp("work")
     (folder / "solved.toml").write_text(CASE, "utf-8")
     assert call(["run", str(folder / "solved.toml"), "--out", str(folder / "solved" / "study"), "--quiet"]) == 0
@@ -115,7 +124,7 @@ def answers(bare, tmp_path_factory) -> dict[str, Any]:
     assert call([*mapped.split(), str(folder / "solved" / "map")]) == 0
     (folder / "runner.py").write_text(RUNNER, "utf-8")
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    done = subprocess.run(
+    completed = subprocess.run(
         [bare, "runner.py"],
         cwd=folder,
         env=environment,
@@ -124,9 +133,9 @@ def answers(bare, tmp_path_factory) -> dict[str, Any]:
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
     written = sorted(path.name for path in folder.iterdir())
-    return json.loads(done.stdout) | {"written": written}
+    return json.loads(completed.stdout) | {"written": written}
 
 
 def test_the_packages_are_absent_there(bare):
@@ -134,8 +143,8 @@ def test_the_packages_are_absent_there(bare):
         "from importlib.util import find_spec\n"
         f"print([name for name in {ABSENT} if find_spec(name)], find_spec('fecontact').origin, sep='\\n')"
     )
-    done = subprocess.run([bare, "-c", code], capture_output=True, text=True, check=True, cwd="/")
-    assert done.stdout.splitlines() == ["[]", str(ROOT / "fecontact" / "__init__.py")]
+    completed = subprocess.run([bare, "-c", code], capture_output=True, text=True, check=True, cwd="/")
+    assert completed.stdout.splitlines() == ["[]", str(ROOT / "fecontact" / "__init__.py")]
 
 
 @pytest.mark.parametrize("command", WORKS)
@@ -160,26 +169,28 @@ def test_every_command_is_among_these():
             continue
         of_its_own = [inner for inner in command.resolved_commands() if not inner.startswith("-")]
         for full in [f"{name} {inner}" for inner in of_its_own] or [name]:
-            assert any(f"{one} ".startswith(f"{full} ") for one in said), full
+            assert any(f"{command_tried} ".startswith(f"{full} ") for command_tried in said), full
 
 
 def test_the_doctor_says_what_is_missing(bare):
-    done = subprocess.run([bare, "-m", "fecontact", "doctor"], capture_output=True, text=True, check=False, cwd="/")
-    assert done.returncode == 1
-    assert done.stderr == ""
-    assert "gmsh: does not work: ModuleNotFoundError" in done.stdout
-    assert f"remedy: a Python package is missing from this environment: {packages.remedy()}\n" in done.stdout
+    completed = subprocess.run(
+        [bare, "-m", "fecontact", "doctor"], capture_output=True, text=True, check=False, cwd="/"
+    )
+    assert completed.returncode == 1
+    assert completed.stderr == ""
+    assert "gmsh: does not work: ModuleNotFoundError" in completed.stdout
+    assert f"remedy: a Python package is missing from this environment: {packages.remedy()}\n" in completed.stdout
 
 
 @pytest.fixture
-def on_arm(monkeypatch):
+def arm_machine(monkeypatch):
     """Linux on ARM without the packages of the finite elements."""
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(platform, "machine", lambda: "aarch64")
     monkeypatch.setattr(packages, "find_spec", lambda name: None)
 
 
-def test_on_arm_another_machine_is_the_remedy(on_arm, capsys):
+def test_on_arm_another_machine_is_the_remedy(arm_machine, capsys):
     assert call(["solve"]) == 2
     assert "have no wheels for Linux on aarch64: solve on an x86-64 machine" in capsys.readouterr().err
     assert doctor.doctor() == 1
@@ -190,7 +201,7 @@ def test_on_arm_another_machine_is_the_remedy(on_arm, capsys):
     assert doctor.before(install=False) == 0
 
 
-def test_python_refuses_before_any_work(on_arm, tmp_path):
+def test_python_refuses_before_any_work(arm_machine, tmp_path):
     for ask in (
         lambda: fecontact.solve(Case()),
         lambda: fecontact.run([Case()], tmp_path / "refused"),
@@ -214,9 +225,9 @@ def test_pip_installs_the_packages_where_they_have_wheels(system, machine, has, 
     monkeypatch.setattr(platform, "machine", lambda: machine)
     assert packages.has_wheels() == has
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["dependencies"]
-    needed = {one.name: one.marker for one in map(Requirement, declared)}
+    markers = {requirement.name: requirement.marker for requirement in map(Requirement, declared)}
     where = {"sys_platform": system, "platform_machine": machine}
     for name in packages.FINITE_ELEMENTS:
-        assert needed[name].evaluate(where) == has
+        assert markers[name].evaluate(where) == has
     # it has wheels for fewer machines
-    assert needed["pypardiso"].evaluate(where) == (has and system != "darwin")
+    assert markers["pypardiso"].evaluate(where) == (has and system != "darwin")

@@ -1,7 +1,8 @@
-"""Worn heads: Hertz on the line that is smoothed from noisy points against the exact worn line, and what is stated.
+"""Worn heads: Hertz on the smoothed profile of noisy points, and its stated uncertainty.
 
-Wear is planted as a smooth depth that is taken off in the vertical: the exact line is the spline through points 0.05 mm
-apart without noise. The measured points are 0.2 mm apart with 10 um of noise. Hertz's peak pressure under 100 kN.
+The reference is Hertz on the exact worn line. Wear is planted as a smooth depth that is taken off in the vertical: the
+exact line is the spline through points 0.05 mm apart without noise. The measured points are 0.2 mm apart with 10 um of
+noise. Hertz's peak pressure is taken under 100 kN.
 """
 
 from functools import cache
@@ -39,22 +40,25 @@ def exact(shape, shift_mm):
 
 
 def errors(shape, seeds):
-    """Relative errors of the peak and what is stated of them, (n,) each."""
-    found = []
+    """Relative errors of the peak and their stated uncertainties, (n,) each."""
+    errors_percent = []
     for seed in seeds:
         rail = profile_from_points(*worn(shape, 0.01, 0.2, seed), kind="rail", name="worn", reading=PLAIN)
         # the same head, by another drawing, or none where its wear has shorter waves than it has itself
         assert rail.measured.nominal in ("60E1", "MBench_UIC60", "")
         for shift in SHIFTS_MM:
             case = Case(lateral_shift_mm=shift, roll="given")
-            placed = place_case(case, rail=rail)
-            error = abs(hertz_of_case(case, placed).p0_MPa / exact(shape, shift) - 1.0)
-            found.append((error, hertz_uncertainty(case, placed)["p_max_MPa"]))
-    return np.array(found).T
+            placement = place_case(case, rail=rail)
+            error = abs(hertz_of_case(case, placement).p0_MPa / exact(shape, shift) - 1.0)
+            errors_percent.append((error, hertz_uncertainty(case, placement)["p_max_MPa"]))
+    return np.array(errors_percent).T
 
 
 def test_a_worn_top_is_known_to_a_percent():
-    """Nor does the line without the nominal profile count, whose corners are blunt: its points speak against it."""
+    """The profile without the nominal profile does not count either.
+
+    Its corners are blunt, and its points speak against it.
+    """
     error, stated = errors("top", (500,))
     assert stated.max() < 0.02
     assert np.all(error <= stated)
@@ -63,7 +67,7 @@ def test_a_worn_top_is_known_to_a_percent():
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_what_is_stated_of_worn_heads_covers_the_error_and_is_not_much_more(shape):
-    """Thirty seeds that nothing was chosen by."""
+    """Thirty seeds that were not used to choose any constant."""
     error, stated = errors(shape, range(500, 530))
     assert np.mean(error <= stated) >= 0.95
     # two standard deviations are 95 %; three, and the scatter of six draws

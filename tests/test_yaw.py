@@ -13,7 +13,10 @@ from fecontact.solving.position import expect_on_half_space
 
 
 def turned_cylinders(wheel_mm: float, rail_mm: float, angle_rad: float) -> tuple[float, float]:
-    """A and B of the gap A x^2 + B y^2 of two cylinders whose axes are at an angle (Johnson 1985, section 4.1)."""
+    """A and B of the gap A x^2 + B y^2 of two cylinders at an angle.
+
+    Johnson 1985, section 4.1: the axes of the cylinders are at an angle.
+    """
     k, q = 1.0 / wheel_mm, 1.0 / rail_mm
     total = 0.5 * (k + q)
     difference = 0.5 * math.sqrt(k**2 + q**2 + 2.0 * k * q * math.cos(2.0 * angle_rad))
@@ -61,7 +64,7 @@ def test_the_true_gap_of_a_yawed_wheel_on_a_half_space_is_hertz(rail_mm, yaw):
     p, (x, s) = rung.pressure_MPa, (rung.grid.x_mm, rung.grid.s_mm)
     total = p.sum()
     x, s = x[:, None] - (p.sum(axis=1) @ x) / total, s[None, :] - (p.sum(axis=0) @ s) / total
-    xx, xs, ss = ((p * part).sum() / total for part in (x * x, x * s, s * s))
+    xx, xs, ss = ((p * weights).sum() / total for weights in (x * x, x * s, s * s))
     # the long axis of the pressure
     turn = 0.5 * math.atan2(2.0 * xs, xx - ss)
     turn = (turn + 0.25 * math.pi) % (0.5 * math.pi) - 0.25 * math.pi
@@ -72,16 +75,16 @@ def test_the_true_gap_of_a_yawed_wheel_on_a_half_space_is_hertz(rail_mm, yaw):
 @pytest.mark.parametrize("roll", ["given", "touching"])
 @pytest.mark.parametrize("shift", [-3.0, 2.0, 5.5])
 def test_opposite_yaw_mirrors_hertz_and_the_patch_along_the_rail(shift, roll):
-    one, other = (Case(lateral_shift_mm=shift, yaw_rad=yaw, roll=roll, load_N=20e3) for yaw in (8e-3, -8e-3))
-    a, b = place_case(one), place_case(other)
+    positive, negative = (Case(lateral_shift_mm=shift, yaw_rad=yaw, roll=roll, load_N=20e3) for yaw in (8e-3, -8e-3))
+    a, b = place_case(positive), place_case(negative)
     assert a.first.x_mm == pytest.approx(-b.first.x_mm, abs=1e-9)
     for name in ("y_mm", "z_mm", "rail_y_mm", "wheel_y_mm", "contact_angle_rad"):
         assert getattr(a.first, name) == pytest.approx(getattr(b.first, name), abs=1e-9), name
-    here, there = hertz_of_case(one, a), hertz_of_case(other, b)
-    assert here.orientation_rad == pytest.approx(-there.orientation_rad, abs=1e-9)
-    assert abs(here.orientation_rad) > 1e-6
+    hertz, hertz_mirrored = hertz_of_case(positive, a), hertz_of_case(negative, b)
+    assert hertz.orientation_rad == pytest.approx(-hertz_mirrored.orientation_rad, abs=1e-9)
+    assert abs(hertz.orientation_rad) > 1e-6
     for name in ("a_mm", "b_mm", "p0_MPa", "approach_mm"):
-        assert getattr(here, name) == pytest.approx(getattr(there, name), rel=1e-9), name
+        assert getattr(hertz, name) == pytest.approx(getattr(hertz_mirrored, name), rel=1e-9), name
 
 
 def test_a_yawed_flange_root_touches_ahead_of_the_axle():
@@ -91,9 +94,9 @@ def test_a_yawed_flange_root_touches_ahead_of_the_axle():
         case = Case(lateral_shift_mm=shift, roll="given", yaw_rad=4e-3)
         placement = place_case(case)
         touch, wheel = placement.first, placement.wheel
-        below = float(wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0])
+        wheel_x_mm = float(wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0])
         expected = float(wheel.radius(touch.wheel_u)) * math.tan(touch.contact_angle_rad) * case.yaw_rad
-        assert touch.x_mm - below == pytest.approx(expected, rel=5e-3)
-        ahead.append(touch.x_mm - below)
+        assert touch.x_mm - wheel_x_mm == pytest.approx(expected, rel=5e-3)
+        ahead.append(touch.x_mm - wheel_x_mm)
     assert ahead[1] > ahead[0] > 0.0
     assert np.all(np.isfinite(ahead))

@@ -1,4 +1,7 @@
-"""Creep forces on Hertz's ellipse and on a solved pressure, their verdict, records and commands."""
+"""Creep forces on Hertz's ellipse and on a solved pressure.
+
+Tested: their verdict, records and commands.
+"""
 
 import json
 import math
@@ -57,7 +60,10 @@ def placement_of(case: Case) -> Placement:
 
 
 def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobes: int = 1) -> Rung:
-    """Hertz's pressure as if it had been solved, moved across, or in equal lobes that far to both sides."""
+    """Hertz's pressure in place of a solved pressure.
+
+    It can be moved across, or divided into equal lobes at this offset to both sides.
+    """
     reach = 1.3 + moved_mm / hertz.b_mm
     x = hertz.a_mm / nodes * np.arange(int(1.3 * nodes) + 1)
     s = hertz.b_mm / nodes * np.arange(-int(reach * nodes), int(reach * nodes) + 1)
@@ -89,13 +95,13 @@ def judged(case: Case, coarser: Rung | None = None, **how: float) -> JudgedLoad:
         )
         for rung in (fe, coarser or fe)
     )
-    solved = SolvedLoad(case=case, levels=levels, half_space=fe, quadratic=planted(hertz), lines=None)
-    return judge_load(solved, placement_of(replace(case, creep=Creep())))
+    solved_load = SolvedLoad(case=case, levels=levels, half_space=fe, quadratic=planted(hertz), lines=None)
+    return judge_load(solved_load, placement_of(replace(case, creep=Creep())))
 
 
 def compared(case: Case, **how: object) -> CreepComparison:
-    found: CreepComparison = judged(case, **how).features["creep"]
-    return found
+    comparison: CreepComparison = judged(case, **how).features["creep"]
+    return comparison
 
 
 # creepages of the case
@@ -112,34 +118,34 @@ def test_creepages_of_a_wheelset_that_runs_along_the_track():
 @pytest.mark.parametrize("shift", [-4.0, 0.0, 4.0])
 def test_creepages_from_rolling_radius_and_contact_angle(shift):
     placement = placement_of(Case(lateral_shift_mm=shift, roll="given"))
-    found, touch = wheelset_creepages(placement), placement.first
+    creepages, touch = wheelset_creepages(placement), placement.first
     radius = float(placement.wheel.radius(touch.wheel_u))
-    assert found.xi == pytest.approx(1.0 - radius / 460.0, abs=1e-12)
-    assert found.eta == pytest.approx(0.0, abs=1e-12)
+    assert creepages.xi == pytest.approx(1.0 - radius / 460.0, abs=1e-12)
+    assert creepages.eta == pytest.approx(0.0, abs=1e-12)
     # positive on the gauge side, where the spin is negative
-    assert found.spin_per_mm == pytest.approx(-math.sin(touch.contact_angle_rad) / 460.0, rel=1e-9)
+    assert creepages.spin_per_mm == pytest.approx(-math.sin(touch.contact_angle_rad) / 460.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("s", [-3.0, 5.0])
 def test_on_curved_surfaces_the_creepage_is_that_of_the_rolling_radius(s):
     placement = placement_of(Case(lateral_shift_mm=0.25, roll="given"))
     plane = wheelset_creepages(placement)
-    found = curved_creepages(placement, plane, np.linspace(-8.0, 8.0, 321)).at(0.0, s)
+    creepages = curved_creepages(placement, plane, np.linspace(-8.0, 8.0, 321)).at(0.0, s)
     # midway between rail and wheel
     rail, normal = placement.surface(0.0, s)
     radii = []
     for point in (rail, rail + float(placement.gap(0.0, s)) * normal):
         arm, along = point - placement.wheel.centre_mm, placement.wheel.axes[:, 1]
         radii.append(float(np.linalg.norm(arm - (arm @ along) * along)))
-    assert found.xi == pytest.approx(1.0 - np.mean(radii) / 460.0, abs=1e-9)
-    assert 1e-7 < abs(found.xi - plane.at(0.0, s).xi) < 2e-4
+    assert creepages.xi == pytest.approx(1.0 - np.mean(radii) / 460.0, abs=1e-9)
+    assert 1e-7 < abs(creepages.xi - plane.at(0.0, s).xi) < 2e-4
 
 
 def test_contact_angle_of_each_line_is_its_spin():
     # a flat wheel on R 300: the surface midway has R 600, its angle -s / 600, and spin is -sin(angle) / r
     s = np.linspace(-9.0, 9.0, 361)
-    found = curved_creepages(placement_of(ROUND), Creepages(xi=1e-3), s)
-    xi, spin = found.across(s)
+    creepages = curved_creepages(placement_of(ROUND), Creepages(xi=1e-3), s)
+    xi, spin = creepages.across(s)
     assert xi == pytest.approx(1e-3 - s**2 / (2 * 600.0 * 460.0), abs=2e-8)
     assert spin == pytest.approx(s / (600.0 * 460.0), abs=1e-8)
 
@@ -164,8 +170,8 @@ def test_a_yawed_wheelset_creeps_sideways():
 
 def test_given_creepages_go_before_those_of_the_wheelset():
     case = replace(ROUND, creep=Creep(friction=0.3, eta=2e-3, speed_ratio=1.01))
-    found = creepages_of(case, placement_of(ROUND))
-    assert (found.xi, found.eta) == pytest.approx((-0.01, 2e-3))
+    creepages = creepages_of(case, placement_of(ROUND))
+    assert (creepages.xi, creepages.eta) == pytest.approx((-0.01, 2e-3))
 
 
 # Hertz against a solved pressure
@@ -182,14 +188,16 @@ def test_curved_surfaces_change_the_force_as_their_mean_creepage_does():
     )
     square = along["square"][0] / along["even"][0] * (hertz.a_mm / hertz.b_mm) ** 2
     # in strips the force goes with the square of their length; the ends of 48 cells are jagged, and weigh most here
-    for theory, weight, within in (("fastsim", 0.2, 0.01), ("rolling_half_space", square, 0.05)):
+    for theory, weight, tolerance in (("fastsim", 0.2, 0.01), ("rolling_half_space", square, 0.05)):
         on_plane, on_curved = plane.theories[theory].fe, curved.theories[theory].fe
         assert not isinstance(on_plane, str)
         assert not isinstance(on_curved, str)
         mean = -weight * hertz.b_mm**2 / (1200.0 * 460.0)
-        assert on_curved.fx_N / on_plane.fx_N - 1.0 == pytest.approx(mean / 2e-5, rel=within), theory
+        assert on_curved.fx_N / on_plane.fx_N - 1.0 == pytest.approx(mean / 2e-5, rel=tolerance), theory
         assert abs(on_curved.fy_N) < 1e-4 * plane.limit_N
-    assert [one.hertz for one in plane.theories.values()] == [one.hertz for one in curved.theories.values()]
+    assert [comparison.hertz for comparison in plane.theories.values()] == [
+        comparison.hertz for comparison in curved.theories.values()
+    ]
     assert not plane.curved
     assert curved.curved
     assert plane.surface_of_muN == pytest.approx(curved.surface_of_muN, rel=1e-9)
@@ -197,21 +205,21 @@ def test_curved_surfaces_change_the_force_as_their_mean_creepage_does():
 
 def test_what_curved_surfaces_change_is_warned_of():
     sharp = Case(lateral_shift_mm=-1.0, roll="given", creep=CREEP)
-    found = compared(sharp)
-    assert found.surface_of_muN > 0.01
-    assert f"change forces by up to {1e2 * found.surface_of_muN:.1f} % of mu N; --curved" in found.warnings[0]
+    comparison = compared(sharp)
+    assert comparison.surface_of_muN > 0.01
+    assert f"change forces by up to {1e2 * comparison.surface_of_muN:.1f} % of mu N; --curved" in comparison.warnings[0]
     assert compared(replace(sharp, creep=replace(CREEP, curved=True))).warnings == ()
 
 
 def test_hertzs_own_pressure_gives_hertzs_forces():
-    found = compared(replace(ROUND, creep=CREEP))
+    comparison = compared(replace(ROUND, creep=CREEP))
     for theory in THEORIES:
-        off = found.theories[theory].deviation_of_muN
+        off = comparison.theories[theory].deviation_of_muN
         # nodes and cells read Hertz's ellipse to some 1e-3
         assert off is not None, theory
         assert off < 3e-3, theory
-        assert found.theories[theory].uncertainty_of_muN == pytest.approx(2e-3)
-    judged_hertz, worst = found.verdict, found.verdict.decided[0]
+        assert comparison.theories[theory].uncertainty_of_muN == pytest.approx(2e-3)
+    judged_hertz, worst = comparison.verdict, comparison.verdict.decided[0]
     assert (judged_hertz.verdict.answer, judged_hertz.verdict.measure) == ("HOLDS", FORCE)
     assert worst.deviation_of_muN < 4e-3
     assert judged_hertz.deviation == {FORCE: worst.deviation_of_muN}
@@ -219,62 +227,62 @@ def test_hertzs_own_pressure_gives_hertzs_forces():
     assert judged_hertz.limits == {FORCE: 0.05}
     assert judged_hertz.limit_used == worst.deviation_of_muN / 0.05
     assert judged_hertz.verdict.cause is None
-    assert found.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
+    assert comparison.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_a_patch_beside_the_touch_point_feels_the_spin():
-    spin, moved = 2e-4, 4.0
+    spin, offset_mm = 2e-4, 4.0
     case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
-    found = compared(case, moved_mm=moved)
-    assert found.centre_creepages.xi == pytest.approx(-spin * moved, rel=1e-3)
+    comparison = compared(case, moved_mm=offset_mm)
+    assert comparison.centre_creepages.xi == pytest.approx(-spin * offset_mm, rel=1e-3)
     contact = hertz_patch(judged(case).hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
     for theory in ("kalker", "polach", "fastsim", "rolling_half_space"):
-        there = creep_force(theory, contact, Creepages(xi=-spin * moved, spin_per_mm=spin))
-        force = found.theories[theory].fe
+        force_there = creep_force(theory, contact, Creepages(xi=-spin * offset_mm, spin_per_mm=spin))
+        force = comparison.theories[theory].fe
         assert not isinstance(force, str)
-        assert force_difference(force, there, found.limit_N) < 4e-3, theory
-        if force.mz_Nmm is not None and there.mz_Nmm is not None:
+        assert force_difference(force, force_there, comparison.limit_N) < 4e-3, theory
+        if force.mz_Nmm is not None and force_there.mz_Nmm is not None:
             # about the touch point
-            about = there.mz_Nmm - moved * there.fx_N
-            assert force.mz_Nmm == pytest.approx(about, abs=0.02 * moved * found.limit_N), theory
-    assert len(found.verdict.decided) == 2
-    assert found.verdict.decided[0].deviation_of_muN >= found.verdict.decided[1].deviation_of_muN
+            about = force_there.mz_Nmm - offset_mm * force_there.fx_N
+            assert force.mz_Nmm == pytest.approx(about, abs=0.02 * offset_mm * comparison.limit_N), theory
+    assert len(comparison.verdict.decided) == 2
+    assert comparison.verdict.decided[0].deviation_of_muN >= comparison.verdict.decided[1].deviation_of_muN
     # an ellipse at the touch point has no force along the track, that patch has
-    assert found.verdict.verdict.answer == "FAILS"
-    assert found.verdict.deviation[FORCE] > 0.2
-    assert found.verdict.verdict.cause == PLACE
+    assert comparison.verdict.verdict.answer == "FAILS"
+    assert comparison.verdict.deviation[FORCE] > 0.2
+    assert comparison.verdict.verdict.cause == PLACE
 
 
 def test_separate_patches_are_warned_of_and_have_their_own_creepages():
-    spin, moved = 1e-4, 14.0
+    spin, offset_mm = 1e-4, 14.0
     case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
-    found = compared(case, moved_mm=moved, lobes=2)
-    assert "separate patches" in found.warnings[0]
-    force = found.theories["rolling_half_space"].fe
+    comparison = compared(case, moved_mm=offset_mm, lobes=2)
+    assert "separate patches" in comparison.warnings[0]
+    force = comparison.theories["rolling_half_space"].fe
     # both pull along the track, one forward and one back, and turn the wheel
-    assert abs(force.fx_N) < 1e-3 * found.limit_N
-    assert force.mz_Nmm < -moved * 0.5 * found.limit_N
+    assert abs(force.fx_N) < 1e-3 * comparison.limit_N
+    assert force.mz_Nmm < -offset_mm * 0.5 * comparison.limit_N
     # their common centre is the touch point, with its creepages
-    assert (found.verdict.verdict.answer, found.verdict.verdict.cause) == ("FAILS", SHAPE)
+    assert (comparison.verdict.verdict.answer, comparison.verdict.verdict.cause) == ("FAILS", SHAPE)
 
 
 def test_meshes_that_differ_make_the_forces_uncertain():
     case = replace(ROUND, creep=CREEP)
     hertz = hertz_of_case(ROUND, placement_of(ROUND))
-    found = compared(case, coarser=planted(replace(hertz, a_mm=1.1 * hertz.a_mm, b_mm=1.1 * hertz.b_mm)))
-    assert found.theories["fastsim"].uncertainty_of_muN > 0.02
+    comparison = compared(case, coarser=planted(replace(hertz, a_mm=1.1 * hertz.a_mm, b_mm=1.1 * hertz.b_mm)))
+    assert comparison.theories["fastsim"].uncertainty_of_muN > 0.02
     near = compared(replace(ROUND, creep=replace(CREEP, force_limit=1e-3)))
     assert near.verdict.verdict.answer == "UNRESOLVED"
 
 
 def test_the_range_of_the_verdict():
-    found = creepage_range(0.02, 1e-4)
-    sizes = [math.hypot(one.xi, one.eta) for one in found]
+    creepages = creepage_range(0.02, 1e-4)
+    sizes = [math.hypot(creepage.xi, creepage.eta) for creepage in creepages]
     assert min(sizes) == pytest.approx(SMALLEST_CREEPAGE)
     assert max(sizes) == pytest.approx(0.02)
-    assert {one.spin_per_mm for one in found} == {1e-4}
-    assert sum(one.eta == 0.0 for one in found) == len(found) // 4
+    assert {creepage.spin_per_mm for creepage in creepages} == {1e-4}
+    assert sum(creepage.eta == 0.0 for creepage in creepages) == len(creepages) // 4
 
 
 def test_every_theory_on_an_ellipse_agrees_at_small_creepage():
@@ -301,8 +309,8 @@ def test_forces_are_evaluated_only_with_friction():
 @pytest.mark.slow
 def test_a_load_may_be_judged_for_forces_by_another_friction_than_its_own():
     load, placement = judged(ROUND), placement_of(ROUND)
-    found = force_verdict(load, placement, CREEP)
-    assert asdict(found) == asdict(judged(replace(ROUND, creep=CREEP)).features["creep"].verdict)
+    verdict = force_verdict(load, placement, CREEP)
+    assert asdict(verdict) == asdict(judged(replace(ROUND, creep=CREEP)).features["creep"].verdict)
 
 
 @pytest.mark.slow
@@ -322,11 +330,11 @@ def test_the_record_has_both_sides_of_each_theory():
 
 
 def test_friction_and_creepages_are_evaluation_and_not_solving():
-    other = replace(ROUND, creep=CREEP)
-    assert case_id(ROUND) == case_id(other)
-    assert origin_of(ROUND).solved_by == origin_of(other).solved_by
-    assert origin_of(ROUND).evaluated_by != origin_of(other).evaluated_by
-    assert case_from_record(json.loads(json.dumps(case_record(other)))) == other
+    with_creep = replace(ROUND, creep=CREEP)
+    assert case_id(ROUND) == case_id(with_creep)
+    assert origin_of(ROUND).solved_by == origin_of(with_creep).solved_by
+    assert origin_of(ROUND).evaluated_by != origin_of(with_creep).evaluated_by
+    assert case_from_record(json.loads(json.dumps(case_record(with_creep)))) == with_creep
     # of a result that was made before there were creepages
     record = case_record(ROUND)
     del record["creep"]
@@ -339,8 +347,8 @@ def test_creepages_without_friction_are_refused_before_anything_is_solved():
 
 
 def test_high_friction_is_warned_of():
-    found = compared(replace(ROUND, creep=replace(CREEP, friction=1.6)))
-    assert found.warnings == ("friction coefficient is 1.6: wheels on rails hardly have one above 1.5",)
+    comparison = compared(replace(ROUND, creep=replace(CREEP, friction=1.6)))
+    assert comparison.warnings == ("friction coefficient is 1.6: wheels on rails hardly have one above 1.5",)
 
 
 # the command
@@ -379,10 +387,10 @@ def test_the_command_prints_all_theories(capsys):
     ],
 )
 def test_the_command_refuses(arguments, says, capsys):
-    given = dict(zip(ELLIPSE[1::2], ELLIPSE[2::2], strict=True)) | dict(
+    options = dict(zip(ELLIPSE[1::2], ELLIPSE[2::2], strict=True)) | dict(
         zip(arguments[::2], arguments[1::2], strict=True)
     )
-    assert call(["creep", *(word for pair in given.items() for word in pair)]) == 2
+    assert call(["creep", *(word for pair in options.items() for word in pair)]) == 2
     assert says in capsys.readouterr().err
 
 
@@ -391,8 +399,8 @@ def test_the_command_refuses(arguments, says, capsys):
 
 def off_by(percent: float, answer: str) -> Judgement:
     at = ForceAt(creepages=Creepages(xi=1e-3), deviation_of_muN=percent / 100.0, uncertainty_of_muN=0.01)
-    made = judged_force([at], 0.05)
-    return replace(made, verdict=replace(made.verdict, answer=answer))
+    force_judgement = judged_force([at], 0.05)
+    return replace(force_judgement, verdict=replace(force_judgement.verdict, answer=answer))
 
 
 @pytest.mark.parametrize(
@@ -400,7 +408,7 @@ def off_by(percent: float, answer: str) -> Judgement:
     [
         ({"polach": "HOLDS", "fastsim": "FAILS"}, "polach", "polach"),
         ({"polach": "FAILS", "fastsim": "HOLDS", "exact": "HOLDS"}, "fastsim", "fastsim"),
-        # what is open is not taken to fail
+        # an open verdict does not count as a failure
         ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "fastsim", "UNRESOLVED"),
         ({"polach": "FAILS", "exact": "FAILS", "strips": "FAILS", "real": "HOLDS"}, "real", "real"),
         ({"polach": "FAILS", "fastsim": "FAILS"}, "", "none"),
@@ -408,21 +416,25 @@ def off_by(percent: float, answer: str) -> Judgement:
     ],
 )
 def test_the_cheapest_theory_is_the_first_that_holds(answers, first, by_cost):
-    found = {name: off_by(3.0, answer) for name, answer in answers.items()}
-    one = cheapest(standings(found))
-    assert (one.name, one.label) == (first, by_cost)
+    judgements = {name: off_by(3.0, answer) for name, answer in answers.items()}
+    cheapest_name = cheapest(standings(judgements))
+    assert (cheapest_name.name, cheapest_name.label) == (first, by_cost)
 
 
 def test_a_force_is_judged_by_the_worst_of_its_creepages():
     ats = [
-        ForceAt(creepages=Creepages(xi=xi), deviation_of_muN=off, uncertainty_of_muN=unsure)
-        for xi, off, unsure in ((1e-3, 0.01, 0.002), (2e-3, 0.06, 0.02), (3e-3, 0.08, 0.01), (4e-3, 0.07, 0.01))
+        ForceAt(creepages=Creepages(xi=xi), deviation_of_muN=off, uncertainty_of_muN=uncertainty)
+        for xi, off, uncertainty in ((1e-3, 0.01, 0.002), (2e-3, 0.06, 0.02), (3e-3, 0.08, 0.01), (4e-3, 0.07, 0.01))
     ]
     for order in (ats, ats[::-1]):
-        made = judged_force(order, 0.05)
-        assert [at.creepages.xi for at in made.decided] == [3e-3, 4e-3, 2e-3, 1e-3]
-        assert (made.verdict.answer, made.deviation, made.uncertainty) == ("FAILS", {FORCE: 0.08}, {FORCE: 0.01})
-        assert made.limit_used == 0.08 / 0.05
+        force_judgement = judged_force(order, 0.05)
+        assert [at.creepages.xi for at in force_judgement.decided] == [3e-3, 4e-3, 2e-3, 1e-3]
+        assert (force_judgement.verdict.answer, force_judgement.deviation, force_judgement.uncertainty) == (
+            "FAILS",
+            {FORCE: 0.08},
+            {FORCE: 0.01},
+        )
+        assert force_judgement.limit_used == 0.08 / 0.05
     # one that could not be told leaves open what the others do not decide
     unknown = ForceAt(creepages=Creepages(), deviation_of_muN=math.nan, uncertainty_of_muN=math.nan)
     assert judged_force([ats[0], unknown], 0.05).verdict.answer == "UNRESOLVED"
@@ -451,19 +463,19 @@ def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages
     on_hertz = hertz_patch(load.hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
     for name in ("polach", "fastsim"):
         worst = laws[name].decided[0]
-        exact, law = (creep_force(one, on_hertz, worst.creepages) for one in ("rolling_half_space", name))
+        exact, law = (creep_force(theory, on_hertz, worst.creepages) for theory in ("rolling_half_space", name))
         assert worst.deviation_of_muN == pytest.approx(force_difference(law, exact, on_hertz.ellipse.limit_N), abs=0.01)
     # measured 6.3 % of mu N with this spin, known to 0.9
     assert laws["polach"].verdict.answer == "FAILS"
 
 
 def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
-    moved = 14.0
+    offset_mm = 14.0
     case = replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4))
-    load, placement = judged(case, moved_mm=moved, lobes=2), placement_of(ROUND)
+    load, placement = judged(case, moved_mm=offset_mm, lobes=2), placement_of(ROUND)
     half = replace(load.hertz, p0_MPa=0.5 * load.hertz.p0_MPa, normal_force_N=0.5 * load.hertz.normal_force_N)
     shared = Approximation(
-        patches=tuple(ellipse(half, (0.0, side * moved)) for side in (-1.0, 1.0)), approach_mm=half.approach_mm
+        patches=tuple(ellipse(half, (0.0, side * offset_mm)) for side in (-1.0, 1.0)), approach_mm=half.approach_mm
     )
     pressures = {**load.judgements, MULTI_HERTZ: judge_theory(case, load.solved.levels, shared)}
     laws = creep_laws_of(replace(load, judgements=pressures), placement)
@@ -472,5 +484,5 @@ def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
     # the same two patches, in strips of the pressure and as ellipses
     off = {name: laws[name].deviation[FORCE] for name in (MULTI_HERTZ, "strips", "fastsim")}
     assert off[MULTI_HERTZ] == pytest.approx(off["strips"], abs=0.01)
-    # what is left is FASTSIM's own error
+    # the remaining difference is the error of FASTSIM
     assert off[MULTI_HERTZ] < 0.5 * off["fastsim"]

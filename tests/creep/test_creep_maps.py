@@ -1,4 +1,4 @@
-"""Maps by forces and by the cheapest theory, of verdicts that are planted."""
+"""Maps by forces and by the cheapest theory, with planted verdicts."""
 
 import json
 from dataclasses import dataclass, field, replace
@@ -31,18 +31,18 @@ CASE = Case(roll="touching", creep=Creep(friction=0.3))
 LOADS = (20e3, 50e3, 100e3)
 
 
-def judged_as(answer, percent, cause=None, at=None, unsure=0.002):
-    """A judgement of forces with a verdict that is given."""
+def judged_as(answer, percent, cause=None, at=None, uncertainty=0.002):
+    """A judgement of forces with a planted verdict."""
     creepages = Creepages(xi=1e-3) if at is None else at
-    made = judged_force(
-        [ForceAt(creepages=creepages, deviation_of_muN=percent / 100.0, uncertainty_of_muN=unsure)], 0.05
+    force_judgement = judged_force(
+        [ForceAt(creepages=creepages, deviation_of_muN=percent / 100.0, uncertainty_of_muN=uncertainty)], 0.05
     )
-    return replace(made, verdict=replace(made.verdict, answer=answer, cause=cause))
+    return replace(force_judgement, verdict=replace(force_judgement.verdict, answer=answer, cause=cause))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """A load of which nothing is known but its verdict of forces and of their laws."""
+    """A load with only its verdict of forces and the verdicts of the laws."""
 
     load_N: float
     features: dict
@@ -58,14 +58,14 @@ def judged_load(load_N, percent, answer, cause=None, laws=None):
     return Judged(load_N=load_N, features={"creep": creep, "creep_laws": laws or {}})
 
 
-def cell(judged, status="converged", shift=0.0):
-    return MapCell(lateral_shift_mm=shift, load_N=judged.load_N, status=status, judged=judged)
+def cell(load, status="converged", shift=0.0):
+    return MapCell(lateral_shift_mm=shift, load_N=load.load_N, status=status, judged=load)
 
 
 def position(shift, cells, tried=()):
     # by pressure Hertz holds at all loads here
-    whole = LoadInterval(low_N=LOADS[0], high_N=LOADS[-1], answer="HOLDS")
-    limit = LoadLimit(intervals=(whole,), tried=tuple((one.load_N, "HOLDS") for one in tried))
+    all_loads = LoadInterval(low_N=LOADS[0], high_N=LOADS[-1], answer="HOLDS")
+    limit = LoadLimit(intervals=(all_loads,), tried=tuple((load.load_N, "HOLDS") for load in tried))
     placement = object()
     return MapPosition(
         lateral_shift_mm=shift,
@@ -78,25 +78,25 @@ def position(shift, cells, tried=()):
 
 
 def laws_of(polach, fastsim, exact="HOLDS"):
-    found = {
-        name: judged_as(answer, off, at=Creepages(eta=2e-3), unsure=0.01)
+    judgements = {
+        name: judged_as(answer, off, at=Creepages(eta=2e-3), uncertainty=0.01)
         for name, answer, off in (("polach", polach, 12.0), ("fastsim", fastsim, 3.1), ("exact", exact, 1.0))
     }
-    return found | {REAL: judged_as("HOLDS", 0.0, unsure=0.0)}
+    return judgements | {REAL: judged_as("HOLDS", 0.0, uncertainty=0.0)}
 
 
 @pytest.fixture
-def made(monkeypatch):
-    """Three positions: he holds up to some load, fails at all, and one that could not be solved."""
+def planted_map(monkeypatch):
+    """Three positions: Hertz holds up to some load, fails at all loads, or has no solution."""
     tried = (judged_load(30e3, 3.0, "HOLDS"), judged_load(70e3, 6.0, "FAILS", PLACE))
-    seen = []
+    loads_seen = []
 
-    def looked(load, placement):
+    def judge_and_note(load, placement):
         assert load in tried
-        seen.append(load.load_N)
+        loads_seen.append(load.load_N)
         return load.features["creep"].verdict
 
-    monkeypatch.setattr("fecontact.features.creep.maps.FORCE_MAP", replace(FORCE_MAP, judge=looked))
+    monkeypatch.setattr("fecontact.features.creep.maps.FORCE_MAP", replace(FORCE_MAP, judge=judge_and_note))
     first = (
         cell(judged_load(20e3, 1.0, "HOLDS", laws=laws_of("HOLDS", "HOLDS"))),
         cell(judged_load(50e3, 4.0, "HOLDS", laws=laws_of("FAILS", "HOLDS"))),
@@ -105,7 +105,7 @@ def made(monkeypatch):
     fails = laws_of("FAILS", "FAILS", "FAILS")
     second = tuple(cell(judged_load(load, 20.0, "FAILS", SHAPE, laws=fails), shift=1.0) for load in LOADS)
     lost = tuple(MapCell(lateral_shift_mm=2.0, load_N=load, status="failed: no memory") for load in LOADS)
-    whole = ApplicabilityMap(
+    applicability_map = ApplicabilityMap(
         case=CASE,
         loads_N=LOADS,
         positions=(
@@ -114,21 +114,23 @@ def made(monkeypatch):
             MapPosition(lateral_shift_mm=2.0, cells=lost, limit=LoadLimit(reason="failed: no memory")),
         ),
     )
-    return whole, seen
+    return applicability_map, loads_seen
 
 
-def test_limits_of_forces_come_from_the_loads_that_were_solved(made):
-    whole, seen = made
-    limits = [position.limits_of.get("force") for position in whole.positions]
-    assert [[(one.low_N, one.high_N, one.answer) for one in limit.intervals] for limit in limits[:2]] == [
+def test_limits_of_forces_come_from_the_loads_that_were_solved(planted_map):
+    applicability_map, loads_seen = planted_map
+    limits = [position.limits_of.get("force") for position in applicability_map.positions]
+    assert [
+        [(interval.low_N, interval.high_N, interval.answer) for interval in limit.intervals] for limit in limits[:2]
+    ] == [
         [(20e3, 50e3, "HOLDS"), (50e3, 70e3, "UNRESOLVED"), (70e3, 100e3, "FAILS")],
         [(20e3, 100e3, "FAILS")],
     ]
-    # of the loads of the search those that tell more
-    assert seen == [70e3]
+    # of the loads of the search, only the loads that add information
+    assert loads_seen == [70e3]
     assert limits[0].tried == ((70e3, "FAILS"),)
     assert limits[0].F_max_N == 50e3
-    # of what was not solved nothing is known, and the limit of pressure says why
+    # unsolved loads have no verdict, and the limit of pressure gives the reason
     assert limits[2] is None
 
 
@@ -138,15 +140,15 @@ def test_limits_of_forces_with_no_friction_and_of_loads_that_must_not_be_used():
     assert limits_of((cell(without),), (), object(), limit) == {}
     # forces were judged, but of a contact that did not converge
     lost = replace(judged_load(20e3, 1.0, "UNRESOLVED"), status="not converged")
-    found = limits_of((cell(lost, status="not converged"),), (), object(), limit)["force"]
-    assert (found.intervals, found.reason, found.note) == ((), limit.reason, limit.note)
+    limits_found = limits_of((cell(lost, status="not converged"),), (), object(), limit)["force"]
+    assert (limits_found.intervals, limits_found.reason, limits_found.note) == ((), limit.reason, limit.note)
 
 
 def test_laws_of_forces_are_judged_at_loads_that_may_be_used(monkeypatch):
-    seen = []
+    loads_seen = []
 
     def judged_by(load, placement):
-        seen.append((load.load_N, placement))
+        loads_seen.append((load.load_N, placement))
         return laws_of("HOLDS", "HOLDS")
 
     monkeypatch.setattr("fecontact.features.creep.laws.creep_laws_of", judged_by)
@@ -154,7 +156,7 @@ def test_laws_of_forces_are_judged_at_loads_that_may_be_used(monkeypatch):
     nothing = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="failed: no memory")
     before = position(0.0, (cell(usable), cell(lost, status="not converged"), nothing))
     after = with_dear_readings(before)
-    assert seen == [(20e3, before.placement)]
+    assert loads_seen == [(20e3, before.placement)]
     assert list(after.cells[0].judged.features["creep_laws"]) == ["polach", "fastsim", "exact", REAL]
     assert after.cells[1:] == before.cells[1:]
     assert (after.limit, after.limits_of) == (before.limit, before.limits_of)
@@ -168,42 +170,44 @@ def bands(ax):
     ]
 
 
-def test_the_picture_of_forces_has_the_lines_of_yielding(made, monkeypatch):
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
-    view = offered_view(made[0], "force")
+def test_the_picture_of_forces_has_the_lines_of_yielding(planted_map, monkeypatch):
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    view = offered_view(planted_map[0], "force")
     words = YIELD_WORDS[FIRST_YIELD]
-    map_figure(replace(view, columns=tuple(replace(one, lines=[(60.0, words)]) for one in view.columns)), "unused.png")
-    (ax,) = kept[0].axes
+    map_figure(
+        replace(view, columns=tuple(replace(column, lines=[(60.0, words)]) for column in view.columns)), "unused.png"
+    )
+    (ax,) = figures[0].axes
     assert words in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
-def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
-    map_figure(offered_view(made[0], "force"), "unused.png")
-    (ax,) = kept[0].axes
+def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch):
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    map_figure(offered_view(planted_map[0], "force"), "unused.png")
+    (ax,) = figures[0].axes
     assert [colour for colour, *_ in bands(ax)] == [
         # between 50 and 70 kN nothing was solved: it is not painted as an open verdict is
         ANSWERS[answer]
         for answer in ("HOLDS", BETWEEN, "FAILS", "FAILS", "failed")
     ]
     assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 D", *["4.0 F"] * 3, *"!!!"]
-    told = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
+    legend = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
     for words in (
         "centre of pressure beside the touch point",
         "shape of the patch",
         "above 1 it does not hold",
         "not to be used",
     ):
-        assert words in told
+        assert words in legend
     assert "5 % of µN, friction 0.3, creepages up to 2 %" in ax.get_title()
     # one picture is both wheels
-    assert [one.get_xlabel()[:11] for one in ax.child_axes] == ["right wheel"]
+    assert [axis.get_xlabel()[:11] for axis in ax.child_axes] == ["right wheel"]
 
 
-def test_tables_of_forces_and_theories(made):
-    lines = map_table(offered_view(made[0], "force")).splitlines()
+def test_tables_of_forces_and_theories(planted_map):
+    lines = map_table(offered_view(planted_map[0], "force")).splitlines()
     assert lines[1].split() == [
         "+0.00",
         "+",
@@ -216,18 +220,18 @@ def test_tables_of_forces_and_theories(made):
     ]
     assert lines[3].split()[:4] == ["+2.00", "!", "!", "!"]
     assert any("part of the limit of 5 % of µN" in line for line in lines)
-    lines = map_table(law_view(made[0], LAW_MAP)).splitlines()
+    lines = map_table(law_view(planted_map[0], LAW_MAP)).splitlines()
     assert lines[1].split() == ["+0.00", "Po", "12.0", "FA", "3.1", "FA?", "3.1"]
     assert lines[2].split() == ["+1.00", "ER", "ER", "ER"]
 
 
-def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, monkeypatch):
-    colours = law_view(made[0], LAW_MAP).colours
+def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(planted_map, monkeypatch):
+    colours = law_view(planted_map[0], LAW_MAP).colours
 
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
-    map_figure(law_view(made[0], LAW_MAP), "unused.png")
-    (ax,) = kept[0].axes
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    map_figure(law_view(planted_map[0], LAW_MAP), "unused.png")
+    (ax,) = figures[0].axes
     unresolved = ANSWERS["UNRESOLVED"]
     # what lies between two loads with different theories was not solved, and where a cheaper one may hold it is open
     assert [colour for colour, *_ in bands(ax)] == [
@@ -235,7 +239,7 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
         *(colours["real"], ANSWERS["failed"]),
     ]
     assert [text.get_text() for text in ax.texts] == ["Po 12.0", "FA 3.1", "FA? 3.1", "ER", "ER", "ER", *"!!!"]
-    rows = [law_row(cell, LAW_MAP) for cell in made[0].cells]
+    rows = [law_row(cell, LAW_MAP) for cell in planted_map[0].cells]
     assert [row.get("cheapest_theory") for row in rows] == [
         *("polach", "fastsim", "UNRESOLVED"),
         *(["real"] * 3 + [None] * 3),
@@ -261,15 +265,15 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
     assert not (tmp_path / "map").exists()
 
 
-def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(made, monkeypatch):
+def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(planted_map, monkeypatch):
     monkeypatch.setattr("fecontact.maps.telling.cell_record", lambda cell: {})
     monkeypatch.setattr("fecontact.maps.telling.stiffness_rows", lambda position: [])
-    monkeypatch.setattr("fecontact.maps.telling.share_records", lambda made: [])
-    limits = json.loads(json.dumps(map_record(made[0])["force_limits"]))
+    monkeypatch.setattr("fecontact.maps.telling.share_records", lambda planted_map: [])
+    limits = json.loads(json.dumps(map_record(planted_map[0])["force_limits"]))
     assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]
 
 
-def test_pictures_and_tables_of_another_friction_go(made, tmp_path, monkeypatch):
+def test_pictures_and_tables_of_another_friction_go(planted_map, tmp_path, monkeypatch):
     for name in ("map_record", "judged_row", "map_figure"):
         monkeypatch.setattr(f"fecontact.maps.files.{name}", lambda *_: {})
     monkeypatch.setattr("fecontact.maps.files.views_of", lambda *_, **__: {})
@@ -277,7 +281,7 @@ def test_pictures_and_tables_of_another_friction_go(made, tmp_path, monkeypatch)
     old = ("map_force.png", "map_force.svg", "map_law.csv", "map_law.png")
     for name in old:
         (tmp_path / name).write_text("of another map", "utf-8")
-    bare = [replace(cell, judged=None) for cell in made[0].cells]
-    position = replace(made[0].positions[0], cells=tuple(bare))
-    write_map(replace(made[0], case=Case(roll="touching"), positions=(position,)), tmp_path)
+    bare = [replace(cell, judged=None) for cell in planted_map[0].cells]
+    position = replace(planted_map[0].positions[0], cells=tuple(bare))
+    write_map(replace(planted_map[0], case=Case(roll="touching"), positions=(position,)), tmp_path)
     assert not {path.name for path in tmp_path.iterdir()} & {*old}

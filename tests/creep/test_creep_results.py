@@ -29,7 +29,9 @@ STUDIES = Path(__file__).parents[2] / "studies"
 
 def test_without_its_folder_friction_is_refused(monkeypatch):
     case = fecontact.Case(creep=Creep(friction=0.3))
-    monkeypatch.setattr(feature_registry, "FEATURES", tuple(one for one in feature_registry.FEATURES if one != "creep"))
+    monkeypatch.setattr(
+        feature_registry, "FEATURES", tuple(feature for feature in feature_registry.FEATURES if feature != "creep")
+    )
     with pytest.raises(InputError, match=r"friction coefficient is 0\.3, but this fecontact has no feature creep"):
         fecontact.solve(case)
     fecontact.Case().creep.refuse_unheard()
@@ -48,7 +50,7 @@ def test_what_judges_forces_is_in_the_digest_of_evaluation():
 
 def test_the_laws_of_forces_are_listed_with_their_sources():
     for name, law in CREEP_LAWS.items():
-        assert all(law[of] for of in ("words", "cost", "source", "range")), name
+        assert all(law[field] for field in ("words", "cost", "source", "range")), name
     assert list(fecontact.theories()["forces"]) == list(CREEP_LAWS)
 
 
@@ -61,10 +63,14 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, tmp_path
     assert "for forces Hertz HOLDS, off by at most" in " ".join(capsys.readouterr().out.split())
     (row,) = load_table(out).rows.to_dict("records")
     page = ElementTree.fromstring((out / "report.html").read_text("utf-8").removeprefix("<!DOCTYPE html>\n"))
-    heads, line = (["".join(cell.itertext()) for cell in one] for one in list(next(page.iter("table")).iter("tr"))[:2])
-    told = dict(zip(heads, line, strict=True))
-    assert told["for forces"] == "HOLDS"
-    assert told["force off by, % of mu N"].startswith(f"{1e2 * float(row['creep_verdict_deviation_of_muN']):.1f} ±")
+    heads, line = (
+        ["".join(cell.itertext()) for cell in table_row] for table_row in list(next(page.iter("table")).iter("tr"))[:2]
+    )
+    cells_by_heading = dict(zip(heads, line, strict=True))
+    assert cells_by_heading["for forces"] == "HOLDS"
+    assert cells_by_heading["force off by, % of mu N"].startswith(
+        f"{1e2 * float(row['creep_verdict_deviation_of_muN']):.1f} ±"
+    )
     # Hertz is exact here: what is left are nodes, cells and the elements
     assert row["creep_verdict_answer"] == "HOLDS"
     assert float(row["creep_verdict_deviation_of_muN"]) < 0.005
@@ -74,11 +80,13 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, tmp_path
     assert float(row["creep_theories_rolling_half_space_fe_fx_N"]) < 0.0
     # a solution with them says the same
     case = replace(elliptic_quick.case, creep=Creep(friction=0.3, xi=1e-3))
-    solved = replace(elliptic_quick.load.solved, case=case)
-    record = result_record(replace(elliptic_quick, load=judge_load(solved, elliptic_quick.placement)))
-    told = record["creep"]["theories"]["rolling_half_space"]
-    assert told["fe"]["fx_N"] == pytest.approx(float(row["creep_theories_rolling_half_space_fe_fx_N"]), rel=1e-9)
-    assert told["deviation_of_muN"] < 5e-3
+    solved_load = replace(elliptic_quick.load.solved, case=case)
+    record = result_record(replace(elliptic_quick, load=judge_load(solved_load, elliptic_quick.placement)))
+    cells_by_heading = record["creep"]["theories"]["rolling_half_space"]
+    assert cells_by_heading["fe"]["fx_N"] == pytest.approx(
+        float(row["creep_theories_rolling_half_space_fe_fx_N"]), rel=1e-9
+    )
+    assert cells_by_heading["deviation_of_muN"] < 5e-3
     show(case_parts(record), long=True)
     assert "for forces Hertz HOLDS" in " ".join(capsys.readouterr().out.split())
     # the stored case itself stays without, and without friction nothing is told of creepages
@@ -101,8 +109,8 @@ def test_13_creep_forces(tmp_path):
         lines = list(csv.DictReader(file))
     assert {line["plane_verdict"] for line in lines} == {"HOLDS"}
     table = [{name: float(text) for name, text in line.items() if text and "verdict" not in name} for line in lines]
-    assert [one["friction"] for one in table] == [0.15, 0.3, 0.5]
+    assert [table_row["friction"] for table_row in table] == [0.15, 0.3, 0.5]
     # measured: the exact theory on his ellipse is off by his pressure alone, FASTSIM on the real patch by its own error
-    for one, by_pressure, by_theory in zip(table, (2.1, 1.4, 1.0), (4.1, 3.9, 3.3), strict=True):
-        assert one["plane_percent_1"] == pytest.approx(by_pressure, abs=0.3)
-        assert one["fastsim_real_percent"] == pytest.approx(by_theory, abs=0.5)
+    for table_row, by_pressure, by_theory in zip(table, (2.1, 1.4, 1.0), (4.1, 3.9, 3.3), strict=True):
+        assert table_row["plane_percent_1"] == pytest.approx(by_pressure, abs=0.3)
+        assert table_row["fastsim_real_percent"] == pytest.approx(by_theory, abs=0.5)

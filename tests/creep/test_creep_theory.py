@@ -45,7 +45,7 @@ SATURATED = (shen_hedrick_elkins, polach, fastsim)
 ROUNDING = 1e-12
 
 
-def at_linear_force(contact: RollingEllipse, e: float) -> Creepages:
+def linear_force_creepages(contact: RollingEllipse, e: float) -> Creepages:
     """The longitudinal creepage whose linear force is e mu N."""
     linear = contact.shear_MPa * contact.a_mm * contact.b_mm * coefficients_of(contact).c11
     return Creepages(xi=e * contact.limit_N / linear)
@@ -76,7 +76,7 @@ def test_coefficients_between_the_columns_are_those_that_contact_prints():
 
 
 @pytest.mark.parametrize(
-    ("a_over_b", "poisson", "within"),
+    ("a_over_b", "poisson", "tolerance"),
     [
         # on rows and columns of the table: its own error
         (0.3, 0.25, 0.006),
@@ -92,18 +92,18 @@ def test_coefficients_between_the_columns_are_those_that_contact_prints():
         (1.0 / 0.15, 0.4, 0.009),
     ],
 )
-def test_coefficients_are_those_of_a_solution_without_slip(a_over_b, poisson, within):
+def test_coefficients_are_those_of_a_solution_without_slip(a_over_b, poisson, tolerance):
     # straight from row to row c23 would be 5 % off at a/b 4, c33 12 % at 0.15
     exact, c = no_slip_coefficients(a_over_b, poisson), kalker_coefficients(a_over_b, poisson)
     assert exact["c32"] == pytest.approx(exact["c23"], rel=1e-3)
     for name in ("c11", "c22", "c23", "c33"):
-        assert getattr(c, name) == pytest.approx(exact[name], rel=within), name
+        assert getattr(c, name) == pytest.approx(exact[name], rel=tolerance), name
 
 
 def test_coefficients_are_continuous_at_the_circle():
     for poisson in (0.1, 0.3, 0.45):
-        below, above = (kalker_coefficients(1.0 + sign * 1e-9, poisson) for sign in (-1, 1))
-        assert above.c33 == pytest.approx(below.c33, rel=1e-3)
+        just_below, just_above = (kalker_coefficients(1.0 + sign * 1e-9, poisson) for sign in (-1, 1))
+        assert just_above.c33 == pytest.approx(just_below.c33, rel=1e-3)
 
 
 def test_coefficients_are_smooth_along_the_table():
@@ -122,21 +122,24 @@ def test_the_table_ends_where_kalkers_does(ratio, poisson):
 
 
 def test_signs_of_the_linear_forces():
-    for spoken, sign in (
+    for direction, sign in (
         (Creepages(xi=1e-6), (-1, 0, 0)),
         (Creepages(eta=1e-6), (0, -1, 1)),
         (Creepages(spin_per_mm=1e-6), (0, -1, -1)),
     ):
-        force = kalker_linear(WIDE, spoken)
+        force = kalker_linear(WIDE, direction)
         assert np.sign([force.fx_N, force.fy_N, force.mz_Nmm]).tolist() == list(sign)
 
 
 def test_the_sizes_of_the_linear_forces():
-    """Kalker (1967): each coefficient times G, and the product of the semi-axes to the power that its unit asks for."""
+    """Kalker (1967): each coefficient times G and a power of the product of the semi-axes.
+
+    The power is given by the unit of the coefficient.
+    """
     c = kalker_coefficients(WIDE.a_mm / WIDE.b_mm, WIDE.poisson)
     G, ab = WIDE.shear_MPa, WIDE.a_mm * WIDE.b_mm
-    one, two, three = (kalker_linear(WIDE, Creepages(**{name: 2e-6})) for name in ("xi", "eta", "spin_per_mm"))
-    assert one.fx_N == pytest.approx(-G * ab * c.c11 * 2e-6, rel=ROUNDING)
+    longitudinal, two, three = (kalker_linear(WIDE, Creepages(**{name: 2e-6})) for name in ("xi", "eta", "spin_per_mm"))
+    assert longitudinal.fx_N == pytest.approx(-G * ab * c.c11 * 2e-6, rel=ROUNDING)
     assert two.fy_N == pytest.approx(-G * ab * c.c22 * 2e-6, rel=ROUNDING)
     assert three.fy_N == pytest.approx(-G * ab**1.5 * c.c23 * 2e-6, rel=ROUNDING)
     assert three.mz_Nmm == pytest.approx(-G * ab**2 * c.c33 * 2e-6, rel=ROUNDING)
@@ -163,7 +166,7 @@ def test_without_its_cubic_term_the_law_would_fall_to_zero_where_it_saturates():
     printed = e - e**2 / 3.0
     assert printed.max() == printed[1500] == pytest.approx(0.75, abs=1e-12)
     assert printed[-1] == pytest.approx(0.0, abs=1e-12)
-    assert [saturation(one) for one in e] == pytest.approx(printed + e**3 / 27.0, abs=ROUNDING)
+    assert [saturation(argument) for argument in e] == pytest.approx(printed + e**3 / 27.0, abs=ROUNDING)
 
 
 @pytest.mark.parametrize(
@@ -186,9 +189,11 @@ def test_coefficients_of_vermeulen_and_johnson(ratio, c11, c22):
 def test_the_integrals_of_vermeulen_and_johnson_by_quadrature(ratio):
     g2, nu = min(ratio, 1.0 / ratio) ** 2, 0.28
 
-    def integral(of):
+    def integral(integrand):
         return quad(
-            lambda t: of(math.sin(t) ** 2, math.cos(t) ** 2, math.sqrt(1 - (1 - g2) * math.sin(t) ** 2)), 0, math.pi / 2
+            lambda t: integrand(math.sin(t) ** 2, math.cos(t) ** 2, math.sqrt(1 - (1 - g2) * math.sin(t) ** 2)),
+            0,
+            math.pi / 2,
         )[0]
 
     B, D = integral(lambda s, c, d: c / d), integral(lambda s, c, d: s / d)
@@ -279,7 +284,7 @@ def test_fastsim_without_slip_is_kalkers_linear_force(creepages):
 @pytest.mark.parametrize("contact", [WIDE, LONG])
 @pytest.mark.parametrize("e", [0.1, 0.5, 1.0, 2.0, 4.0, 10.0])
 def test_fastsim_under_an_elliptic_bound_is_polachs_law(contact, e):
-    creepage = at_linear_force(contact, e)
+    creepage = linear_force_creepages(contact, e)
     force = fastsim(contact, creepage, bound="elliptic", cells=(400, 400))
     assert force.fx_N == pytest.approx(polach(contact, creepage).fx_N, rel=1e-3)
 
@@ -297,7 +302,7 @@ def parabolic_fastsim(e: float) -> float:
 
 @pytest.mark.parametrize("e", [0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 4.0])
 def test_fastsim_under_a_parabolic_bound_in_closed_form(e):
-    force = fastsim(WIDE, at_linear_force(WIDE, e), cells=(400, 400))
+    force = fastsim(WIDE, linear_force_creepages(WIDE, e), cells=(400, 400))
     assert -force.fx_N / WIDE.limit_N == pytest.approx(parabolic_fastsim(e), rel=1e-3)
 
 
@@ -315,11 +320,11 @@ TRACTION = [
 def test_the_traction_curve_of_contact(thousandths, of_polach, of_she, of_fastsim, of_contact):
     creepage = Creepages(xi=1e-3 * thousandths)
     laws = (polach, shen_hedrick_elkins, lambda c, x: fastsim(c, x, cells=(200, 200)))
-    found = [-law(WIDE, creepage).fx_N / WIDE.limit_N for law in laws]
+    forces = [-law(WIDE, creepage).fx_N / WIDE.limit_N for law in laws]
     # the printed FASTSIM is the plain sum over its cells, 0.02 % above mu N at full slip
-    assert found == pytest.approx([of_polach, of_she, of_fastsim], abs=2.2e-4)
+    assert forces == pytest.approx([of_polach, of_she, of_fastsim], abs=2.2e-4)
     # the simplified theories are this far from the exact one
-    assert found[2] == pytest.approx(of_contact, abs=0.055)
+    assert forces[2] == pytest.approx(of_contact, abs=0.055)
 
 
 def test_lateral_creepage_with_large_spin():
@@ -363,33 +368,36 @@ def test_fastsim_is_as_near_to_its_limit_of_fine_cells_as_it_says(a, b, load, mo
 
 
 def test_the_moment_about_the_origin_has_the_moment_of_the_force_at_its_place():
-    """r x F about the normal, on both sides of both axes; a force without a moment keeps none."""
+    """The moment r x F about the normal, on both sides of both axes.
+
+    A force without a moment keeps a moment of zero.
+    """
     for x, y in ((2.0, 11.0), (-2.0, 3.0), (5.0, -0.5)):
-        moved = CreepForce(fx_N=3.0, fy_N=5.0, mz_Nmm=7.0).at(x, y)
-        assert moved.mz_Nmm == pytest.approx(7.0 + np.linalg.det([[x, y], [3.0, 5.0]]), abs=1e-12)
-        assert (moved.fx_N, moved.fy_N) == (3.0, 5.0)
+        moved_force = CreepForce(fx_N=3.0, fy_N=5.0, mz_Nmm=7.0).at(x, y)
+        assert moved_force.mz_Nmm == pytest.approx(7.0 + np.linalg.det([[x, y], [3.0, 5.0]]), abs=1e-12)
+        assert (moved_force.fx_N, moved_force.fy_N) == (3.0, 5.0)
     # a force along y that acts 2 mm ahead turns the wheel to the left
     assert CreepForce(fx_N=0.0, fy_N=5.0, mz_Nmm=0.0).at(2.0, 0.0).mz_Nmm == 10.0
     assert CreepForce(fx_N=3.0, fy_N=5.0).at(2.0, 11.0).mz_Nmm is None
 
 
-def as_tuple(force: CreepForce) -> tuple[float, ...]:
+def force_components(force: CreepForce) -> tuple[float, ...]:
     return (force.fx_N, force.fy_N, force.mz_Nmm or 0.0)
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_no_creepage_gives_no_force(law):
-    assert as_tuple(law(WIDE, Creepages())) == (0.0, 0.0, 0.0)
+    assert force_components(law(WIDE, Creepages())) == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_laws_are_odd_and_mirror(law):
-    one = Creepages(xi=8e-4, eta=-5e-4, spin_per_mm=2e-4)
-    force = as_tuple(law(LONG, one))
-    exchanged = as_tuple(law(LONG, Creepages(xi=-8e-4, eta=5e-4, spin_per_mm=-2e-4)))
+    creepages = Creepages(xi=8e-4, eta=-5e-4, spin_per_mm=2e-4)
+    force = force_components(law(LONG, creepages))
+    exchanged = force_components(law(LONG, Creepages(xi=-8e-4, eta=5e-4, spin_per_mm=-2e-4)))
     assert exchanged == pytest.approx([-f for f in force], rel=1e-11)
     # the mirror image at y = 0
-    mirrored = as_tuple(law(LONG, Creepages(xi=8e-4, eta=5e-4, spin_per_mm=-2e-4)))
+    mirrored = force_components(law(LONG, Creepages(xi=8e-4, eta=5e-4, spin_per_mm=-2e-4)))
     assert mirrored == pytest.approx([force[0], -force[1], -force[2]], rel=1e-11)
 
 
@@ -444,8 +452,10 @@ def test_creepages_are_numbers(name):
 
 
 def test_a_pair_of_one_material_is_that_material():
-    both = rolling_pair(0.3, STEEL, STEEL)
-    assert (both.shear_MPa, both.poisson) == pytest.approx((STEEL.shear_MPa, STEEL.poisson), rel=ROUNDING)
+    pair_of_both = rolling_pair(0.3, STEEL, STEEL)
+    assert (pair_of_both.shear_MPa, pair_of_both.poisson) == pytest.approx(
+        (STEEL.shear_MPa, STEEL.poisson), rel=ROUNDING
+    )
     rigid = Material(young_MPa=1e15, poisson=0.0)
     # half of the compliance
     assert rolling_pair(0.3, STEEL, rigid).shear_MPa == pytest.approx(2.0 * STEEL.shear_MPa, rel=1e-6)
@@ -478,15 +488,15 @@ def test_strips_over_hertzs_pressure_are_the_ellipse(bound):
 
 def test_a_lobe_beside_the_touch_point_has_the_creepages_of_its_place():
     strips = ellipse_strips(LONG, 50)
-    moved = replace(strips, y_mm=strips.y_mm + 5.0, centre_y_mm=5.0)
+    moved_strips = replace(strips, y_mm=strips.y_mm + 5.0, centre_y_mm=5.0)
     creepages = Creepages(xi=2e-4, eta=1e-4, spin_per_mm=1e-4)
-    force = fastsim_strips((moved,), creepages, bound="parabolic")
-    there = fastsim(LONG, creepages.at(0.0, 5.0))
+    force = fastsim_strips((moved_strips,), creepages, bound="parabolic")
+    local_force = fastsim(LONG, creepages.at(0.0, 5.0))
     assert creepages.at(0.0, 5.0).xi == pytest.approx(-3e-4)
-    assert (force.fx_N, force.fy_N) == pytest.approx((there.fx_N, there.fy_N), rel=1e-9)
-    assert force.mz_Nmm == pytest.approx(there.at(0.0, 5.0).mz_Nmm, rel=1e-9)
+    assert (force.fx_N, force.fy_N) == pytest.approx((local_force.fx_N, local_force.fy_N), rel=1e-9)
+    assert force.mz_Nmm == pytest.approx(local_force.at(0.0, 5.0).mz_Nmm, rel=1e-9)
     # power is what it is, wherever the creepages are told
-    assert force.power_per_speed_N == pytest.approx(there.power_per_speed_N, rel=1e-9)
+    assert force.power_per_speed_N == pytest.approx(local_force.power_per_speed_N, rel=1e-9)
 
 
 def test_separate_patches_have_an_ellipse_each_and_one_together():
@@ -499,8 +509,8 @@ def test_separate_patches_have_an_ellipse_each_and_one_together():
     assert (centre_x, centre_y) == pytest.approx((0.0, 7.0), abs=1e-3)
     assert together.normal_force_N == pytest.approx(2 * LONG.normal_force_N, rel=1e-3)
     assert together.area_mm2 == pytest.approx(2 * LONG.area_mm2, rel=4e-3)
-    both = fastsim_strips(pieces, Creepages(eta=1e-3), bound="parabolic")
-    assert both.fy_N == pytest.approx(2 * fastsim(LONG, Creepages(eta=1e-3)).fy_N, rel=5e-3)
+    force = fastsim_strips(pieces, Creepages(eta=1e-3), bound="parabolic")
+    assert force.fy_N == pytest.approx(2 * fastsim(LONG, Creepages(eta=1e-3)).fy_N, rel=5e-3)
     (alone,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR, strips=y.size)
     single, *_ = one_ellipse([alone])
     assert (single.a_mm, single.b_mm) == pytest.approx((alone.contact.a_mm, alone.contact.b_mm), rel=1e-9)
@@ -512,14 +522,14 @@ def test_the_width_of_a_strip_is_part_of_the_second_moment(cuts):
     # ellipse's strip, sqrt(x^2) = half / 2, along
     wide, half = 6.0, 4.0
     ends = wide * np.array([0.0, *cuts, 1.0])
-    every = np.ones(ends.size - 1)
+    all_strips = np.ones(ends.size - 1)
     strips = Strips.of(
         PAIR,
         y_mm=0.5 * (ends[1:] + ends[:-1]),
         width_mm=np.diff(ends),
-        middle_x_mm=0.0 * every,
-        half_length_mm=half * every,
-        force_N_per_mm=100.0 * every,
+        middle_x_mm=0.0 * all_strips,
+        half_length_mm=half * all_strips,
+        force_N_per_mm=100.0 * all_strips,
     )
     assert strips.centre_y_mm == pytest.approx(0.5 * wide, rel=1e-12)
     assert strips.contact.b_mm / strips.contact.a_mm == pytest.approx(wide / math.sqrt(12.0) / (0.5 * half), rel=1e-12)
@@ -537,17 +547,19 @@ def curved(plane: Creepages, xi, spin) -> CurvedCreepages:
 def test_fastsim_over_a_cone_is_that_over_the_plane(more_spin):
     # two patches beside the touch point, also along
     x, y = np.linspace(-9.0, 11.0, 201), np.linspace(-7.0, 12.0, 191)
-    one, two = (1 - ((x[:, None] - at) / a) ** 2 - ((y - c) / b) ** 2 for at, a, c, b in ((2, 8, 2, 3), (0, 6, 9, 2)))
-    pressure = 1000 * np.sqrt(np.maximum(one, 0)) + 600 * np.sqrt(np.maximum(two, 0))
+    cone, two = (1 - ((x[:, None] - at) / a) ** 2 - ((y - c) / b) ** 2 for at, a, c, b in ((2, 8, 2, 3), (0, 6, 9, 2)))
+    pressure = 1000 * np.sqrt(np.maximum(cone, 0)) + 600 * np.sqrt(np.maximum(two, 0))
     pieces = pressure_strips(x, y, pressure, PAIR)
     plane = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=1e-4)
     over = curved(plane, lambda y: -more_spin * y, lambda y: np.full_like(y, more_spin))
     same = replace(plane, spin_per_mm=plane.spin_per_mm + more_spin)
-    here, there = over.at(2.0, -3.0), same.at(2.0, -3.0)
-    assert (here.xi, here.eta, here.spin_per_mm) == pytest.approx((there.xi, there.eta, there.spin_per_mm), rel=1e-12)
-    found, expected = fastsim_strips(pieces, over), fastsim_strips(pieces, same)
+    over_cone, over_plane = over.at(2.0, -3.0), same.at(2.0, -3.0)
+    assert (over_cone.xi, over_cone.eta, over_cone.spin_per_mm) == pytest.approx(
+        (over_plane.xi, over_plane.eta, over_plane.spin_per_mm), rel=1e-12
+    )
+    force, expected = fastsim_strips(pieces, over), fastsim_strips(pieces, same)
     for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
-        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
+        assert getattr(force, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
     # power is that of the forces
     power = -(same.xi * expected.fx_N + same.eta * expected.fy_N + same.spin_per_mm * expected.mz_Nmm)
     assert expected.power_per_speed_N == pytest.approx(power, rel=1e-12)

@@ -23,12 +23,12 @@ LONG = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=82e3, friction=0.3, she
 
 
 def roll(contact: RollingEllipse, creepages: Creepages, cells: int = 32):
-    made = ellipse_cells(contact.a_mm, contact.b_mm, contact.normal_force_N, cells)
-    return roll_cells(contact, creepages, made)
+    pressure_cells = ellipse_cells(contact.a_mm, contact.b_mm, contact.normal_force_N, cells)
+    return roll_cells(contact, creepages, pressure_cells)
 
 
-def roll_cells(contact: RollingEllipse, creepages: Creepages, made: PressureCells):
-    solution = steady_rolling(made, creepages, contact)
+def roll_cells(contact: RollingEllipse, creepages: Creepages, pressure_cells: PressureCells):
+    solution = steady_rolling(pressure_cells, creepages, contact)
     assert solution.status == "converged"
     return solution
 
@@ -37,16 +37,16 @@ def roll_cells(contact: RollingEllipse, creepages: Creepages, made: PressureCell
 def test_influence_is_the_integral_of_the_point_load(x, y):
     hx, hy, nu = 0.6, 0.9, 0.28
 
-    def integral(of):
-        return dblquad(lambda v, u: of(x - u, y - v), -hx / 2, hx / 2, -hy / 2, hy / 2, epsabs=1e-11)[0]
+    def integral(integrand):
+        return dblquad(lambda v, u: integrand(x - u, y - v), -hx / 2, hx / 2, -hy / 2, hy / 2, epsabs=1e-11)[0]
 
     expected = [
         integral(lambda u, v: (1 - nu) / math.hypot(u, v) + nu * u * u / math.hypot(u, v) ** 3),
         integral(lambda u, v: (1 - nu) / math.hypot(u, v) + nu * v * v / math.hypot(u, v) ** 3),
         integral(lambda u, v: nu * u * v / math.hypot(u, v) ** 3),
     ]
-    found = cerruti_influence(np.array(x), np.array(y), hx, hy, nu)
-    assert [float(part) for part in found] == pytest.approx(expected, rel=1e-9)
+    influences = cerruti_influence(np.array(x), np.array(y), hx, hy, nu)
+    assert [float(influence) for influence in influences] == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_response_is_the_sum_over_all_cells():
@@ -60,7 +60,10 @@ def test_the_response_is_the_sum_over_all_cells():
 
 
 def coefficients(a_over_b: float, cells: int) -> np.ndarray:
-    """Of Kalker from forces so small that nothing slips: c11, c22, c23, c32, c33."""
+    """Kalker's coefficients c11, c22, c23, c32, c33.
+
+    They come from forces that are small enough for full adhesion.
+    """
     a, b, tiny = 1.0, 1.0 / a_over_b, 1e-7
     contact = RollingEllipse(a_mm=a, b_mm=b, normal_force_N=1.0, friction=1e6, shear_MPa=1.0, poisson=0.25)
     x, y, spin = (roll(contact, Creepages(**{k: tiny}), cells).force for k in ("xi", "eta", "spin_per_mm"))
@@ -97,32 +100,32 @@ def test_kalkers_coefficients_on_fine_cells(a_over_b):
     assert limit / np.array([c.c11, c.c22, c.c23, c.c23, c.c33]) == pytest.approx(np.ones(5), abs=0.01)
 
 
-@pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
-def test_carter(part):
+@pytest.mark.parametrize("stick_share", [0.1, 0.5, 0.9])
+def test_carter(stick_share):
     # a strip so wide that its ends are not felt: two dimensions, where the discretisation is of the second order
     n, a, width, p0, mu, shear, nu = 200, 5.0, 5e4, 1000.0, 0.3, 80e3, 0.3
     edges = np.linspace(-a, a, n + 1)
 
-    def carried(x):
+    def load_carried(x):
         # of the pressure from -a to x
         return 0.5 * p0 * (x * np.sqrt(np.maximum(1 - (x / a) ** 2, 0)) + a * np.arcsin(np.clip(x / a, -1, 1)))
 
-    pressure = np.diff(carried(edges)) / (edges[1] - edges[0])
+    pressure = np.diff(load_carried(edges)) / (edges[1] - edges[0])
     x = 0.5 * (edges[1:] + edges[:-1])
     cells = PressureCells(x_mm=x, y_mm=np.array([0.0, width]), pressure_MPa=np.stack([pressure, 0 * pressure], axis=1))
     relative_radius = (2 * shear / (2 * (1 - nu))) * a / (2 * p0)
-    creepage = mu * a / relative_radius * (1 - math.sqrt(1 - part))
+    creepage = mu * a / relative_radius * (1 - math.sqrt(1 - stick_share))
     solution = steady_rolling(cells, Creepages(xi=creepage), RollingPair(friction=mu, shear_MPa=shear, poisson=nu))
-    assert -solution.force.fx_N / (mu * cells.normal_force_N) == pytest.approx(part, abs=2e-3)
+    assert -solution.force.fx_N / (mu * cells.normal_force_N) == pytest.approx(stick_share, abs=2e-3)
     adhering = solution.force.adhesion_area_mm2 / cells.area_mm2
-    assert adhering == pytest.approx(math.sqrt(1 - part), abs=1.5 / n)
+    assert adhering == pytest.approx(math.sqrt(1 - stick_share), abs=1.5 / n)
 
 
 def test_cattaneo():
     # shift of a circle by a force of 7/8 mu N (Cattaneo 1938, Mindlin 1949): half of the radius adheres
-    n, nu, shear, mu, part = 64, 0.28, 82e3, 0.4, 7.0 / 8.0
+    n, nu, shear, mu, stick_ratio = 64, 0.28, 82e3, 0.4, 7.0 / 8.0
     cells = ellipse_cells(5.0, 5.0, 20e3, n)
-    shift = 3 * mu * cells.normal_force_N * (2 - nu) / (8 * shear * 5.0) * (1 - (1 - part) ** (2 / 3))
+    shift = 3 * mu * cells.normal_force_N * (2 - nu) / (8 * shear * 5.0) * (1 - (1 - stick_ratio) ** (2 / 3))
     # displacements of the middles of the cells
     x, y = _offsets(*cells.pressure_MPa.shape, *cells.steps_mm)
     response = _response(cerruti_influence(x, y, *cells.steps_mm, nu), shear)
@@ -132,7 +135,7 @@ def test_cattaneo():
     assert solution.status == "converged"
     force = -solution.traction_MPa[0].sum() * cells.cell_mm2 / (mu * cells.normal_force_N)
     # his traction has no part across, which for nu > 0 is not quite right
-    assert force == pytest.approx(part, abs=5e-3)
+    assert force == pytest.approx(stick_ratio, abs=5e-3)
     adhering = 1 - np.count_nonzero(solution.slips) * cells.cell_mm2 / cells.area_mm2
     assert adhering == pytest.approx(0.25, abs=0.02)
 
@@ -146,10 +149,10 @@ def test_the_traction_curve_of_contact(thousandths, of_contact):
 
 def test_lines_of_a_cone_are_those_of_the_plane():
     cells = ellipse_cells(8.0, 4.0, 82e3, 24)
-    motion, none = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=3e-4), Creepages(eta=-3e-4)
+    motion, lateral = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=3e-4), Creepages(eta=-3e-4)
     plane = steady_rolling(cells, motion, LONG)
     along, spin = motion.across(cells.y_mm)
-    lines = CurvedCreepages(plane=none, y_mm=cells.y_mm, xi_beside=along, spin_beside_per_mm=spin)
+    lines = CurvedCreepages(plane=lateral, y_mm=cells.y_mm, xi_beside=along, spin_beside_per_mm=spin)
     cone = steady_rolling(cells, lines, LONG)
     for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
         assert getattr(cone.force, name) == pytest.approx(getattr(plane.force, name), rel=1e-12), name
@@ -167,8 +170,8 @@ def test_large_spin_as_in_contact():
 
 
 def test_more_cells_tend_to_a_limit():
-    one = Creepages(xi=6e-4, eta=3e-4, spin_per_mm=1e-4)
-    forces = [roll(LONG, one, n) for n in (24, 48, 72)]
+    creepages = Creepages(xi=6e-4, eta=3e-4, spin_per_mm=1e-4)
+    forces = [roll(LONG, creepages, n) for n in (24, 48, 72)]
     values = np.array([[f.force.fx_N, f.force.fy_N] for f in forces]) / LONG.limit_N
     change = np.abs(np.diff(values, axis=0)).max(axis=1)
     assert change[1] < 0.6 * change[0]
@@ -176,8 +179,8 @@ def test_more_cells_tend_to_a_limit():
 
 
 def test_symmetry_signs_and_limits():
-    one = Creepages(xi=8e-4, eta=-5e-4, spin_per_mm=2e-4)
-    force = roll(LONG, one).force
+    creepages = Creepages(xi=8e-4, eta=-5e-4, spin_per_mm=2e-4)
+    force = roll(LONG, creepages).force
     reverse = roll(LONG, Creepages(xi=-8e-4, eta=5e-4, spin_per_mm=-2e-4)).force
     mirrored = roll(LONG, Creepages(xi=8e-4, eta=5e-4, spin_per_mm=-2e-4)).force
     size = LONG.limit_N
@@ -188,24 +191,30 @@ def test_symmetry_signs_and_limits():
     assert math.hypot(full.fx_N, full.fy_N) == pytest.approx(size, rel=1e-6)
     assert full.fx_N / full.fy_N == pytest.approx(-0.75, rel=1e-3)
     assert full.adhesion_area_mm2 == 0.0
-    none = roll(LONG, Creepages()).force
-    assert (none.fx_N, none.fy_N, none.mz_Nmm, none.slip_area_mm2, none.power_per_speed_N) == (0.0, 0.0, 0.0, 0.0, 0.0)
+    zero_force = roll(LONG, Creepages()).force
+    assert (
+        zero_force.fx_N,
+        zero_force.fy_N,
+        zero_force.mz_Nmm,
+        zero_force.slip_area_mm2,
+        zero_force.power_per_speed_N,
+    ) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def dissipated_on_cells(solution) -> float:
     state = solution.friction
-    each = (state.traction_MPa * state.slip).sum(axis=0)
+    slip_W = (state.traction_MPa * state.slip).sum(axis=0)
     # friction opposes slip everywhere, up to the tolerance
-    assert each.max() <= 1e-5 * np.abs(each).max()
+    assert slip_W.max() <= 1e-5 * np.abs(slip_W).max()
     return -float((state.traction_MPa * state.slip).sum()) * solution.cells.cell_mm2
 
 
 def test_power_is_what_slip_dissipates():
     # much of it at the trailing edge, where cells are coarse: what they miss is of the first order
-    one = Creepages(xi=1e-3, eta=5e-4, spin_per_mm=1e-4)
+    creepages = Creepages(xi=1e-3, eta=5e-4, spin_per_mm=1e-4)
     missed = []
     for n in (24, 48):
-        solution = roll(LONG, one, n)
+        solution = roll(LONG, creepages, n)
         missed.append(1.0 - dissipated_on_cells(solution) / solution.force.power_per_speed_N)
     assert missed[1] == pytest.approx(0.5 * missed[0], rel=0.1)
     assert abs(2.0 * missed[1] - missed[0]) < 0.01

@@ -1,4 +1,7 @@
-"""Wheelset and bogie against closed forms on cones, a proven solution on S1002 and 60E1, and invariants."""
+"""Wheelset and bogie in curves.
+
+References are closed forms on cones, a proven solution on S1002 and 60E1, and invariants.
+"""
 
 import csv
 import json
@@ -76,7 +79,10 @@ def cone_line(curvature: float = 0.0, *, stiffer: float = 1.0, friction: float =
 
 
 class Cone:
-    """Closed forms of a cone on circles; what moves is the contact, by `arm` times the axle's shift."""
+    """Closed forms of a cone on circles.
+
+    The contact moves by `arm` times the shift of the axle.
+    """
 
     def __init__(self, axle_mm: float) -> None:
         self.height = axle_mm + RAIL_MM
@@ -91,38 +97,38 @@ class Cone:
 FREE = load_vehicle("wheelset")
 
 
-def on_straight(line: Line, vehicle: Vehicle = FREE):
+def straight_equilibrium(line: Line, vehicle: Vehicle = FREE):
     start = straight_start(vehicle, line)
     # stiff contacts are pressed less
     start[1] += 0.1 * (1.0 - (MODULUS / line.law.contact_modulus_MPa) ** (2.0 / 3.0))
-    found = solve_at(start, vehicle, line)
-    assert found.status == "equilibrium"
-    return found
+    equilibrium = solve_at(start, vehicle, line)
+    assert equilibrium.status == "equilibrium"
+    return equilibrium
 
 
 @pytest.mark.parametrize(("stiffer", "limit"), [(1.0, 1e-3), (10.0, 2e-4)])
 def test_a_free_wheelset_runs_where_its_rolling_radii_fit_the_curve(stiffer, limit):
     # Redtenbacher: y = r e / (R conicity); what is left is the roll of the springs
-    straight = on_straight(cone_line(stiffer=stiffer))
+    straight = straight_equilibrium(cone_line(stiffer=stiffer))
     cone, curvature = Cone(straight.state[1]), -1e-3 / 3000.0
-    found = solve_at(straight.state, FREE, cone_line(curvature, stiffer=stiffer))
-    assert found.status == "equilibrium"
-    assert found.state[0] == pytest.approx(-curvature * cone.r * cone.e / cone.conicity, rel=limit)
+    equilibrium = solve_at(straight.state, FREE, cone_line(curvature, stiffer=stiffer))
+    assert equilibrium.status == "equilibrium"
+    assert equilibrium.state[0] == pytest.approx(-curvature * cone.r * cone.e / cone.conicity, rel=limit)
     assert -curvature * cone.r * cone.e / cone.conicity == pytest.approx(2.1433, rel=1e-4)
 
 
 def test_a_slow_wheelset_hunts_with_klingels_wavelength():
     line = cone_line()
-    cone = Cone(on_straight(line).state[1])
+    cone = Cone(straight_equilibrium(line).state[1])
     klingel = 2.0 * math.pi * math.sqrt(cone.r * cone.e * cone.arm / cone.conicity)
-    found = hunting(linear_model(FREE, line), 0.5)
-    assert 1e3 * found.wavelength_m == pytest.approx(klingel, rel=1e-3)
+    motion = hunting(linear_model(FREE, line), 0.5)
+    assert 1e3 * motion.wavelength_m == pytest.approx(klingel, rel=1e-3)
     # with the axle's shift in place of the contact's it would be 1.6 % short
     assert cone.arm**0.5 == pytest.approx(1.016, abs=1e-3)
 
 
 def test_gravity_brings_a_wheelset_back_without_friction():
-    line, straight = cone_line(friction=1e-9), on_straight(cone_line())
+    line, straight = cone_line(friction=1e-9), straight_equilibrium(cone_line())
     cone, shift = Cone(straight.state[1]), 2.0
 
     def left_over(place):
@@ -130,7 +136,7 @@ def test_gravity_brings_a_wheelset_back_without_friction():
         state[:3] = (shift, *place)
         return balance(state, FREE, line).residual_N
 
-    place = fsolve(lambda one: left_over(one)[1:3], [straight.state[1], 1e3 * cone.c * shift], xtol=1e-13)
+    place = fsolve(lambda unknowns: left_over(unknowns)[1:3], [straight.state[1], 1e3 * cone.c * shift], xtol=1e-13)
     assert -left_over(place)[0] == pytest.approx(cone.gravity * shift, rel=1e-3)
 
 
@@ -138,7 +144,7 @@ def test_gravity_brings_a_wheelset_back_without_friction():
 def test_critical_speed_of_a_wheelset_on_springs(lateral, yaw, speed):
     # without spin and gyroscopic moments, which the closed form leaves out; all of the patch adheres
     line = cone_line(friction=30.0)
-    straight = on_straight(line)
+    straight = straight_equilibrium(line)
     cone, patch = Cone(straight.state[1]), straight.balance.wheels[0][0].patches[0]
     kalker = kalker_coefficients(patch.a_mm / patch.b_mm, STEEL.poisson)
     f11, f22 = (STEEL.shear_MPa * patch.a_mm * patch.b_mm * c for c in (kalker.c11, kalker.c22))
@@ -155,13 +161,16 @@ def test_critical_speed_of_a_wheelset_on_springs(lateral, yaw, speed):
     )
     guide = replace(FREE.guide, lateral_N_per_m=1e3 * lateral, yaw_Nm_per_rad=1e-3 * yaw)
     linear = linear_model(replace(FREE, wheelset=body, guide=guide), line)
-    found = critical_speed_m_s(linear)
-    assert found == pytest.approx(closed, rel=0.01)
-    assert hunting(linear, 0.99 * found).growth_per_s < 0.0 < hunting(linear, 1.01 * found).growth_per_s
+    critical_m_s = critical_speed_m_s(linear)
+    assert critical_m_s == pytest.approx(closed, rel=0.01)
+    assert hunting(linear, 0.99 * critical_m_s).growth_per_s < 0.0 < hunting(linear, 1.01 * critical_m_s).growth_per_s
 
 
 def rigid_bogie() -> Vehicle:
-    """A bogie whose wheelsets and frame are one body, 120 kN an axle, without a secondary suspension across."""
+    """A rigid bogie: wheelsets and frame are a single body.
+
+    It has 120 kN per axle and no secondary suspension across.
+    """
     vehicle = load_vehicle("manchester")
     assert vehicle.bogie is not None
     primary = replace(vehicle.bogie.primary, longitudinal_N_per_m=1e11, lateral_N_per_m=1e11, vertical_N_per_m=1e3)
@@ -176,16 +185,18 @@ def test_a_rigid_bogie_in_a_wide_curve():
     # all of the patch adheres
     line = cone_line(friction=30.0)
     straight = solve_at(straight_start(vehicle, line), vehicle, line)
-    found = solve_at(straight.state, vehicle, replace(line, curvature_per_mm=curvature))
-    assert found.status == "equilibrium"
+    equilibrium = solve_at(straight.state, vehicle, replace(line, curvature_per_mm=curvature))
+    assert equilibrium.status == "equilibrium"
     cone, patch = Cone(straight.state[1]), straight.balance.wheels[0][0].patches[0]
     kalker = kalker_coefficients(patch.a_mm / patch.b_mm, STEEL.poisson)
     of_spin = patch.fy_N / patch.normal_force_N
-    turned = 1.0 + cone.r / cone.e * (math.tan(SLOPE) - of_spin)
-    wanted = -curvature * cone.r / cone.conicity * (cone.e + kalker.c22 * turned * half**2 / (kalker.c11 * cone.e))
-    assert wanted == pytest.approx(1.208, rel=3e-3)
-    assert 0.5 * (found.state[0] + found.state[5]) == pytest.approx(wanted, rel=5e-3)
-    assert 1e-3 * (found.state[3] - found.state[8]) == pytest.approx(-2.0 * half * curvature, rel=1e-4)
+    turned_share = 1.0 + cone.r / cone.e * (math.tan(SLOPE) - of_spin)
+    expected_mm = (
+        -curvature * cone.r / cone.conicity * (cone.e + kalker.c22 * turned_share * half**2 / (kalker.c11 * cone.e))
+    )
+    assert expected_mm == pytest.approx(1.208, rel=3e-3)
+    assert 0.5 * (equilibrium.state[0] + equilibrium.state[5]) == pytest.approx(expected_mm, rel=5e-3)
+    assert 1e-3 * (equilibrium.state[3] - equilibrium.state[8]) == pytest.approx(-2.0 * half * curvature, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +230,7 @@ def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
 
 
 def test_a_contact_ten_times_as_large_has_strips_ten_times_as_long():
-    """Its nodes are a 24th of it, as long as it is narrower than 7 mm."""
+    """The contact has nodes of a 24th of its size, if it is narrower than 7 mm."""
 
     def longest(size: float) -> float:
         s = size * np.arange(-1.0, 1.005, 0.01)
@@ -261,40 +272,40 @@ def test_theories_of_vehicles_are_those_that_are_judged():
 
 @cache
 def wheelset(radius_mm: float = 460.0) -> Wheelset:
-    own = pair_of(
+    wheelset_pair = pair_of(
         resolve_rail("60E1"), resolve_wheel("S1002").profile, inclination_rad=INCLINED, rolling_radius_mm=radius_mm
     )
-    return Wheelset.of(own, own)
+    return Wheelset.of(wheelset_pair, wheelset_pair)
 
 
 @cache
 def run(vehicle: str, radii: tuple[float, ...], theory: str = "overlap", unbalanced: float = 0.0):
-    made = load_vehicle(vehicle)
+    loaded_vehicle = load_vehicle(vehicle)
     ride = Ride(
-        wheelset=wheelset(made.wheelset.rolling_radius_mm),
+        wheelset=wheelset(loaded_vehicle.wheelset.rolling_radius_mm),
         theory=theory,
         conditions=Conditions(unbalanced_m_s2=unbalanced),
     )
-    found = {one.radius_m: one for one in curves(made, ride, radii)}
-    return [found[radius] for radius in radii]
+    runs = {curve.radius_m: curve for curve in curves(loaded_vehicle, ride, radii)}
+    return [runs[radius] for radius in radii]
 
 
 def test_creepages_on_straight_track_are_those_of_the_wheelset():
-    placed = wheelset().placed("left", 3.0, 0.0, 2e-3)
-    place = np.array([3.0, float(placed.wheel.centre_mm[2]) - 0.01, 0.0, 2e-3])
+    placement = wheelset().placed("left", 3.0, 0.0, 2e-3)
+    place = np.array([3.0, float(placement.wheel.centre_mm[2]) - 0.01, 0.0, 2e-3])
     motion = Motion(place=place, slip=0.0, curvature_per_mm=0.0)
     law = ContactLaw(
         normal=NORMAL_THEORIES["hertz"],
         contact_modulus_MPa=MODULUS,
         pair=RollingPair(friction=0.3, shear_MPa=81e3, poisson=0.3),
     )
-    found = wheel_force(Surfaces(pair=wheelset().left.pair), motion, law).patches[0].creepages
+    creepages = wheel_force(Surfaces(pair=wheelset().left.pair), motion, law).patches[0].creepages
     forces = pytest.importorskip("fecontact.features.creep.forces")
-    rigid = forces.wheelset_creepages(placed)
-    assert found.eta == pytest.approx(rigid.eta, rel=2e-3)
+    rigid = forces.wheelset_creepages(placement)
+    assert creepages.eta == pytest.approx(rigid.eta, rel=2e-3)
     # 0.01 mm of approach over the radius
-    assert found.xi == pytest.approx(rigid.xi, abs=3e-5)
-    assert found.spin_per_mm == pytest.approx(rigid.spin_per_mm, rel=5e-3)
+    assert creepages.xi == pytest.approx(rigid.xi, abs=3e-5)
+    assert creepages.spin_per_mm == pytest.approx(rigid.spin_per_mm, rel=5e-3)
 
 
 # Rolling radius of the left wheel less that of the right one, mm, 60 kN a wheel; half-space of another program, and its
@@ -313,60 +324,60 @@ STEERING = {
 
 
 def test_the_half_space_knows_how_a_loaded_wheelset_steers():
-    found = radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="half_space")
-    for shift, own in zip(STEERING, found, strict=True):
-        assert own == pytest.approx(STEERING[shift][0], rel=0.02), shift
+    differences_mm = radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="half_space")
+    for shift, difference_mm in zip(STEERING, differences_mm, strict=True):
+        assert difference_mm == pytest.approx(STEERING[shift][0], rel=0.02), shift
 
 
 @pytest.mark.parametrize(("shift", "exact"), [(0.1, 0.0444), (0.25, 0.1110)])
 def test_the_half_space_of_vehicles_is_that_of_the_ladder(shift, exact):
     # another program has 0.042 and 0.107; the ladder's half-space on grids of 0.04 mm what is here, 2 um either wheel
-    (found,) = radius_differences_mm(wheelset(), [shift], 60e3, theory="half_space")
-    assert found == pytest.approx(exact, abs=1e-3)
+    (difference_mm,) = radius_differences_mm(wheelset(), [shift], 60e3, theory="half_space")
+    assert difference_mm == pytest.approx(exact, abs=1e-3)
 
 
 def test_a_half_space_that_does_not_converge_is_no_result(monkeypatch):
-    made, ride = load_vehicle("wheelset"), Ride(wheelset=wheelset(), theory="half_space")
+    loaded_vehicle, ride = load_vehicle("wheelset"), Ride(wheelset=wheelset(), theory="half_space")
     line = lines_of(ride, widest_per_mm=1.0)(0.0)
-    good = on_straight(line, made)
+    good = straight_equilibrium(line, loaded_vehicle)
     assert (good.status, good.notes) == ("equilibrium", ())
     monkeypatch.setattr("fecontact.features.curves.normal._ITERATIONS", 5)
     said = r"the half-space did not converge in 5 iterations: \d\.\de-\d\d of the overlap is left open"
-    found = solve_at(good.state, made, line)
-    assert found.status == "no equilibrium"
-    assert re.match(said, found.notes[0])
-    assert {bool(patch.problem) for patch in found.balance.wheels[0][0].patches} == {True}
+    failed = solve_at(good.state, loaded_vehicle, line)
+    assert failed.status == "no equilibrium"
+    assert re.match(said, failed.notes[0])
+    assert {bool(patch.problem) for patch in failed.balance.wheels[0][0].patches} == {True}
     with pytest.raises(ConvergenceError, match=said):
         radius_differences_mm(wheelset(), [0.5], 60e3, theory="half_space")
-    assert re.search(said, straight_track("half_space", made, line).problem)
+    assert re.search(said, straight_track("half_space", loaded_vehicle, line).problem)
 
 
 def test_strips_with_influence_on_each_other_steer_like_the_half_space():
-    found = radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="strip")
-    for shift, own in zip(STEERING, found, strict=True):
+    differences_mm = radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="strip")
+    for shift, difference_mm in zip(STEERING, differences_mm, strict=True):
         # within 0.2 mm where two patches carry, on the flange root
         limit = 0.06 if shift > 4.6 else 0.02
-        assert own == pytest.approx(STEERING[shift][0], rel=limit), shift
+        assert difference_mm == pytest.approx(STEERING[shift][0], rel=limit), shift
 
 
 def test_overlapping_strips_are_near_to_it():
-    found = radius_differences_mm(wheelset(), list(STEERING), 60e3)
-    for shift, own in zip(STEERING, found, strict=True):
+    differences_mm = radius_differences_mm(wheelset(), list(STEERING), 60e3)
+    for shift, difference_mm in zip(STEERING, differences_mm, strict=True):
         exact, strips = STEERING[shift]
-        assert own == pytest.approx(strips, rel=0.02), shift
-        assert own == pytest.approx(exact, rel=0.15), shift
+        assert difference_mm == pytest.approx(strips, rel=0.02), shift
+        assert difference_mm == pytest.approx(exact, rel=0.15), shift
 
 
 def test_a_loaded_wheelset_has_half_of_the_rigid_conicity_at_a_millimetre(monkeypatch):
     monkeypatch.setattr("fecontact.features.curves.loaded._LOADED", ("overlap",))
-    found = loaded_conicities(Case(), 60e3)
+    conicities = loaded_conicities(Case(), 60e3)
     # the half-space has 0.22, 0.195, 0.171; the rigid wheelset 0.36, 0.22, 0.18
-    assert [one["overlap"] for one in found] == pytest.approx([0.22, 0.195, 0.171], rel=0.07)
+    assert [conicity["overlap"] for conicity in conicities] == pytest.approx([0.22, 0.195, 0.171], rel=0.07)
 
 
 def test_a_loaded_wheelset_steers_to_both_sides_alike():
-    found = radius_differences_mm(wheelset(), [-3.0, -0.7, 0.7, 3.0], 60e3)
-    assert found == pytest.approx([-one for one in found[::-1]], abs=1e-7)
+    differences_mm = radius_differences_mm(wheelset(), [-3.0, -0.7, 0.7, 3.0], 60e3)
+    assert differences_mm == pytest.approx([-difference_mm for difference_mm in differences_mm[::-1]], abs=1e-7)
 
 
 # Shifts of a free wheelset by another program with overlapping strips, 60 kN a wheel.
@@ -374,15 +385,15 @@ FREE_SHIFTS = {10_000: 0.13, 3000: 0.45, 1500: 1.02, 1200: 1.38, 1000: 1.82, 800
 
 
 def test_a_free_wheelset_in_curves():
-    found = run("wheelset", (*map(float, FREE_SHIFTS), 300.0))
-    for one, shift in zip(found[:-1], FREE_SHIFTS.values(), strict=True):
-        assert one.status == "equilibrium"
-        assert not one.notes
-        assert one.wheelsets[0].lateral_shift_mm == pytest.approx(shift, abs=0.006), one.radius_m
-        assert abs(one.wheelsets[0].yaw_mrad) < 0.5
+    runs = run("wheelset", (*map(float, FREE_SHIFTS), 300.0))
+    for curve, shift in zip(runs[:-1], FREE_SHIFTS.values(), strict=True):
+        assert curve.status == "equilibrium"
+        assert not curve.notes
+        assert curve.wheelsets[0].lateral_shift_mm == pytest.approx(shift, abs=0.006), curve.radius_m
+        assert abs(curve.wheelsets[0].yaw_mrad) < 0.5
     # on tread and flange at once
-    assert found[-1].wheelsets[0].lateral_shift_mm == pytest.approx(5.12, abs=0.006)
-    loads = [patch.normal_force_N for patch in found[-1].wheelsets[0].wheels[0].patches]
+    assert runs[-1].wheelsets[0].lateral_shift_mm == pytest.approx(5.12, abs=0.006)
+    loads = [patch.normal_force_N for patch in runs[-1].wheelsets[0].wheels[0].patches]
     assert loads == pytest.approx([27e3, 34e3], rel=0.03)
 
 
@@ -398,49 +409,51 @@ BOGIES = {
 
 @pytest.mark.parametrize(("vehicle", "unbalanced"), slow_but(BOGIES, 1))
 def test_bogies_in_curves(vehicle, unbalanced):
-    found = run(vehicle, RADII, unbalanced=unbalanced)
-    for one, numbers in zip(found, BOGIES[vehicle, unbalanced], strict=True):
-        first, second = one.wheelsets
-        own = (first.lateral_shift_mm, first.yaw_mrad, second.lateral_shift_mm)
+    runs = run(vehicle, RADII, unbalanced=unbalanced)
+    for curve, numbers in zip(runs, BOGIES[vehicle, unbalanced], strict=True):
+        first, second = curve.wheelsets
+        positions = (first.lateral_shift_mm, first.yaw_mrad, second.lateral_shift_mm)
         # its speeds are not known, which move weight and gyroscopic moments a little
-        assert own == pytest.approx(numbers, abs=0.05, rel=0.05)
-        assert one.status == "equilibrium"
-        assert one.left_over_N < 1e-4
-        assert one.unbalanced_m_s2 == pytest.approx(unbalanced, abs=1e-9)
-        for wheelset_run in one.wheelsets:
+        assert positions == pytest.approx(numbers, abs=0.05, rel=0.05)
+        assert curve.status == "equilibrium"
+        assert curve.left_over_N < 1e-4
+        assert curve.unbalanced_m_s2 == pytest.approx(unbalanced, abs=1e-9)
+        for wheelset_run in curve.wheelsets:
             for wheel in wheelset_run.wheels:
                 for patch in wheel.patches:
                     assert math.hypot(patch.fx_N, patch.fy_N) <= 0.3 * patch.normal_force_N * (1.0 + 1e-9)
         # strips carry where surfaces overlap, and not only where they are tangent: on a yawed flange 0.13 %
-        assert one.pull_N == pytest.approx(one.power_per_speed_N, rel=2e-3)
+        assert curve.pull_N == pytest.approx(curve.power_per_speed_N, rel=2e-3)
 
 
 @pytest.mark.slow
 def test_guiding_forces_and_resistance_of_the_manchester_bogie():
-    found = {one.radius_m: one for one in run("manchester", RADII)}
+    runs = {curve.radius_m: curve for curve in run("manchester", RADII)}
     for radius, lateral, vertical in ((3000.0, -3, 54), (1000.0, 6, 55), (500.0, 15, 58), (300.0, 23, 61)):
-        outer = found[radius].wheelsets[0].wheels[0]
+        outer = runs[radius].wheelsets[0].wheels[0]
         assert 1e-3 * outer.lateral_force_N == pytest.approx(lateral, abs=1.1)
         assert 1e-3 * outer.vertical_force_N == pytest.approx(vertical, abs=1.1)
-    assert [patch.normal_force_N for patch in found[1000.0].wheelsets[0].wheels[0].patches] == pytest.approx(
+    assert [patch.normal_force_N for patch in runs[1000.0].wheelsets[0].wheels[0].patches] == pytest.approx(
         [46e3, 9e3], rel=0.04
     )
     # Roeckl's formula, 650 / (R - 55), is that of two-axle wagons
-    assert found[300.0].resistance_N_per_kN == pytest.approx(2.3, abs=0.1)
-    assert found[500.0].resistance_N_per_kN == pytest.approx(1.2, abs=0.1)
+    assert runs[300.0].resistance_N_per_kN == pytest.approx(2.3, abs=0.1)
+    assert runs[500.0].resistance_N_per_kN == pytest.approx(1.2, abs=0.1)
 
 
 @pytest.mark.slow
 def test_a_curve_to_the_other_side_is_the_mirror_image():
     right, left = run("manchester", (500.0, -500.0))
-    for one, other in zip(right.wheelsets, left.wheelsets, strict=True):
-        assert one.lateral_shift_mm == pytest.approx(-other.lateral_shift_mm, abs=1e-10)
-        assert one.yaw_mrad == pytest.approx(-other.yaw_mrad, abs=1e-10)
-        assert one.wheels[0].lateral_force_N == pytest.approx(other.wheels[1].lateral_force_N, abs=1e-6)
+    for right_wheelset, left_wheelset in zip(right.wheelsets, left.wheelsets, strict=True):
+        assert right_wheelset.lateral_shift_mm == pytest.approx(-left_wheelset.lateral_shift_mm, abs=1e-10)
+        assert right_wheelset.yaw_mrad == pytest.approx(-left_wheelset.yaw_mrad, abs=1e-10)
+        assert right_wheelset.wheels[0].lateral_force_N == pytest.approx(
+            left_wheelset.wheels[1].lateral_force_N, abs=1e-6
+        )
 
 
 def test_the_theory_moves_the_critical_speed():
-    made = load_vehicle("manchester")
+    loaded_vehicle = load_vehicle("manchester")
     speeds = []
     for theory in ("multi_hertz", "overlap"):
         surfaces = Surfaces(pair=wheelset().left.pair)
@@ -449,7 +462,7 @@ def test_the_theory_moves_the_critical_speed():
             contact_modulus_MPa=MODULUS,
             pair=RollingPair(friction=0.3, shear_MPa=STEEL.shear_MPa, poisson=STEEL.poisson),
         )
-        speeds.append(critical_speed_m_s(linear_model(made, Line(left=surfaces, right=surfaces, law=law))))
+        speeds.append(critical_speed_m_s(linear_model(loaded_vehicle, Line(left=surfaces, right=surfaces, law=law))))
     # 86 and 67 m/s by another program, whose body has a roll of its own
     assert speeds[0] > 1.1 * speeds[1]
     assert speeds == pytest.approx([86.0, 67.0], rel=0.12)
@@ -457,9 +470,11 @@ def test_the_theory_moves_the_critical_speed():
 
 @pytest.mark.slow
 def test_the_half_space_and_the_strip_method_hunt_at_the_same_speed():
-    made = load_vehicle("metro")
+    loaded_vehicle = load_vehicle("metro")
     speeds = [
-        straight_track(theory, made, straight_line(Ride(wheelset=wheelset(420.0), theory=theory))).critical_speed_km_h
+        straight_track(
+            theory, loaded_vehicle, straight_line(Ride(wheelset=wheelset(420.0), theory=theory))
+        ).critical_speed_km_h
         for theory in ("half_space", "strip")
     ]
     # two programs; the half-space's slopes are known to some percent
@@ -472,20 +487,24 @@ def test_an_axle_that_turns_with_the_track_leans_outwards():
     vehicle, speed, curvature = load_vehicle("wheelset"), 20.0, -1e-6
     line = replace(cone_line(curvature), speed_m_s=speed)
     momentum = np.array([0.0, vehicle.wheelset.axle_inertia_kg_m2 * speed / 0.46, 0.0])
-    needed = np.cross([0.0, 0.0, speed * 1e3 * curvature], momentum)
-    assert without_rails(np.zeros(5), vehicle, line)[2] == pytest.approx(-needed[0], rel=1e-12)
-    assert needed[0] > 0.0
+    needed_moment = np.cross([0.0, 0.0, speed * 1e3 * curvature], momentum)
+    assert without_rails(np.zeros(5), vehicle, line)[2] == pytest.approx(-needed_moment[0], rel=1e-12)
+    assert needed_moment[0] > 0.0
 
 
 @pytest.mark.parametrize("unbalanced", [0.0, 0.65])
 def test_the_rails_carry_the_bogie_and_its_half_of_the_body(unbalanced):
-    made = load_vehicle("manchester")
-    assert made.bogie is not None
-    mass = made.bogie.body.mass_kg / 2.0 + made.bogie.frame.mass_kg + 2.0 * made.wheelset.mass_kg
-    one = run("manchester", RADII, unbalanced=unbalanced)[2]
-    tilt, centripetal = math.asin(100.0 / 1500.0), (one.speed_km_h / 3.6) ** 2 / one.radius_m
+    loaded_vehicle = load_vehicle("manchester")
+    assert loaded_vehicle.bogie is not None
+    mass = (
+        loaded_vehicle.bogie.body.mass_kg / 2.0
+        + loaded_vehicle.bogie.frame.mass_kg
+        + 2.0 * loaded_vehicle.wheelset.mass_kg
+    )
+    curve = run("manchester", RADII, unbalanced=unbalanced)[2]
+    tilt, centripetal = math.asin(100.0 / 1500.0), (curve.speed_km_h / 3.6) ** 2 / curve.radius_m
     down = mass * (9.81 * math.cos(tilt) + centripetal * math.sin(tilt))
-    wheels = [wheel for of in one.wheelsets for wheel in of.wheels]
+    wheels = [wheel for axle in curve.wheelsets for wheel in axle.wheels]
     assert sum(wheel.vertical_force_N for wheel in wheels) == pytest.approx(down, rel=1e-9)
     # the track frames of the wheelsets are turned against the bogie's, and the secondary yaw is held by the pivots
     outwards = sum(wheel.lateral_force_N * (1.0 if wheel.side == "left" else -1.0) for wheel in wheels)
@@ -493,18 +512,24 @@ def test_the_rails_carry_the_bogie_and_its_half_of_the_body(unbalanced):
 
 
 def test_a_body_that_sways_carries_its_weight_aside():
-    """Against a body on stiff lateral springs: its weight times the sway is the moment that both wheelsets lack."""
-    made = load_vehicle("manchester")
-    assert made.bogie is not None
-    stiff = replace(made, bogie=replace(made.bogie, secondary=replace(made.bogie.secondary, lateral_N_per_m=1e12)))
+    """A body on stiff lateral springs as the reference.
+
+    Its weight times the sway is the moment that both wheelsets lack.
+    """
+    loaded_vehicle = load_vehicle("manchester")
+    assert loaded_vehicle.bogie is not None
+    stiff = replace(
+        loaded_vehicle,
+        bogie=replace(loaded_vehicle.bogie, secondary=replace(loaded_vehicle.bogie.secondary, lateral_N_per_m=1e12)),
+    )
     ride = Ride(wheelset=wheelset(), conditions=Conditions(unbalanced_m_s2=0.65, cant_mm=0.0))
 
     def moment_Nm(vehicle):
-        (one,) = curves(vehicle, ride, [1000.0])
+        (curve,) = curves(vehicle, ride, [1000.0])
         return sum(
             wheel.vertical_force_N * (0.75 if wheel.side == "left" else -0.75)
-            for of in one.wheelsets
-            for wheel in of.wheels
+            for axle in curve.wheelsets
+            for wheel in axle.wheels
         )
 
     weight_N, lever_m, sway_m = 16000.0 * 9.81, 1.8 - 0.8275, 16000.0 * 0.65 / (2.0 * 160e3)
@@ -512,49 +537,57 @@ def test_a_body_that_sways_carries_its_weight_aside():
     secondary, primary = 2.0 * 430e3 + 940e3, 4.0 * 1.22e6
     leans = secondary / (secondary - weight_N * lever_m) * weight_N * lever_m / primary
     # the wheels stand nearly 1.5 m apart
-    assert moment_Nm(made) - moment_Nm(stiff) == pytest.approx(weight_N * sway_m / (1.0 - leans), rel=0.006)
+    assert moment_Nm(loaded_vehicle) - moment_Nm(stiff) == pytest.approx(weight_N * sway_m / (1.0 - leans), rel=0.006)
 
 
 def test_a_body_that_its_springs_do_not_hold_upright_is_refused(tmp_path):
-    own = tmp_path / "own.toml"
+    vehicle_file = tmp_path / "own.toml"
     text = (Path(model.__file__).parent / "data" / "manchester.toml").read_text("utf-8")
     # half the weight tilts with 16 t times 9.81 m/s2 times 0.9725 m
     soft = text.replace("vertical_N_per_m = 430e3", "vertical_N_per_m = 76e3")
-    own.write_text(re.sub("roll_bar_Nm_per_rad = .*", "roll_bar_Nm_per_rad = 0", soft), encoding="utf-8")
+    vehicle_file.write_text(re.sub("roll_bar_Nm_per_rad = .*", "roll_bar_Nm_per_rad = 0", soft), encoding="utf-8")
     with pytest.raises(InputError, match=r"have 1\.52e\+05 N m/rad; allowed: more than 1\.526e\+05"):
-        load_vehicle(str(own))
+        load_vehicle(str(vehicle_file))
 
 
 def test_a_tread_without_a_flange_does_not_climb_it():
-    """Nadal's limit by the tread's own angle would be below none: it derailed at 3 mm."""
-    found = fecontact.curve("wheelset", (2000.0,), case=Case(wheel="CONE20"))
-    ((one,),) = found.runs.values()
-    assert (one.status, one.notes) == ("equilibrium", ())
-    assert one.wheelsets[0].lateral_shift_mm == pytest.approx(3.2, abs=0.3)
+    """Nadal's limit by the angle of the tread would be negative.
+
+    With it, the wheelset derailed at 3 mm.
+    """
+    curves_found = fecontact.curve("wheelset", (2000.0,), case=Case(wheel="CONE20"))
+    ((curve,),) = curves_found.runs.values()
+    assert (curve.status, curve.notes) == ("equilibrium", ())
+    assert curve.wheelsets[0].lateral_shift_mm == pytest.approx(3.2, abs=0.3)
 
 
 def test_bodies_turn_their_bogies_against_each_other():
     # the secondary suspension turns the leading bogie outwards, the trailing one inwards
-    made, line = load_vehicle("manchester"), replace(cone_line(-1e-3 / 300.0), speed_m_s=0.0)
-    yaw = [without_rails(np.zeros(13), with_bogie(made, which), line)[-1] for which in ("leading", "trailing")]
-    wanted = 2.0 * 160e3 * 1.0**2 * 9.5 / 300.0
-    assert 0.5 * (yaw[0] - yaw[1]) == pytest.approx(wanted, rel=1e-12)
-    assert wanted == pytest.approx(10.1e3, rel=0.01)
+    loaded_vehicle, line = load_vehicle("manchester"), replace(cone_line(-1e-3 / 300.0), speed_m_s=0.0)
+    yaw = [
+        without_rails(np.zeros(13), with_bogie(loaded_vehicle, which), line)[-1] for which in ("leading", "trailing")
+    ]
+    expected_Nm = 2.0 * 160e3 * 1.0**2 * 9.5 / 300.0
+    assert 0.5 * (yaw[0] - yaw[1]) == pytest.approx(expected_Nm, rel=1e-12)
+    assert expected_Nm == pytest.approx(10.1e3, rel=0.01)
 
 
 def test_a_path_of_slopes_from_before_ends_where_newtons_does():
-    made = load_vehicle("manchester")
-    found = run("manchester", RADII)[2]
+    loaded_vehicle = load_vehicle("manchester")
+    curve = run("manchester", RADII)[2]
     lines = lines_of(Ride(wheelset=wheelset()), widest_per_mm=1e-3 / 3000.0)
-    state = [number for one in found.wheelsets for number in (one.lateral_shift_mm, one.yaw_mrad)]
-    (alone,) = path(made, lines, [-1e-3 / 500.0])
-    anew = solve_at(alone.state + 1e-2, made, lines(-1e-3 / 500.0))
+    state = [number for axle in curve.wheelsets for number in (axle.lateral_shift_mm, axle.yaw_mrad)]
+    (alone,) = path(loaded_vehicle, lines, [-1e-3 / 500.0])
+    anew = solve_at(alone.state + 1e-2, loaded_vehicle, lines(-1e-3 / 500.0))
     assert anew.status == "equilibrium"
     assert [anew.state[k] for k in (0, 3, 5, 8)] == pytest.approx(state, abs=1e-8)
 
 
 def test_creepages_are_those_of_the_rigid_wheel_at_the_centre_of_pressure_of_each_patch():
-    """Yawed in a curve, near the flange root: the tangent turns by a degree and more within a patch."""
+    """A contact near the flange root, yawed in a curve.
+
+    The tangent turns by a degree and more within a patch.
+    """
     curvature = -1e-3 / 500.0
     line = lines_of(Ride(wheelset=wheelset()), widest_per_mm=-curvature)(curvature)
     state = straight_start(FREE, line, (5.3,)) + np.array([0.0, 0.04, 0.0, 4.0, 0.5])
@@ -566,23 +599,29 @@ def test_creepages_are_those_of_the_rigid_wheel_at_the_centre_of_pressure_of_eac
             np.array([patch.place_mm]) - np.array([0.0, *motion.place[:2]]), motion, FREE.wheelset.rolling_radius_mm
         )
         c, s = math.cos(patch.angle_rad), math.sin(patch.angle_rad)
-        own = (patch.creepages.xi, patch.creepages.eta, patch.creepages.spin_per_mm)
-        assert own == pytest.approx((velocity[0], velocity @ (0.0, c, s), turning @ (0.0, -s, c)), rel=1e-12)
+        creepages = (patch.creepages.xi, patch.creepages.eta, patch.creepages.spin_per_mm)
+        assert creepages == pytest.approx((velocity[0], velocity @ (0.0, c, s), turning @ (0.0, -s, c)), rel=1e-12)
 
 
 def test_of_steps_that_all_make_things_worse_the_best_is_taken():
-    """Of 0.5, which leaves the least, 0.25, 0.125 and 0.0625."""
+    """Steps of 0.5, 0.25, 0.125 and 0.0625.
+
+    The step of 0.5 leaves the smallest residual.
+    """
 
     def value_at(state):
         return Parabola(residual_N=np.interp(state, [0.0, 0.0625, 0.125, 0.25, 0.5], [1.0, 1.2, 0.99, 0.95, 0.9]))
 
-    state, found, _ = newton(value_at, lambda _: np.array([[-2.0]]), np.array([0.0]), wanted_N=1e-9, most=1)
-    assert (state[0], found.residual_N[0]) == (0.5, 0.9)
+    state, residual, _ = newton(value_at, lambda _: np.array([[-2.0]]), np.array([0.0]), wanted_N=1e-9, most=1)
+    assert (state[0], residual.residual_N[0]) == (0.5, 0.9)
 
 
 @dataclass
 class Parabola:
-    """What is left over, such as x^2 + 1, which has no root: Newton's method goes to and fro."""
+    """A residual such as x^2 + 1, which has no root.
+
+    Newton's method oscillates on it.
+    """
 
     residual_N: np.ndarray
 
@@ -597,11 +636,11 @@ def test_a_search_that_stalls_ends_after_as_many_stalls_as_it_may():
     evaluated = []
     for stalls in (1, 3, 5):
         calls.clear()
-        _, found, _ = newton(
+        _, residual, _ = newton(
             value_at, lambda state: 2.0 * np.diag(state), np.array([0.5]), wanted_N=1e-9, most=50, stalls=stalls
         )
         # the least of it is 1
-        assert found.residual_N[0] >= 1.0
+        assert residual.residual_N[0] >= 1.0
         evaluated.append(len(calls))
     # the bottom is near at the start: what follows are stalls of five evaluations at most, the halved ones
     assert evaluated[0] < evaluated[1] < evaluated[2] <= evaluated[0] + 4 * 5
@@ -622,14 +661,16 @@ def test_a_state_that_cannot_be_evaluated_is_a_failed_step():
     # a slope from before leads beyond, and a whole step of its own does so too; the root is found all the same
     for slopes in (None, np.array([[0.5]])):
         tried.clear()
-        state, found, _ = newton(value_at, slopes_at, np.array([0.65]), wanted_N=1e-9, most=60, slopes=slopes)
+        state, residual, _ = newton(value_at, slopes_at, np.array([0.65]), wanted_N=1e-9, most=60, slopes=slopes)
         assert state[0] == pytest.approx(0.9, abs=1e-9)
-        assert abs(found.residual_N[0]) < 1e-9
+        assert abs(residual.residual_N[0]) < 1e-9
         assert max(tried) > 1.0
     # where no part of a step can be evaluated the search ends at its start, which is not a root
-    state, found, slopes = newton(value_at, lambda state: np.array([[-1e-3]]), np.array([-1.0]), wanted_N=1e-9, most=60)
+    state, residual, slopes = newton(
+        value_at, lambda state: np.array([[-1e-3]]), np.array([-1.0]), wanted_N=1e-9, most=60
+    )
     assert (state[0], slopes) == (-1.0, None)
-    assert abs(found.residual_N[0]) > 1.0
+    assert abs(residual.residual_N[0]) > 1.0
 
 
 def test_a_wheel_in_the_side_of_a_rail_is_out_of_reach():
@@ -657,7 +698,7 @@ def test_a_wheel_in_the_side_of_a_rail_is_out_of_reach():
     ("vehicle", "rail", "wheel", "inclination"),
     slow_but(
         [
-            *(("manchester", "60E1", "S1002", one) for one in (20.0, 25.0, 30.0, 35.0, 40.0, math.inf)),
+            *(("manchester", "60E1", "S1002", curve) for curve in (20.0, 25.0, 30.0, 35.0, 40.0, math.inf)),
             ("metro", "54E1", "EN13715_1in40", 20.0),
             ("metro", "60E2", "MBench_S1002", 25.0),
             ("wheelset", "46E1", "EN15302_H", math.inf),
@@ -669,35 +710,39 @@ def test_a_wheel_in_the_side_of_a_rail_is_out_of_reach():
     ),
 )
 def test_curves_at_all_inclinations_are_balanced_and_mirror_images(vehicle, rail, wheel, inclination):
-    made = load_vehicle(vehicle)
+    loaded_vehicle = load_vehicle(vehicle)
     case = Case(
         rail=rail,
         wheel=wheel,
         inclination_rad=math.atan(1.0 / inclination),
-        rolling_radius_mm=made.wheelset.rolling_radius_mm,
+        rolling_radius_mm=loaded_vehicle.wheelset.rolling_radius_mm,
     )
     ride = Ride(wheelset=wheelset_of_case(case))
     # straight track, centred: both wheels are the same
-    straight = solve_at(straight_start(made, straight_line(ride)), made, straight_line(ride))
+    straight = solve_at(straight_start(loaded_vehicle, straight_line(ride)), loaded_vehicle, straight_line(ride))
     assert straight.status == "equilibrium"
-    for state in wheelset_states(straight.state, made):
+    for state in wheelset_states(straight.state, loaded_vehicle):
         assert state[[0, 2, 3]] == pytest.approx(0.0, abs=1e-6)
-    right, left = sorted(curves(made, ride, (500.0, -500.0)), key=lambda one: -one.radius_m)
+    right, left = sorted(curves(loaded_vehicle, ride, (500.0, -500.0)), key=lambda curve: -curve.radius_m)
     assert (right.status, left.status) == ("equilibrium", "equilibrium")
     assert max(right.left_over_N, left.left_over_N) < 1e-4
-    for one, other in zip(right.wheelsets, left.wheelsets, strict=True):
-        assert one.lateral_shift_mm == pytest.approx(-other.lateral_shift_mm, abs=1e-5)
-        assert one.yaw_mrad == pytest.approx(-other.yaw_mrad, abs=1e-5)
-        for wheel_of_one, across in zip(one.wheels, reversed(other.wheels), strict=True):
+    for curve, mirrored in zip(right.wheelsets, left.wheelsets, strict=True):
+        assert curve.lateral_shift_mm == pytest.approx(-mirrored.lateral_shift_mm, abs=1e-5)
+        assert curve.yaw_mrad == pytest.approx(-mirrored.yaw_mrad, abs=1e-5)
+        for wheel_of_one, across in zip(curve.wheels, reversed(mirrored.wheels), strict=True):
             assert wheel_of_one.lateral_force_N == pytest.approx(across.lateral_force_N, abs=1.0)
     # at the balanced speed the rails carry the weight, made heavier by the track's tilt, and nothing across
     across, down = lines_of(ride, widest_per_mm=1e-3 / 500.0)(-1e-3 / 500.0).acceleration_m_s2
     assert across == pytest.approx(0.0, abs=1e-9)
-    load = sum(one.vertical_force_N for run in right.wheelsets for one in run.wheels)
-    if made.bogie is None:
-        assert load == pytest.approx(-down * 1e3 * made.guide.axle_load_kN / GRAVITY_M_S2, rel=1e-6)
+    load = sum(curve.vertical_force_N for run in right.wheelsets for curve in run.wheels)
+    if loaded_vehicle.bogie is None:
+        assert load == pytest.approx(-down * 1e3 * loaded_vehicle.guide.axle_load_kN / GRAVITY_M_S2, rel=1e-6)
     else:
-        mass = 0.5 * made.bogie.body.mass_kg + made.bogie.frame.mass_kg + 2.0 * made.wheelset.mass_kg
+        mass = (
+            0.5 * loaded_vehicle.bogie.body.mass_kg
+            + loaded_vehicle.bogie.frame.mass_kg
+            + 2.0 * loaded_vehicle.wheelset.mass_kg
+        )
         assert load == pytest.approx(-down * mass, rel=1e-6)
 
 
@@ -707,21 +752,21 @@ def test_curves_without_any_evaluated_state_are_lines_and_not_an_error(monkeypat
 
     finished = run("wheelset", (1000.0,))[0]
     monkeypatch.setattr("fecontact.features.curves.wheel_forces.press", out_of_reach)
-    found = fecontact.curve("wheelset", (1000.0, -300.0))
-    (wide, tight) = found.runs["overlap"]
+    curves_found = fecontact.curve("wheelset", (1000.0, -300.0))
+    (wide, tight) = curves_found.runs["overlap"]
     assert (wide.status, tight.status, wide.wheelsets) == ("no equilibrium", "no equilibrium", ())
     assert wide.notes == ("no equilibrium was found from 4 starts", "the force of a contact cannot be computed: here")
     assert math.isnan(wide.pull_N)
     assert math.isnan(wide.left_over_N)
     # beside a curve that is finished
-    found = replace(found, runs={"overlap": (finished, tight)}, radii_m=(1000.0, -300.0), visits=())
-    said = "\n".join(map(str, curves_lines(found)))
+    curves_found = replace(curves_found, runs={"overlap": (finished, tight)}, radii_m=(1000.0, -300.0), visits=())
+    said = "\n".join(map(str, curves_lines(curves_found)))
     assert "R -300 m: no equilibrium: no equilibrium was found from 4 starts" in said
-    rows = curve_rows(found)
+    rows = curve_rows(curves_found)
     assert [row["radius_m"] for row in rows] == [1000.0, 1000.0, -300.0]
     assert rows[-1]["status"] == "no equilibrium"
-    assert json.loads(json.dumps(curves_record(found)))["curves"][1]["wheelsets"] == []
-    assert curves_figure(found, tmp_path / "curve.png").stat().st_size > 1000
+    assert json.loads(json.dumps(curves_record(curves_found)))["curves"][1]["wheelsets"] == []
+    assert curves_figure(curves_found, tmp_path / "curve.png").stat().st_size > 1000
 
 
 def test_a_wheel_out_of_reach_carries_nothing():
@@ -753,31 +798,36 @@ def test_curves_that_cannot_be_run_are_refused(radii, conditions, theory, messag
 
 
 def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
-    made = load_vehicle("manchester")
-    assert made.bogie is not None
-    long = replace(made, bogie=replace(made.bogie, frame=replace(made.bogie.frame, half_wheelbase_m=5.0)))
+    loaded_vehicle = load_vehicle("manchester")
+    assert loaded_vehicle.bogie is not None
+    long = replace(
+        loaded_vehicle,
+        bogie=replace(loaded_vehicle.bogie, frame=replace(loaded_vehicle.bogie.frame, half_wheelbase_m=5.0)),
+    )
     # the arrow of 10 m in the clearance: a wheel climbs from 6.5 mm on, and its flange is steepest some mm further
-    with pytest.raises(InputError, match=r"radius is 500 m; allowed: \d+ m .* does not fit into the clearance") as told:
+    with pytest.raises(
+        InputError, match=r"radius is 500 m; allowed: \d+ m .* does not fit into the clearance"
+    ) as raised:
         curves(long, Ride(wheelset=wheelset()), [500.0])
-    least = float(re.search(r"allowed: (\d+) m", str(told.value)).group(1))
-    assert 5.0**2 / 2.0 / 18e-3 < least < 5.0**2 / 2.0 / 13e-3
+    least_m = float(re.search(r"allowed: (\d+) m", str(raised.value)).group(1))
+    assert 5.0**2 / 2.0 / 18e-3 < least_m < 5.0**2 / 2.0 / 13e-3
 
 
 @pytest.mark.slow
 def test_an_equilibrium_that_derails_is_said_to():
-    made = load_vehicle("manchester")
+    loaded_vehicle = load_vehicle("manchester")
     conditions = Conditions(friction=1.0, unbalanced_m_s2=1.0)
-    (one,) = curves(made, Ride(wheelset=wheelset(), conditions=conditions), [250.0])
-    assert one.status == "derails"
+    (curve,) = curves(loaded_vehicle, Ride(wheelset=wheelset(), conditions=conditions), [250.0])
+    assert curve.status == "derails"
     # the inner wheel has more Y/Q, but no flange at its rail
-    (note,) = one.notes
+    (note,) = curve.notes
     limit = nadal_limit(steepest_rad(wheelset(), "left"), 1.0)
-    assert note == f"wheelset 1, left: Y/Q {one.wheelsets[0].wheels[0].y_over_q:.2f} is beyond Nadal's {limit:.2f}"
-    assert one.wheelsets[0].wheels[1].y_over_q > one.wheelsets[0].wheels[0].y_over_q > limit
+    assert note == f"wheelset 1, left: Y/Q {curve.wheelsets[0].wheels[0].y_over_q:.2f} is beyond Nadal's {limit:.2f}"
+    assert curve.wheelsets[0].wheels[1].y_over_q > curve.wheelsets[0].wheels[0].y_over_q > limit
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("inputs", "message"),
     [
         ({"vehicle": "wheelset", "bogie": "trailing"}, "free wheelset has none"),
         ({"bogie": "middle"}, "allowed: leading, trailing"),
@@ -787,13 +837,13 @@ def test_an_equilibrium_that_derails_is_said_to():
         ({"theories": ["overlap", "overlap"]}, "theories are overlap, overlap"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(given, message):
+def test_what_cannot_be_meant_is_refused(inputs, message):
     with pytest.raises(InputError, match=message):
-        fecontact.curve(**given)
+        fecontact.curve(**inputs)
 
 
 @pytest.mark.parametrize(
-    "given",
+    "inputs",
     [
         {"friction": 0.0},
         {"cant_mm": -1.0},
@@ -803,14 +853,14 @@ def test_what_cannot_be_meant_is_refused(given, message):
         {"unbalanced_m_s2": -2.1},
     ],
 )
-def test_conditions_out_of_range_are_refused(given):
+def test_conditions_out_of_range_are_refused(inputs):
     with pytest.raises(InputError, match="allowed"):
-        Conditions(**given)
+        Conditions(**inputs)
 
 
 def test_vehicle_files_are_checked(tmp_path):
     assert built_in_vehicles() == ("manchester", "metro", "wheelset")
-    own = tmp_path / "own.toml"
+    vehicle_file = tmp_path / "own.toml"
     good = (Path(model.__file__).parent / "data" / "manchester.toml").read_text("utf-8")
     for old, new, message in (
         ("lateral_N_per_m = 3.884e6", "lateral_N_per_m = -1.0", "own.toml: \\[primary\\]: lateral is -1.0 N/m"),
@@ -821,11 +871,11 @@ def test_vehicle_files_are_checked(tmp_path):
         ("[wheelset]", "[guide]\naxle_load_kN = 100.0\n[wheelset]", "either"),
         ("mass_kg = 32000.0", "mass_kg =", "it is not TOML"),
     ):
-        own.write_text(good.replace(old, new), encoding="utf-8")
+        vehicle_file.write_text(good.replace(old, new), encoding="utf-8")
         with pytest.raises(InputError, match=message):
-            load_vehicle(str(own))
-    own.write_text(good, encoding="utf-8")
-    assert load_vehicle(str(own)) == load_vehicle("manchester")
+            load_vehicle(str(vehicle_file))
+    vehicle_file.write_text(good, encoding="utf-8")
+    assert load_vehicle(str(vehicle_file)) == load_vehicle("manchester")
     with pytest.raises(InputError, match="vehicle is 'tram': no such file; allowed: manchester, metro, wheelset"):
         load_vehicle("tram")
 
@@ -842,43 +892,51 @@ def test_nadals_limit():
 
 @pytest.mark.slow
 def test_springs_at_touch_points_have_no_equilibrium_at_some_radii_which_stands_first(tmp_path, capsys):
-    given = ["curve", "--vehicle", "wheelset", "--radii", "10000,5000,1000,500", "--theory", "multi_hertz,overlap"]
-    assert call([*given, "--out", str(tmp_path)]) == 3
-    first, *others = capsys.readouterr().out.splitlines()
+    arguments = ["curve", "--vehicle", "wheelset", "--radii", "10000,5000,1000,500", "--theory", "multi_hertz,overlap"]
+    assert call([*arguments, "--out", str(tmp_path)]) == 3
+    first, *lines = capsys.readouterr().out.splitlines()
     assert first.startswith("multi_hertz against overlap: no equilibrium at R 5000 m, shift differs by up to 0.2")
     assert "the critical speed by +" in first
-    assert any(line.startswith("straight track, overlap: critical speed ") for line in others)
+    assert any(line.startswith("straight track, overlap: critical speed ") for line in lines)
     curves_of = json.loads((tmp_path / "curve.json").read_text("utf-8"))["curves"]
-    assert {one["status"] for one in curves_of if one["theory"] == "overlap"} == {"equilibrium"}
-    found = {one["radius_m"]: one for one in curves_of if one["theory"] == "multi_hertz"}
-    assert [radius for radius, one in found.items() if one["status"] == "no equilibrium"] == [5000.0]
+    assert {curve["status"] for curve in curves_of if curve["theory"] == "overlap"} == {"equilibrium"}
+    curves_by_radius = {curve["radius_m"]: curve for curve in curves_of if curve["theory"] == "multi_hertz"}
+    assert [radius for radius, curve in curves_by_radius.items() if curve["status"] == "no equilibrium"] == [5000.0]
     # where the touch point on the arc of R 300 vanishes under load
-    assert "N left" in found[5000.0]["notes"][0]
-    assert found[5000.0]["left_over_N"] > 1e3
-    assert found[10_000.0]["path_ends_m"] == []
-    assert all(5000.0 <= found[radius]["path_ends_m"][0] < 6000.0 for radius in (5000.0, 1000.0, 500.0))
+    assert "N left" in curves_by_radius[5000.0]["notes"][0]
+    assert curves_by_radius[5000.0]["left_over_N"] > 1e3
+    assert curves_by_radius[10_000.0]["path_ends_m"] == []
+    assert all(5000.0 <= curves_by_radius[radius]["path_ends_m"][0] < 6000.0 for radius in (5000.0, 1000.0, 500.0))
     (said,) = json.loads((tmp_path / "curve.json").read_text("utf-8"))["path_notes"]
     assert said.startswith("multi_hertz: the path from straight track ends at R 5")
     assert said.endswith("no equilibrium was found at R 5000 m, another equilibrium at R 1000, 500 m")
-    shifts = [found[radius]["wheelsets"][0]["lateral_shift_mm"] for radius in (10_000.0, 1000.0, 500.0)]
+    shifts = [curves_by_radius[radius]["wheelsets"][0]["lateral_shift_mm"] for radius in (10_000.0, 1000.0, 500.0)]
     assert shifts == pytest.approx([0.20, 1.58, 4.61], abs=0.04)
 
 
 @pytest.mark.slow
 def test_a_bogie_at_much_acceleration_loses_its_path_and_all_that_lies_beyond_says_so(tmp_path, capsys):
-    """Its leading wheelset would jump by 0.3 mm, which a single step from R 1200 to R 1000 does not see."""
-    given = ["curve", "--radii", "3000,1200,1000,500", "--unbalanced-m-s2", "1.5", "--out", str(tmp_path)]
-    assert call(given) == 0
+    """A leading wheelset that would jump by 0.3 mm.
+
+    A single step from R 1200 to R 1000 does not show this jump.
+    """
+    arguments = ["curve", "--radii", "3000,1200,1000,500", "--unbalanced-m-s2", "1.5", "--out", str(tmp_path)]
+    assert call(arguments) == 0
     said = "overlap: the path from straight track ends at R 1097 m; beyond it another equilibrium at R 1000, 500 m"
     assert f"note: {said}" in capsys.readouterr().out
     record = json.loads((tmp_path / "curve.json").read_text("utf-8"))
     assert record["path_notes"] == [said]
-    ends = [one["path_ends_m"] for one in record["curves"]]
+    ends = [curve["path_ends_m"] for curve in record["curves"]]
     assert ends[:2] == [[], []]
     assert ends[2] == ends[3] == [pytest.approx(1097.5, abs=1.5)]
     with (tmp_path / "curve.csv").open(newline="", encoding="utf-8") as file:
-        told = {row["radius_m"]: row["path_ends_m"] for row in csv.DictReader(file)}
-    assert [bool(told[radius]) for radius in ("3000.0", "1200.0", "1000.0", "500.0")] == [False, False, True, True]
+        path_ends_by_radius = {row["radius_m"]: row["path_ends_m"] for row in csv.DictReader(file)}
+    assert [bool(path_ends_by_radius[radius]) for radius in ("3000.0", "1200.0", "1000.0", "500.0")] == [
+        False,
+        False,
+        True,
+        True,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -892,8 +950,8 @@ def test_a_bogie_at_much_acceleration_loses_its_path_and_all_that_lies_beyond_sa
 def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status, said, monkeypatch):
     on, off = run("manchester", RADII)[:2]
     runs = (replace(on, radius_m=900.0), replace(off, radius_m=400.0, path_ends_m=ends, status=status))
-    mirrored = tuple(replace(one, radius_m=-one.radius_m, path_ends_m=(), status="equilibrium") for one in runs)
-    found = Curves(
+    mirrored = tuple(replace(curve, radius_m=-curve.radius_m, path_ends_m=(), status="equilibrium") for curve in runs)
+    curves_found = Curves(
         vehicle=FREE,
         case=Case(),
         conditions=Conditions(),
@@ -901,61 +959,66 @@ def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status,
         share=(0.25,) * 4,
         runs={"overlap": (*runs, *mirrored)},
     )
-    (words,) = path_words(found)
+    (words,) = path_words(curves_found)
     assert words.startswith(f"overlap: the path from straight track {said}")
-    drawn = []
-    monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: drawn.append(figure))
-    curves_figure(found, "a.png")
-    assert words in drawn[0].get_suptitle()
+    figures = []
+    monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: figures.append(figure))
+    curves_figure(curves_found, "a.png")
+    assert words in figures[0].get_suptitle()
     # two wheelsets
-    counts = [len(line.get_xdata()) for line in drawn[0].axes[0].lines]
+    counts = [len(line.get_xdata()) for line in figures[0].axes[0].lines]
     assert counts == ([3, 3] if status == "no equilibrium" else [3, 3, 1, 1])
-    assert len(drawn[0].axes[0].get_legend_handles_labels()[1]) == 2
+    assert len(figures[0].axes[0].get_legend_handles_labels()[1]) == 2
 
 
 def test_wheels_in_curves_are_positions_of_a_fleet():
-    found = fecontact.curve("manchester", {500.0: 1.0, -500.0: 3.0})
-    rows = position_rows(found)
+    curves_found = fecontact.curve("manchester", {500.0: 1.0, -500.0: 3.0})
+    rows = position_rows(curves_found)
     assert sum(row["weight"] for row in rows) == pytest.approx(1.0)
     # a left wheel in a curve to the right is the right wheel in its mirror image
     of_left, of_right = (
-        [(row["shift_mm"], row["load_kN"]) for row in rows if (row["radius_m"], row["side"]) == wanted]
-        for wanted in ((500.0, "left"), (-500.0, "right"))
+        [(row["shift_mm"], row["load_kN"]) for row in rows if (row["radius_m"], row["side"]) == radius_and_side]
+        for radius_and_side in ((500.0, "left"), (-500.0, "right"))
     )
     assert np.array(of_left) == pytest.approx(np.array(of_right), rel=1e-8)
-    (right, _) = found.runs["overlap"]
-    loads = [1e-3 * wheel.vertical_force_N for one in right.wheelsets for wheel in one.wheels]
-    shifts = [sign * one.lateral_shift_mm for one in right.wheelsets for sign in (1.0, -1.0)]
+    (right, _) = curves_found.runs["overlap"]
+    loads = [1e-3 * wheel.vertical_force_N for axle in right.wheelsets for wheel in axle.wheels]
+    shifts = [sign * axle.lateral_shift_mm for axle in right.wheelsets for sign in (1.0, -1.0)]
     assert [(row["shift_mm"], row["load_kN"], row["weight"]) for row in rows[:4]] == [
         (shift, load, 0.25 / 4) for shift, load in zip(shifts, loads, strict=True)
     ]
 
 
 def test_progress_counts_the_curves_to_both_sides_by_all_theories(monkeypatch):
-    known, heard = run("manchester", (500.0, -500.0)), []
+    right_and_left, heard = run("manchester", (500.0, -500.0)), []
     monkeypatch.setattr(
         "fecontact.features.curves.curve._run",
-        lambda radius, vehicle, ride, one: replace(known[radius < 0.0], theory=ride.theory),
+        lambda radius, vehicle, ride, event: replace(right_and_left[radius < 0.0], theory=ride.theory),
     )
     monkeypatch.setattr("fecontact.features.curves.curve.path", lambda vehicle, lines, curvatures: iter(curvatures))
-    found = fecontact.curve(
-        "manchester", (500.0, -500.0), theories=("kik_piotrowski", "overlap"), progress=lambda *one: heard.append(one)
+    curves_found = fecontact.curve(
+        "manchester",
+        (500.0, -500.0),
+        theories=("kik_piotrowski", "overlap"),
+        progress=lambda *event: heard.append(event),
     )
     assert [(number, total) for number, total, _ in heard] == [(0, 4), (1, 4), (2, 4), (3, 4)]
-    assert [[one.radius_m for one in runs] for runs in found.runs.values()] == [[500.0, -500.0]] * 2
+    assert [[event.radius_m for event in runs] for runs in curves_found.runs.values()] == [[500.0, -500.0]] * 2
 
 
 def test_python_has_what_the_command_prints():
-    made = load_vehicle("manchester")
-    assert made.bogie is not None
-    found = fecontact.curve(made, {500.0: 1.0, -500.0: 3.0}, conditions=fecontact.Conditions(friction=0.3))
-    assert found.share == (0.25, 0.75)
-    right, left = found.runs["overlap"]
+    loaded_vehicle = load_vehicle("manchester")
+    assert loaded_vehicle.bogie is not None
+    curves_found = fecontact.curve(
+        loaded_vehicle, {500.0: 1.0, -500.0: 3.0}, conditions=fecontact.Conditions(friction=0.3)
+    )
+    assert curves_found.share == (0.25, 0.75)
+    right, left = curves_found.runs["overlap"]
     assert right.wheelsets == run("manchester", (500.0, -500.0))[0].wheelsets
     assert left.wheelsets[0].lateral_shift_mm == pytest.approx(-right.wheelsets[0].lateral_shift_mm, abs=1e-10)
-    (straight,) = found.straight
+    (straight,) = curves_found.straight
     line = straight_line(Ride(wheelset=wheelset()))
-    model = linear_model(made, line)
+    model = linear_model(loaded_vehicle, line)
     assert straight.critical_speed_km_h == pytest.approx(3.6 * critical_speed_m_s(model))
     # of what is there, not of what the program says: at this speed nothing grows and nothing fades
     rates = eigenvalues(model, straight.critical_speed_km_h / 3.6)
@@ -965,12 +1028,12 @@ def test_python_has_what_the_command_prints():
         straight.critical_speed_km_h / 3.6 * 2.0 * math.pi / abs(worst.imag), rel=1e-6
     )
     # which the motion in a curve is not
-    (said,) = curves_record(found)["stability_notes"]
+    (said,) = curves_record(curves_found)["stability_notes"]
     assert "the critical speed is that of straight track" in said
     assert "in a curve is stable is not looked at" in said
-    assert f"note: {said}" in list(curves_lines(found))
+    assert f"note: {said}" in list(curves_lines(curves_found))
     with pytest.raises(FrozenInstanceError):
-        found.share = ()
+        curves_found.share = ()
 
 
 def test_shares_of_the_way_add_up_where_a_curve_has_no_equilibrium():
@@ -979,7 +1042,7 @@ def test_shares_of_the_way_add_up_where_a_curve_has_no_equilibrium():
         return Visit(theory="hertz", radius_m=500.0, cell=cell, **place)
 
     cell = MapCell(lateral_shift_mm=1.0, load_kN=60.0, verdict="FAILS", cheapest_theory="strip")
-    found = Curves(
+    curves_found = Curves(
         vehicle=FREE,
         case=Case(),
         conditions=Conditions(),
@@ -989,32 +1052,34 @@ def test_shares_of_the_way_add_up_where_a_curve_has_no_equilibrium():
         visits=(visit(1.0, cell), visit(9.0, None)),
     )
     nowhere = {"not on the map": 0.3, "no equilibrium": 0.4}
-    assert found.shares("hertz", "verdict") == pytest.approx({"FAILS": 0.3, **nowhere})
-    assert found.shares("hertz", "cheapest_theory") == pytest.approx({"strip": 0.3, **nowhere})
+    assert curves_found.shares("hertz", "verdict") == pytest.approx({"FAILS": 0.3, **nowhere})
+    assert curves_found.shares("hertz", "cheapest_theory") == pytest.approx({"strip": 0.3, **nowhere})
 
 
 def test_differences_are_the_largest_ones_and_name_their_radius():
     runs = list(run("manchester", RADII))
-    moved = [replace(one.wheelsets[1], lateral_shift_mm=one.wheelsets[1].lateral_shift_mm - 0.25) for one in runs]
-    other = [*runs[:2], replace(runs[2], wheelsets=(runs[2].wheelsets[0], moved[2])), runs[3]]
-    other[3] = replace(runs[3], status="no equilibrium")
+    moved_wheelsets = [
+        replace(curve.wheelsets[1], lateral_shift_mm=curve.wheelsets[1].lateral_shift_mm - 0.25) for curve in runs
+    ]
+    other_runs = [*runs[:2], replace(runs[2], wheelsets=(runs[2].wheelsets[0], moved_wheelsets[2])), runs[3]]
+    other_runs[3] = replace(runs[3], status="no equilibrium")
     straight = [StraightTrack(theory=name, critical_speed_km_h=speed) for name, speed in (("a", 150.0), ("b", 120.0))]
-    (found,) = differences({"a": other, "b": runs}, straight)
-    assert (found.shift_mm, found.shift_at_m) == (pytest.approx(0.25), 500.0)
-    assert found.y_over_q == 0.0
-    assert found.without_m == (300.0,)
-    assert found.critical_speed == pytest.approx(0.25)
-    assert "the critical speed by +25 %" in difference_words(found)
+    (difference,) = differences({"a": other_runs, "b": runs}, straight)
+    assert (difference.shift_mm, difference.shift_at_m) == (pytest.approx(0.25), 500.0)
+    assert difference.y_over_q == 0.0
+    assert difference.without_m == (300.0,)
+    assert difference.critical_speed == pytest.approx(0.25)
+    assert "the critical speed by +25 %" in difference_words(difference)
 
 
 def test_straight_track_without_an_oscillation_says_so(monkeypatch):
     monkeypatch.setattr(
         "fecontact.features.curves.stability.eigenvalues", lambda *_: np.array([-1.0, -2.0], dtype=complex)
     )
-    found = straight_track("multi_hertz", FREE, cone_line())
-    assert found.problem == "no motion oscillates at 7.2 km/h"
-    assert found.critical_speed_km_h is None
-    assert straight_words(found) == "straight track, multi_hertz: no motion oscillates at 7.2 km/h"
+    straight = straight_track("multi_hertz", FREE, cone_line())
+    assert straight.problem == "no motion oscillates at 7.2 km/h"
+    assert straight.critical_speed_km_h is None
+    assert straight_words(straight) == "straight track, multi_hertz: no motion oscillates at 7.2 km/h"
 
 
 def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
@@ -1022,51 +1087,52 @@ def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
     # a free wheelset hunts from 31 km/h on, and at a tenth of it with a hundred times its mass
     light, body = load_vehicle("wheelset"), load_vehicle("wheelset").wheelset
     heavy = {name: 100.0 * getattr(body, name) for name in ("mass_kg", "roll_inertia_kg_m2", "yaw_inertia_kg_m2")}
-    made = replace(light, wheelset=replace(body, **heavy))
-    assert eigenvalues(linear_model(made, line), 1.5).real.max() > 0.0
-    free = straight_track("overlap", made, line)
+    heavy_vehicle = replace(light, wheelset=replace(body, **heavy))
+    assert eigenvalues(linear_model(heavy_vehicle, line), 1.5).real.max() > 0.0
+    free = straight_track("overlap", heavy_vehicle, line)
     assert free.critical_speed_km_h is None
     assert free.problem == "the critical speed is below 7.2 km/h, the lowest speed searched"
     assert free.problem in straight_words(free)
     runs = {name: run("manchester", RADII) for name in ("overlap", "b")}
-    (found,) = differences(runs, [free, StraightTrack(theory="b", critical_speed_km_h=120.0)])
-    assert found.critical_speed is None
-    assert f"critical speeds are not compared (overlap: {free.problem})" in difference_words(found)
+    (difference,) = differences(runs, [free, StraightTrack(theory="b", critical_speed_km_h=120.0)])
+    assert difference.critical_speed is None
+    assert f"critical speeds are not compared (overlap: {free.problem})" in difference_words(difference)
 
 
 def test_the_picture_of_one_radius_has_the_values_of_each_wheelset(monkeypatch):
-    drawn = []
-    monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: drawn.append(figure))
+    figures = []
+    monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: figures.append(figure))
     runs = run("manchester", (500.0,))
-    found = Curves(
+    curves_found = Curves(
         vehicle=FREE, case=Case(), conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}
     )
-    curves_figure(found, "a.png")
-    assert "rail 60E1 1:40, wheel S1002" in drawn[0].get_suptitle()
+    curves_figure(curves_found, "a.png")
+    assert "rail 60E1 1:40, wheel S1002" in figures[0].get_suptitle()
     visits_figure(
         replace(
-            found, columns=(MapColumn(lateral_shift_mm=0.0, reach_mm=0.5, bands=((20.0, 80.0, "HOLDS"),), cells=()),)
+            curves_found,
+            columns=(MapColumn(lateral_shift_mm=0.0, reach_mm=0.5, bands=((20.0, 80.0, "HOLDS"),), cells=()),),
         ),
         "b.png",
     )
-    assert "rail 60E1 1:40, wheel S1002" in drawn[1].axes[0].get_title()
-    assert "R 500 m" in drawn[0].get_suptitle()
-    shift, _, y_over_q, _ = drawn[0].axes
+    assert "rail 60E1 1:40, wheel S1002" in figures[1].axes[0].get_title()
+    assert "R 500 m" in figures[0].get_suptitle()
+    shift, _, y_over_q, _ = figures[0].axes
     assert [label.get_text() for label in shift.get_xticklabels()] == ["leading", "trailing"]
-    shifts = [one.lateral_shift_mm for one in runs[0].wheelsets]
+    shifts = [axle.lateral_shift_mm for axle in runs[0].wheelsets]
     assert [bar.get_height() for bar in shift.patches] == shifts
-    assert [text.get_text() for text in shift.texts] == [f"{one:.3g}" for one in shifts]
+    assert [text.get_text() for text in shift.texts] == [f"{axle:.3g}" for axle in shifts]
     # to the right: the left wheel is the outer one
     assert [bar.get_height() for bar in y_over_q.patches] == [runs[0].wheelsets[0].wheels[0].y_over_q]
-    curves_figure(replace(found, runs={"overlap": run("manchester", RADII)}), "c.png")
-    shift = drawn[2].axes[0]
+    curves_figure(replace(curves_found, runs={"overlap": run("manchester", RADII)}), "c.png")
+    shift = figures[2].axes[0]
     assert shift.get_xlabel().startswith("curvature 1/R in 1/km")
     leading, trailing = (line.get_markerfacecolor() for line in shift.lines)
     assert leading != trailing
 
 
 def test_the_half_space_of_a_small_overlap_on_a_long_line_is_hertz():
-    """As fine as the overlap is wide, however long the line beside it."""
+    """Nodes as fine as the overlap is wide, for a gap line of any length."""
     s, radius, across, depth = np.linspace(-20.0, 20.0, 4001), 460.0, 20.0, 0.005
     overlap = Overlap(
         s_mm=s,
@@ -1075,15 +1141,18 @@ def test_the_half_space_of_a_small_overlap_on_a_long_line_is_hertz():
         angle_rad=np.zeros_like(s),
         radius_mm=np.full_like(s, radius),
     )
-    (found,) = half_space(overlap, MODULUS)
+    (overlap_contact,) = half_space(overlap, MODULUS)
     hertz = hertz_ellipse(0.5 / radius, 0.5 / across, normal_force_N=1.0, contact_modulus_MPa=MODULUS)
     # 0.2 % too much is reached; on the widest steps of 0.3 mm it is 2.7 % too little
-    force = float(found.force_N_per_mm @ found.width_mm)
+    force = float(overlap_contact.force_N_per_mm @ overlap_contact.width_mm)
     assert force == pytest.approx((depth / hertz.approach_mm) ** 1.5, rel=4e-3)
 
 
 def test_a_wheelset_that_follows_the_rails_does_not_slip_across_them_ahead_of_its_axle():
-    """It turns as the rails do: at any place ahead both are turned alike."""
+    """A wheelset that turns as the rails do.
+
+    At any place ahead both are turned alike.
+    """
     curvature = 1e-3 / 300.0
     motion = Motion(place=np.zeros(4), slip=0.0, curvature_per_mm=curvature)
     arms = np.array([[ahead, 750.0, -460.0] for ahead in (-20.0, 0.0, 5.0)])
@@ -1095,7 +1164,10 @@ def test_a_wheelset_that_follows_the_rails_does_not_slip_across_them_ahead_of_it
 
 
 def test_what_pulls_a_wheelset_back_is_the_power_of_its_motion_along_the_curve():
-    """Its centre goes by 1 - kappa y, and it turns by kappa."""
+    """A wheelset with the velocity 1 - kappa y of its centre.
+
+    It turns by kappa.
+    """
     force, moment = np.array([200.0, 3e3, 9e4]), np.array([1e5, 2e5, 4e5])
     wheel = SimpleNamespace(force_N=force, moment_Nmm=moment, turned_N=7.0)
     state, line = np.array([5.0, 470.0, 0.1, 2.0]), SimpleNamespace(curvature_per_mm=1e-3)
@@ -1103,7 +1175,10 @@ def test_what_pulls_a_wheelset_back_is_the_power_of_its_motion_along_the_curve()
 
 
 def test_a_short_step_of_newtons_method_is_taken_whole():
-    """What is linear vanishes after one; a step of 0.6 mm is the longest."""
+    """A linear residual vanishes after one step.
+
+    The longest step is 0.6 mm.
+    """
     for root, iterations in ((0.5, 1), (-1.1, 2)):
         state, *_ = newton(
             lambda at, root=root: SimpleNamespace(residual_N=3.0 * (at - root)),

@@ -1,4 +1,4 @@
-"""Fleets whose finite elements are stood in for."""
+"""Fleets with stand-ins for their finite elements."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,17 +25,17 @@ def fleet(tmp_path) -> Made:
 
 
 @pytest.fixture
-def known(monkeypatch) -> Callable[[Made], None]:
-    """Let finite elements say what is true of a fleet."""
+def plant_truth(monkeypatch) -> Callable[[Made], None]:
+    """Stand-in for finite elements that returns the true verdicts of a fleet."""
 
-    def stand_in(made: Made) -> None:
+    def stand_in(fleet: Made) -> None:
         def run_study(study, out, **_) -> Outcome:
             rows = []
             for case in study.cases:
-                answer = made.answer(case)
-                told = {"verdict_answer": "UNRESOLVED" if answer == "OPEN" else answer, "verdict_cause": None}
+                answer = fleet.answer(case)
+                verdict = {"verdict_answer": "UNRESOLVED" if answer == "OPEN" else answer, "verdict_cause": None}
                 lost = {"status": "failed: no touch point"}
-                row = lost if answer == "UNSOLVED" else told | {"status": "converged"}
+                row = lost if answer == "UNSOLVED" else verdict | {"status": "converged"}
                 rows.append({"id": "", **row, "hertz_deviation_p_max_percent": 1.0})
             return Outcome(tuple(rows), recomputed={})
 
@@ -45,13 +45,13 @@ def known(monkeypatch) -> Callable[[Made], None]:
 
 
 @pytest.fixture
-def sampled(known) -> Callable[..., Drawn]:
-    """Draw and "solve" so many positions of a fleet."""
+def sampled(plant_truth) -> Callable[..., Drawn]:
+    """Draw and "solve" a number of positions of a fleet."""
 
-    def sample(made: Made, draws: int, seed: int | None = None) -> Drawn:
-        known(made)
-        drawn = draw(made.folder, draws, seed)
-        solve_sample(made.folder, drawn, made.case, RunSettings())
-        return drawn
+    def sample(fleet: Made, draws: int, seed: int | None = None) -> Drawn:
+        plant_truth(fleet)
+        sample_drawn = draw(fleet.folder, draws, seed)
+        solve_sample(fleet.folder, sample_drawn, fleet.case, RunSettings())
+        return sample_drawn
 
     return sample

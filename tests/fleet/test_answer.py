@@ -1,4 +1,4 @@
-"""What a fleet's report says, against sums over its positions by themselves."""
+"""The report of a fleet, against independent sums over its positions."""
 
 import csv
 import math
@@ -28,84 +28,90 @@ def share(rows, verdict: str) -> float:
 
 
 def test_shares_by_the_screen_are_sums_of_weights(fleet):
-    rows, found = rows_of(fleet.folder / "screen"), answer_of(fleet.folder)
-    assert found.whole.positions == len(rows) == 1800
-    assert found.whole.weight == pytest.approx(1.0)
+    rows, answer = rows_of(fleet.folder / "screen"), answer_of(fleet.folder)
+    assert answer.whole.positions == len(rows) == 1800
+    assert answer.whole.weight == pytest.approx(1.0)
     for name, verdict in (("holds", "HOLDS"), ("fails", "FAILS"), ("open", "OPEN"), ("refused", "REFUSED")):
-        assert found.whole.screen[name] == pytest.approx(share(rows, verdict))
-    assert len(found.cells) == len(SHIFTS_MM) * len(LOADS_KN)
-    for cell in found.cells:
-        own = [row for row in rows if (row["shift_mm"], row["load_kN"]) == (cell["shift"], cell["load"])]
-        assert (cell["holds"] or 0.0) == pytest.approx(share(own, "HOLDS"))
-    low, high = found.whole.bounds
+        assert answer.whole.screen[name] == pytest.approx(share(rows, verdict))
+    assert len(answer.cells) == len(SHIFTS_MM) * len(LOADS_KN)
+    for cell in answer.cells:
+        cell_rows = [row for row in rows if (row["shift_mm"], row["load_kN"]) == (cell["shift"], cell["load"])]
+        assert (cell["holds"] or 0.0) == pytest.approx(share(cell_rows, "HOLDS"))
+    low, high = answer.whole.bounds
     assert high - low == pytest.approx(share(rows, "OPEN") + share(rows, "REFUSED"))
-    assert "By the screen alone" in headline(found)
+    assert "By the screen alone" in headline(answer)
 
 
 def test_groups_are_sums_over_their_profiles(fleet):
-    found, rows = answer_of(fleet.folder), rows_of(fleet.folder / "screen")
+    answer, rows = answer_of(fleet.folder), rows_of(fleet.folder / "screen")
     lines = {row["name"]: row["line"] for row in rows_of(fleet.folder / "profiles.parquet") if row["body"] == "rail"}
     for line in ("line A", "line B"):
-        part = found.groups["rail", "line", line]
-        own = [row for row in rows if lines[row["rail"]] == line]
-        assert part.weight == pytest.approx(sum(row["weight"] for row in own))
-        assert part.screen["holds"] == pytest.approx(share(own, "HOLDS"))
+        group = answer.groups["rail", "line", line]
+        line_rows = [row for row in rows if lines[row["rail"]] == line]
+        assert group.weight == pytest.approx(sum(row["weight"] for row in line_rows))
+        assert group.screen["holds"] == pytest.approx(share(line_rows, "HOLDS"))
     # what all have alike, names, and what no profile of a body has make no groups
-    assert {key[:2] for key in found.groups} == {
+    assert {key[:2] for key in answer.groups} == {
         ("wheel", "wear_mm"),
         ("wheel", "mileage_km"),
         ("rail", "wear_mm"),
         ("rail", "line"),
     }
-    wear = [part for key, part in found.groups.items() if key[:2] == ("wheel", "wear_mm")]
+    wear = [group for key, group in answer.groups.items() if key[:2] == ("wheel", "wear_mm")]
     # twelve wheels in quarters
-    assert [part.positions for part in wear] == [450] * 4
-    assert sum(part.weight for part in wear) == pytest.approx(1.0)
+    assert [group.positions for group in wear] == [450] * 4
+    assert sum(group.weight for group in wear) == pytest.approx(1.0)
 
 
 def test_the_sample_covers_the_truth(fleet, sampled):
     sampled(fleet, 300)
-    found = answer_of(fleet.folder)
-    estimate = found.whole.share("HOLDS")
-    assert found.whole.drawn == 300
+    answer = answer_of(fleet.folder)
+    estimate = answer.whole.share("HOLDS")
+    assert answer.whole.drawn == 300
     assert estimate.low < fleet.share < estimate.high
     assert estimate.high - estimate.low < 0.09
-    low, high = found.whole.bounds
+    low, high = answer.whole.bounds
     assert low == estimate.low
-    undecided = math.fsum(fleet.weights[key] for key, one in fleet.truth.items() if one in ("OPEN", "UNSOLVED"))
+    undecided = math.fsum(fleet.weights[key] for key, verdict in fleet.truth.items() if verdict in ("OPEN", "UNSOLVED"))
     assert estimate.high < high < fleet.share + undecided + 0.06
     for line in ("line A", "line B"):
-        part = found.groups["rail", "line", line].share("HOLDS")
-        assert part.high - part.low > estimate.high - estimate.low
+        share = answer.groups["rail", "line", line].share("HOLDS")
+        assert share.high - share.low > estimate.high - estimate.low
     # the network is less known than these profiles
-    assert found.network.low < estimate.low < estimate.high < found.network.high
-    assert headline(found).startswith(f"Hertz holds in {interval(estimate)} of the positions, is open in ")
+    assert answer.network.low < estimate.low < estimate.high < answer.network.high
+    assert headline(answer).startswith(f"Hertz holds in {interval(estimate)} of the positions, is open in ")
 
 
 @pytest.mark.slow
 def test_many_samples_cover_the_truth(fleet, sampled):
-    seen = []
+    covers = []
     for seed in range(20):
         (fleet.folder / "sample.parquet").unlink(missing_ok=True)
         sampled(fleet, 100, seed)
-        found = answer_of(fleet.folder).whole.share("HOLDS")
-        seen.append(found.low <= fleet.share <= found.high)
+        share = answer_of(fleet.folder).whole.share("HOLDS")
+        covers.append(share.low <= fleet.share <= share.high)
     # 17 or more of 20 with a probability of 98.4 %, if 95 % are covered
-    assert sum(seen) >= 17
+    assert sum(covers) >= 17
 
 
 def test_discordance_is_counted_by_stratum(fleet, sampled):
     sampled(fleet, 300)
-    drawn = rows_of(fleet.folder / "sample.parquet")
+    sample = rows_of(fleet.folder / "sample.parquet")
     said = {
         (row["wheel"], row["rail"], row["shift_mm"], row["load_kN"]): row["verdict"]
         for row in rows_of(fleet.folder / "screen")
     }
     strata = {row["stratum"]: row for row in answer_of(fleet.folder).strata}
     for name, row in strata.items():
-        own = [one for one in drawn if one["stratum"] == name]
-        pairs = [(said[one["wheel"], one["rail"], one["shift_mm"], one["load_kN"]], one["fe_verdict"]) for one in own]
-        assert row["drawn"] == len(own)
+        stratum_rows = [draw_row for draw_row in sample if draw_row["stratum"] == name]
+        pairs = [
+            (
+                said[draw_row["wheel"], draw_row["rail"], draw_row["shift_mm"], draw_row["load_kN"]],
+                draw_row["fe_verdict"],
+            )
+            for draw_row in stratum_rows
+        ]
+        assert row["drawn"] == len(stratum_rows)
         assert row["discordant"] == sum(pair in {("HOLDS", "FAILS"), ("FAILS", "HOLDS")} for pair in pairs)
     # none of the sure ones was at odds, which is not none of all
     assert strata["surely holds"]["discordant"] == 0
@@ -123,19 +129,19 @@ def test_a_screen_that_changed_is_not_judged_by_an_old_sample(fleet, sampled):
 
 def test_an_empty_part_is_told(tmp_path):
     # a fleet that the screen refuses altogether has no margins and no worst pairs
-    made = made_fleet(tmp_path / "one", wheels=2, rails=2, parts=1)
-    path = made.folder / "screen" / "part-0.parquet"
+    fleet_made = made_fleet(tmp_path / "one", wheels=2, rails=2, parts=1)
+    path = fleet_made.folder / "screen" / "part-0.parquet"
     write(path, [row | {"verdict": "REFUSED", "margin": None} for row in rows_of(path)])
-    found = answer_of(made.folder)
-    assert (found.network, found.worst, found.theories) == (None, [], [])
-    assert [row["verdicts"] for row in found.causes] == ["refused"] * len(found.causes)
-    assert sum(row["share"] for row in found.causes) == pytest.approx(1.0)
-    assert found.whole.bounds == (0.0, pytest.approx(1.0))
-    write_report(found, made.folder)
+    answer = answer_of(fleet_made.folder)
+    assert (answer.network, answer.worst, answer.theories) == (None, [], [])
+    assert [row["verdicts"] for row in answer.causes] == ["refused"] * len(answer.causes)
+    assert sum(row["share"] for row in answer.causes) == pytest.approx(1.0)
+    assert answer.whole.bounds == (0.0, pytest.approx(1.0))
+    write_report(answer, fleet_made.folder)
 
 
 def test_percent_tells_near_0_and_100_from_them():
-    assert [percent(one) for one in (0.0, 1.0, 0.5, 0.011, 0.0004, 0.99996)] == [
+    assert [percent(share) for share in (0.0, 1.0, 0.5, 0.011, 0.0004, 0.99996)] == [
         "0",
         "100",
         "50",
@@ -147,46 +153,46 @@ def test_percent_tells_near_0_and_100_from_them():
 
 def test_report_has_its_parts_and_files(fleet, sampled):
     sampled(fleet, 120)
-    found = answer_of(fleet.folder)
-    assert len(found.worst) == 20
-    found = replace(found, worst=found.worst[:3])
-    page = write_report(found, fleet.folder, fleet.case)
+    answer = answer_of(fleet.folder)
+    assert len(answer.worst) == 20
+    answer = replace(answer, worst=answer.worst[:3])
+    page = write_report(answer, fleet.folder, fleet.case)
     text = page.read_text("utf-8")
-    assert headline(found) in text
-    assert text.count("<img") == 2 + len(found.worst)
+    assert headline(answer) in text
+    assert text.count("<img") == 2 + len(answer.worst)
     for name in ("map.png", "map.svg", "groups.png", "cells.csv", "strata.csv", "worst.csv", "causes.csv"):
         assert (fleet.folder / "report" / name).is_file()
     with (fleet.folder / "answer.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 1 + len(found.groups)
-    assert float(rows[0]["holds_percent"]) == pytest.approx(1e2 * share_of(found.whole.strata, {"HOLDS"}).estimate)
-    tables = [part for part in report_parts(found, fleet.folder) if isinstance(part, Table)]
+    assert len(rows) == 1 + len(answer.groups)
+    assert float(rows[0]["holds_percent"]) == pytest.approx(1e2 * share_of(answer.whole.strata, {"HOLDS"}).estimate)
+    tables = [section for section in report_parts(answer, fleet.folder) if isinstance(section, Table)]
     assert all(len(row.cells) == len(table.columns) for table in tables for row in table.rows)
-    assert len(answer_rows(found)) == len(rows)
+    assert len(answer_rows(answer)) == len(rows)
     assert read_json(fleet.folder / "fleet.json")["population"] in text
 
 
 def test_shifts_that_were_drawn_at_random_are_rounded(fleet):
     path = fleet.folder / "screen"
     rows, random = rows_of(path), np.random.default_rng(1)
-    for part in path.iterdir():
-        part.unlink()
+    for file in path.iterdir():
+        file.unlink()
     write(path / "part-0.parquet", [row | {"shift_mm": float(random.uniform(-8.0, 8.0))} for row in rows])
-    found = answer_of(fleet.folder)
-    assert {cell["shift"] for cell in found.cells} <= set(np.arange(-8.0, 8.5, 0.5))
-    assert math.fsum(cell["weight"] for cell in found.cells) == pytest.approx(1.0)
+    answer = answer_of(fleet.folder)
+    assert {cell["shift"] for cell in answer.cells} <= set(np.arange(-8.0, 8.5, 0.5))
+    assert math.fsum(cell["weight"] for cell in answer.cells) == pytest.approx(1.0)
 
 
 def test_shifts_and_loads_that_go_together_are_rounded(fleet):
     path = fleet.folder / "screen"
     rows = rows_of(path)
-    for part in path.iterdir():
-        part.unlink()
+    for file in path.iterdir():
+        file.unlink()
     # seven of them, each of its own shift and its own load
     places = [{"shift_mm": 1.1 * k - 3.0, "load_kN": 52.3 + 1.7 * k} for k in range(7)]
-    own = [row | places[number % 7] for number, row in enumerate(rows)]
-    write(path / "part-0.parquet", own)
-    found = answer_of(fleet.folder)
-    wanted = {(0.5 * round(2.0 * one["shift_mm"]), 10.0 * round(0.1 * one["load_kN"])) for one in places}
-    assert {(cell["shift"], cell["load"]) for cell in found.cells} == wanted
-    assert math.fsum(cell["weight"] for cell in found.cells) == pytest.approx(1.0)
+    moved_rows = [row | places[number % 7] for number, row in enumerate(rows)]
+    write(path / "part-0.parquet", moved_rows)
+    answer = answer_of(fleet.folder)
+    expected = {(0.5 * round(2.0 * place["shift_mm"]), 10.0 * round(0.1 * place["load_kN"])) for place in places}
+    assert {(cell["shift"], cell["load"]) for cell in answer.cells} == expected
+    assert math.fsum(cell["weight"] for cell in answer.cells) == pytest.approx(1.0)

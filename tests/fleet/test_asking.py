@@ -12,10 +12,13 @@ from fecontact.runs.study import StudyOutcome
 
 
 @pytest.fixture
-def opened(fleet, known, monkeypatch):
-    """A fleet whose cases and finite elements are stood in for, as its folder in words."""
+def opened(fleet, plant_truth, monkeypatch):
+    """A fleet with stand-ins for its cases and finite elements.
+
+    Returns its folder as text.
+    """
     monkeypatch.setattr(checking, "open_fleet", lambda folder: fleet)
-    known(fleet)
+    plant_truth(fleet)
     return str(fleet.folder)
 
 
@@ -28,17 +31,17 @@ def test_sample_and_report(fleet, opened, capsys):
     assert "60 positions, 0 of them new" in capsys.readouterr().err
     assert call(["fleet", "report", opened]) == 0
     said = capsys.readouterr().out
-    found = answer_of(fleet.folder)
-    assert said.startswith(headline(found) + ".")
+    answer = answer_of(fleet.folder)
+    assert said.startswith(headline(answer) + ".")
     assert f"report: {fleet.folder / 'report.html'}" in said
     assert call(["fleet", "report", opened, "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert (rows[0]["value"], rows[0]["drawn"]) == ("all", 60)
-    assert len(rows) == 1 + len(found.groups)
+    assert len(rows) == 1 + len(answer.groups)
 
 
 def test_a_sample_says_which_positions_were_not_solved_and_why(fleet, opened, capsys, monkeypatch):
-    """Exit code 3 says that there are some."""
+    """Exit code 3 for unsolved positions of a sample."""
     rows = [{"id": "one", "status": "converged"}, {"id": "two", "status": "failed: no touch point"}]
     outcome = StudyOutcome(rows=tuple(rows), conclusion=None)
     monkeypatch.setattr("fecontact.features.fleet.sampling.solve_sample", lambda *_: outcome)

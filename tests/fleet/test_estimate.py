@@ -35,32 +35,35 @@ def wilson(share: np.ndarray, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray
 def stratum(
     answers: str, *, weight: float = 1.0, positions: int = 10**6, guess: float = 0.5, name: str = ""
 ) -> Stratum:
-    """A stratum of equal weights, of whose positions the letters were drawn."""
+    """A stratum of equal weights.
+
+    The letters are the verdicts of the positions that were drawn.
+    """
     count = len(answers)
     inclusion = np.full(count, count / positions)
-    each = np.full(count, weight / positions)
-    found = np.array(list(answers), dtype=str)
+    weights = np.full(count, weight / positions)
+    answer_array = np.array(list(answers), dtype=str)
     return Stratum(
         name=name,
         weight=weight,
         positions=positions,
         guess=guess,
-        answers=found,
-        weights=each,
+        answers=answer_array,
+        weights=weights,
         inclusion=inclusion,
     )
 
 
 @pytest.mark.parametrize(
-    ("seen", "draws", "low", "high"),
+    ("share", "draws", "low", "high"),
     # Newcombe (1998), Statistics in Medicine 17, 857, table I, method 5
     [(81, 263, 0.2527, 0.3676), (15, 148, 0.0578, 0.1617), (0, 20, 0.0, 0.1684), (1, 29, 0.0009, 0.1776)],
 )
-def test_limits_are_published_ones(seen, draws, low, high):
-    found = [float(one[0]) for one in limits(np.array([seen / draws]), np.array([float(draws)]))]
-    assert found == pytest.approx([low, high], abs=6e-5)
-    exact = binomtest(seen, draws).proportion_ci(method="exact")
-    assert found == pytest.approx([exact.low, exact.high], abs=1e-9)
+def test_limits_are_published_ones(share, draws, low, high):
+    limits_found = [float(limit[0]) for limit in limits(np.array([share / draws]), np.array([float(draws)]))]
+    assert limits_found == pytest.approx([low, high], abs=6e-5)
+    exact = binomtest(share, draws).proportion_ci(method="exact")
+    assert limits_found == pytest.approx([exact.low, exact.high], abs=1e-9)
 
 
 def test_none_of_the_draws_is_not_none_of_the_stratum():
@@ -75,27 +78,27 @@ def test_no_draw_tells_nothing_and_all_draws_tell_all():
     low, high = limits(np.array([0.3, 0.3]), np.array([0.0, np.inf]))
     assert list(zip(low, high, strict=True)) == [(0.0, 1.0), (0.3, 0.3)]
     assert stratum("").share({"H"}) == 0.5
-    found = share_of([stratum("HHF", positions=3)], {"H"})
-    assert (found.low, found.high) == pytest.approx((2 / 3, 2 / 3))
+    share = share_of([stratum("HHF", positions=3)], {"H"})
+    assert (share.low, share.high) == pytest.approx((2 / 3, 2 / 3))
 
 
 def test_limits_combine_as_in_a_published_difference():
     # Newcombe (1998), Statistics in Medicine 17, 873, table II, method 10, case a: 56/70 - 48/80
     shares, draws = np.array([56 / 70, 32 / 80]), np.array([70.0, 80.0])
-    difference = [float(one) - 1.0 for one in combined(np.ones(2), shares + 0.0, *wilson(shares, draws))]
+    difference = [float(limit) - 1.0 for limit in combined(np.ones(2), shares + 0.0, *wilson(shares, draws))]
     # a sum of shares may be more than 1, which a share of a fleet is not
     assert difference[0] == pytest.approx(0.2)
-    below = 0.2 - np.sqrt(np.sum((shares - wilson(shares, draws)[0]) ** 2))
-    above = 0.2 + np.sqrt(np.sum((wilson(shares, draws)[1] - shares) ** 2))
-    assert (below, above) == pytest.approx((0.0524, 0.3339), abs=6e-5)
-    halved = [float(one) for one in combined(np.full(2, 0.5), shares, *wilson(shares, draws))]
+    low = 0.2 - np.sqrt(np.sum((shares - wilson(shares, draws)[0]) ** 2))
+    high = 0.2 + np.sqrt(np.sum((wilson(shares, draws)[1] - shares) ** 2))
+    assert (low, high) == pytest.approx((0.0524, 0.3339), abs=6e-5)
+    halved = [float(limit) for limit in combined(np.full(2, 0.5), shares, *wilson(shares, draws))]
     assert 2.0 * np.array(halved) - 1.0 == pytest.approx([0.2, 0.0524, 0.3339], abs=6e-5)
 
 
 def test_bounds_count_open_ones_as_either():
     strata = [stratum("HHHHOF", weight=0.6), stratum("FFUF", weight=0.4)]
-    found = bounds(strata, "H", {"O", "U"})
-    assert found == (share_of(strata, {"H"}).low, share_of(strata, {"H", "O", "U"}).high)
+    bounds_found = bounds(strata, "H", {"O", "U"})
+    assert bounds_found == (share_of(strata, {"H"}).low, share_of(strata, {"H", "O", "U"}).high)
     assert share_of(strata, {"H"}).estimate == pytest.approx(0.6 * 4 / 6)
     assert share_of(strata, {"H", "O", "U"}).estimate == pytest.approx(0.6 * 5 / 6 + 0.4 / 4)
 
@@ -114,9 +117,9 @@ def test_probabilities_of_a_draw():
     assert inclusion_probabilities(np.ones(3), 5) == pytest.approx(np.ones(3))
     weights = np.random.default_rng(1).lognormal(0.0, 1.5, 500)
     for draws in (1, 7, 120, 499):
-        found = inclusion_probabilities(weights, draws)
-        assert found.sum() == pytest.approx(draws)
-        assert found.max() <= 1.0
+        probabilities = inclusion_probabilities(weights, draws)
+        assert probabilities.sum() == pytest.approx(draws)
+        assert probabilities.max() <= 1.0
 
 
 def test_positions_are_drawn_as_often_as_their_probabilities_say():
@@ -125,28 +128,30 @@ def test_positions_are_drawn_as_often_as_their_probabilities_say():
     hits = np.zeros(200)
     for _ in range(times):
         hits[np.argsort(random.random(200) / weights)[:draws]] += 1
-    found = inclusion_probabilities(weights, draws)
-    noise = np.sqrt(found * (1.0 - found) / times)
+    probabilities = inclusion_probabilities(weights, draws)
+    noise = np.sqrt(probabilities * (1.0 - probabilities) / times)
     # an order of u / w has these probabilities but for terms of the second order: in 4 10^4 such samples 0.015, and
     # 0.039 of a position that is just heavy enough to be drawn surely
-    off = np.abs(hits / times - found)
-    assert np.all(off < np.where(found < 1.0, 0.016, 0.045) + 4.0 * noise)
+    off = np.abs(hits / times - probabilities)
+    assert np.all(off < np.where(probabilities < 1.0, 0.016, 0.045) + 4.0 * noise)
     assert np.mean(off) < 0.005
 
 
 def test_draws_are_half_by_weight_and_half_by_spread():
     weights, shares = np.array([0.6, 0.1, 0.3]), np.array([0.02, 0.25, 0.02])
     spread = weights * np.sqrt(shares * (1.0 - shares))
-    many, none = np.full(3, 10**6), np.zeros(3, int)
-    found = allocation(weights, shares, many, none, 1000)
-    assert found.sum() == 1000
-    assert np.all(np.abs(found - 500 * weights - 500 * spread / spread.sum()) <= 1.0)
+    many, no_draws = np.full(3, 10**6), np.zeros(3, int)
+    draws_found = allocation(weights, shares, many, no_draws, 1000)
+    assert draws_found.sum() == 1000
+    assert np.all(np.abs(draws_found - 500 * weights - 500 * spread / spread.sum()) <= 1.0)
 
 
 def test_draws_keep_earlier_ones_and_are_no_more_than_there_are():
     weights, shares = np.array([0.6, 0.1, 0.3]), np.array([0.02, 0.25, 0.02])
-    found = allocation(weights, shares, np.array([1000, 20, 1]), np.array([0, 15, 0]), 100)
-    assert list(found) == [79, 20, 1] or (found.sum() == 100 and found[1] >= 15 and found[2] == 1)
+    draws_found = allocation(weights, shares, np.array([1000, 20, 1]), np.array([0, 15, 0]), 100)
+    assert list(draws_found) == [79, 20, 1] or (
+        draws_found.sum() == 100 and draws_found[1] >= 15 and draws_found[2] == 1
+    )
     assert allocation(weights, shares, np.array([3, 4, 1]), np.zeros(3, int), 100).sum() == 8
 
 
@@ -154,14 +159,19 @@ def test_draws_keep_earlier_ones_and_are_no_more_than_there_are():
 
 
 def coverage(
-    weights: list[float], discordance: list[float], draws: int, by: Callable = addable, fleets: int = FLEETS
+    weights: list[float], discordance: list[float], draws: int, method: Callable = addable, fleets: int = FLEETS
 ) -> tuple[float, float]:
-    """Part of simulated fleets whose interval has the true share, and its mean half-width in points."""
+    """Share of simulated fleets with the true share in the interval.
+
+    Also returns the mean half-width of the interval in points.
+    """
     w, d = np.array(weights), np.array(discordance)
     guess = np.array([0.02, 0.25, 0.02])[: w.size]
     count = allocation(w, guess, np.full(w.size, 10**6), np.zeros(w.size, int), draws)
-    seen = np.random.default_rng(draws).binomial(count, d, (fleets, w.size)) / count
-    _, low, high = combined(w, seen, *by(seen, np.broadcast_to(count.astype(float), seen.shape)))
+    shares_drawn = np.random.default_rng(draws).binomial(count, d, (fleets, w.size)) / count
+    _, low, high = combined(
+        w, shares_drawn, *method(shares_drawn, np.broadcast_to(count.astype(float), shares_drawn.shape))
+    )
     true = float(w @ d)
     return float(np.mean((low <= true) & (true <= high))), float(50.0 * np.mean(high - low))
 
@@ -173,8 +183,8 @@ REPORTED = {100: (4.6, 4.5), 300: (2.0, 1.9), 1000: (0.93, 0.8)}
 @pytest.mark.parametrize("draws", DRAWS)
 def test_coverage_and_width_of_a_usual_fleet(draws):
     for place, discordance in enumerate(([0.004, 0.25, 0.01], [0.0005, 0.15, 0.002])):
-        found, width = coverage([0.62, 0.10, 0.28], discordance, draws)
-        assert found >= 0.95
+        covered, width = coverage([0.62, 0.10, 0.28], discordance, draws)
+        assert covered >= 0.95
         assert 0.7 * REPORTED[draws][place] < width < 1.05 * REPORTED[draws][place]
 
 
@@ -182,15 +192,15 @@ def test_coverage_and_width_of_a_usual_fleet(draws):
 @pytest.mark.parametrize("near", [0.15, 0.25])
 @pytest.mark.parametrize("weights", [[0.62, 0.10, 0.28], [0.95, 0.02, 0.03], [0.30, 0.40, 0.30]])
 def test_coverage_for_any_discordance(weights, near, draws):
-    found = [coverage(weights, [d, near, d], draws)[0] for d in np.geomspace(0.0005, 0.25, 12)]
-    assert min(found) >= 0.955 - SEEN
-    assert np.mean(found) >= 0.965
+    coverages = [coverage(weights, [d, near, d], draws)[0] for d in np.geomspace(0.0005, 0.25, 12)]
+    assert min(coverages) >= 0.955 - SEEN
+    assert np.mean(coverages) >= 0.965
 
 
 def test_wilson_would_not_cover():
     # why the exact limits are used: a discordance of 0.2 % in all strata, 300 draws
     strata = [0.62, 0.10, 0.28], [0.002] * 3, 300
-    assert coverage(*strata, by=wilson)[0] < 0.91
+    assert coverage(*strata, method=wilson)[0] < 0.91
     assert coverage(*strata)[0] >= 0.95
 
 
@@ -198,10 +208,10 @@ def test_exact_limits_squared_and_added_would_not_cover():
     # the least that a search found: strata of like weights, all with the same rare discordance; three standard
     # deviations of 20,000 fleets are 0.005
     alike = [0.3, 0.4, 0.3], [0.0018] * 3, 300
-    assert coverage(*alike, by=limits, fleets=20_000)[0] < 0.935
-    found, width = coverage(*alike, fleets=20_000)
-    assert found >= 0.95
-    assert width < 1.15 * coverage(*alike, by=limits, fleets=20_000)[1]
+    assert coverage(*alike, method=limits, fleets=20_000)[0] < 0.935
+    covered, width = coverage(*alike, fleets=20_000)
+    assert covered >= 0.95
+    assert width < 1.15 * coverage(*alike, method=limits, fleets=20_000)[1]
 
 
 def test_distances_that_are_added_are_normal_ones_at_least():
@@ -219,32 +229,35 @@ def test_distances_that_are_added_are_normal_ones_at_least():
 
 
 def drawn_fleets(sizes: list[int], discordance: list[float], draws: list[int], heavy: float) -> tuple[float, float]:
-    """Coverage with finite strata of unequal weights, drawn as a fleet is, and the mean error in half-widths."""
+    """Coverage with finite strata of unequal weights, drawn as in a fleet.
+
+    Also returns the mean error in half-widths.
+    """
     random = np.random.default_rng(5)
     parts = [random.lognormal(0.0, heavy, size) for size in sizes]
-    whole = sum(part.sum() for part in parts)
-    parts = [part / whole for part in parts]
+    total = sum(stratum_weights.sum() for stratum_weights in parts)
+    parts = [stratum_weights / total for stratum_weights in parts]
     answers = [np.where(random.random(size) < d, "F", "H") for size, d in zip(sizes, discordance, strict=True)]
-    true = sum(float(part @ (answer == "H")) for part, answer in zip(parts, answers, strict=True))
+    true = sum(float(stratum_weights @ (answer == "H")) for stratum_weights, answer in zip(parts, answers, strict=True))
     hits, errors = 0, []
     for _ in range(FLEETS):
         strata = []
-        for part, answer, count in zip(parts, answers, draws, strict=True):
-            chosen = np.argsort(random.random(part.size) / part)[:count]
+        for stratum_weights, answer, count in zip(parts, answers, draws, strict=True):
+            chosen = np.argsort(random.random(stratum_weights.size) / stratum_weights)[:count]
             strata.append(
                 Stratum(
                     name="",
-                    weight=float(part.sum()),
-                    positions=part.size,
+                    weight=float(stratum_weights.sum()),
+                    positions=stratum_weights.size,
                     guess=0.5,
                     answers=answer[chosen],
-                    weights=part[chosen],
-                    inclusion=inclusion_probabilities(part, count)[chosen],
+                    weights=stratum_weights[chosen],
+                    inclusion=inclusion_probabilities(stratum_weights, count)[chosen],
                 )
             )
-        found = share_of(strata, {"H"})
-        hits += found.low <= true <= found.high
-        errors.append((found.estimate - true) / (found.high - found.low) * 2.0)
+        share = share_of(strata, {"H"})
+        hits += share.low <= true <= share.high
+        errors.append((share.estimate - true) / (share.high - share.low) * 2.0)
     return hits / FLEETS, float(np.mean(errors))
 
 
@@ -263,11 +276,11 @@ def test_coverage_with_positions_of_unequal_weight(sizes, draws, heavy):
 
 def test_resampled_profiles_have_the_spread_of_wheels():
     # Hertz holds or not by the wheel alone: the share is a mean over 60 wheels
-    wheels, rails = (one.ravel() for one in np.meshgrid(np.arange(60), np.arange(40), indexing="ij"))
+    wheels, rails = (indices.ravel() for indices in np.meshgrid(np.arange(60), np.arange(40), indexing="ij"))
     holding = (wheels < 18).astype(float)
-    found = resampled(wheels, rails, holding, np.ones(2400), seed=3)
-    assert found.estimate == pytest.approx(0.3)
-    assert 0.5 * (found.high - found.low) == pytest.approx(1.96 * np.sqrt(0.3 * 0.7 / 60), rel=0.12)
+    spread = resampled(wheels, rails, holding, np.ones(2400), seed=3)
+    assert spread.estimate == pytest.approx(0.3)
+    assert 0.5 * (spread.high - spread.low) == pytest.approx(1.96 * np.sqrt(0.3 * 0.7 / 60), rel=0.12)
     # of rails as well: both variances, and Owen's term of both, which a share of neither has not
     either = ((wheels < 18) ^ (rails < 12)).astype(float)
     assert resampled(wheels, rails, either, np.ones(2400), seed=3).high > 0.42

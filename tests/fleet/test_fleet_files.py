@@ -1,4 +1,4 @@
-"""The file of a fleet, its population and its weights: what is given by hand, and what is refused."""
+"""The file of a fleet, its population and its weights, with inputs by hand and refusals."""
 
 import json
 import shutil
@@ -39,10 +39,10 @@ def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
     text = FLEET + '[pairs]\ntable = "pairs.csv"\n'
     fleet = read_fleet(written(tmp_path, text))
     assert fleet.positions == {(0.0, 60.0): 0.75, (2.0, 60.0): 0.25}
-    known = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
-    found = pairs_of(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, known)
+    names = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
+    pairs = pairs_of(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, names)
     # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
-    assert found == {
+    assert pairs == {
         ("a", "x"): pytest.approx(2 / 12),
         ("a", "y"): pytest.approx(4 / 12),
         ("b", "x"): pytest.approx(0.5),
@@ -53,8 +53,8 @@ def test_quantiles_of_a_normal_distribution_are_equally_likely(tmp_path):
     text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "normal = [1.0, 2.0]\ncount = 4")
     fleet = read_fleet(written(tmp_path, text))
     assert list(fleet.positions.values()) == [0.25] * 4
-    wanted = [1.0 + 2.0 * NormalDist().inv_cdf(part) for part in (0.125, 0.375, 0.625, 0.875)]
-    assert fleet.shifts_mm == pytest.approx(wanted)
+    expected = [1.0 + 2.0 * NormalDist().inv_cdf(quantile) for quantile in (0.125, 0.375, 0.625, 0.875)]
+    assert fleet.shifts_mm == pytest.approx(expected)
     text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "uniform = [-4, 4]\ncount = 4")
     assert read_fleet(written(tmp_path, text)).shifts_mm == (-3.0, -1.0, 1.0, 3.0)
 
@@ -95,11 +95,11 @@ def test_positions_that_cannot_be_are_refused_with_their_value(tmp_path, content
 def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
     fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 2000\n"))
     weights, rails = {"a": 3.0, "b": 1.0}, {"x": 1.0, "y": 1.0}
-    found = pairs_of(fleet, weights, rails, set())
-    assert found == pairs_of(fleet, weights, rails, set())
-    assert sum(found.values()) == pytest.approx(1.0)
+    pairs = pairs_of(fleet, weights, rails, set())
+    assert pairs == pairs_of(fleet, weights, rails, set())
+    assert sum(pairs.values()) == pytest.approx(1.0)
     # 2,000 draws at 3/4: one standard deviation is 0.0097
-    assert found["a", "x"] + found["a", "y"] == pytest.approx(0.75, abs=0.04)
+    assert pairs["a", "x"] + pairs["a", "y"] == pytest.approx(0.75, abs=0.04)
 
 
 @pytest.mark.parametrize(
@@ -165,11 +165,11 @@ def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
         shutil.copyfile(source, mixed / name)
     (mixed / ".hidden").write_text("")
     fleet = read_fleet(written(tmp_path, FLEET.replace("wheels.csv", "mixed")))
-    found = {one.name: one.problem for one in candidates(fleet, "wheel")}
-    assert found == {"a": "", "b": "it has the content of a", "tread": "it has the content of a"}
+    problems = {candidate.name: candidate.problem for candidate in candidates(fleet, "wheel")}
+    assert problems == {"a": "", "b": "it has the content of a", "tread": "it has the content of a"}
     # names are made different, whatever the files are called
     (mixed / "a.txt").write_text("1 2\n")
-    assert [one.name for one in candidates(fleet, "wheel")] == ["a", "a.txt", "b", "tread"]
+    assert [candidate.name for candidate in candidates(fleet, "wheel")] == ["a", "a.txt", "b", "tread"]
 
 
 def test_check_counts_positions_without_reading_profiles(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""Which positions of a fleet are drawn, and what is kept of them."""
+"""Draw of the positions of a fleet, and its stored files."""
 
 import shutil
 from types import SimpleNamespace
@@ -47,34 +47,38 @@ def test_another_seed_draws_others_and_is_refused_for_an_old_sample(fleet, sampl
 
 
 def test_probabilities_are_of_the_draws_of_each_stratum(fleet, sampled):
-    drawn = sampled(fleet, 150)
+    sample = sampled(fleet, 150)
     with opened(fleet.folder) as tables:
         for name in STRATA:
-            own = [row for row in drawn.rows if row["stratum"] == name]
+            stratum_rows = [row for row in sample.rows if row["stratum"] == name]
             weights = tables.execute("SELECT weight FROM screen WHERE stratum = ?", [name]).fetchnumpy()["weight"]
-            given = np.array([row["inclusion_probability"] for row in own])
-            each = np.array([row["weight"] for row in own])
-            scale = np.min(given / each) if given.max() < 1.0 else np.max((given / each)[given < 1.0])
+            probabilities = np.array([row["inclusion_probability"] for row in stratum_rows])
+            weights_drawn = np.array([row["weight"] for row in stratum_rows])
+            scale = (
+                np.min(probabilities / weights_drawn)
+                if probabilities.max() < 1.0
+                else np.max((probabilities / weights_drawn)[probabilities < 1.0])
+            )
             # over all positions of the stratum they sum to its draws
-            assert np.minimum(1.0, scale * weights).sum() == pytest.approx(len(own))
-            assert given == pytest.approx(np.minimum(1.0, scale * each))
+            assert np.minimum(1.0, scale * weights).sum() == pytest.approx(len(stratum_rows))
+            assert probabilities == pytest.approx(np.minimum(1.0, scale * weights_drawn))
             # what the drawn ones stand for is about the stratum
-            assert np.sum(each / given) == pytest.approx(weights.sum(), rel=0.05)
+            assert np.sum(weights_drawn / probabilities) == pytest.approx(weights.sum(), rel=0.05)
 
 
 def test_positions_are_drawn_by_their_weight(fleet):
     # the mean weight of a drawn position is sum w^2 / sum w, that of all positions is less
     with opened(fleet.folder) as tables:
         weights = tables.execute("SELECT weight FROM screen WHERE stratum = 'near'").fetchnumpy()["weight"]
-    drawn = [
+    samples = [
         row["weight"]
         for seed in range(12)
         for row in draw(fleet.folder, 60, seed=seed).rows
         if row["stratum"] == "near"
     ]
-    expected, noise = np.sum(weights**2) / np.sum(weights), np.std(drawn) / np.sqrt(len(drawn))
-    assert abs(np.mean(drawn) - expected) < 3.0 * noise
-    assert np.mean(drawn) > np.mean(weights) + 5.0 * noise
+    expected, noise = np.sum(weights**2) / np.sum(weights), np.std(samples) / np.sqrt(len(samples))
+    assert abs(np.mean(samples) - expected) < 3.0 * noise
+    assert np.mean(samples) > np.mean(weights) + 5.0 * noise
 
 
 def test_a_sample_that_is_interrupted_changes_nothing(fleet, sampled, monkeypatch):
@@ -93,8 +97,8 @@ def test_a_sample_that_is_interrupted_changes_nothing(fleet, sampled, monkeypatc
 def test_a_population_that_grew_is_drawn_again(fleet, sampled):
     first = sampled(fleet, 120)
     shutil.rmtree(fleet.folder / "screen")
-    grown = made_fleet(fleet.folder, wheels=14)
-    second = sampled(grown, 120)
+    larger = made_fleet(fleet.folder, wheels=14)
+    second = sampled(larger, 120)
     assert len(second.rows) >= 120
     # random numbers belong to positions: most of the old sample is in the new one
     assert second.dropped < 0.4 * len(first.rows)
@@ -102,7 +106,7 @@ def test_a_population_that_grew_is_drawn_again(fleet, sampled):
 
 
 @pytest.mark.parametrize(
-    ("status", "answer", "kept"),
+    ("status", "answer", "answer_kept"),
     [
         ("converged", "FAILS", "FAILS"),
         ("converged", "UNRESOLVED", "OPEN"),
@@ -113,10 +117,10 @@ def test_a_population_that_grew_is_drawn_again(fleet, sampled):
         ("failed: no touch point", None, "UNSOLVED"),
     ],
 )
-def test_a_certain_failure_counts_as_one(fleet, monkeypatch, status, answer, kept):
+def test_a_certain_failure_counts_as_one(fleet, monkeypatch, status, answer, answer_kept):
     def run_study(study, out, **_):
-        told = {} if answer is None else {"verdict_answer": answer, "verdict_cause": None}
-        row = {"id": "", "status": status, **told, "hertz_deviation_p_max_percent": 7.0}
+        verdict = {} if answer is None else {"verdict_answer": answer, "verdict_cause": None}
+        row = {"id": "", "status": status, **verdict, "hertz_deviation_p_max_percent": 7.0}
         return SimpleNamespace(rows=tuple(row for _ in study.cases))
 
     monkeypatch.setattr(sampling, "run_study", run_study)
@@ -124,8 +128,8 @@ def test_a_certain_failure_counts_as_one(fleet, monkeypatch, status, answer, kep
     with opened(fleet.folder) as tables:
         rows = asked(tables, "SELECT fe_verdict, fe_status, fe_p_max_percent FROM sample")
     # what elements that must not be used say of the deviation is not kept
-    known = 7.0 if status == "converged" else None
-    assert rows == [{"fe_verdict": kept, "fe_status": status, "fe_p_max_percent": known}] * 8
+    deviation = 7.0 if status == "converged" else None
+    assert rows == [{"fe_verdict": answer_kept, "fe_status": status, "fe_p_max_percent": deviation}] * 8
 
 
 def test_what_is_no_screened_fleet_is_refused(tmp_path):

@@ -1,4 +1,7 @@
-"""Fleets that are screened: rows against other ways to the same numbers, and what is kept of an interrupted run."""
+"""Screened fleets.
+
+Rows are compared with other ways to the same numbers, also after an interrupted run.
+"""
 
 import ast
 import os
@@ -81,7 +84,10 @@ def table_bytes(out):
 
 @pytest.fixture(scope="module")
 def fleet(tmp_path_factory):
-    """A fleet of an exact and a measured wheel on an exact and a measured rail, and where it was screened."""
+    """A screened fleet of exact and measured wheels and rails.
+
+    It has one wheel and one rail of each kind. Also returns the folder of the screen.
+    """
     folder = tmp_path_factory.mktemp("fleet")
     path = file_of(folder)
     return path, run(path, folder / "out")
@@ -114,14 +120,14 @@ def test_positions_of_a_table_have_the_rows_of_shifts_and_loads(fleet, tmp_path)
         ((3.0, 100.0), pytest.approx(0.75)),
     ]
     keys = ["wheel", "rail", "shift_mm", "load_kN"]
-    own = screened(fleet[1].out).merge(rows[keys], on=keys).sort_values(keys, ignore_index=True)
-    assert own.drop(columns="weight").equals(rows.sort_values(keys, ignore_index=True).drop(columns="weight"))
+    rows_of_pairs = screened(fleet[1].out).merge(rows[keys], on=keys).sort_values(keys, ignore_index=True)
+    assert rows_of_pairs.drop(columns="weight").equals(rows.sort_values(keys, ignore_index=True).drop(columns="weight"))
 
 
 def test_rows_of_an_exact_pair_are_those_of_a_contact_table(fleet):
     rows = screened(fleet[1].out).query("wheel == 'S1002' and rail == '60E1'").sort_values(["shift_mm", "load_kN"])
-    wanted = fecontact.table(Case(), [0.0, 3.0], [60e3, 100e3])
-    for row, line in zip(rows.itertuples(), wanted, strict=True):
+    table_row = fecontact.table(Case(), [0.0, 3.0], [60e3, 100e3])
+    for row, line in zip(rows.itertuples(), table_row, strict=True):
         assert row.place_y_mm == pytest.approx(line["touch1_rail_y_mm"], abs=1e-6)
         for name, key in (("p_max", "p_max_MPa"), ("area", "area_mm2"), ("a", "a_mm"), ("b", "b_mm")):
             expected = 100.0 * (line[f"hertz_{key}"] / line[f"strip_{key}"] - 1.0)
@@ -136,8 +142,12 @@ def test_conicity_is_that_of_the_wheelset_and_concentration_that_of_cones():
     # a cone of 1:40 rolls like one, wherever it touches; its touch point moves by the turn of the rail alone
     assert conicity == pytest.approx(1.0 / 40.0, rel=2e-3)
     assert concentration == 1.0
-    own = [one.unrolled for one in fecontact.geometry(Case(), [-6.0, 0.0, 6.0]).conicities if one.amplitude_mm == 3.0]
-    assert screening.conicity_and_concentration(wheelset_of_case(Case()))[0] == pytest.approx(own[0], rel=0.02)
+    conicities = [
+        conicity_at.unrolled
+        for conicity_at in fecontact.geometry(Case(), [-6.0, 0.0, 6.0]).conicities
+        if conicity_at.amplitude_mm == 3.0
+    ]
+    assert screening.conicity_and_concentration(wheelset_of_case(Case()))[0] == pytest.approx(conicities[0], rel=0.02)
 
 
 @pytest.mark.parametrize(("shift", "load_kN"), [(-4.0, 100.0), (2.0, 60.0), (4.0, 120.0), (5.0, 50.0)])
@@ -151,11 +161,11 @@ def test_what_strips_say_of_hertz_is_what_the_half_space_says(shift, load_kN):
     strips = THEORIES["strip"].approximate(
         Loaded(placement=placement, case=case, normal_force_N=half_space.normal_force_N)
     )
-    wanted, found = deviations_of(half_space, ellipse), off_strips(strips, ellipse)
+    expected, off = deviations_of(half_space, ellipse), off_strips(strips, ellipse)
     # what is stated as the uncertainty of the strips; at 5 mm patches lie in two planes, which strips do not see
     often = 1.0 if shift < 5.0 else 4.0
     for name in COLUMN:
-        assert found[name] == pytest.approx(wanted[name], abs=often * OF_STRIPS[name] + 2e-3), name
+        assert off[name] == pytest.approx(expected[name], abs=often * OF_STRIPS[name] + 2e-3), name
 
 
 def test_an_ellipse_is_no_off_strips_of_constant_curvature():
@@ -187,44 +197,44 @@ def test_kept_lines_are_those_that_were_smoothed_to_the_last_bit(tmp_path):
     for path, body in zip(files, ("rail", "wheel"), strict=True):
         folder = tmp_path / body
         folder.mkdir()
-        given = {"body": body, "spec": str(path), "reading": Reading(), "filters_mm": (4.0, 8.0)}
-        ReadingProfile(**given, content_hash="")(folder, None)
-        kept = Kept(**given, folder=folder)
+        settings = {"body": body, "spec": str(path), "reading": Reading(), "filters_mm": (4.0, 8.0)}
+        ReadingProfile(**settings, content_hash="")(folder, None)
+        kept_lines = Kept(**settings, folder=folder)
         for filter_mm in (4.0, 8.0):
             how = Reading(filter_mm=filter_mm)
             line = resolve_rail(str(path), how) if body == "rail" else resolve_wheel(str(path), how).profile
             u = np.linspace(0.0, len(line.segments), 500)
             for name in ("y", "z", "dy", "dz", "ddz"):
-                own, wanted = (getattr(one.evaluate(u), name) for one in (kept.line(filter_mm), line))
-                assert np.array_equal(own, wanted), (body, filter_mm, name)
+                values, expected = (getattr(kind.evaluate(u), name) for kind in (kept_lines.line(filter_mm), line))
+                assert np.array_equal(values, expected), (body, filter_mm, name)
 
 
 def counted(monkeypatch):
-    """How many files and pairs are done, from here on."""
-    done = Counter()
+    """Numbers of files and pairs that are processed from here on."""
+    calls = Counter()
     for kind in (ReadingProfile, screening.ScreeningPair):
         call = kind.__call__
 
-        def own(self, folder, finished, call=call, name=kind.__name__):
-            done[name] += 1
+        def count_call(self, folder, finished, call=call, name=kind.__name__):
+            calls[name] += 1
             return call(self, folder, finished)
 
-        monkeypatch.setattr(kind, "__call__", own)
-    return done
+        monkeypatch.setattr(kind, "__call__", count_call)
+    return calls
 
 
 def test_a_file_that_is_added_costs_that_file_and_its_pairs(fleet, tmp_path, monkeypatch):
     shutil.copytree(fleet[0].parent, tmp_path / "own")
     path, out = tmp_path / "own" / "fleet.toml", tmp_path / "own" / "out"
-    before, done = table_bytes(out), counted(monkeypatch)
+    before, calls = table_bytes(out), counted(monkeypatch)
     # the same content elsewhere is the same file
     assert run(path, out).reused == 4
     assert table_bytes(out) == before
-    assert not done
+    assert not calls
     file_of(path.parent, [*RAILS, "54E1"])
-    more = run(path, out)
-    assert done == {"ReadingProfile": 1, "ScreeningPair": 2}
-    assert more.pairs == 6
+    later = run(path, out)
+    assert calls == {"ReadingProfile": 1, "ScreeningPair": 2}
+    assert later.pairs == 6
     # weights are of the new population, everything else is as it was
     old, new = screened(fleet[1].out), screened(out).query("rail != '54E1'").reset_index(drop=True)
     assert old.drop(columns="weight").equals(new.drop(columns="weight"))
@@ -232,9 +242,9 @@ def test_a_file_that_is_added_costs_that_file_and_its_pairs(fleet, tmp_path, mon
     # what is damaged is done again, and what is no longer asked for is in no table
     next((out / "pairs").iterdir()).joinpath(screening.PART).write_bytes(b"none")
     file_of(path.parent)
-    done.clear()
+    calls.clear()
     run(path, out)
-    assert done["ScreeningPair"] <= 1
+    assert calls["ScreeningPair"] <= 1
     assert table_bytes(out) == before
 
 
@@ -249,12 +259,12 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
     shutil.copyfile(tmp_path / "measured/rail.csv", junk / "turned.csv")
     path = file_of(tmp_path, ["60E1"], values="[0]")
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"junk"').replace("weights", "#"))
-    found = run(path, tmp_path / "out")
+    outcome = run(path, tmp_path / "out")
     profiles = duckdb.sql(f"select * from '{tmp_path}/out/profiles.parquet'").df().set_index("name")
     assert set(profiles.query("status == 'refused'").index) == {"a", "b", "c", "turned"}
     assert (profiles.query("status == 'refused'")["reason"].str.len() > 10).all()
-    assert "4 of 6 files could not be read" in found.headline
-    assert found.pairs == 1
+    assert "4 of 6 files could not be read" in outcome.headline
+    assert outcome.pairs == 1
     assert 7.0 < profiles.loc["wheel", "noise_um"] < 9.0
     assert profiles.loc["wheel", "filter_mm"] == "4, 8"
     (junk / "wheel.csv").unlink()
@@ -263,7 +273,10 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
 
 
 def test_notes_of_a_reader_are_in_the_log_the_table_and_the_report(tmp_path):
-    """The file says nothing of the side of the track: that it is turned over is an assumption."""
+    """A file without the side of the track.
+
+    The reader assumes that the profile is turned over, and notes this.
+    """
     rail = ROOT / "tests/profiles/rail_left_iter288.ban"
     path = file_of(tmp_path, ["60E1", str(rail)], files='["S1002"]', values="[0]", weights="[1]")
     path.write_text(path.read_text().replace("values = [60, 100]", "values = [60]"))
@@ -272,7 +285,7 @@ def test_notes_of_a_reader_are_in_the_log_the_table_and_the_report(tmp_path):
     profiles = duckdb.sql(f"select name, reader_notes from '{tmp_path}/out/profiles.parquet'").fetchall()
     notes = {name: text.splitlines() for name, text in profiles}
     assert notes["rail_left_iter288"][0] == said
-    # of exact lines of the library nothing is assumed
+    # exact profiles of the library need no assumption
     assert notes["60E1"] == notes["S1002"] == []
     assert f"rail rail_left_iter288: {said}" in (tmp_path / "out/run.log").read_text("utf-8")
     answer = answer_of(tmp_path / "out")
@@ -289,20 +302,20 @@ def test_a_wheel_has_the_radius_of_its_table_and_no_other_than_a_case_can_have(t
     monkeypatch.setattr(
         screening.ScreeningPair, "rows", lambda self: cases.update({self.case.rolling_radius_mm: 1}) or []
     )
-    monkeypatch.setattr(running, "write_screen", lambda *given: {"HOLDS": 1.0})
+    monkeypatch.setattr(running, "write_screen", lambda *arguments: {"HOLDS": 1.0})
     path = file_of(tmp_path, ["60E1"])
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"wheels.csv"'))
     rows = ("S1002,a,425", "EN13715_1in40,b,-3", "CONE40,c,")
     (tmp_path / "wheels.csv").write_text("file,name,rolling_radius_mm\n" + "\n".join(rows) + "\n")
-    found = run(path, tmp_path / "out")
+    outcome = run(path, tmp_path / "out")
     assert set(cases) == {425.0, 460.0}
-    assert found.refused["wheel b"].startswith("rolling radius is -3")
+    assert outcome.refused["wheel b"].startswith("rolling radius is -3")
 
 
 def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_one(tmp_path, monkeypatch):
     cases = set()
     monkeypatch.setattr(screening.ScreeningPair, "rows", lambda self: cases.add(self.case.rolling_radius_mm) or [])
-    monkeypatch.setattr(running, "write_screen", lambda *given: {"HOLDS": 1.0})
+    monkeypatch.setattr(running, "write_screen", lambda *arguments: {"HOLDS": 1.0})
     path = file_of(tmp_path, ["60E1"])
     text = path.read_text().replace('["S1002", "measured/wheel.csv"]', '"wheels.csv"')
     points = points_along(load("S1002"))
@@ -313,21 +326,21 @@ def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_o
         (tmp_path / f"{name}.whl").write_text(f"Filename={name}\n{head}{rows}")
     (tmp_path / "wheels.csv").write_text("file,name,rolling_radius_mm\na.whl,a,\nb.whl,b,425\nS1002,c,\n")
     path.write_text(text)
-    found = run(path, tmp_path / "out")
+    outcome = run(path, tmp_path / "out")
     assert cases == {359.5962, 425.0, 460.0}
-    assert [note for note in found.notes["wheel b"] if "mm as given" in note] == [
+    assert [note for note in outcome.notes["wheel b"] if "mm as given" in note] == [
         "the rolling radius is 425 mm as given, but 359.596 mm in the header of b.whl"
     ]
-    assert not [note for note in found.notes["wheel a"] if "mm as given" in note]
-    assert [note for note in found.notes["wheel a"] if "gives the rolling radius 359.596 mm" in note]
+    assert not [note for note in outcome.notes["wheel a"] if "mm as given" in note]
+    assert [note for note in outcome.notes["wheel a"] if "gives the rolling radius 359.596 mm" in note]
     stored = duckdb.sql(f"select name, rolling_radius_mm from '{tmp_path}/out/profiles.parquet' where body = 'wheel'")
     assert dict(stored.fetchall())["a"] == 359.5962
     # a radius that the case of the fleet gives counts for all
     cases.clear()
     path.write_text(f"{text}[case]\nrolling_radius_mm = 440\n")
-    found = run(path, tmp_path / "given")
+    outcome = run(path, tmp_path / "given")
     assert cases == {440.0, 425.0}
-    assert any("is 440 mm as given, but 359.596 mm" in note for note in found.notes["wheel a"])
+    assert any("is 440 mm as given, but 359.596 mm" in note for note in outcome.notes["wheel a"])
 
 
 def test_few_wheels_meet_few_rails_at_a_time():
@@ -341,11 +354,11 @@ def test_few_wheels_meet_few_rails_at_a_time():
 def test_a_position_that_cannot_be_has_its_reason(tmp_path):
     path = file_of(tmp_path, ["60E1"], values="[0, 40]")
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"S1002"'))
-    found = run(path, tmp_path / "out")
+    outcome = run(path, tmp_path / "out")
     rows = screened(tmp_path / "out").query("shift_mm == 40")
     assert set(rows["verdict"]) == {"REFUSED"}
     assert rows["reason"].str.contains("lateral shift 40 mm").all()
-    assert found.verdicts["REFUSED"] == pytest.approx(0.75)
+    assert outcome.verdicts["REFUSED"] == pytest.approx(0.75)
 
 
 def test_lines_that_do_not_agree_leave_a_position_open():
@@ -373,8 +386,8 @@ def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):
     assert (case.rail, case.load_N, case.lateral_shift_mm) == ("60E1", 100e3, 3.0)
     row = screened(fleet[1].out).query("wheel == 'wheel' and rail == '60E1' and shift_mm == 3 and load_kN == 100")
     # the first line of the screen
-    placed = place_case(replace(case, wheel_file=Reading(filter_mm=4.0)))
-    assert placed.first.rail_y_mm == pytest.approx(row["place_y_mm"].item(), abs=1e-6)
+    placement = place_case(replace(case, wheel_file=Reading(filter_mm=4.0)))
+    assert placement.first.rail_y_mm == pytest.approx(row["place_y_mm"].item(), abs=1e-6)
     with pytest.raises(InputError, match="fleet run"):
         fecontact.open_fleet(fleet[0].parent)
 
@@ -392,8 +405,8 @@ def test_no_other_part_of_the_program_needs_pyarrow_or_duckdb():
             assert not any(name.partition(".")[0] in ("pyarrow", "duckdb") for name in names), path
 
 
-def command(path, out, *more):
-    words = [sys.executable, "-m", "fecontact", "fleet", "run", str(path), "--out", str(out), *more]
+def command(path, out, *options):
+    words = [sys.executable, "-m", "fecontact", "fleet", "run", str(path), "--out", str(out), *options]
     return subprocess.Popen(words, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
@@ -417,9 +430,9 @@ def test_a_killed_run_goes_on_to_the_same_table(fleet, tmp_path, whom):
         assert command(path, out, "--workers", "2").wait() == 0
     else:
         # the resource tracker of multiprocessing is a child too
-        for one in psutil.Process(begun.pid).children():
-            if "spawn_main" in " ".join(one.cmdline()):
-                one.kill()
+        for child in psutil.Process(begun.pid).children():
+            if "spawn_main" in " ".join(child.cmdline()):
+                child.kill()
         assert begun.wait() == 0
     assert table_bytes(out) == table_bytes(fleet[1].out)
 
@@ -447,10 +460,12 @@ def test_a_killed_scheduler_leaves_what_was_finished(fleet, tmp_path):
         scheduler.kill()
         assert begun.wait() == 3
     assert not (out / "screen").exists()
-    kept = {pair.name: (pair / screening.PART).stat().st_mtime_ns for pair in (out / "pairs").glob("[!.]*")}
+    finished_before = {pair.name: (pair / screening.PART).stat().st_mtime_ns for pair in (out / "pairs").glob("[!.]*")}
     assert command(path, out, "--workers", "1").wait() == 0
     assert table_bytes(out) == table_bytes(fleet[1].out)
-    assert all((out / "pairs" / name / screening.PART).stat().st_mtime_ns == time for name, time in kept.items())
+    assert all(
+        (out / "pairs" / name / screening.PART).stat().st_mtime_ns == time for name, time in finished_before.items()
+    )
 
 
 def test_the_half_space_may_screen_too(tmp_path):
@@ -460,8 +475,8 @@ def test_the_half_space_may_screen_too(tmp_path):
     assert read_fleet(path).theory == "half_space"
     run(path, tmp_path / "out")
     row = screened(tmp_path / "out").query("load_kN == 100")
-    wanted = fecontact.theory(Case(lateral_shift_mm=2.0), "half_space")["p_max_MPa"]
-    assert row["screen_p_max_MPa"].item() == pytest.approx(wanted, rel=2e-3)
+    expected = fecontact.theory(Case(lateral_shift_mm=2.0), "half_space")["p_max_MPa"]
+    assert row["screen_p_max_MPa"].item() == pytest.approx(expected, rel=2e-3)
 
 
 def test_the_origin_of_a_fleet_counts_its_own_sources():
@@ -470,7 +485,7 @@ def test_the_origin_of_a_fleet_counts_its_own_sources():
 
 @pytest.mark.parametrize("error", [KeyError("area_mm2"), TypeError("no such thing"), AttributeError("nothing")])
 def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, error):
-    def wrong(*given):
+    def wrong(*arguments):
         raise error
 
     path = file_of(tmp_path)
@@ -478,13 +493,13 @@ def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, 
     with pytest.raises(ProgramError, match=rf"4 of 4 jobs ended with an error of the program.*{type(error).__name__}"):
         run(path, tmp_path / "out")
     assert not (tmp_path / "out" / "screen").exists()
-    # with a mended program the same command resumes
+    # with a corrected program the same command resumes
     monkeypatch.undo()
     assert run(path, tmp_path / "out").verdicts.get("REFUSED", 0.0) == 0.0
 
 
 def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_position(tmp_path, monkeypatch):
-    def diverged(*given):
+    def diverged(*arguments):
         raise ConvergenceError("no such contact")
 
     path = file_of(tmp_path)
@@ -494,10 +509,10 @@ def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_positi
     assert set(rows["reason"]) == {"no such contact"}
 
 
-@pytest.mark.parametrize(("given", "mirror"), [("no", False), ("yes", True), (0, False), (1, True), (False, False)])
-def test_the_side_in_a_table_is_what_it_says(tmp_path, given, mirror):
+@pytest.mark.parametrize(("value", "mirror"), [("no", False), ("yes", True), (0, False), (1, True), (False, False)])
+def test_the_side_in_a_table_is_what_it_says(tmp_path, value, mirror):
     fleet = read_fleet(file_of(tmp_path))
-    rail = Candidate(body="rail", name="a", spec="60E1", known={"mirror": given})
+    rail = Candidate(body="rail", name="a", spec="60E1", known={"mirror": value})
     assert mark_unusable(fleet, rail).problem == ""
     assert reading_of_candidate(fleet, rail).mirror is mirror
     wrong = Candidate(body="rail", name="a", spec="60E1", known={"mirror": "perhaps"})

@@ -1,4 +1,7 @@
-"""Hertz's spring over an irregular wheel or rail: the half-space with e in its gap, the models, the map, bad input."""
+"""Hertz's spring over an irregular wheel or rail.
+
+Tested: the half-space with e in its gap, the models, the map, bad input.
+"""
 
 import json
 import math
@@ -40,8 +43,8 @@ ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
 WORDS = ("--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none")
 
 
-def sine(wavelength, amplitude, **more):
-    return Irregularity(kind="sine", wavelength_mm=wavelength, amplitude_mm=amplitude, **more)
+def sine(wavelength, amplitude, **settings):
+    return Irregularity(kind="sine", wavelength_mm=wavelength, amplitude_mm=amplitude, **settings)
 
 
 def table(opening, half_length=60.0, step=1.0):
@@ -50,8 +53,8 @@ def table(opening, half_length=60.0, step=1.0):
 
 
 def test_the_smooth_pair_is_that_of_the_reference():
-    found = (HERTZ.a_mm, HERTZ.b_mm, HERTZ.approach_mm, HERTZ.p0_MPa, 1e-6 * HERTZ.stiffness_N_per_mm15)
-    assert found == pytest.approx((7.1617, 5.3872, 0.104119, 1237.56, 2.9765), rel=2e-5)
+    smooth_values = (HERTZ.a_mm, HERTZ.b_mm, HERTZ.approach_mm, HERTZ.p0_MPa, 1e-6 * HERTZ.stiffness_N_per_mm15)
+    assert smooth_values == pytest.approx((7.1617, 5.3872, 0.104119, 1237.56, 2.9765), rel=2e-5)
 
 
 # independent program, patches with up to 64 nodes per semi-axis; an edge has no peak
@@ -71,10 +74,10 @@ def test_the_smooth_pair_is_that_of_the_reference():
     ],
 )
 def test_the_half_space_has_the_approach_and_the_peak_of_finer_nodes(line, s, approach, peak):
-    found = truth_on(PAIR, FORCE, line, s)
-    assert found.approach_mm == pytest.approx(approach, rel=1e-3)
-    assert found.p_max_MPa == (None if peak is None else pytest.approx(peak, rel=3e-3))
-    assert found.residual < 2e-5
+    truth = truth_on(PAIR, FORCE, line, s)
+    assert truth.approach_mm == pytest.approx(approach, rel=1e-3)
+    assert truth.p_max_MPa == (None if peak is None else pytest.approx(peak, rel=3e-3))
+    assert truth.residual < 2e-5
 
 
 @pytest.mark.parametrize(
@@ -88,7 +91,7 @@ def test_the_half_space_has_the_approach_and_the_peak_of_finer_nodes(line, s, ap
     ids=lambda line: line.kind,
 )
 def test_largest_slope_and_height_are_those_of_the_openings(line):
-    """What is left in the gap and in no mesh is stated by the slope."""
+    """Slope as the measure of the irregularity in the gap that is in no mesh."""
     s = np.linspace(-60.0, 60.0, 120_001)
     opening = line.opening_mm(s)
     # of a table it is the slope between points 1 mm apart, and its end is steepest
@@ -100,7 +103,7 @@ def test_largest_slope_and_height_are_those_of_the_openings(line):
 def test_models_on_a_wave_of_50_mm_are_those_of_the_independent_program():
     place = judge_place(PAIR, FORCE, sine(50.0, 0.010), 0.0)
     approaches = {"eq6": 0.114119, "path": 0.114119, "filtered": 0.112823, "local": 0.112719, "fitted": 0.112781}
-    assert {name: one.approach_mm for name, one in place.models.items()} == pytest.approx(approaches, abs=1e-6)
+    assert {name: model.approach_mm for name, model in place.models.items()} == pytest.approx(approaches, abs=1e-6)
     under = MODELS["fitted"].under(place_on(PAIR, FORCE, sine(50.0, 0.010), 0.0))
     assert under.p_max_MPa == pytest.approx(1210.9, rel=1e-4)
 
@@ -109,12 +112,12 @@ def test_a_parabola_is_hertz_with_another_curvature():
     bent = replace(PAIR, A_per_mm=PAIR.A_per_mm + 2e-4)
     hertz, smooth = bent.hertz(FORCE), sine(1e3, 1e-9)
     parabola = table(lambda s: 2e-4 * s**2)
-    found, same = truth_on(PAIR, FORCE, parabola, 0.0), truth_on(bent, FORCE, smooth, 0.0)
+    truth, same = truth_on(PAIR, FORCE, parabola, 0.0), truth_on(bent, FORCE, smooth, 0.0)
     # the same gap, on nodes that differ by where the search begins
-    assert found.approach_mm == pytest.approx(same.approach_mm, rel=1e-4)
-    assert found.p_max_MPa == pytest.approx(same.p_max_MPa, rel=1e-3)
+    assert truth.approach_mm == pytest.approx(same.approach_mm, rel=1e-4)
+    assert truth.p_max_MPa == pytest.approx(same.p_max_MPa, rel=1e-3)
     # nodes of 16 a semi-axis
-    assert found.approach_mm == pytest.approx(hertz.approach_mm, rel=4e-4)
+    assert truth.approach_mm == pytest.approx(hertz.approach_mm, rel=4e-4)
     place = place_on(PAIR, FORCE, parabola, 0.0)
     for name in ("local", "fitted"):
         said = MODELS[name].under(place)
@@ -161,12 +164,12 @@ def test_a_wave_as_long_as_the_patch_is_filtered_out():
 
 
 def test_a_phase_and_a_shift_are_the_same():
-    shifted, turned = (
+    shifted, turned_wave = (
         truth_on(PAIR, FORCE, line, s)
         for line, s in ((sine(40.0, 0.02), 5.0), (sine(40.0, 0.02, phase_rad=0.25 * math.pi), 0.0))
     )
-    assert shifted.approach_mm == pytest.approx(turned.approach_mm, rel=1e-12)
-    assert shifted.p_max_MPa == pytest.approx(turned.p_max_MPa, rel=1e-9)
+    assert shifted.approach_mm == pytest.approx(turned_wave.approach_mm, rel=1e-12)
+    assert shifted.p_max_MPa == pytest.approx(turned_wave.p_max_MPa, rel=1e-9)
 
 
 def test_lengths_and_the_square_of_the_force_scale_the_same_pressure():
@@ -198,14 +201,14 @@ def test_the_limits_of_the_map_are_those_of_an_independent_program(model, error,
         judge_cell(PAIR, FORCE, 2.0 * lengths * HERTZ.a_mm, share * amplitude * HERTZ.approach_mm)
         for share in (0.85, 1.15)
     ]
-    found = largest_amplitude_mm(cells, model, (error,))
-    assert found is not None
-    assert found / HERTZ.approach_mm == pytest.approx(amplitude, rel=0.1)
+    amplitude_mm = largest_amplitude_mm(cells, model, (error,))
+    assert amplitude_mm is not None
+    assert amplitude_mm / HERTZ.approach_mm == pytest.approx(amplitude, rel=0.1)
 
 
 # the same limits of eq. 6, the least of force and peak, in closed form
 @pytest.mark.parametrize(
-    ("lengths", "amplitude", "within"),
+    ("lengths", "amplitude", "tolerance"),
     [
         (0.5, 0.012, 0.08),
         (1.0, 0.023, 0.08),
@@ -215,9 +218,9 @@ def test_the_limits_of_the_map_are_those_of_an_independent_program(model, error,
         (8.0, 0.66, 0.08),
     ],
 )
-def test_closed_forms_draw_the_limit_of_eq_6(lengths, amplitude, within):
+def test_closed_forms_draw_the_limit_of_eq_6(lengths, amplitude, tolerance):
     limits = eq6_limits(PAIR, FORCE, 2.0 * lengths * HERTZ.a_mm)
-    assert min(limits.force_mm, limits.peak_mm) / HERTZ.approach_mm == pytest.approx(amplitude, rel=within)
+    assert min(limits.force_mm, limits.peak_mm) / HERTZ.approach_mm == pytest.approx(amplitude, rel=tolerance)
 
 
 def test_a_circle_has_a_third_of_both_curvatures_in_its_peak():
@@ -226,8 +229,8 @@ def test_a_circle_has_a_third_of_both_curvatures_in_its_peak():
 
 
 def test_a_rounded_flat_is_two_contacts_in_its_middle_and_eq_6_loses_it_on_the_flank():
-    flat = Irregularity(kind="haversine", length_mm=40.0, depth_mm=0.434783)
-    middle, flank = (judge_place(PAIR, FORCE, flat, s) for s in (0.0, 10.0))
+    wheel_flat = Irregularity(kind="haversine", length_mm=40.0, depth_mm=0.434783)
+    middle, flank = (judge_place(PAIR, FORCE, wheel_flat, s) for s in (0.0, 10.0))
     assert middle.truth.patch.pieces == 2
     assert middle.truth.approach_mm == pytest.approx(0.278 + HERTZ.approach_mm, rel=2e-3)
     assert flank.truth.approach_mm == pytest.approx(0.0982 + HERTZ.approach_mm, rel=2e-3)
@@ -239,8 +242,8 @@ def test_a_rounded_flat_is_two_contacts_in_its_middle_and_eq_6_loses_it_on_the_f
 
 def test_a_map_is_the_same_on_any_number_of_workers():
     waves = {"wavelengths_mm": [20.0, 60.0], "amplitudes_mm": [0.006, 0.04]}
-    alone, both = (fecontact.irregular(ELLIPTIC, **waves, workers=workers) for workers in (1, 2))
-    assert alone == both
+    alone, on_workers = (fecontact.irregular(ELLIPTIC, **waves, workers=workers) for workers in (1, 2))
+    assert alone == on_workers
     first = alone["cells"][0]
     assert set(first["models"]) == set(MODELS)
     assert set(first["models"]["eq6"]) == {"force_error", "peak_error", "holds"}
@@ -254,24 +257,24 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     assert record == json.loads((tmp_path / "irregular.json").read_text())
     assert (tmp_path / "irregular.png").stat().st_size > 10_000
     # the picture says which pair, position and force, and what the models are
-    drawn = (tmp_path / "irregular.svg").read_text("utf-8")
-    for told in ("rail circle:300", "shift +0.00 mm", "the cheapest model that holds", "in the middle"):
-        assert told in drawn
+    picture = (tmp_path / "irregular.svg").read_text("utf-8")
+    for printed in ("rail circle:300", "shift +0.00 mm", "the cheapest model that holds", "in the middle"):
+        assert printed in picture
     pair = record["pair"]
-    assert f"patch {2.0 * pair['a_mm']:.1f} mm long, approach {1e3 * pair['approach_mm']:.0f} µm" in drawn
+    assert f"patch {2.0 * pair['a_mm']:.1f} mm long, approach {1e3 * pair['approach_mm']:.0f} µm" in picture
     # corrugation of 30 mm: between 5 and 20 um, as in the sheet 8 um
-    limits = {one["wavelength_mm"]: one["amplitude_mm"]["eq6"] for one in record["limits"]}
+    limits = {limit["wavelength_mm"]: limit["amplitude_mm"]["eq6"] for limit in record["limits"]}
     assert 0.006 < limits[30.0] < 0.0105
     assert call(list(words)) == 0
-    told = capsys.readouterr().out
-    assert "Amplitude up to which a model is within 5 %" in told
+    printed = capsys.readouterr().out
+    assert "Amplitude up to which a model is within 5 %" in printed
 
 
 # at 0 mm the patch of S1002 on 60E1 reaches over a junction to a second lobe; two cylinders are Hertz's own bodies
 @pytest.mark.parametrize(("case", "holds"), [(Case(), False), (Case(lateral_shift_mm=-4.0), True), (ELLIPTIC, True)])
 def test_whether_hertz_holds_without_the_irregularity_is_said(case, holds):
     record = fecontact.irregular(case, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
-    found = record["without_irregularity"]
+    smooth_record = record["without_irregularity"]
     alone, hertz = (fecontact.theory(case, name) for name in ("half_space", "hertz"))
     off = {
         "peak_error": hertz["p_max_MPa"] / alone["p_max_MPa"] - 1.0,
@@ -281,8 +284,8 @@ def test_whether_hertz_holds_without_the_irregularity_is_said(case, holds):
         / alone["normal_force_N"]
         - 1.0,
     }
-    assert {name: found[name] for name in off} == pytest.approx(off, abs=1e-3)
-    assert (found["holds"], found["problem"]) == (holds, None)
+    assert {name: smooth_record[name] for name in off} == pytest.approx(off, abs=1e-3)
+    assert (smooth_record["holds"], smooth_record["problem"]) == (holds, None)
     _, line, *_ = irregular_lines(record)
     assert line.startswith(f"Hertz's force and peak {'hold' if holds else 'FAIL'} on these profiles without it: ")
     assert f"{100 * off['peak_error']:+z.1f} %" in line
@@ -309,8 +312,8 @@ def test_a_measured_line_has_its_worst_places_named(capsys, tmp_path):
     measured = json.loads(capsys.readouterr().out)
     assert call([*words, "--irregularity", "sine:wavelength_mm=30,amplitude_um=20", "--json"]) == 0
     exact = json.loads(capsys.readouterr().out)
-    for one, other in zip(measured["places"], exact["places"], strict=True):
-        assert one["approach_mm"] == pytest.approx(other["approach_mm"], rel=1e-4)
+    for measured_place, exact_place in zip(measured["places"], exact["places"], strict=True):
+        assert measured_place["approach_mm"] == pytest.approx(exact_place["approach_mm"], rel=1e-4)
     worst = measured["worst"]["eq6"]
     assert worst["force_error_at_mm"] in (45.0, 60.0)
     assert abs(worst["force_error"]) > 0.1 > abs(measured["worst"]["fitted"]["force_error"])
@@ -322,10 +325,10 @@ def test_a_model_is_within_the_limit_at_the_places_where_it_holds():
         ("sine:wavelength_mm=60,amplitude_um=2", [0.0, 30.0]),
         ("chord:length_mm=40", [10.0, 20.0]),
     ):
-        found = fecontact.irregular(ELLIPTIC, irregularity=text, positions_mm=positions)
+        record = fecontact.irregular(ELLIPTIC, irregularity=text, positions_mm=positions)
         for name in MODELS:
-            held = [place["models"][name]["holds"] for place in found["places"]]
-            assert found["worst"][name]["share_within_limit"] == sum(held) / len(held), name
+            holding = [place["models"][name]["holds"] for place in record["places"]]
+            assert record["worst"][name]["share_within_limit"] == sum(holding) / len(holding), name
 
 
 @pytest.mark.parametrize(
@@ -387,10 +390,10 @@ def test_what_nodes_cannot_follow_or_a_table_does_not_reach_is_refused():
 def test_amplitudes_that_lift_the_wheel_off_and_lost_contacts_and_edges_are_named():
     high = fecontact.irregular(ELLIPTIC, wavelengths_mm=[160.0], amplitudes_mm=[0.2])
     assert any("leaves the rail over the hollows" in note for note in high["notes"])
-    flat = fecontact.irregular(ELLIPTIC, irregularity="chord:length_mm=40", positions_mm=[10.0])
-    assert any("eq6 sees wheel and rail apart at 1 of 1 places" in note for note in flat["notes"])
-    assert any("no bound" in note and "haversine" in note for note in flat["notes"])
-    assert flat["places"][0]["p_max_MPa"] is None
+    wheel_flat = fecontact.irregular(ELLIPTIC, irregularity="chord:length_mm=40", positions_mm=[10.0])
+    assert any("eq6 sees wheel and rail apart at 1 of 1 places" in note for note in wheel_flat["notes"])
+    assert any("no bound" in note and "haversine" in note for note in wheel_flat["notes"])
+    assert wheel_flat["places"][0]["p_max_MPa"] is None
     # a cell that is too steep is one that says why, among others that are solved
     steep = fecontact.irregular(ELLIPTIC, wavelengths_mm=[12.0], amplitudes_mm=[0.01, 0.2])
     assert [cell["problem"] is None for cell in steep["cells"]] == [True, False]
@@ -402,14 +405,14 @@ def test_amplitudes_that_lift_the_wheel_off_and_lost_contacts_and_edges_are_name
 WAVE = sine(50.0, 0.010)
 
 
-def irregular_case(line, distance=0.0, **more):
+def irregular_case(line, distance=0.0, **settings):
     return Case(
         rail="circle:300",
         wheel="cylinder:460",
         inclination_rad=0.0,
         rail_irregularity=line,
         distance_mm=distance,
-        **more,
+        **settings,
     )
 
 
@@ -447,7 +450,7 @@ def test_touch_points_and_hertz_follow_gap_and_irregularity():
 def test_rail_and_wheel_enter_alike_and_add_up():
     base = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
     half = sine(50.0, 0.005)
-    alone, wheel, both = (
+    alone, wheel, rail_and_wheel = (
         fecontact.theory(Case(**base, distance_mm=7.0, **lines), "half_space")
         for lines in (
             {"rail_irregularity": WAVE},
@@ -456,7 +459,7 @@ def test_rail_and_wheel_enter_alike_and_add_up():
         )
     )
     assert alone["p_max_MPa"] == wheel["p_max_MPa"]
-    assert both["p_max_MPa"] == pytest.approx(alone["p_max_MPa"], rel=1e-9)
+    assert rail_and_wheel["p_max_MPa"] == pytest.approx(alone["p_max_MPa"], rel=1e-9)
 
 
 def test_what_is_irregular_is_solved_whole_and_told_in_the_case():
@@ -464,7 +467,7 @@ def test_what_is_irregular_is_solved_whole_and_told_in_the_case():
     assert (ELLIPTIC.half, case.half) == (True, False)
     record = case_record(case)
     assert case_from_record(json.loads(json.dumps(record))) == case
-    # smooth bodies are told as before there were others
+    # smooth bodies are printed as before irregular bodies existed
     assert not {"rail_irregularity", "wheel_irregularity", "distance_mm"} & case_record(ELLIPTIC).keys()
     # a table goes to workers with its points
     measured = irregular_case(table(lambda s: 1e-4 * s**2))
@@ -488,8 +491,8 @@ def test_a_study_has_irregularities_as_texts_or_tables_and_lists_of_distances(tm
     assert input_columns(cases[1])["distance_mm"] == 12.5
     assert input_columns(cases[1])["rail_irregularity"] == "sine:wavelength_mm=50,amplitude_mm=0.01"
     assert position_text(input_columns(cases[1])) == "+0.00 mm, 100 kN, at 12.5 mm"
-    told = case_words(cases[1], place_case(cases[1]))
-    assert "at 12.5 mm of rail sine:wavelength_mm=50,amplitude_mm=0.01, wheel haversine:length_mm=80" in told
+    words = case_words(cases[1], place_case(cases[1]))
+    assert "at 12.5 mm of rail sine:wavelength_mm=50,amplitude_mm=0.01, wheel haversine:length_mm=80" in words
 
 
 def test_the_command_line_takes_the_same_text(capsys):
@@ -512,7 +515,10 @@ def test_edges_and_ends_of_tables_are_refused():
 
 @pytest.mark.slow
 def test_finite_bodies_add_nothing_of_an_irregularity():
-    """What they add to the peak of the smooth pair, within the slope, which its uncertainty has in it."""
+    """Change of the peak of the smooth pair by finite bodies.
+
+    It agrees within the slope, which is part of the uncertainty.
+    """
     quick = {"resolution": "quick", "refine": "never"}
     smooth = fecontact.solve(replace(ELLIPTIC, **quick)).load
     waves = (
@@ -522,20 +528,22 @@ def test_finite_bodies_add_nothing_of_an_irregularity():
     )
     for line, distance in waves:
         load = fecontact.solve(irregular_case(line, distance, **quick)).load
-        added, own = (one.ladder.steps["half_space_to_bodies"]["p_max_MPa"] for one in (smooth, load))
-        assert abs(own - added) < line.largest_slope, line.kind
+        added, step_of_bodies = (
+            step_mm.ladder.steps["half_space_to_bodies"]["p_max_MPa"] for step_mm in (smooth, load)
+        )
+        assert abs(step_of_bodies - added) < line.largest_slope, line.kind
         assert load.uncertainty["p_max_MPa"] > line.largest_slope
         assert load.status == "converged"
 
 
 def test_a_stored_wheel_stands_as_low_as_the_placed_one():
     case = Case(rail_irregularity=parse_irregularity("sine:wavelength_mm=50,amplitude_mm=0.03"), distance_mm=12.0)
-    placed = place_case(case)
-    stored = stored_placement(case, json.loads(json.dumps(placement_record(placed), default=float)))
-    assert placed.along.lowered_mm != 0.0
+    placement = place_case(case)
+    stored = stored_placement(case, json.loads(json.dumps(placement_record(placement), default=float)))
+    assert placement.along.lowered_mm != 0.0
     x, s = np.linspace(-8.0, 8.0, 9)[:, None], np.linspace(-3.0, 3.0, 5)[None, :]
-    np.testing.assert_array_equal(stored.gap(x, s), placed.gap(x, s))
-    assert input_columns(case, stored) == input_columns(case, placed)
+    np.testing.assert_array_equal(stored.gap(x, s), placement.gap(x, s))
+    assert input_columns(case, stored) == input_columns(case, placement)
 
 
 def test_a_sine_is_said_to_be_a_cosine_where_it_is_asked_for():
@@ -546,7 +554,7 @@ def test_a_sine_is_said_to_be_a_cosine_where_it_is_asked_for():
 
 
 def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
-    """Eq. 4, the semi-axes; eq. 12, the saturation; eq. 16, steady motion."""
+    """Misprints of eq. 4 (semi-axes), eq. 12 (saturation) and eq. 16 (steady motion)."""
     steady = pytest.importorskip("fecontact.features.curves.steady")
     for where, equation in (
         ((hertz_ellipse.__doc__, page("irregular")), "eq. 4"),

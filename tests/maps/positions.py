@@ -18,7 +18,10 @@ from fecontact.runs.map_run import MapOutcome, run_map
 
 @dataclass(frozen=True, kw_only=True)
 class FakePosition:
-    """Stands for the work of a position: no load of the position can be solved, and that is kept."""
+    """Stand-in for the work of a position without a solvable load.
+
+    The failed position is stored.
+    """
 
     case: Case
     loads_N: tuple[float, ...]
@@ -31,14 +34,14 @@ class FakePosition:
         with (folder.parent.parent / "solves.txt").open("a") as file:
             file.write(f"{self.case.lateral_shift_mm:g}\n")
         time.sleep(self.seconds)
-        made = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
-        keep_position(made, self.case, folder)
+        lost = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
+        keep_position(lost, self.case, folder)
         return Made()
 
 
 def map_by(
-    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
+    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **keywords: Any
 ) -> MapOutcome:
     """`run_map` with another crew or work."""
     with stand_ins(crew, work, "fecontact.runs.map_run.SolvingPosition"):
-        return run_map(*arguments, **more)
+        return run_map(*arguments, **keywords)

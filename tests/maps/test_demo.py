@@ -1,4 +1,4 @@
-"""The demo: its answer over maps of every kind, what it refuses, and the whole of it as a user runs it."""
+"""The demo: its answer over maps of every kind, its refusals, and a whole run."""
 
 import json
 import re
@@ -31,14 +31,17 @@ FILES = ("Map:     ", "Report:  ", "ParaView:", "Table:   ")
 
 
 @pytest.fixture(scope="module")
-def made():
-    """Hertz holds at one touch point, and fails at two, where springs hold."""
+def base_map():
+    """A map where Hertz holds at one touch point, and fails at two.
+
+    Springs hold at the two touch points.
+    """
     case = replace(BASE)
     return ApplicabilityMap(case=case, loads_N=(50e3,), positions=(position(-4.0), position(5.0)))
 
 
-def said(made, shifts_mm, loads_kN, rows, causes=None):
-    return answer_sentences(verdicts(made, shifts_mm, loads_kN, rows, causes))
+def said(base_map, shifts_mm, loads_kN, rows, causes=None):
+    return answer_sentences(verdicts(base_map, shifts_mm, loads_kN, rows, causes))
 
 
 def test_the_sphere_is_one_and_its_peak_is_that_of_the_closed_form():
@@ -50,105 +53,105 @@ def test_the_sphere_is_one_and_its_peak_is_that_of_the_closed_form():
     assert exact_peak_MPa() == pytest.approx(1.5 * 100e3 / (3.141592653589793 * a_mm**2), rel=1e-12)
 
 
-def test_an_answer_has_two_sentences(made):
+def test_an_answer_has_two_sentences(base_map):
     shifts, loads = [0.0, 1.0, 2.0, 3.0], [20, 50, 100]
-    assert said(made, shifts, loads, ["hhh", "hff", "hhf", "fff"], {3.0: "second patch"}) == [
+    assert said(base_map, shifts, loads, ["hhh", "hff", "hhf", "fff"], {3.0: "second patch"}) == [
         "Between 20 kN and 100 kN, Hertz holds at 0 mm at all loads, at 1 mm at 20 kN and at 2 mm up to 50 kN.",
         "It fails at 1 mm from 50 kN and at 2 mm at 100 kN, because the pressure has a second lobe; at 3 mm at all"
         " loads, because a second patch takes load.",
     ]
 
 
-def test_an_answer_of_one_kind(made):
-    assert said(made, [-1.0, 0.0], [20, 50], ["hh", "hh"]) == [
+def test_an_answer_of_one_kind(base_map):
+    assert said(base_map, [-1.0, 0.0], [20, 50], ["hh", "hh"]) == [
         "Between 20 kN and 50 kN, Hertz holds at -1 mm at all loads and at 0 mm at all loads.",
         "It does not fail at any shift or load of this map.",
     ]
-    assert said(made, [1.5], [20, 50], ["ff"]) == [
+    assert said(base_map, [1.5], [20, 50], ["ff"]) == [
         "Between 20 kN and 50 kN, Hertz does not hold at any shift or load of this map.",
         "It fails at 1.5 mm at all loads, because the pressure has a second lobe.",
     ]
     # a single load needs no words about loads
-    assert said(made, [-0.0, 1.0], [112.5], ["h", "f"]) == [
+    assert said(base_map, [-0.0, 1.0], [112.5], ["h", "f"]) == [
         "At 112.5 kN, Hertz holds at 0 mm.",
         "It fails at 1 mm, because the pressure has a second lobe.",
     ]
 
 
-def test_an_answer_where_hertz_holds_again_at_larger_loads(made):
-    assert said(made, [1.0], [20, 50, 80, 100, 125], ["hfhhf"]) == [
+def test_an_answer_where_hertz_holds_again_at_larger_loads(base_map):
+    assert said(base_map, [1.0], [20, 50, 80, 100, 125], ["hfhhf"]) == [
         "Between 20 kN and 125 kN, Hertz holds at 1 mm at 20 kN and from 80 kN to 100 kN.",
         "It fails at 1 mm at 50 kN and at 125 kN, because the pressure has a second lobe.",
     ]
-    assert said(made, [1.0], [20, 50, 80, 100], ["fffh"])[1].startswith("It fails at 1 mm up to 80 kN, because")
+    assert said(base_map, [1.0], [20, 50, 80, 100], ["fffh"])[1].startswith("It fails at 1 mm up to 80 kN, because")
 
 
-def test_unresolved_cells_are_neither(made):
-    assert said(made, [0.0, 1.0], [20, 50], ["oo", "oo"]) == [
+def test_unresolved_cells_are_neither(base_map):
+    assert said(base_map, [0.0, 1.0], [20, 50], ["oo", "oo"]) == [
         "Between 20 kN and 50 kN, Hertz is not known to hold at any shift or load of this map.",
         "It is not known to fail at any shift or load of this map.",
         "The verdict is unresolved at 0 mm (20 kN, 50 kN) and 1 mm (20 kN, 50 kN).",
     ]
-    assert said(made, [0.0], [20, 50, 100], ["hof"]) == [
+    assert said(base_map, [0.0], [20, 50, 100], ["hof"]) == [
         "Between 20 kN and 100 kN, Hertz holds at 0 mm at 20 kN.",
         "It fails at 0 mm at 100 kN, because the pressure has a second lobe.",
         "The verdict is unresolved at 0 mm (50 kN).",
     ]
 
 
-def test_cells_without_a_result_are_counted_and_named(made):
-    assert said(made, [0.0, 1.0], [20, 50], ["h!", "hh"]) == [
+def test_cells_without_a_result_are_counted_and_named(base_map):
+    assert said(base_map, [0.0, 1.0], [20, 50], ["h!", "hh"]) == [
         "Between 20 kN and 50 kN, Hertz holds at 0 mm at 20 kN and at 1 mm at all loads.",
         "It is not known to fail at any shift or load of this map.",
         "1 cell has no usable result, at 0 mm (50 kN).",
     ]
-    assert said(made, [0.0, 1.0], [20, 50], ["ff", "!!"])[2:] == [
+    assert said(base_map, [0.0, 1.0], [20, 50], ["ff", "!!"])[2:] == [
         "2 cells have no usable result, at 1 mm (20 kN, 50 kN).",
     ]
-    assert said(made, [0.0, 1.0], [20], ["!", "!"]) == [
+    assert said(base_map, [0.0, 1.0], [20], ["!", "!"]) == [
         "There is no answer: 2 cells have no usable result, at 0 mm (20 kN) and 1 mm (20 kN).",
     ]
 
 
-def test_a_load_that_did_not_converge_is_not_an_answer(made):
-    shown = verdicts(made, [0.0], [20, 50], ["hf"])
-    (where,) = shown.positions
+def test_a_load_that_did_not_converge_is_not_an_answer(base_map):
+    shown_map = verdicts(base_map, [0.0], [20, 50], ["hf"])
+    (where,) = shown_map.positions
     cells = (where.cells[0], replace(where.cells[1], status="not converged"))
-    shown = replace(shown, positions=(replace(where, cells=cells, limit=load_limit(cells)),))
-    assert answer_sentences(shown) == [
+    shown_map = replace(shown_map, positions=(replace(where, cells=cells, limit=load_limit(cells)),))
+    assert answer_sentences(shown_map) == [
         "Between 20 kN and 50 kN, Hertz holds at 0 mm at 20 kN.",
         "It is not known to fail at any shift or load of this map.",
         "1 cell has no usable result, at 0 mm (50 kN).",
     ]
-    assert remedy_sentences(shown) == []
+    assert remedy_sentences(shown_map) == []
 
 
-def test_loads_of_the_search_bound_the_answer(made):
-    """With three digits, and with their causes."""
-    shown = verdicts(made, [2.0], [20, 28.93, 31.52, 100], ["hhff"])
-    (where,) = shown.positions
-    own, tried = (where.cells[0], where.cells[3]), [cell.judged for cell in where.cells[1:3]]
-    limit = load_limit(own, tried)
-    shown = replace(
-        shown, loads_N=(20e3, 100e3), positions=(replace(where, cells=own, tried=tuple(tried), limit=limit),)
+def test_loads_of_the_search_bound_the_answer(base_map):
+    """Limits of the search with three digits, and with their causes."""
+    shown_map = verdicts(base_map, [2.0], [20, 28.93, 31.52, 100], ["hhff"])
+    (where,) = shown_map.positions
+    map_loads, tried = (where.cells[0], where.cells[3]), [cell.judged for cell in where.cells[1:3]]
+    limit = load_limit(map_loads, tried)
+    shown_map = replace(
+        shown_map, loads_N=(20e3, 100e3), positions=(replace(where, cells=map_loads, tried=tuple(tried), limit=limit),)
     )
-    assert answer_sentences(shown) == [
+    assert answer_sentences(shown_map) == [
         "Between 20 kN and 100 kN, Hertz holds at 2 mm up to 28.9 kN.",
         "It fails at 2 mm from 31.5 kN, because the pressure has a second lobe.",
     ]
-    other = replace(tried[1], verdict=replace(tried[1].verdict, cause="conformity"))
-    shown = replace(shown, positions=(replace(shown.positions[0], tried=(tried[0], other)),))
-    assert answer_sentences(shown)[1].endswith("because the surfaces conform and the pressure has a second lobe.")
+    conforming = replace(tried[1], verdict=replace(tried[1].verdict, cause="conformity"))
+    shown_map = replace(shown_map, positions=(replace(shown_map.positions[0], tried=(tried[0], conforming)),))
+    assert answer_sentences(shown_map)[1].endswith("because the surfaces conform and the pressure has a second lobe.")
 
 
 @pytest.mark.parametrize("cause", [*CAUSES, None])
-def test_every_cause_has_words(made, cause):
-    (_, fails) = said(made, [1.0], [20, 50], ["ff"], {1.0: cause})
+def test_every_cause_has_words(base_map, cause):
+    (_, fails) = said(base_map, [1.0], [20, 50], ["ff"], {1.0: cause})
     assert fails == f"It fails at 1 mm at all loads, because {CAUSES[cause][1] if cause else 'of an unknown cause'}."
 
 
-def test_the_remedy_is_a_theory_inside_its_range(made):
-    assert remedy_sentences(made) == [
+def test_the_remedy_is_a_theory_inside_its_range(base_map):
+    assert remedy_sentences(base_map) == [
         "The cheapest theory that holds there, inside its range, is"
         f" {THEORIES[MULTI_HERTZ].in_sentence}, at 5 mm (50 kN)."
     ]
@@ -160,21 +163,21 @@ def test_the_remedy_is_a_theory_inside_its_range(made):
     assert "is KPEC at 3 mm (100 kN)" in sentence
 
 
-def test_without_a_remedy_that_is_said(made):
-    none = failing(replace(made, positions=(*made.positions, lost_position())))
-    assert remedy_sentences(none) == [
+def test_without_a_remedy_that_is_said(base_map):
+    no_remedy = failing(replace(base_map, positions=(*base_map.positions, lost_position())))
+    assert remedy_sentences(no_remedy) == [
         "Every theory fails, or is outside its range, at 5 mm (50 kN): use finite elements there."
     ]
-    assert remedy_sentences(replace(made, positions=made.positions[:1])) == []
+    assert remedy_sentences(replace(base_map, positions=base_map.positions[:1])) == []
 
 
-def test_an_open_remedy_is_not_named(made):
-    second = made.positions[1]
+def test_an_open_remedy_is_not_named(base_map):
+    second = base_map.positions[1]
     (cell,) = second.cells
     verdict = Verdict(answer="UNRESOLVED", measure="area_mm2", each={"area_mm2": "UNRESOLVED"})
-    judgements = {name: replace(one, verdict=verdict) for name, one in cell.judged.judgements.items()}
+    judgements = {name: replace(judgement, verdict=verdict) for name, judgement in cell.judged.judgements.items()}
     cells = (replace(cell, judged=replace(cell.judged, judgements=judgements)),)
-    assert remedy_sentences(replace(made, positions=(replace(second, cells=cells),))) == [
+    assert remedy_sentences(replace(base_map, positions=(replace(second, cells=cells),))) == [
         "It is unresolved whether a theory inside its range holds at 5 mm (50 kN)."
     ]
 
@@ -193,10 +196,12 @@ def test_the_sphere_is_compared_with_the_closed_form():
     assert sphere_sentence({"id": "sphere", "status": "failed: disk full"}).endswith("exact: failed: disk full")
 
 
-def test_the_case_for_paraview_fails_if_any_does(made):
-    assert shown_case(made) == replace(BASE, lateral_shift_mm=5.0, load_N=50e3)
-    assert shown_case(replace(made, positions=made.positions[:1])) == replace(BASE, lateral_shift_mm=-4.0, load_N=50e3)
-    assert shown_case(replace(made, positions=(lost_position(),))) is None
+def test_the_case_for_paraview_fails_if_any_does(base_map):
+    assert shown_case(base_map) == replace(BASE, lateral_shift_mm=5.0, load_N=50e3)
+    assert shown_case(replace(base_map, positions=base_map.positions[:1])) == replace(
+        BASE, lateral_shift_mm=-4.0, load_N=50e3
+    )
+    assert shown_case(replace(base_map, positions=(lost_position(),))) is None
 
 
 @pytest.mark.parametrize(
@@ -207,8 +212,10 @@ def test_the_case_for_paraview_fails_if_any_does(made):
         (["hf", "ff"], {"id": "sphere", "status": "not converged"}, 3, ["case sphere: not converged"]),
     ],
 )
-def test_the_exit_code_says_whether_all_converged(rows, sphere, code, lost, made, monkeypatch, tmp_path, capsys):
-    outcome = DemoOutcome(map=verdicts(made, [0.0, 1.0], [20, 50], rows), sphere=sphere, shown={**ROW, "id": "shown"})
+def test_the_exit_code_says_whether_all_converged(rows, sphere, code, lost, base_map, monkeypatch, tmp_path, capsys):
+    outcome = DemoOutcome(
+        map=verdicts(base_map, [0.0, 1.0], [20, 50], rows), sphere=sphere, shown={**ROW, "id": "shown"}
+    )
     monkeypatch.setattr(demo, "run_demo", lambda out, **_: outcome)
     assert call(["demo", "--out", str(tmp_path)]) == code
     out, err = capsys.readouterr()
@@ -220,8 +227,8 @@ def test_the_exit_code_says_whether_all_converged(rows, sphere, code, lost, made
     assert "Between 20 kN and 50 kN" in (tmp_path / "run.log").read_text("utf-8")
 
 
-def test_without_a_case_for_paraview_none_is_named(made):
-    outcome = DemoOutcome(map=replace(made, positions=(lost_position(),)), sphere=ROW, shown=None)
+def test_without_a_case_for_paraview_none_is_named(base_map):
+    outcome = DemoOutcome(map=replace(base_map, positions=(lost_position(),)), sphere=ROW, shown=None)
     assert not outcome.all_converged
     assert [line[:9] for line in file_lines(Path("out"), outcome)] == [FILES[0], FILES[1], FILES[3]]
 
@@ -249,7 +256,10 @@ def run_program(out: Path, **options) -> subprocess.Popen[str]:
 
 @pytest.mark.slow
 def test_the_demo_is_interrupted_resumed_and_repeated(tmp_path):
-    """What was finished is not solved again, and a repetition prints the same numbers."""
+    """Finished positions are not solved again.
+
+    A repetition prints the same numbers.
+    """
     first = run_program(tmp_path)
     end = time.monotonic() + 600.0
     while not list(tmp_path.glob("positions/[!.]*/stored.json")):

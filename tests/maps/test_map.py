@@ -1,4 +1,7 @@
-"""Loads with the factors reused, contact stiffness, the applicability map with its limits, its run and its files."""
+"""The applicability map with its limits, its run and its files.
+
+Also loads with reused factors, and contact stiffness.
+"""
 
 import csv
 import hashlib
@@ -102,7 +105,10 @@ def placement_of(shift_mm):
 
 
 def planted_rung(hertz, nodes, deviation, status="converged"):
-    """Hertz's pressure on nodes per semi-axis, its peak and patch changed so that Hertz deviates by a given part."""
+    """Hertz's pressure on nodes per semi-axis.
+
+    Its peak and patch are changed so that Hertz deviates by a given fraction.
+    """
     ellipse = replace(
         hertz,
         p0_MPa=hertz.p0_MPa / (1.0 + deviation),
@@ -129,7 +135,7 @@ def planted_rung(hertz, nodes, deviation, status="converged"):
     )
 
 
-def planted_solved(case, deviation=0.0, status="converged", **more):
+def planted_solved(case, deviation=0.0, status="converged", **settings):
     hertz = hertz_of_case(case, placement_of(case.lateral_shift_mm))
     levels = tuple(
         Level(
@@ -144,29 +150,29 @@ def planted_solved(case, deviation=0.0, status="converged", **more):
         )
         for nodes in (9, 6)
     )
-    made = SolvedLoad(
+    solved_load = SolvedLoad(
         case=case,
         levels=levels,
         half_space=planted_rung(hertz, 16, 0.0),
         quadratic=planted_rung(hertz, 16, 0.0),
         lines=None,
     )
-    return replace(made, **more)
+    return replace(solved_load, **settings)
 
 
 @cache
 def real_load():
-    """One load whose numbers are all read from fields."""
+    """A load with all numbers read from fields."""
     return judge_load(planted_solved(ROUND), placement_of(0.0))
 
 
 def point(load_N: float, deviation: float = 0.0, uncertainty: float = 0.001, status: str = "converged") -> JudgedLoad:
-    """A load whose peak pressure deviates by a given part, whatever its fields say."""
+    """A load with a given deviation of its peak pressure, whatever its fields contain."""
     like = real_load()
     deviating = dict.fromkeys((*MEASURES, *MISFITS), 0.0) | {"p_max_MPa": deviation}
     # less than the least limit, that of separate patches
-    unsure = {name: min(uncertainty, 1e-4) if name == "separate_load" else uncertainty for name in deviating}
-    verdict = judge(deviating, unsure, Criteria())
+    uncertainties = {name: min(uncertainty, 1e-4) if name == "separate_load" else uncertainty for name in deviating}
+    verdict = judge(deviating, uncertainties, Criteria())
     level = replace(like.level, fe=replace(like.fe, normal_force_N=load_N, status=status))
     approach = (load_N / like.hertz.stiffness_N_per_mm15) ** (2 / 3) + BULK_MM_PER_N * load_N
     if status != "converged":
@@ -180,7 +186,9 @@ def point(load_N: float, deviation: float = 0.0, uncertainty: float = 0.001, sta
             deviation=deviating,
             fe=replace(like.comparison.fe, approach_mm=approach),
         ),
-        judgements={HERTZ: replace(like.judgements[HERTZ], deviation=deviating, uncertainty=unsure, verdict=verdict)},
+        judgements={
+            HERTZ: replace(like.judgements[HERTZ], deviation=deviating, uncertainty=uncertainties, verdict=verdict)
+        },
         verdict=replace(verdict, cause=None if verdict.answer == "HOLDS" else "second patch"),
     )
 
@@ -188,8 +196,8 @@ def point(load_N: float, deviation: float = 0.0, uncertainty: float = 0.001, sta
 K_H = hertz_of_case(ROUND, placement_of(0.0)).stiffness_N_per_mm15
 
 
-def cell_of(judged):
-    return MapCell(lateral_shift_mm=0.0, load_N=judged.load_N, status=judged.status, judged=judged)
+def cell_of(judged_load):
+    return MapCell(lateral_shift_mm=0.0, load_N=judged_load.load_N, status=judged_load.status, judged=judged_load)
 
 
 # --- load limits ----------------------------------------------------------------------------------------------------
@@ -203,29 +211,35 @@ def cells_at(deviation: Answers, loads=LOADS, uncertainty=UNSURE):
 
 
 def searched(deviation: Answers, loads=LOADS, uncertainty=UNSURE):
-    """Limits of a deviation that depends on the load, searched for until no more is wanted."""
+    """Limits of a deviation that depends on the load.
+
+    The search runs until it asks for no more loads.
+    """
     cells = cells_at(deviation, loads, uncertainty)
     tried = []
-    while (wanted := next_load(known_loads(cells, tried), loads)) is not None:
+    while (next_load_N := next_load(known_loads(cells, tried), loads)) is not None:
         assert not load_limit(cells, tried).narrowed
-        tried.append(point(wanted, deviation(wanted), uncertainty))
+        tried.append(point(next_load_N, deviation(next_load_N), uncertainty))
         assert len(tried) <= 14
     limit = load_limit(cells, tried)
     assert limit.narrowed
-    assert limit.tried == tuple((one.load_N, one.verdict.answer) for one in tried)
+    assert limit.tried == tuple((judged_load.load_N, judged_load.verdict.answer) for judged_load in tried)
     assert_intervals_fit(limit, known_loads(cells, tried))
     return limit
 
 
-def assert_intervals_fit(limit, known):
-    """They follow one another from the first load to the last, and every load has its verdict in one of them."""
-    assert (limit.intervals[0].low_N, limit.intervals[-1].high_N) == (known[0].load_N, known[-1].load_N)
-    for below, above in pairwise(limit.intervals):
-        assert below.high_N == above.low_N
-        assert below.answer != above.answer
-        assert "UNRESOLVED" in (below.answer, above.answer)
-    for one in known:
-        assert any(i.low_N <= one.load_N <= i.high_N and i.answer == one.answer for i in limit.intervals)
+def assert_intervals_fit(limit, loads_tried):
+    """Check that the intervals cover the range from the first load to the last.
+
+    The verdict of every load fits its interval.
+    """
+    assert (limit.intervals[0].low_N, limit.intervals[-1].high_N) == (loads_tried[0].load_N, loads_tried[-1].load_N)
+    for lower, upper in pairwise(limit.intervals):
+        assert lower.high_N == upper.low_N
+        assert lower.answer != upper.answer
+        assert "UNRESOLVED" in (lower.answer, upper.answer)
+    for load_tried in loads_tried:
+        assert any(i.low_N <= load_tried.load_N <= i.high_N and i.answer == load_tried.answer for i in limit.intervals)
 
 
 def answers(limit):
@@ -233,13 +247,16 @@ def answers(limit):
     return "".join(interval.answer[0] for interval in limit.intervals)
 
 
-def assert_changes(limit, at_N, part=0.02):
-    """The open intervals hold these loads, each as narrow as a limit must be."""
-    between = [(one.low_N, one.high_N) for one in limit.intervals if one.answer == "UNRESOLVED"]
+def assert_changes(limit, at_N, share=0.02):
+    """Check that the open intervals contain these loads.
+
+    Each interval is as narrow as a limit must be.
+    """
+    between = [(interval.low_N, interval.high_N) for interval in limit.intervals if interval.answer == "UNRESOLVED"]
     assert len(between) == len(at_N)
     for (low, high), at in zip(between, at_N, strict=True):
         assert low <= at <= high
-        assert high - low <= part * high
+        assert high - low <= share * high
 
 
 def rising(at_N, power=1.0):
@@ -247,7 +264,7 @@ def rising(at_N, power=1.0):
 
 
 @pytest.mark.parametrize(
-    ("law", "most"),
+    ("law", "most_loads"),
     [
         # loads that were tried at most, the guard beyond the limit among them; by halves alone it would be 8
         (rising, 6),
@@ -258,7 +275,7 @@ def rising(at_N, power=1.0):
     ],
     ids=["linear", "root", "cube", "jump"],
 )
-def test_a_limit_is_known_to_two_percent_with_few_loads(law, most):
+def test_a_limit_is_known_to_two_percent_with_few_loads(law, most_loads):
     counts = []
     for at_N in np.geomspace(10.5e3, 148e3, 23):
         limit = searched(law(at_N), uncertainty=0.0)
@@ -266,7 +283,7 @@ def test_a_limit_is_known_to_two_percent_with_few_loads(law, most):
         assert_changes(limit, [at_N])
         assert limit.F_max_N == limit.intervals[0].high_N <= at_N
         counts.append(len(limit.tried))
-    assert max(counts) <= most
+    assert max(counts) <= most_loads
 
 
 def test_the_search_goes_to_where_the_deviation_is_to_be_expected_at_its_limit():
@@ -287,7 +304,10 @@ def test_a_band_of_unresolved_loads_is_known_to_five_percent_at_both_ends():
 
 
 def test_all_changes_over_the_loads_are_found():
-    """A second lobe comes at 31 kN, and from 117 kN on it is part of the patch."""
+    """A second lobe that comes at 31 kN.
+
+    From 117 kN on it is part of the patch.
+    """
     loads = (20e3, 50e3, 100e3, 150e3)
     limit = searched(lambda load: 0.05 + 0.03 * math.sin(math.pi * (load - 31e3) / 86e3), loads, uncertainty=0.0)
     assert answers(limit) == "HUFUH"
@@ -337,10 +357,10 @@ def between_two_loads(load):
     ids=["smooth", "jumps"],
 )
 def test_a_guard_finds_where_hertz_holds_again_between_two_loads_of_the_map(deviation):
-    """Though the search for the first limit left loads that fail beside it."""
+    """A guard load in spite of failing loads next to the first limit."""
     limit = searched(deviation, uncertainty=0.0)
     assert answers(limit) == "HUFUHUF"
-    assert_changes(limit, JUMPS, part=0.08)
+    assert_changes(limit, JUMPS, share=0.08)
     assert_changes(replace(limit, intervals=limit.intervals[:5]), JUMPS[:2])
 
 
@@ -363,12 +383,12 @@ def test_a_guard_finds_where_hertz_holds_again_between_two_loads_of_the_map(devi
     ],
 )
 def test_guard_beyond_a_limit(loads, guard):
-    known = [
+    loads_tried = [
         KnownLoad(load_N=load, answer="HOLDS" if load <= 60 or load in (93, 99) else "FAILS", excess=math.nan)
         for load in loads
     ]
-    found = next_load(known, [50, 100, 150])
-    assert found == (None if guard is None else pytest.approx(guard))
+    next_load_kN = next_load(loads_tried, [50, 100, 150])
+    assert next_load_kN == (None if guard is None else pytest.approx(guard))
 
 
 def test_what_lies_between_two_loads_with_one_verdict_is_taken_for_theirs():
@@ -377,7 +397,7 @@ def test_what_lies_between_two_loads_with_one_verdict_is_taken_for_theirs():
 
 
 @pytest.mark.parametrize(
-    ("deviation", "uncertainty", "most"),
+    ("deviation", "uncertainty", "most_loads"),
     [
         (lambda load: 0.05 * load / 97e3, 0.001, 4),
         (lambda load: 0.05 * (load / 64e3) ** 1.5, 0.004, 5),
@@ -385,42 +405,51 @@ def test_what_lies_between_two_loads_with_one_verdict_is_taken_for_theirs():
         (lambda load: 0.01 + 0.04 * (load / 90e3) ** 3, 0.002, 4),
     ],
 )
-def test_the_ends_of_an_open_stretch_take_few_loads(deviation, uncertainty, most):
-    """By what makes them end: with half ways in place of it these take 6, 8, 9 and 5."""
+def test_the_ends_of_an_open_stretch_take_few_loads(deviation, uncertainty, most_loads):
+    """Few loads for each end, by the interpolated measure.
+
+    With bisection in place of it these take 6, 8, 9 and 5.
+    """
     limit = searched(deviation, (20e3, 50e3, 80e3, 120e3), uncertainty)
     assert answers(limit) == "HUF"
-    assert len(limit.tried) <= most
+    assert len(limit.tried) <= most_loads
 
 
 def test_a_known_load_fails_or_holds_by_the_least_and_the_most_of_its_excess():
     for deviation, answer in ((0.045, "HOLDS"), (0.052, "UNRESOLVED"), (0.06, "FAILS")):
-        known = KnownLoad.of(point(1e5, deviation, 0.004))
-        assert known.answer == answer
-        assert (known.least, known.most) == pytest.approx((20 * deviation - 1.08, 20 * deviation - 0.92))
+        load_tried = KnownLoad.of(point(1e5, deviation, 0.004))
+        assert load_tried.answer == answer
+        assert (load_tried.least, load_tried.most) == pytest.approx((20 * deviation - 1.08, 20 * deviation - 0.92))
     nothing = replace(point(1e5, 0.06), judgements={HERTZ: replace(point(1e5, 0.06).judgements[HERTZ], uncertainty={})})
     assert math.isnan(KnownLoad.of(nothing).least)
     assert KnownLoad.of(nothing).excess == pytest.approx(0.2)
 
 
 def test_only_loads_that_were_tried_count():
-    """Two loads of the map that could not be solved do not make room for two more."""
-    known = [KnownLoad(load_N=10e3, answer="HOLDS", excess=-0.5)]
-    known += [KnownLoad(load_N=60e3 + load, answer="FAILS", excess=1.0) for load in range(14)]
-    assert next_load(known, LOADS) is None
-    assert next_load(known[:-1], LOADS) is not None
+    """Two loads of the map that could not be solved.
+
+    They do not make room for two more loads.
+    """
+    loads_tried = [KnownLoad(load_N=10e3, answer="HOLDS", excess=-0.5)]
+    loads_tried += [KnownLoad(load_N=60e3 + load, answer="FAILS", excess=1.0) for load in range(14)]
+    assert next_load(loads_tried, LOADS) is None
+    assert next_load(loads_tried[:-1], LOADS) is not None
 
 
 def test_a_number_that_is_none_says_nothing_of_where_a_limit_is():
-    known = [
+    loads_tried = [
         KnownLoad(load_N=10e3, answer="HOLDS", excess=-0.5),
         KnownLoad(load_N=90e3, answer="UNRESOLVED", excess=math.nan),
     ]
-    assert next_load(known, (10e3, 90e3)) == pytest.approx(30e3, rel=0.01)
+    assert next_load(loads_tried, (10e3, 90e3)) == pytest.approx(30e3, rel=0.01)
 
 
 def test_a_load_that_may_not_be_used_ends_the_search_beside_it_alone():
-    """On worn lines one load between 50 and 53.8 kN was too soft, and nothing was tried between 20 and 50 kN."""
-    known = [
+    """A soft load on worn profiles between 50 and 53.8 kN.
+
+    After it, nothing was tried between 20 and 50 kN.
+    """
+    loads_tried = [
         KnownLoad(load_N=load_N, answer=answer, excess=excess)
         for load_N, answer, excess in (
             (20e3, "HOLDS", -0.5),
@@ -429,12 +458,12 @@ def test_a_load_that_may_not_be_used_ends_the_search_beside_it_alone():
             (120e3, "FAILS", 3.0),
         )
     ]
-    own = (20e3, 50e3, 120e3)
-    assert 20e3 < next_load(known, own, [52.3e3]) < 50e3
+    map_loads = (20e3, 50e3, 120e3)
+    assert 20e3 < next_load(loads_tried, map_loads, [52.3e3]) < 50e3
     # known well there, and 7 % apart where the load is that may not be used
-    known.insert(1, KnownLoad(load_N=48.5e3, answer="HOLDS", excess=-0.1))
-    assert next_load(known, own, [52.3e3]) is None
-    assert 50e3 < next_load(known, own) < 53.8e3
+    loads_tried.insert(1, KnownLoad(load_N=48.5e3, answer="HOLDS", excess=-0.1))
+    assert next_load(loads_tried, map_loads, [52.3e3]) is None
+    assert 50e3 < next_load(loads_tried, map_loads) < 53.8e3
 
 
 excesses = st.floats(-1.0, 5.0) | st.just(math.nan)
@@ -445,26 +474,29 @@ excesses = st.floats(-1.0, 5.0) | st.just(math.nan)
     steps=st.lists(st.tuples(st.floats(1e3, 3e5), excesses), max_size=12).map(sorted),
     band=st.floats(0.0, 1.0),
 )
-def test_every_search_ends(own, steps, band):
-    """Whatever the answers are: at most 14 loads, each between its neighbours, and what is left is narrow."""
+def test_every_search_ends(map_loads, steps, band):
+    """At most 14 loads for any verdicts.
+
+    Each load lies between its neighbours, and the remaining interval is narrow.
+    """
 
     def known_at(load):
         excess = next((value for low, value in reversed(steps) if low <= load), -1.0)
         answer = "FAILS" if excess > band else "HOLDS" if excess < -band else "UNRESOLVED"
         return KnownLoad(load_N=load, answer=answer, excess=excess)
 
-    known = [known_at(load) for load in own]
-    while (wanted := next_load(known, own)) is not None:
-        place = bisect([one.load_N for one in known], wanted)
-        assert 0 < place < len(known)
-        assert known[place - 1].load_N < wanted < known[place].load_N
-        known.insert(place, known_at(wanted))
-        assert len(known) <= len(own) + 14
-    if len(known) < len(own) + 14:
-        for below, above in pairwise(known):
-            if below.answer != above.answer:
-                part = 0.05 if "UNRESOLVED" in (below.answer, above.answer) else 0.02
-                assert above.load_N - below.load_N <= part * above.load_N
+    loads_tried = [known_at(load) for load in map_loads]
+    while (next_load_N := next_load(loads_tried, map_loads)) is not None:
+        place = bisect([load_tried.load_N for load_tried in loads_tried], next_load_N)
+        assert 0 < place < len(loads_tried)
+        assert loads_tried[place - 1].load_N < next_load_N < loads_tried[place].load_N
+        loads_tried.insert(place, known_at(next_load_N))
+        assert len(loads_tried) <= len(map_loads) + 14
+    if len(loads_tried) < len(map_loads) + 14:
+        for lower, upper in pairwise(loads_tried):
+            if lower.answer != upper.answer:
+                share = 0.05 if "UNRESOLVED" in (lower.answer, upper.answer) else 0.02
+                assert upper.load_N - lower.load_N <= share * upper.load_N
 
 
 # --- limits of what could not be solved, or was judged by others ------------------------------------------------------
@@ -501,7 +533,7 @@ def test_loads_of_the_map_that_cannot_be_used_are_not_known():
     lost = MapCell(lateral_shift_mm=0.0, load_N=150e3, status="failed: no memory")
     open_ = cell_of(point(10e3, status="not converged"))
     cells = [open_, *cells_at(rising(66e3), LOADS[1:3]), lost]
-    assert [one.load_N for one in known_loads(cells)] == [50e3, 100e3]
+    assert [load_tried.load_N for load_tried in known_loads(cells)] == [50e3, 100e3]
     limit = load_limit(cells)
     assert (limit.intervals[0].low_N, limit.intervals[-1].high_N) == (50e3, 100e3)
     assert not limit.narrowed
@@ -511,22 +543,25 @@ def test_loads_of_the_map_that_cannot_be_used_are_not_known():
 
 
 def test_a_known_load_is_as_far_beyond_its_limit_as_its_worst_measure():
-    judged = point(1e5, 0.06)
-    assert KnownLoad.of(judged).excess == pytest.approx(0.2)
-    field = judged.judgements[HERTZ]
+    judged_load = point(1e5, 0.06)
+    assert KnownLoad.of(judged_load).excess == pytest.approx(0.2)
+    field = judged_load.judgements[HERTZ]
     gauge = replace(field, deviation=field.deviation | {"centre_over_b": -0.3})
-    either = replace(judged, judgements={HERTZ_GAUGE: gauge, HERTZ: field})
+    either = replace(judged_load, judgements={HERTZ_GAUGE: gauge, HERTZ: field})
     assert KnownLoad.of(either).excess == pytest.approx(1.0)
-    # that of another theory does not count
-    other = replace(judged, judgements={HERTZ: field, MULTI_HERTZ: gauge})
-    assert KnownLoad.of(other).excess == pytest.approx(0.2)
+    # the verdict of another theory does not count
+    two_theories = replace(judged_load, judgements={HERTZ: field, MULTI_HERTZ: gauge})
+    assert KnownLoad.of(two_theories).excess == pytest.approx(0.2)
 
 
 # --- positions ------------------------------------------------------------------------------------------------------
 
 
 class FakeSweep:
-    """Deviates with load and shift; one position cannot be placed, one load not solved, one not used."""
+    """A sweep with deviations by load and shift.
+
+    One position cannot be placed, one load cannot be solved, and one cannot be used.
+    """
 
     open = 0
     solved: ClassVar[list[float]] = []
@@ -570,20 +605,20 @@ class FakeSweep:
         FakeSweep.steps.append(f"{load_N / 1e3:g} kN: {step}" if refine else f"limit, {load_N / 1e3:.1f} kN: {step}")
 
     def is_ready_for(self, load_N):
-        """Meshes serve loads down to a quarter of the one that they were made for."""
+        """Meshes serve loads down to a quarter of the load that they were made for."""
         return self._meshed_N is not None and 0.25 * self._meshed_N <= load_N <= self._meshed_N
 
     @staticmethod
     @cache
     def _judged(case, status, short, theories):
-        solved = planted_solved(
+        solved_load = planted_solved(
             case,
             0.02 * (2.0 + case.lateral_shift_mm) * case.load_N / 100e3,
             status,
             short_of_memory=short,
             limits=("not refined: 4.5 GB of memory",) if short else (),
         )
-        return judge_load(solved, placement_of(case.lateral_shift_mm), theories)
+        return judge_load(solved_load, placement_of(case.lateral_shift_mm), theories)
 
     def close(self):
         FakeSweep.open -= 1
@@ -593,22 +628,28 @@ JUDGED = {}
 SWEEPING = threading.Lock()
 
 
-def judged_once(solved, placement, theories):
-    """Positions are read in every test, a tenth of a second a load: what is the same to the last bit is judged once."""
-    values = pickle.dumps((solved, json_text(placement_record(placement)), tuple(theories)))
+def judged_once(solved_load, placement, theories):
+    """Judge equal loads only once.
+
+    Every test reads positions, at 0.1 s per load. Equal means equal to the last bit.
+    """
+    values = pickle.dumps((solved_load, json_text(placement_record(placement)), tuple(theories)))
     key = hashlib.sha256(values).digest()
     if key not in JUDGED:
-        JUDGED[key] = judge_load(solved, placement, theories)
+        JUDGED[key] = judge_load(solved_load, placement, theories)
     return JUDGED[key]
 
 
-def no_figure(made, path, **_):
+def no_figure(applicability_map, path, **_):
     return Path(path)
 
 
 @pytest.fixture(autouse=True)
-def _as_new(request, monkeypatch):
-    """Nothing solved yet, and no pictures (a second each) but where they are looked at."""
+def _reset_sweep(request, monkeypatch):
+    """Start without solved loads, and without pictures unless a test looks at them.
+
+    A picture takes a second.
+    """
     monkeypatch.setattr(FakeSweep, "solved", [])
     monkeypatch.setattr(FakeSweep, "steps", [])
     monkeypatch.setattr(FakeSweep, "short_of_memory", set())
@@ -621,19 +662,22 @@ def _as_new(request, monkeypatch):
 
 
 def fake_position(case, loads_N, tell=None, sweep=FakeSweep):
-    """A position solved by another sweep; by one thread at a time, for the sweep is one of the whole module."""
+    """A position solved by another sweep.
+
+    A single thread runs at a time, because the whole module shares the sweep.
+    """
     with SWEEPING, pytest.MonkeyPatch.context() as patch:
         patch.setattr("fecontact.maps.positions.LoadSweep", sweep)
         return solve_position(case, loads_N)
 
 
 def fresh_map(shifts=SHIFTS, loads=LOADS, case=ROUND):
-    """What has never been stored."""
+    """A map that was never stored."""
     positions = tuple(fake_position(replace(case, lateral_shift_mm=shift), loads) for shift in shifts)
     return ApplicabilityMap(case=case, loads_N=tuple(loads), positions=positions)
 
 
-def in_process(workers=1):
+def inline_workers(workers=1):
     return Crew(open=ThreadPoolExecutor, workers=workers, together=workers)
 
 
@@ -645,13 +689,13 @@ def fake_run(out, shifts=SHIFTS, case=ROUND, loads=LOADS, *, crew=None, progress
         out,
         settings=RunSettings(**settings),
         progress=progress,
-        crew=crew or in_process(),
+        crew=crew or inline_workers(),
     )
 
 
 @pytest.fixture
 def run(monkeypatch):
-    """Make a map as it is made, but for the finite elements."""
+    """Make a map as usual, except for the finite elements."""
     monkeypatch.setattr(map_positions, "solve_position", fake_position)
     return fake_run
 
@@ -668,31 +712,34 @@ def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
 
 @dataclass
 class Watched:
-    """A whole map, and what was told of it while it was made."""
+    """A whole map, and the progress reports during its run."""
 
     out: Path
-    told: list
-    made: ApplicabilityMap | None = None
+    progress_reports: list
+    applicability_map: ApplicabilityMap | None = None
     left_open: int = 0
 
-    def __call__(self, done, count, what):
-        self.told.append((done, count, what.partition(";")[0]))
+    def __call__(self, finished, count, what):
+        self.progress_reports.append((finished, count, what.partition(";")[0]))
 
 
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory):
-    """A whole map with its making; shifts that are asked for twice, or in another order, are solved once."""
-    seen = Watched(tmp_path_factory.mktemp("map"), [])
+    """A whole map with its run.
+
+    Shifts that are asked for twice, or in another order, are solved once.
+    """
+    watch = Watched(tmp_path_factory.mktemp("map"), [])
     FakeSweep.open = 0
-    _, seen.made = stored_map(seen.out, (3.0, *SHIFTS, 0.0), progress=seen)
-    seen.left_open = FakeSweep.open
-    return seen
+    _, watch.applicability_map = stored_map(watch.out, (3.0, *SHIFTS, 0.0), progress=watch)
+    watch.left_open = FakeSweep.open
+    return watch
 
 
 @pytest.fixture(scope="module")
-def kept(watched):
-    """A whole map, for what only looks at it."""
-    return watched.out, watched.made
+def whole_map(watched):
+    """A whole map for tests that only read it."""
+    return watched.out, watched.applicability_map
 
 
 @pytest.fixture(scope="module")
@@ -716,19 +763,22 @@ def made_one(tmp_path_factory):
 
 
 @pytest.fixture
-def one(made_one, tmp_path):
-    """A folder with a map of one position that has a limit, to be changed."""
+def one_position(made_one, tmp_path):
+    """A folder with a map of a single position that has a limit.
+
+    Tests change this folder.
+    """
     return shutil.copytree(made_one[0], tmp_path, dirs_exist_ok=True)
 
 
 @pytest.fixture(scope="module")
 def fresh():
-    """The same, never stored."""
+    """The map of the fixture `whole_map`, never stored."""
     return fresh_map()
 
 
-def cells_of(made):
-    return [cell_record(cell) for cell in made.cells]
+def cells_of(applicability_map):
+    return [cell_record(cell) for cell in applicability_map.cells]
 
 
 def open_loads(position):
@@ -737,10 +787,13 @@ def open_loads(position):
     return cells | {load_N / 1e3 for load_N, answer in position.limit.tried if answer == "UNRESOLVED"}
 
 
-def plain(made):
-    """Everything that a map says, as JSON: what is no number is as equal as numbers are."""
-    limits = [limit_record(one.lateral_shift_mm, one.limit) for one in made.positions]
-    return json.loads(json_text({"cells": cells_of(made), "limits": limits}))
+def plain(applicability_map):
+    """All of a map as JSON.
+
+    Missing numbers compare as equal, as numbers do.
+    """
+    limits = [limit_record(position.lateral_shift_mm, position.limit) for position in applicability_map.positions]
+    return json.loads(json_text({"cells": cells_of(applicability_map), "limits": limits}))
 
 
 def test_a_position_has_all_loads_and_its_limit():
@@ -759,24 +812,27 @@ def test_a_position_has_all_loads_and_its_limit():
     assert [interval.answer for interval in position.limit.intervals] == ["HOLDS", "UNRESOLVED", "FAILS"]
     assert position.limit.F_max_N == pytest.approx(115e3, rel=0.05)
     assert position.limit.narrowed
-    assert [one.load_N for one in position.tried] == [load for load, _ in position.limit.tried]
+    assert [judged_load.load_N for judged_load in position.tried] == [load for load, _ in position.limit.tried]
     assert position.converged
     assert not position.short_of_memory
     assert FakeSweep.open == 0
 
 
 def test_a_position_tells_how_many_of_its_loads_are_done(monkeypatch):
-    """Those of the map and those for its limits, before each of them, so that one position is not silent."""
+    """Progress of the loads of the map and of the loads for its limits.
+
+    A report before each load shows that the position is still running.
+    """
     monkeypatch.setattr("fecontact.maps.positions.LoadSweep", FakeSweep)
-    told = []
+    reports = []
     with SWEEPING:
         position = solve_position(
-            replace(ROUND, lateral_shift_mm=0.0), LOADS, lambda part, words: told.append((words, part))
+            replace(ROUND, lateral_shift_mm=0.0), LOADS, lambda share, words: reports.append((words, share))
         )
-    assert len(told) == len(LOADS) + len(position.tried)
-    assert told[:3] == [("0 of 4 loads", 0.0), ("1 of 4 loads", 0.2), ("2 of 4 loads", 0.4)]
-    more = len(position.tried)
-    assert told[-1] == (f"3 of 4 loads, {more} more for limits", (3 + more) / (5 + more))
+    assert len(reports) == len(LOADS) + len(position.tried)
+    assert reports[:3] == [("0 of 4 loads", 0.0), ("1 of 4 loads", 0.2), ("2 of 4 loads", 0.4)]
+    searched = len(position.tried)
+    assert reports[-1] == (f"3 of 4 loads, {searched} more for limits", (3 + searched) / (5 + searched))
 
 
 def test_a_position_that_cannot_be_solved_says_why():
@@ -794,7 +850,7 @@ def test_a_position_that_cannot_be_solved_says_why():
 
 
 class OneMeshALoad(FakeSweep):
-    """Every load has meshes of its own."""
+    """A sweep with separate meshes for every load."""
 
     def is_ready_for(self, load_N):
         return False
@@ -837,30 +893,36 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
 def test_what_a_worker_hands_on_is_what_its_folder_says(run, tmp_path, pictured):
     work = SolvingPosition(case=ROUND, name=case_id(ROUND, FEW_LOADS), loads_N=FEW_LOADS, pictured=pictured)
     handed = work(tmp_path, None).value
-    read = found_position(tmp_path, criteria=ROUND.criteria, creep=ROUND.creep, dear=False, pictured=pictured)
-    both = [ApplicabilityMap(case=ROUND, loads_N=FEW_LOADS, positions=(one.position,)) for one in (handed, read)]
-    assert plain(both[0]) == plain(both[1])
-    assert handed.pictures == read.pictures
+    position_read = found_position(tmp_path, criteria=ROUND.criteria, creep=ROUND.creep, dear=False, pictured=pictured)
+    maps = [
+        ApplicabilityMap(case=ROUND, loads_N=FEW_LOADS, positions=(map_position.position,))
+        for map_position in (handed, position_read)
+    ]
+    assert plain(maps[0]) == plain(maps[1])
+    assert handed.pictures == position_read.pictures
     assert set(handed.pictures) == (set(FEW_LOADS) if pictured else set())
-    # what a row needs beside is there
-    assert all("overlap" in vars(cell.judged.comparison) for one in both for cell in one.cells)
+    # all other values of a row are there
+    assert all("overlap" in vars(cell.judged.comparison) for map_position in maps for cell in map_position.cells)
 
 
 @pytest.mark.slow
 def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
-    """Their threads are pinned, so that the last digits do not hang on those of the caller."""
+    """Threads of the workers are pinned.
 
-    def evaluated(*arguments, **more):
+    The last digits do not depend on the threads of the caller.
+    """
+
+    def evaluated(*arguments, **keywords):
         pytest.fail("evaluated by the process that only writes")
 
     monkeypatch.setattr(map_positions, "read_stored", evaluated)
     for name in ("theory.judge_theory", "judge.offered", "judge.judge_lobes"):
         monkeypatch.setattr(f"fecontact.judging.{name}", evaluated)
     settings = RunSettings(workers=1)
-    made = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork).made
+    map_made = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork).made
     again = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork)
     assert len(again.reused) == 1
-    assert plain(again.made) == plain(made)
+    assert plain(again.made) == plain(map_made)
     monkeypatch.undo()
     fresh = read_position(next((tmp_path / "positions").iterdir()), criteria=ROUND.criteria)
     (cell,) = fresh.cells
@@ -878,38 +940,43 @@ def test_a_position_short_of_memory_anywhere_knows_it(what):
 
 
 def test_map_has_a_cell_for_every_position_and_load(watched):
-    made = watched.made
-    assert made.lateral_shifts_mm == SHIFTS
-    assert [(c.lateral_shift_mm, c.load_N) for c in made.cells] == [(s, f) for s in SHIFTS for f in LOADS]
+    map_made = watched.applicability_map
+    assert map_made.lateral_shifts_mm == SHIFTS
+    assert [(c.lateral_shift_mm, c.load_N) for c in map_made.cells] == [(s, f) for s in SHIFTS for f in LOADS]
     names = [case_id(replace(ROUND, lateral_shift_mm=shift), LOADS) for shift in SHIFTS]
     # from the gauge corner on, where a position takes longest
-    # each may be told more than once, as time goes by
-    told = [(k, 7, f"solving {shift:+z.2f} mm") for k, shift in enumerate(SHIFTS[::-1])]
-    assert [*dict.fromkeys(watched.told)] == told
+    # each may be reported several times in a long run
+    reports = [(k, 7, f"solving {shift:+z.2f} mm") for k, shift in enumerate(SHIFTS[::-1])]
+    assert [*dict.fromkeys(watched.progress_reports)] == reports
     assert sorted(path.name for path in (watched.out / "positions").iterdir()) == sorted(names)
     assert watched.left_open == 0
-    assert not made.all_solved
+    assert not map_made.all_solved
 
 
-def test_map_says_what_could_not_be_solved(kept):
-    _, made = kept
-    assert {c.status for c in made.cells if c.lateral_shift_mm == 4.0} == {"failed: the wheel is off the rail"}
-    assert made.limits[-1].reason == "failed: the wheel is off the rail"
-    assert [c.status for c in made.cells if c.lateral_shift_mm == 3.0][-1] == "failed: the contact reaches the end"
-    assert made.cells[0].status == "not converged"
-    assert made.cells[0].verdict == "UNRESOLVED"
+def test_map_says_what_could_not_be_solved(whole_map):
+    _, map_kept = whole_map
+    assert {c.status for c in map_kept.cells if c.lateral_shift_mm == 4.0} == {"failed: the wheel is off the rail"}
+    assert map_kept.limits[-1].reason == "failed: the wheel is off the rail"
+    assert [c.status for c in map_kept.cells if c.lateral_shift_mm == 3.0][-1] == "failed: the contact reaches the end"
+    assert map_kept.cells[0].status == "not converged"
+    assert map_kept.cells[0].verdict == "UNRESOLVED"
     # 4 % at 100 kN, and 0.4 % uncertainty: the largest load tried below 115 kN, or little above
-    assert made.limits[2].F_max_N == pytest.approx(115e3, rel=0.05)
+    assert map_kept.limits[2].F_max_N == pytest.approx(115e3, rel=0.05)
 
 
-def test_what_was_stored_is_what_was_solved_to_the_last_bit(kept, fresh):
-    """Verdicts, limits with their notes, and all numbers, though they are judged from what was read back."""
-    _, made = kept
-    assert plain(made) == plain(fresh)
+def test_what_was_stored_is_what_was_solved_to_the_last_bit(whole_map, fresh):
+    """Verdicts, limits with their notes, and all numbers are equal.
+
+    They are judged from the stored values.
+    """
+    _, map_kept = whole_map
+    assert plain(map_kept) == plain(fresh)
     # a limit that ended early says why, and not that nothing was solved there
-    assert made.limits[4].note == "64.23 kN: failed: a limit that cannot be solved"
-    assert [one.load_N for one in made.positions[4].tried] == pytest.approx([59.6e3, 57.5e3, 65.6e3], rel=2e-3)
-    assert not made.limits[4].narrowed
+    assert map_kept.limits[4].note == "64.23 kN: failed: a limit that cannot be solved"
+    assert [judged_load.load_N for judged_load in map_kept.positions[4].tried] == pytest.approx(
+        [59.6e3, 57.5e3, 65.6e3], rel=2e-3
+    )
+    assert not map_kept.limits[4].narrowed
 
 
 def test_map_needs_positions_and_loads(run, tmp_path):
@@ -922,25 +989,27 @@ def test_map_needs_positions_and_loads(run, tmp_path):
     assert FakeSweep.solved == []
 
 
-@pytest.mark.parametrize(("part", "known"), [(1e9, (1, 2)), (1e-9, (1, 1))])
-def test_files_are_written_after_each_position_that_took_much_longer(part, known, run, tmp_path, monkeypatch):
-    monkeypatch.setattr("fecontact.runs.map_run._PART_FOR_TABLES", part)
-    seen, pictures = {}, []
+@pytest.mark.parametrize(("time_share", "positions_in_file"), [(1e9, (1, 2)), (1e-9, (1, 1))])
+def test_files_are_written_after_each_position_that_took_much_longer(
+    time_share, positions_in_file, run, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("fecontact.runs.map_run._PART_FOR_TABLES", time_share)
+    shifts_in_file, pictures = {}, []
 
-    def look(done, count, what):
+    def look(finished, count, what):
         # a position that takes longer than usual is reported several times
-        if done:
-            seen[done] = json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"]
+        if finished:
+            shifts_in_file[finished] = json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"]
 
-    def write(*given, drawn, **more):
+    def write(*arguments, drawn, **keywords):
         pictures.append(drawn)
-        write_map(*given, drawn=False, **more)
+        write_map(*arguments, drawn=False, **keywords)
 
     monkeypatch.setattr("fecontact.runs.map_run.write_map", write)
     shifts = [-1.0, 0.0, 1.0]
     run(tmp_path, shifts, loads=FEW_LOADS, progress=look)
     # from the gauge corner on, where a position takes longest
-    assert list(seen.values()) == [shifts[-k:] for k in known]
+    assert list(shifts_in_file.values()) == [shifts[-k:] for k in positions_in_file]
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"] == shifts
     # pictures take longer: a map of seconds has them at its end
     assert pictures[-1]
@@ -952,10 +1021,10 @@ def rows_of(path):
         return list(csv.DictReader(file))
 
 
-def test_map_files(kept):
-    out, made = kept
+def test_map_files(whole_map):
+    out, map_kept = whole_map
     rows = rows_of(out / "map.csv")
-    assert len(rows) == len(made.cells)
+    assert len(rows) == len(map_kept.cells)
     assert rows[-1]["verdict_answer"] == "failed"
     assert rows[-1]["hertz_deviation_p_max_percent"] == ""
     assert rows[-1]["fe_p_max_MPa"] == ""
@@ -964,11 +1033,11 @@ def test_map_files(kept):
     record = json.loads((out / "map.json").read_text("utf-8"))
     assert record["criteria"] == json.loads(json_text(asdict(Criteria())))
     assert len(record["cells"]) == len(rows)
-    assert record["limits"][2]["F_max_N"] == made.limits[2].F_max_N
-    limit, (first, *_) = record["limits"][2], made.limits[2].tried
+    assert record["limits"][2]["F_max_N"] == map_kept.limits[2].F_max_N
+    limit, (first, *_) = record["limits"][2], map_kept.limits[2].tried
     assert limit["tried"][0] == {"load_N": first[0], "verdict": first[1]}
-    assert [(one["answer"], one["high_N"]) for one in limit["intervals"]] == [
-        (one.answer, one.high_N) for one in made.limits[2].intervals
+    assert [(interval["answer"], interval["high_N"]) for interval in limit["intervals"]] == [
+        (interval.answer, interval.high_N) for interval in map_kept.limits[2].intervals
     ]
     assert (limit["reason"], record["limits"][6]["reason"]) == (None, "failed: the wheel is off the rail")
     assert record["limits"][4]["note"] == "64.23 kN: failed: a limit that cannot be solved"
@@ -988,15 +1057,15 @@ def test_a_map_is_drawn_as_png_while_it_is_made(run, tmp_path):
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_columns_of_a_map_are_those_of_a_case(kept):
-    out, made = kept
+def test_columns_of_a_map_are_those_of_a_case(whole_map):
+    out, map_kept = whole_map
     rows = rows_of(out / "map.csv")
-    own = load_row(real_load(), placement_of(0.0))
+    load_columns = load_row(real_load(), placement_of(0.0))
     assert list(rows[0]) == ["lateral_shift_mm", "load_kN", "status", "verdict_answer", *(
-        name for name in own if name not in ("lateral_shift_mm", "load_kN", "status", "verdict_answer")
+        name for name in load_columns if name not in ("lateral_shift_mm", "load_kN", "status", "verdict_answer")
     )]  # fmt: skip
     assert not set(MEASURED_COLUMNS) & set(rows[0])
-    row, cell = rows[11], made.cells[11]
+    row, cell = rows[11], map_kept.cells[11]
     assert (row["verdict_answer"], row["verdict_cause"], row["verdict_measure"]) == (
         "FAILS",
         "finite bodies",
@@ -1017,8 +1086,8 @@ def test_stiffness_of_two_loads_is_no_file_and_an_older_one_goes(run, tmp_path):
     assert not (tmp_path / "stiffness.csv").exists()
 
 
-def test_stiffness_of_each_position_over_its_loads(kept):
-    out, _ = kept
+def test_stiffness_of_each_position_over_its_loads(whole_map):
+    out, _ = whole_map
     rows = rows_of(out / "stiffness.csv")
     # one position cannot be placed; of two one load each cannot be used
     assert len(rows) == 4 * len(LOADS) + 2 * (len(LOADS) - 1)
@@ -1034,12 +1103,12 @@ def test_stiffness_of_each_position_over_its_loads(kept):
 
 
 def test_map_of_one_cell_is_drawn_as_png(tmp_path):
-    made = fresh_map([0.0], [100e3])
-    assert map_figure(verdict_view(made), tmp_path / "one.png").stat().st_size > 0
-    (limit,) = map_record(made)["limits"]
+    one_cell_map = fresh_map([0.0], [100e3])
+    assert map_figure(verdict_view(one_cell_map), tmp_path / "one.png").stat().st_size > 0
+    (limit,) = map_record(one_cell_map)["limits"]
     assert limit["intervals"] == [{"low_N": 100e3, "high_N": 100e3, "answer": "HOLDS"}]
     assert (limit["F_max_N"], limit["reason"]) == (None, None)
-    row = cell_row(made.cells[0], made.positions[0].placement)
+    row = cell_row(one_cell_map.cells[0], one_cell_map.positions[0].placement)
     assert row["verdict_answer"] == "HOLDS"
     assert row["touch_points"] == 1
 
@@ -1049,11 +1118,11 @@ def test_map_table_has_a_line_for_each_position(fresh):
     assert len(lines) == 11
     assert lines[2].endswith("+   +3.0   holds 10 to 150 kN")
     # where the loads come to lie that were tried hangs on the last digit of the stated uncertainty
-    (limit,) = (one.limit for one in fresh.positions if one.lateral_shift_mm == 0.0)
-    low, high = (f"{one.high_N / 1e3:.4g}" for one in limit.intervals[:2])
+    (limit,) = (position_read.limit for position_read in fresh.positions if position_read.lateral_shift_mm == 0.0)
+    low, high = (f"{position_read.high_N / 1e3:.4g}" for position_read in limit.intervals[:2])
     assert lines[3].endswith(f"xp  +6.0   holds 10 to {low}, open {low} to {high}, fails {high} to 150 kN")
-    (limit,) = (one.limit for one in fresh.positions if one.lateral_shift_mm == 2.0)
-    low, high = (f"{one.high_N / 1e3:.4g}" for one in limit.intervals[:2])
+    (limit,) = (position_read.limit for position_read in fresh.positions if position_read.lateral_shift_mm == 2.0)
+    low, high = (f"{position_read.high_N / 1e3:.4g}" for position_read in limit.intervals[:2])
     assert lines[5].endswith(f"fails {high} to 150 kN (64.23 kN: failed: a limit that cannot be solved)")
     assert lines[7].split() == ["+4.00", *"!!!!", "failed:", "the", "wheel", "is", "off", "the", "rail"]
     # what did not converge is open, and has no number to be relied on: no measure decided that
@@ -1069,7 +1138,12 @@ def test_map_table_fits_a_terminal(fresh, width):
     lines = map_table(verdict_view(fresh), width=width).splitlines()
     assert max(map(len, lines)) <= width
     # every cell and every limit is still there, once
-    cells = [part for line in wide.splitlines()[1:8] for part in line.split("  ") if part.strip()[:1] in "+x?!"]
+    cells = [
+        cell_text
+        for line in wide.splitlines()[1:8]
+        for cell_text in line.split("  ")
+        if cell_text.strip()[:1] in "+x?!"
+    ]
     assert cells
     limits = "".join(lines[lines.index("load limits:") + 1 :]).replace(" ", "")
     for position in fresh.positions:
@@ -1128,9 +1202,9 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         return path
 
     monkeypatch.setattr("fecontact.maps.files.save_figure", look)
-    made = fresh_map([0.0], [100e3])
+    one_cell_map = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
-        map_figure(verdict_view(replace(made, case=replace(made.case, criteria=criteria))), tmp_path)
+        map_figure(verdict_view(replace(one_cell_map, case=replace(one_cell_map.case, criteria=criteria))), tmp_path)
     head = "rail circle:300, wheel cylinder:460, roll fixed at 0 mrad (lines given by their radii have no wheelset):\n"
     head += "where Hertz holds,\n"
     assert titles == [
@@ -1141,11 +1215,11 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
 
 @pytest.mark.parametrize(("cause", "letter"), CAUSE_LETTERS.items())
 def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypatch):
-    drawn = []
+    figures = []
 
     def look(figure, path):
-        drawn.extend(text.get_text() for text in figure.axes[0].texts)
-        drawn.extend(text.get_text() for text in figure.axes[0].get_legend().get_texts())
+        figures.extend(text.get_text() for text in figure.axes[0].texts)
+        figures.extend(text.get_text() for text in figure.axes[0].get_legend().get_texts())
         return path
 
     monkeypatch.setattr("fecontact.maps.files.save_figure", look)
@@ -1153,19 +1227,19 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
     map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
-    assert [text for text in drawn if text.endswith(f" {letter}")]
-    assert CAUSES[cause][1] in drawn
+    assert [text for text in figures if text.endswith(f" {letter}")]
+    assert CAUSES[cause][1] in figures
 
 
 @pytest.mark.parametrize(("holds", "colour"), [(9, "#a3cc95"), (0, "#d55e00"), (6, "#f0e442")])
 def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(holds, colour, tmp_path, monkeypatch):
     from matplotlib.colors import to_rgba
 
-    drawn = {}
+    colours = {}
 
     def look(figure, path):
-        drawn.update({text.get_text(): text.get_bbox_patch() for text in figure.axes[0].texts})
-        drawn.update(dict.fromkeys(text.get_text() for text in figure.axes[0].get_legend().get_texts()))
+        colours.update({text.get_text(): text.get_bbox_patch() for text in figure.axes[0].texts})
+        colours.update(dict.fromkeys(text.get_text() for text in figure.axes[0].get_legend().get_texts()))
         return path
 
     monkeypatch.setattr("fecontact.maps.files.save_figure", look)
@@ -1175,10 +1249,10 @@ def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(
     cell = cell_of(replace(like, verdict=verdict))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
     map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
-    (box,) = (patch for text, patch in drawn.items() if text.startswith(f"{holds}/12"))
+    (box,) = (patch for text, patch in colours.items() if text.startswith(f"{holds}/12"))
     # of 256 colours the nearest
     assert box.get_facecolor() == pytest.approx(to_rgba(colour), abs=0.01)
-    assert any("lines" in text for text in drawn)
+    assert any("lines" in text for text in colours)
 
 
 def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
@@ -1186,8 +1260,8 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
 
     from fecontact.outputs.style import ANSWERS
 
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     limit = replace(load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
     lost = MapCell(lateral_shift_mm=1.0, load_N=1e4, status="failed: no memory")
     positions = (
@@ -1195,7 +1269,7 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
         MapPosition(lateral_shift_mm=1.0, cells=(lost,), limit=load_limit([lost])),
     )
     map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions)), "unused.png")
-    (ax,) = kept[0].axes
+    (ax,) = figures[0].axes
     filled = [
         (to_hex(bar.get_facecolor()), bar.get_x(), bar.get_y(), bar.get_y() + bar.get_height())
         for bar in ax.patches
@@ -1215,50 +1289,53 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     assert [text.get_text() for text in ax.texts][-1] == "!"
 
 
-def of_cells(page):
-    """Tables of cells by themselves."""
-    return {table for part in page.iter("details") for table in part.iter("table")}
+def tables_of_cells(page):
+    """Tables of cells alone."""
+    return {table for details in page.iter("details") for table in details.iter("table")}
 
 
 @pytest.mark.slow
 def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     from xml.etree import ElementTree
 
-    made = fresh_map([0.0, 1.0], LOADS)
-    map_figure(verdict_view(made), tmp_path / "map.png")
-    text = write_map_report(made, tmp_path).read_text("utf-8")
+    map_made = fresh_map([0.0, 1.0], LOADS)
+    map_figure(verdict_view(map_made), tmp_path / "map.png")
+    text = write_map_report(map_made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
-    shares, limits, cells = [table for table in page.iter("table") if not {table} & of_cells(page)]
+    shares, limits, cells = [table for table in page.iter("table") if not {table} & tables_of_cells(page)]
     # Hertz, and whatever else was judged, each with the cells where it is the cheapest that holds
     lines = [["".join(cell.itertext()) for cell in line] for line in shares.iter("tr")][1:]
     assert lines[0][0] == "Hertz"
-    assert sum(int(line[2]) for line in lines) == len(made.cells)
+    assert sum(int(line[2]) for line in lines) == len(map_made.cells)
     lines = [["".join(cell.itertext()) for cell in line] for line in limits.iter("tr")][1:]
-    assert lines == [[f"{p.lateral_shift_mm:+z.2f}", limit_text(p.limit, open_loads(p))] for p in made.positions]
+    assert lines == [[f"{p.lateral_shift_mm:+z.2f}", limit_text(p.limit, open_loads(p))] for p in map_made.positions]
     lines = [["".join(cell.itertext()) for cell in line] for line in cells.iter("tr")][1:]
     assert [line[:3] for line in lines] == [
-        [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict] for cell in made.cells
+        [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict] for cell in map_made.cells
     ]
-    assert [line[3] for line in lines] == [f"{cell.judged.limit_used:.2f}" for cell in made.cells]
+    assert [line[3] for line in lines] == [f"{cell.judged.limit_used:.2f}" for cell in map_made.cells]
     # two maps, section, ladder, patches, and each cell; none from elsewhere
     assert [image.get("src").partition(";")[0] for image in page.iter("img")] == [
-        *["data:image/svg+xml"] * 4, *["data:image/webp"] * (1 + len(made.cells)),
+        *["data:image/svg+xml"] * 4, *["data:image/webp"] * (1 + len(map_made.cells)),
     ]  # fmt: skip
     # a spot is a link without a script, with the words of its cell (XML has blanks for line ends), and leads to them
     spots = [spot for spot in page.iter("a") if spot.get("title")]
-    targets = {part.get("id"): part for part in page.iter("div")}
-    assert len(spots) == 2 * len(made.cells)
-    for spot, cell in zip(spots, [*made.cells] * 2, strict=True):
+    targets = {division.get("id"): division for division in page.iter("div")}
+    assert len(spots) == 2 * len(map_made.cells)
+    for spot, cell in zip(spots, [*map_made.cells] * 2, strict=True):
         head = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN: Hertz {cell.verdict}"
         assert spot.get("title").startswith(f"{head} peak pressure (MPa): ")
-        own = targets[spot.get("href").removeprefix("#")]
-        assert f"Hertz {cell.verdict}; " in "".join(own.itertext())
-        assert len(list(own.iter("img"))) == 1
+        target = targets[spot.get("href").removeprefix("#")]
+        assert f"Hertz {cell.verdict}; " in "".join(target.itertext())
+        assert len(list(target.iter("img"))) == 1
     # the boxes lie on the cells: side by side, and the larger load above
-    boxes = [[float(one) for one in re.findall(r"[\d.]+(?=%)", spot.get("style"))] for spot in spots[: len(made.cells)]]
-    for (left, top, _, high), (right, below, *_) in zip(boxes[1::2], boxes[::2], strict=True):
-        assert (left, top + high) == pytest.approx((right, below), abs=0.02)
-    verdicts = [cell.verdict for cell in made.cells]
+    boxes = [
+        [float(number) for number in re.findall(r"[\d.]+(?=%)", spot.get("style"))]
+        for spot in spots[: len(map_made.cells)]
+    ]
+    for (left, top, _, high), (right, bottom, *_) in zip(boxes[1::2], boxes[::2], strict=True):
+        assert (left, top + high) == pytest.approx((right, bottom), abs=0.02)
+    verdicts = [cell.verdict for cell in map_made.cells]
     assert f"Hertz holds in {verdicts.count('HOLDS')} of {len(verdicts)} cells" in text
 
 
@@ -1272,19 +1349,19 @@ def test_causes_have_letters_of_their_own():
 
 def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatch):
     monkeypatch.setattr(map_positions, "solve_position", faulty_position)
-    heard, seen = [], []
+    heard, positions_seen = [], []
 
-    def look(done, count, what):
+    def look(finished, count, what):
         heard.append(what)
-        if done:
-            seen.append(json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"])
+        if finished:
+            positions_seen.append(json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"])
 
-    outcome = run(tmp_path, [3.0, -2.0, 0.0, 1.0], loads=FEW_LOADS, crew=in_process(3), progress=look)
+    outcome = run(tmp_path, [3.0, -2.0, 0.0, 1.0], loads=FEW_LOADS, crew=inline_workers(3), progress=look)
     alone = fresh_map([-2.0, 0.0, 1.0, 3.0], FEW_LOADS)
     # in the order of the shifts, whichever is finished first
     assert outcome.made.lateral_shifts_mm == (-2.0, 0.0, 1.0, 3.0)
-    assert all(shifts == sorted(shifts) for shifts in seen)
-    # no more is told to be under way than there are workers
+    assert all(shifts == sorted(shifts) for shifts in positions_seen)
+    # no more positions are reported as running than there are workers
     assert heard
     assert all(1 <= what.count(" mm") <= 3 for what in heard)
     name = case_id(replace(ROUND, lateral_shift_mm=1.0), FEW_LOADS)
@@ -1308,14 +1385,14 @@ def test_an_error_of_the_program_is_no_cell(run, tmp_path, monkeypatch):
     monkeypatch.setattr(map_positions, "solve_position", wrong)
     shifts = [3.0, 0.0, 1.0]
     with pytest.raises(ProgramError, match=r"1 of 3 jobs ended.*\(\+1.00 mm\) with KeyError: 'area_mm2'"):
-        run(tmp_path, shifts, loads=FEW_LOADS, crew=in_process(2))
+        run(tmp_path, shifts, loads=FEW_LOADS, crew=inline_workers(2))
     stored = json.loads((tmp_path / "map.json").read_text("utf-8"))
     assert stored["lateral_shifts_mm"] == [0.0, 3.0]
     assert not (tmp_path / "report.html").exists()
     assert "KeyError" not in (tmp_path / "map.csv").read_text("utf-8")
     # with a corrected program the same command resumes
     monkeypatch.setattr(map_positions, "solve_position", fake_position)
-    outcome = run(tmp_path, shifts, loads=FEW_LOADS, crew=in_process(2))
+    outcome = run(tmp_path, shifts, loads=FEW_LOADS, crew=inline_workers(2))
     assert outcome.made.lateral_shifts_mm == (0.0, 1.0, 3.0)
     assert all(cell.usable for cell in outcome.made.cells)
     assert len(outcome.reused) == 2
@@ -1327,7 +1404,7 @@ def test_a_map_of_errors_of_the_program_alone_says_so(run, tmp_path, monkeypatch
 
     monkeypatch.setattr(map_positions, "solve_position", wrong)
     with pytest.raises(ProgramError, match=r"2 of 2 jobs ended.*TypeError: no such thing"):
-        run(tmp_path, [0.0, 1.0], loads=FEW_LOADS, crew=in_process(2))
+        run(tmp_path, [0.0, 1.0], loads=FEW_LOADS, crew=inline_workers(2))
 
 
 def faulty_position(case, loads_N, tell=None):
@@ -1338,7 +1415,7 @@ def faulty_position(case, loads_N, tell=None):
 
 @dataclass(frozen=True, kw_only=True)
 class DeadlyWork:
-    """What a process can import: one shift always ends it."""
+    """Work that processes can import: one shift always ends the process."""
 
     case: Case
     loads_N: tuple[float, ...]
@@ -1355,7 +1432,7 @@ class DeadlyWork:
 
 @dataclass(frozen=True)
 class PlantedWork:
-    """What a process can import: a position that is solved as planned."""
+    """Work that processes can import: a position with planted solutions."""
 
     case: Case
     loads_N: tuple[float, ...]
@@ -1421,7 +1498,7 @@ def test_a_map_that_is_killed_goes_on_where_it_stopped(tmp_path):
 # one worker that dies is started again for studies as for maps
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
-    made = map_by(
+    map_made = map_by(
         ROUND,
         [-1.0, 0.0, 1.0],
         FEW_LOADS,
@@ -1429,12 +1506,12 @@ def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
         settings=RunSettings(workers=workers),
         work=DeadlyWork,
     ).made
-    assert [p.converged for p in made.positions] == [True, False, True]
-    assert {cell.status for cell in made.positions[1].cells} == {"failed: its process died twice (out of memory?)"}
+    assert [p.converged for p in map_made.positions] == [True, False, True]
+    assert {cell.status for cell in map_made.positions[1].cells} == {"failed: its process died twice (out of memory?)"}
     fresh = plain(fresh_map([-1.0, 1.0], FEW_LOADS))
-    found = plain(made)
-    assert [cell for cell in found["cells"] if cell["lateral_shift_mm"]] == fresh["cells"]
-    assert [limit for limit in found["limits"] if limit["lateral_shift_mm"]] == fresh["limits"]
+    outcome = plain(map_made)
+    assert [cell for cell in outcome["cells"] if cell["lateral_shift_mm"]] == fresh["cells"]
+    assert [limit for limit in outcome["limits"] if limit["lateral_shift_mm"]] == fresh["limits"]
     # and is tried again by the next run, which has the others
     names = [case_id(replace(ROUND, lateral_shift_mm=shift), FEW_LOADS) for shift in (-1.0, 1.0)]
     assert sorted(path.name for path in (tmp_path / "positions").iterdir()) == sorted(names)
@@ -1450,20 +1527,20 @@ def test_a_position_short_of_memory_beside_others_is_solved_again_alone(run, tmp
         return fake_position(case, loads_N)
 
     monkeypatch.setattr(map_positions, "solve_position", hungry)
-    made = run(tmp_path, [-1.0, 0.0, 1.0], loads=TWO_SIDES, crew=in_process(2)).made
+    map_made = run(tmp_path, [-1.0, 0.0, 1.0], loads=TWO_SIDES, crew=inline_workers(2)).made
     assert sorted(order) == [-1.0, 0.0, 0.0, 1.0]
     assert order[-1] == 0.0
-    assert made.all_solved
+    assert map_made.all_solved
     FakeSweep.short_of_memory = set()
-    assert plain(made) == plain(fresh_map([-1.0, 0.0, 1.0], TWO_SIDES))
+    assert plain(map_made) == plain(fresh_map([-1.0, 0.0, 1.0], TWO_SIDES))
 
 
 def test_what_is_short_of_memory_alone_says_so_and_is_tried_again_by_the_next_run(run, tmp_path):
     FakeSweep.short_of_memory = {"load"}
-    made = run(tmp_path, [-1.0, 0.0], loads=FEW_LOADS).made
+    map_made = run(tmp_path, [-1.0, 0.0], loads=FEW_LOADS).made
     assert FakeSweep.solved.count(0.0) == len(FEW_LOADS)
-    assert all("needs about 4.5 GB of memory" in cell.status for cell in made.positions[1].cells)
-    assert made.positions[1].short_of_memory
+    assert all("needs about 4.5 GB of memory" in cell.status for cell in map_made.positions[1].cells)
+    assert map_made.positions[1].short_of_memory
     # a larger machine
     FakeSweep.short_of_memory, FakeSweep.solved = set(), []
     outcome = run(tmp_path, [-1.0, 0.0], loads=FEW_LOADS)
@@ -1497,24 +1574,24 @@ def test_force_solves_all_again(run, tmp_path):
 
 def test_parts_together_are_the_whole_map(run, tmp_path):
     shifts, loads = [-1.0, 0.0, 1.0, 2.0], LOADS[:2]
-    whole = run(tmp_path / "whole", shifts, loads=loads).made
+    whole_run = run(tmp_path / "whole", shifts, loads=loads).made
     FakeSweep.solved = []
-    told = set()
+    counts = set()
 
-    def look(done, count, what):
-        told.add(count)
+    def look(finished, count, what):
+        counts.add(count)
 
     parts = [run(tmp_path / "parts", shifts, loads=loads, part=(k, 2), progress=look).made for k in (1, 2)]
     # of a part the progress counts its own positions
-    assert told == {2}
-    assert [part.lateral_shifts_mm for part in parts] == [(-1.0, 1.0), (0.0, 2.0)]
+    assert counts == {2}
+    assert [part_map.lateral_shifts_mm for part_map in parts] == [(-1.0, 1.0), (0.0, 2.0)]
     for k in (1, 2):
         assert len(rows_of(tmp_path / "parts" / f"map.part-{k}-of-2.csv")) == 2 * len(parts[k - 1].positions)
     assert not (tmp_path / "parts" / "map.csv").exists()
-    solved = list(FakeSweep.solved)
+    solved_loads = list(FakeSweep.solved)
     together = run(tmp_path / "parts", shifts, loads=loads).made
-    assert FakeSweep.solved == solved
-    assert plain(together) == plain(whole)
+    assert FakeSweep.solved == solved_loads
+    assert plain(together) == plain(whole_run)
     assert rows_of(tmp_path / "parts" / "map.csv") == rows_of(tmp_path / "whole" / "map.csv")
 
 
@@ -1522,8 +1599,8 @@ def test_parts_together_are_the_whole_map(run, tmp_path):
 def test_positions_of_other_inputs_or_loads_stay_beside_each_other(run, tmp_path):
     shifts = [-1.0, 0.0]
     before = run(tmp_path, shifts, loads=FEW_LOADS).made
-    others = [(replace(ROUND, load_kind="normal"), FEW_LOADS), (replace(ROUND, resolution="fine"), FEW_LOADS)]
-    for case, loads in [*others, (ROUND, FEW_LOADS[1:])]:
+    variants = [(replace(ROUND, load_kind="normal"), FEW_LOADS), (replace(ROUND, resolution="fine"), FEW_LOADS)]
+    for case, loads in [*variants, (ROUND, FEW_LOADS[1:])]:
         FakeSweep.solved = []
         assert run(tmp_path, shifts, case, loads).reused == ()
         assert set(FakeSweep.solved) == set(shifts)
@@ -1559,10 +1636,10 @@ def test_other_criteria_are_judged_again_without_solving(run, tmp_path):
     assert run(tmp_path, [0.0, 1.0], case, TWO_SIDES).recomputed == {}
 
 
-def test_criteria_whose_limit_lies_elsewhere_are_solved_for(run, made_one, one):
+def test_criteria_whose_limit_lies_elsewhere_are_solved_for(run, made_one, one_position):
     before = made_one[1].limits
     case = replace(ROUND, criteria=Criteria(p_max=0.03, area=0.2))
-    outcome = run(one, [0.0], case)
+    outcome = run(one_position, [0.0], case)
     assert set(FakeSweep.solved) == {0.0}
     # searched for by these criteria, as if there had been no others
     assert outcome.made.limits == fresh_map([0.0], case=case).limits
@@ -1575,7 +1652,7 @@ def folder_of(out, shift_mm, loads=LOADS):
 
 
 def sealed(folder, change):
-    """Change a position's record, with the checksums of what it has become."""
+    """Change the record of a position, and write checksums of the changed record."""
     path = folder / SOLVED
     path.write_text(change(path.read_text("utf-8")), "utf-8")
     write_manifest(folder, [path, folder / "fields.npz"], folder.name, origin_of(ROUND))
@@ -1625,28 +1702,31 @@ def test_a_folder_that_cannot_be_used_is_named_and_solved_again(run, two, tmp_pa
 
 
 @pytest.mark.slow
-def test_another_layout_is_solved_again_also_with_other_criteria(run, one):
-    sealed(folder_of(one, 0.0), lambda text: text.replace("solved/2", "solved/0"))
+def test_another_layout_is_solved_again_also_with_other_criteria(run, one_position):
+    sealed(folder_of(one_position, 0.0), lambda text: text.replace("solved/2", "solved/0"))
     case = replace(ROUND, criteria=Criteria(p_max=0.03))
-    assert plain(run(one, [0.0], case).made) == plain(fresh_map([0.0], case=case))
+    assert plain(run(one_position, [0.0], case).made) == plain(fresh_map([0.0], case=case))
     assert FakeSweep.solved
 
 
 def test_a_number_that_was_none_is_read_as_none(run, tmp_path, monkeypatch):
-    """Profiles by points that do not come into contact with half of them do not say how sure a measure is."""
+    """Profiles by points without contact for half of the points.
 
-    def with_few_points(case, loads_N, tell=None):
+    The uncertainty of a measure is then not available.
+    """
+
+    def solve_with_few_points(case, loads_N, tell=None):
         position = fake_position(case, loads_N)
         cell = position.cells[0]
-        solved = cell.judged.solved
+        solved_load = cell.judged.solved
         unknown = Lines(own=OnLine(label="own line"), others=())
-        judged = judge_load(replace(solved, lines=unknown), position.placement)
-        return replace(position, cells=(replace(cell, judged=judged), *position.cells[1:]))
+        judged_load = judge_load(replace(solved_load, lines=unknown), position.placement)
+        return replace(position, cells=(replace(cell, judged=judged_load), *position.cells[1:]))
 
-    monkeypatch.setattr(map_positions, "solve_position", with_few_points)
-    made = run(tmp_path, [0.0], loads=LOADS[:1]).made
-    assert math.isnan(made.cells[0].judged.uncertainty["a_mm"])
-    assert made.cells[0].verdict == "UNRESOLVED"
+    monkeypatch.setattr(map_positions, "solve_position", solve_with_few_points)
+    map_made = run(tmp_path, [0.0], loads=LOADS[:1]).made
+    assert math.isnan(map_made.cells[0].judged.uncertainty["a_mm"])
+    assert map_made.cells[0].verdict == "UNRESOLVED"
     assert rows_of(tmp_path / "map.csv")[0]["hertz_uncertainty_a_percent"] == ""
     load = json.loads((tmp_path / "map.json").read_text("utf-8"))["cells"][0]
     assert load["theories"]["hertz"]["uncertainty"]["a_mm"] is None
@@ -1656,15 +1736,15 @@ def test_a_number_that_was_none_is_read_as_none(run, tmp_path, monkeypatch):
 # --- what is stored -------------------------------------------------------------------------------------------------
 
 
-def same(one, other):
+def is_equal(first, second):
     """Every value of two objects, to the last bit."""
-    if isinstance(one, np.ndarray):
-        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
-    if isinstance(one, list | tuple):
-        return len(one) == len(other) and all(map(same, one, other))
-    if hasattr(one, "__dataclass_fields__"):
-        return type(one) is type(other) and all(same(getattr(one, f), getattr(other, f)) for f in vars(one))
-    return one == other and type(one) is type(other)
+    if isinstance(first, np.ndarray):
+        return first.dtype == second.dtype and first.shape == second.shape and first.tobytes() == second.tobytes()
+    if isinstance(first, list | tuple):
+        return len(first) == len(second) and all(map(is_equal, first, second))
+    if hasattr(first, "__dataclass_fields__"):
+        return type(first) is type(second) and all(is_equal(getattr(first, f), getattr(second, f)) for f in vars(first))
+    return first == second and type(first) is type(second)
 
 
 def stored_again(value, tmp_path):
@@ -1679,38 +1759,40 @@ def test_a_solved_load_comes_back_to_the_last_bit(tmp_path, noise, thinned):
     hertz = hertz_of_case(ROUND, placement_of(0.0))
     lobe = LobeOnLine(low_y_mm=0.1 / 3.0, high_y_mm=0.4, normal_force_N=1e4, p_max_MPa=900.1, deviation={"a_mm": 0.1})
     line = OnLine(label="own line", p_max_MPa=1e3 / 3.0, deviations={"hertz": {"p_max_MPa": 1e-2 / 3.0}}, lobes=(lobe,))
-    none = OnLine(label="filter 4 mm")
-    solved = planted_solved(
+    empty_variant = OnLine(label="filter 4 mm")
+    solved_load = planted_solved(
         ROUND,
         1.0 / 30.0,
-        lines=Lines(own=line, others=(line, line) if thinned else (none,)) if noise else None,
+        lines=Lines(own=line, others=(line, line) if thinned else (empty_variant,)) if noise else None,
         turned=planted_rung(hertz, 6, 0.03) if thinned else None,
         limits=("not refined: 4.5 GB", "zone"),
         short_of_memory=True,
     )
     # whole models have both halves themselves
-    whole = replace(solved.quadratic, grid=replace(solved.quadratic.grid, half=False))
-    edge = replace(solved.levels[0], enlarged=2, at_edge=True)
-    solved = replace(solved, quadratic=whole, levels=(edge, *solved.levels))
-    read = stored_again(solved, tmp_path)
+    whole_rung = replace(solved_load.quadratic, grid=replace(solved_load.quadratic.grid, half=False))
+    edge = replace(solved_load.levels[0], enlarged=2, at_edge=True)
+    solved_load = replace(solved_load, quadratic=whole_rung, levels=(edge, *solved_load.levels))
+    load_read = stored_again(solved_load, tmp_path)
     if noise and not thinned:
-        assert math.isnan(read.lines.others[0].p_max_MPa)
-        # what is not a number is not equal to itself
-        read, solved = (replace(one, lines=replace(one.lines, others=())) for one in (read, solved))
-    assert same(read, solved)
-    assert not same(replace(read, limits=()), solved)
+        assert math.isnan(load_read.lines.others[0].p_max_MPa)
+        # NaN is not equal to itself
+        load_read, solved_load = (
+            replace(load, lines=replace(load.lines, others=())) for load in (load_read, solved_load)
+        )
+    assert is_equal(load_read, solved_load)
+    assert not is_equal(replace(load_read, limits=()), solved_load)
 
 
 def test_what_was_stored_before_is_found_by_its_names():
-    """Another name of a field would leave stored results without it."""
+    """Another name of a field would leave stored results without this field."""
     hertz = hertz_of_case(ROUND, placement_of(0.0))
     lines = Lines(own=OnLine(label="own line", deviations={"hertz": {"a_mm": 0.1}}), others=())
-    solved, arrays = planted_solved(ROUND, lines=lines, turned=planted_rung(hertz, 6, 0.03)), {}
-    record = solved_record(solved, arrays, "load0_")
-    rungs = {f"level{k}_{name}" for k in range(len(solved.levels)) for name in ("nodal", "fe", "otherwise")}
+    solved_load, arrays = planted_solved(ROUND, lines=lines, turned=planted_rung(hertz, 6, 0.03)), {}
+    record = solved_record(solved_load, arrays, "load0_")
+    rungs = {f"level{k}_{name}" for k in range(len(solved_load.levels)) for name in ("nodal", "fe", "otherwise")}
     rungs |= {"half_space", "turned", "quadratic"}
     parts = ("x_mm", "s_mm", "pressure_MPa", "gap_mm")
-    assert set(arrays) == {f"load0_{rung}_{part}" for rung in rungs for part in parts}
+    assert set(arrays) == {f"load0_{rung}_{quantity}" for rung in rungs for quantity in parts}
     assert list(record) == [
         *("load_N", "levels", "half_space", "turned", "quadratic", "lines", "limits", "short_of_memory"),
         "gap_curvature_error",
@@ -1731,7 +1813,7 @@ def test_stored_arrays_are_the_same_bytes_each_time(tmp_path):
     solved_record(planted_solved(ROUND), arrays)
     first, second = (write_arrays(tmp_path / f"{k}.npz", arrays).read_bytes() for k in "ab")
     assert first == second
-    # nothing but what was given
+    # only the given values
     assert set(read_arrays(tmp_path / "a.npz")) == set(arrays)
 
 
@@ -1752,32 +1834,32 @@ def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypat
     record = json.loads(json_text(placement_record(placement)))
     rail, wheel = resolve_rail(case.rail), resolve_wheel(case.wheel).profile
     monkeypatch.setattr("fecontact.placement.wheel_on_rail.place", None)
-    read = placement_from_record(record, rail, wheel)
-    assert placement_record(read) == placement_record(placement)
-    assert read.climbs is placement.climbs is case.flange_climb
+    placement_read = placement_from_record(record, rail, wheel)
+    assert placement_record(placement_read) == placement_record(placement)
+    assert placement_read.climbs is placement.climbs is case.flange_climb
     for body in ("rail", "wheel"):
-        own = {k: v for k, v in vars(getattr(placement, body)).items() if k != "profile"}
-        assert all(same(getattr(getattr(read, body), k), v) for k, v in own.items())
-    assert same(read.touch_points, placement.touch_points)
+        fields = {k: v for k, v in vars(getattr(placement, body)).items() if k != "profile"}
+        assert all(is_equal(getattr(getattr(placement_read, body), k), v) for k, v in fields.items())
+    assert is_equal(placement_read.touch_points, placement.touch_points)
     x = np.linspace(-3.0, 3.0, 7)
-    np.testing.assert_array_equal(read.gap(x[:, None], x[None, :]), placement.gap(x[:, None], x[None, :]))
+    np.testing.assert_array_equal(placement_read.gap(x[:, None], x[None, :]), placement.gap(x[:, None], x[None, :]))
 
 
 # --- stored maps read and judged again --------------------------------------------------------------------------------
 
 
-def test_a_map_s_folder_is_read_as_it_was_made(kept):
-    out, made = kept
-    read = fecontact.load(out)
+def test_a_map_s_folder_is_read_as_it_was_made(whole_map):
+    out, map_kept = whole_map
+    map_read = fecontact.load(out)
     assert FakeSweep.solved == []
-    assert isinstance(read, ApplicabilityMap)
-    assert plain(read) == plain(made)
-    assert (read.loads_N, read.lateral_shifts_mm) == (made.loads_N, made.lateral_shifts_mm)
-    assert map_record(read)["case"] == map_record(made)["case"]
+    assert isinstance(map_read, ApplicabilityMap)
+    assert plain(map_read) == plain(map_kept)
+    assert (map_read.loads_N, map_read.lateral_shifts_mm) == (map_kept.loads_N, map_kept.lateral_shifts_mm)
+    assert map_record(map_read)["case"] == map_record(map_kept)["case"]
     # whole objects: fields and placements as well
-    cell, own = read.cells[9], made.cells[9]
-    assert same(cell.judged.solved.levels, own.judged.solved.levels)
-    assert same(read.positions[2].placement.touch_points, made.positions[2].placement.touch_points)
+    cell, kept_cell = map_read.cells[9], map_kept.cells[9]
+    assert is_equal(cell.judged.solved.levels, kept_cell.judged.solved.levels)
+    assert is_equal(map_read.positions[2].placement.touch_points, map_kept.positions[2].placement.touch_points)
 
 
 def test_a_folder_without_results_is_refused(tmp_path):
@@ -1791,42 +1873,47 @@ def test_a_folder_without_results_is_refused(tmp_path):
 def test_other_criteria_give_the_verdicts_of_a_new_evaluation(uneven, tmp_path, criteria):
     out, stored = uneven
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    judged = judge_map(out, criteria, tmp_path / "out")
-    made = judged.map
-    assert judged.problems == ()
+    outcome = judge_map(out, criteria, tmp_path / "out")
+    judged_map = outcome.map
+    assert outcome.problems == ()
     assert FakeSweep.solved == []
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     fresh = fresh_map(UNEVEN, case=replace(ROUND, criteria=criteria))
-    assert plain(made)["cells"] == plain(fresh)["cells"]
+    assert plain(judged_map)["cells"] == plain(fresh)["cells"]
     assert json.loads((tmp_path / "out" / "map.json").read_text("utf-8"))["criteria"]["p_max"] == criteria.p_max
     written = [row["verdict_answer"] for row in rows_of(tmp_path / "out" / "map.csv")]
     assert written == [cell.verdict for cell in fresh.cells]
-    for position, own, new in zip(made.positions, stored.positions, fresh.positions, strict=True):
+    for position, stored_position, new in zip(judged_map.positions, stored.positions, fresh.positions, strict=True):
         limit, sharp = position.limit, new.limit
         assert limit.reason == sharp.reason
         # all that was solved, and no more
-        known = known_loads(position.cells, position.tried)
-        assert [one.load_N for one in known] == [one.load_N for one in known_loads(own.cells, own.tried)]
-        if not known:
+        loads_tried = known_loads(position.cells, position.tried)
+        assert [load_tried.load_N for load_tried in loads_tried] == [
+            load_tried.load_N for load_tried in known_loads(stored_position.cells, stored_position.tried)
+        ]
+        if not loads_tried:
             continue
-        assert_intervals_fit(limit, known)
-        wanted = next_load(known, LOADS)
-        assert limit.narrowed is (wanted is None and position.stopped is None)
+        assert_intervals_fit(limit, loads_tried)
+        next_load_N = next_load(loads_tried, LOADS)
+        assert limit.narrowed is (next_load_N is None and position.stopped is None)
         # nowhere against what was looked for by these criteria
-        for one in limit.intervals:
-            for other in sharp.intervals:
-                if min(one.high_N, other.high_N) > max(one.low_N, other.low_N):
-                    assert {one.answer, other.answer} != {"HOLDS", "FAILS"}
+        for load_tried in limit.intervals:
+            for sharp_interval in sharp.intervals:
+                if min(load_tried.high_N, sharp_interval.high_N) > max(load_tried.low_N, sharp_interval.low_N):
+                    assert {load_tried.answer, sharp_interval.answer} != {"HOLDS", "FAILS"}
     if criteria == Criteria():
-        assert plain(made) == plain(stored)
+        assert plain(judged_map) == plain(stored)
 
 
 @pytest.mark.slow
-def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(one):
-    """At 0 mm Hertz deviates by 4 % at 100 kN: 5 % were looked for around 125 kN, and nothing below 100 kN."""
-    made = judge_map(one, Criteria(p_max=0.03, area=0.2)).map
-    (limit,) = made.limits
-    assert [(one.low_N, one.high_N, one.answer) for one in limit.intervals] == [
+def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(one_position):
+    """A limit by other criteria at 0 mm, where Hertz deviates by 4 % at 100 kN.
+
+    The limit of 5 % was looked for around 125 kN, and nothing below 100 kN.
+    """
+    judged_map = judge_map(one_position, Criteria(p_max=0.03, area=0.2)).map
+    (limit,) = judged_map.limits
+    assert [(one_position.low_N, one_position.high_N, one_position.answer) for one_position in limit.intervals] == [
         (10e3, 50e3, "HOLDS"),
         (50e3, 100e3, "UNRESOLVED"),
         (100e3, 150e3, "FAILS"),
@@ -1840,7 +1927,7 @@ def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(one
 
 
 def is_decided(folder, case):
-    """Whether a worker takes over what is stored, in place of solving."""
+    """Whether a worker takes over the stored position in place of a new solution."""
     again = store.judged_again(read_position, folder, case)
     return again is not None and again.limit.narrowed
 
@@ -1856,8 +1943,8 @@ def is_decided(folder, case):
     ],
     ids=["other limit", "all hold", "all fail", "other measures"],
 )
-def test_a_stored_position_is_decided_if_a_new_solution_would_have_no_more_loads(one, criteria, decided):
-    folder = folder_of(one, 0.0)
+def test_a_stored_position_is_decided_if_a_new_solution_would_have_no_more_loads(one_position, criteria, decided):
+    folder = folder_of(one_position, 0.0)
     # what the own criteria leave open no finer mesh is allowed to decide
     case = replace(ROUND, criteria=criteria, refine="never")
     assert is_decided(folder, case) is decided
@@ -1867,17 +1954,17 @@ def test_a_stored_position_is_decided_if_a_new_solution_would_have_no_more_loads
 
 
 def test_a_position_whose_search_stopped_is_not_decided(run, tmp_path):
-    made = run(tmp_path, [2.0]).made
+    map_made = run(tmp_path, [2.0]).made
     folder = folder_of(tmp_path, 2.0)
-    read = read_position(folder)
-    assert read.limit == made.limits[0]
-    assert read.stopped.status == "failed: a limit that cannot be solved"
-    assert not read.limit.narrowed
+    position_read = read_position(folder)
+    assert position_read.limit == map_made.limits[0]
+    assert position_read.stopped.status == "failed: a limit that cannot be solved"
+    assert not position_read.limit.narrowed
     assert not is_decided(folder, ROUND)
 
 
-def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(one):
-    folder = folder_of(one, 0.0)
+def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(one_position):
+    folder = folder_of(one_position, 0.0)
     for refine, decided in (("never", True), ("verdict", False)):
         case = replace(ROUND, criteria=Criteria(p_max=0.06), refine=refine)
         position = read_position(folder, criteria=case.criteria)
@@ -1890,19 +1977,22 @@ def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(one):
 @pytest.mark.slow
 def test_cells_of_all_kinds_come_back_from_a_cluster(run, tmp_path):
     shifts = [-2.0, 3.0, 4.0]
-    here = run(tmp_path / "here", shifts).made
+    local_map = run(tmp_path / "here", shifts).made
     with dask_cluster(tmp_path, 2, PYTHONPATH=os.pathsep.join(sys.path)) as (address, _):
         settings = RunSettings(scheduler=address)
-        there = map_by(ROUND, shifts, LOADS, tmp_path / "there", settings=settings, work=PlantedWork).made
-    assert plain(there) == plain(here)
+        cluster_map = map_by(ROUND, shifts, LOADS, tmp_path / "there", settings=settings, work=PlantedWork).made
+    assert plain(cluster_map) == plain(local_map)
     assert rows_of(tmp_path / "there" / "map.csv") == rows_of(tmp_path / "here" / "map.csv")
     # solved and judged both ways, not converged, a load that cannot be solved, and a position that is none
-    assert {cell.verdict for cell in there.cells} >= {"HOLDS", "FAILS"}
-    assert {cell.status.partition(":")[0] for cell in there.cells} == {"converged", "not converged", "failed"}
+    assert {cell.verdict for cell in cluster_map.cells} >= {"HOLDS", "FAILS"}
+    assert {cell.status.partition(":")[0] for cell in cluster_map.cells} == {"converged", "not converged", "failed"}
 
 
 def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):
-    """Also of one that is added to a map some day, unless it is one that nobody reads."""
+    """Damage of every file, also of a file that is added to a map some day.
+
+    Files that nobody reads are exempt.
+    """
     out = shutil.copytree(two[0], tmp_path / "out")
     (position, *_) = sorted((out / "positions").iterdir())
     assert files_without_checksum(position) == set()
@@ -1933,32 +2023,32 @@ def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):
     ),
 )
 def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two, tmp_path, damage, says):
-    kept_whole, whole = two
+    kept_whole, whole_result = two
     shutil.copytree(kept_whole, tmp_path, dirs_exist_ok=True)
     folder = folder_of(tmp_path, 0.0, FEW_LOADS)
     damage(folder)
-    judged = judge_map(tmp_path, Criteria())
-    made, (problem,) = judged.map, judged.problems
+    outcome = judge_map(tmp_path, Criteria())
+    judged_map, (problem,) = outcome.map, outcome.problems
     assert str(folder) in problem
     assert says in problem
     assert "again" in problem
-    first, second = made.positions
+    first, second = judged_map.positions
     assert {cell.verdict for cell in first.cells} == {"failed"}
     assert {cell.status for cell in first.cells} == {f"failed: {problem}"}
     assert all(cell.judged is None for cell in first.cells)
     assert first.limit.F_max_N is None
-    assert [cell_record(cell) for cell in second.cells] == cells_of(whole)[len(FEW_LOADS) :]
-    assert not made.all_solved
+    assert [cell_record(cell) for cell in second.cells] == cells_of(whole_result)[len(FEW_LOADS) :]
+    assert not judged_map.all_solved
     with pytest.raises(InputError, match=re.escape(problem)):
         fecontact.load(tmp_path)
     assert call(["judge", str(tmp_path)]) == 3
 
 
-def test_a_map_of_another_layout_is_refused(one):
-    edited(one / "map.json", lambda text: text.replace("fecontact/map/6", "fecontact/map/3"))
-    for read in (fecontact.load, lambda folder: judge_map(folder, Criteria())):
+def test_a_map_of_another_layout_is_refused(one_position):
+    edited(one_position / "map.json", lambda text: text.replace("fecontact/map/6", "fecontact/map/3"))
+    for read_map in (fecontact.load, lambda folder: judge_map(folder, Criteria())):
         with pytest.raises(InputError, match="its layout is not fecontact/map/6; make the map again"):
-            read(one)
+            read_map(one_position)
 
 
 def test_judge_command_of_a_map(made_one, tmp_path, capsys):
@@ -1988,13 +2078,13 @@ def test_profiles_that_are_files_are_kept_with_a_position(run, tmp_path, monkeyp
     case = replace(ROUND, rail=str(head), track=Track(rail_crown_y_mm=Track().tape_circle_y_mm))
     placement = place_case(case)
     monkeypatch.setitem(globals(), "placement_of", lambda shift_mm: placement)
-    made = run(tmp_path / "map", [0.0], case, LOADS[:1]).made
-    shown = map_record(made)["case"]
+    map_made = run(tmp_path / "map", [0.0], case, LOADS[:1]).made
+    case_shown = map_record(map_made)["case"]
     head.unlink()
-    read = fecontact.load(tmp_path / "map")
-    assert plain(read) == plain(made)
-    assert map_record(read)["case"] == shown
-    assert "head.txt@" in shown["rail"]
+    map_read = fecontact.load(tmp_path / "map")
+    assert plain(map_read) == plain(map_made)
+    assert map_record(map_read)["case"] == case_shown
+    assert "head.txt@" in case_shown["rail"]
     assert str(tmp_path) not in (tmp_path / "map" / "map.json").read_text("utf-8")
 
 
@@ -2109,7 +2199,7 @@ def test_stiffness_needs_two_loads():
 
 
 class FakeMeshes:
-    """Meshes that say where a load was solved."""
+    """Meshes that record the loads that are solved on them."""
 
     made: ClassVar[list["FakeMeshes"]] = []
 
@@ -2132,13 +2222,13 @@ class FakeMeshes:
 def meshes(monkeypatch):
     monkeypatch.setattr(FakeMeshes, "made", [])
     monkeypatch.setattr("fecontact.solving.solve.Meshes", FakeMeshes)
-    monkeypatch.setattr("fecontact.solving.solve.judge_load", lambda solved, placement, theories: solved)
+    monkeypatch.setattr("fecontact.solving.solve.judge_load", lambda solved_load, placement, theories: solved_load)
     return FakeMeshes.made
 
 
-def elements_a_semi_axis(solved):
-    """Elements on the narrowest semi-axis of a load, the fewer of both directions."""
-    on, position = solved
+def elements_a_semi_axis(solved_load):
+    """Elements on the narrowest semi-axis of a load, the smaller number of both directions."""
+    on, position = solved_load
     expected = position.expected
     return min(
         axis / size
@@ -2152,18 +2242,18 @@ QUICK = replace(ROUND, resolution="quick")
 
 
 def test_a_load_of_the_map_is_judged_by_all_theories_and_one_that_is_tried_by_hertz(meshes, monkeypatch):
-    asked = []
+    theories_asked = []
     monkeypatch.setattr(
-        "fecontact.solving.solve.judge_load", lambda solved, placement, theories: asked.append(theories)
+        "fecontact.solving.solve.judge_load", lambda solved_load, placement, theories: theories_asked.append(theories)
     )
     sweep = LoadSweep(QUICK, (150e3,))
     sweep.solve(150e3)
     sweep.solve(140e3, refine=False)
-    assert [tuple(theories) for theories in asked] == [tuple(THEORIES), (HERTZ,)]
+    assert [tuple(theories) for theories in theories_asked] == [tuple(THEORIES), (HERTZ,)]
 
 
 def groups_N(sweep: LoadSweep) -> tuple[float, ...]:
-    """Loads that meshes were made for."""
+    """Groups of loads with common meshes."""
     return tuple(group.position.case.load_N for group in sweep._groups)
 
 
@@ -2171,22 +2261,22 @@ def test_planned_loads_share_meshes_with_enough_elements_for_each(meshes):
     sweep = LoadSweep(QUICK, LOADS)
     for load_N in LOADS:
         assert not sweep.is_ready_for(load_N)
-    solved = {150e3: sweep.solve(150e3)}
+    solved_loads = {150e3: sweep.solve(150e3)}
     # a load asks for elements that grow with its cube root: half as large ones for an eighth of it
     assert [sweep.is_ready_for(load_N) for load_N in LOADS] == [False, True, True, True]
-    # what was not planned may need others
+    # loads that were not planned may need other meshes
     assert not sweep.is_ready_for(70e3)
-    solved |= {load_N: sweep.solve(load_N) for load_N in (100e3, 50e3, 10e3)}
+    solved_loads |= {load_N: sweep.solve(load_N) for load_N in (100e3, 50e3, 10e3)}
     assert groups_N(sweep) == (150e3, 10e3)
     assert [sweep.is_ready_for(load_N) for load_N in LOADS] == [True, False, False, False]
     assert [on.open for on in meshes] == [False, True]
-    for load_N, one in solved.items():
-        assert one[1].case.load_N == load_N
+    for load_N, solved_load in solved_loads.items():
+        assert solved_load[1].case.load_N == load_N
         # on the case's own meshes what it asks for, and 2.7 on the coarser ones
-        assert elements_a_semi_axis(one) >= 4.0
-        assert elements_a_semi_axis(one) / MESH_RATIO >= 4.0 / 1.5
+        assert elements_a_semi_axis(solved_load) >= 4.0
+        assert elements_a_semi_axis(solved_load) / MESH_RATIO >= 4.0 / 1.5
     # and not many more than the largest needs
-    assert elements_a_semi_axis(solved[150e3]) < 1.5 * 4.25
+    assert elements_a_semi_axis(solved_loads[150e3]) < 1.5 * 4.25
     # the kept meshes serve a load that comes back
     assert sweep.solve(100e3)[0] is meshes[0]
     sweep.close()
@@ -2214,21 +2304,24 @@ def test_meshes_for_a_load_between_two_planned_ones_serve_all_that_lies_between_
         sweep.solve(load_N)
     assert groups_N(sweep) == (150e3, 20e3)
     # 30 kN is too small for the first meshes and too large for the second
-    solved = [sweep.solve(load_N) for load_N in (30e3, 49e3, 21e3, 35e3, 50e3, 20.1e3)]
+    solved_loads = [sweep.solve(load_N) for load_N in (30e3, 49e3, 21e3, 35e3, 50e3, 20.1e3)]
     assert groups_N(sweep) == (150e3, 20e3, 50e3)
-    assert {on for on, _ in solved} == {meshes[2]}
-    assert all(elements_a_semi_axis(one) >= 4.0 for one in solved)
+    assert {on for on, _ in solved_loads} == {meshes[2]}
+    assert all(elements_a_semi_axis(solved_load) >= 4.0 for solved_load in solved_loads)
     # those of the load below stay its own, with fewer elements
     assert sweep.solve(20e3)[0] is meshes[1]
 
 
 def test_meshes_for_a_wide_gap_have_the_elements_of_the_load_that_is_there(meshes):
-    """From 10 to 50 kN the elements differ by 1.7: the smallest would have the largest on three times as many."""
+    """From 10 to 50 kN the elements differ by a factor of 1.7.
+
+    The smallest load would require three times more elements for the largest load.
+    """
     sweep = LoadSweep(QUICK, LOADS)
-    solved = [sweep.solve(load_N) for load_N in (150e3, 10e3, 30e3, 40e3, 15e3)]
-    assert all(elements_a_semi_axis(one) >= 4.0 for one in solved)
+    solved_loads = [sweep.solve(load_N) for load_N in (150e3, 10e3, 30e3, 40e3, 15e3)]
+    assert all(elements_a_semi_axis(solved_load) >= 4.0 for solved_load in solved_loads)
     assert groups_N(sweep) == (150e3, 10e3, 50e3, 50e3)
-    assert solved[3][0] is meshes[2]
+    assert solved_loads[3][0] is meshes[2]
 
 
 def test_given_element_sizes_are_those_of_all_loads(meshes):
@@ -2240,14 +2333,14 @@ def test_given_element_sizes_are_those_of_all_loads(meshes):
 
 @dataclass(frozen=True)
 class OnePatch:
-    """A patch that has no others far apart from it."""
+    """A patch without other patches far from it."""
 
     parts: tuple[object, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class AnyPosition:
-    """Element sizes as they happen to be."""
+    """Element sizes without any condition."""
 
     case: Case
     element_size_mm: tuple[float, float]
@@ -2272,40 +2365,43 @@ some_loads = st.lists(st.integers(1, 12).map(lambda k: 10e3 * k), min_size=1, ma
     planned=some_loads,
     others=some_loads,
 )
-def test_every_load_has_the_elements_it_asks_for(meshes, sizes, planned, others):
-    """Also where a second lobe makes a larger load ask for smaller elements."""
+def test_every_load_has_the_elements_it_asks_for(meshes, sizes, planned, later_loads):
+    """Elements where a second lobe makes a larger load ask for smaller elements."""
     meshes.clear()
     position = AnyPosition(case=ROUND, element_size_mm=(1.0, 1.0), sizes=sizes)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fecontact.solving.solve.position_of", lambda case: position)
         sweep = LoadSweep(ROUND, planned)
-    for load_N in [*sorted(set(planned), reverse=True), *others]:
+    for load_N in [*sorted(set(planned), reverse=True), *later_loads]:
         ready, count = sweep.is_ready_for(load_N), len(meshes)
         opened = [on for on in meshes if on.open]
-        on, wanted = sweep.solve(load_N)
-        assert wanted.case.load_N == load_N <= on.position.case.load_N
-        for here, asked in zip(on.position.element_size_mm, wanted.element_size_mm, strict=True):
-            assert here <= asked * (1.0 + 1e-9)
+        on, own_plan = sweep.solve(load_N)
+        assert own_plan.case.load_N == load_N <= on.position.case.load_N
+        for size_mm, wanted_mm in zip(on.position.element_size_mm, own_plan.element_size_mm, strict=True):
+            assert size_mm <= wanted_mm * (1.0 + 1e-9)
         if ready:
             assert len(meshes) == count
             assert opened == [on]
         if load_N in planned and len(meshes) > count:
             # made for it: not much finer than it asks for itself
             assert all(
-                asked <= 1.5 * here * (1.0 + 1e-9)
-                for here, asked in zip(on.position.element_size_mm, wanted.element_size_mm, strict=True)
+                wanted_mm <= 1.5 * size_mm * (1.0 + 1e-9)
+                for size_mm, wanted_mm in zip(on.position.element_size_mm, own_plan.element_size_mm, strict=True)
             )
 
 
 def test_a_load_that_cannot_be_expected_says_so_when_it_is_its_turn(meshes, monkeypatch):
-    """Also if it is the case's own: the smaller loads of the position go on."""
+    """The failing load may also be the load of the case.
 
-    def limited(case, placement=None):
+    The smaller loads of the position are still solved.
+    """
+
+    def expect_small_loads(case, placement=None):
         if case.load_N > most_N:
             raise InputError(f"the contact of {case.load_N / 1e3:g} kN reaches the end")
         return expect_on_half_space(case, placement)
 
-    monkeypatch.setattr("fecontact.solving.position.expect_on_half_space", limited)
+    monkeypatch.setattr("fecontact.solving.position.expect_on_half_space", expect_small_loads)
     most_N = 120e3
     sweep = LoadSweep(replace(QUICK, load_N=150e3), LOADS)
     assert not sweep.is_ready_for(150e3)
@@ -2333,9 +2429,9 @@ def check_cylinders(points):
     assert [p.verdict.answer for p in points] == ["HOLDS"] * len(points)
     p0 = np.array([p.comparison.fe.p_max_MPa for p in points])
     force = np.array([p.normal_force_N for p in points])
-    unsure = max(p.uncertainty["p_max_MPa"] for p in points)
+    uncertainty = max(p.uncertainty["p_max_MPa"] for p in points)
     scaled = p0 / force ** (1 / 3)
-    assert np.ptp(scaled) / scaled.mean() < 2.0 * unsure
+    assert np.ptp(scaled) / scaled.mean() < 2.0 * uncertainty
     # measured 0.2 %
     fit = fit_stiffness(points)
     assert fit.hertz_c1_mm_per_N23 == pytest.approx(fit.c1_mm_per_N23, rel=0.02)
@@ -2365,12 +2461,14 @@ def test_loads_with_refinement():
 def test_loads_between_those_of_a_map_yield_too(tmp_path):
     steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=400.0, tangent_MPa=4200.0)
     case = Case(lateral_shift_mm=3.0, rail_material=steel, wheel_material=steel)
-    made = fecontact.map(case, [3.0], [10e3, 60e3], tmp_path, workers=1).made
-    (position,) = made.positions
+    map_made = fecontact.map(case, [3.0], [10e3, 60e3], tmp_path, workers=1).made
+    (position,) = map_made.positions
     assert position.tried
-    for judged in (*position.tried, *(cell.judged for cell in position.cells)):
-        assert judged.plastic is not None
+    for judged_load in (*position.tried, *(cell.judged for cell in position.cells)):
+        assert judged_load.plastic is not None
     # yielding takes more of the peak under a larger load: what failed under 60 kN does not hold just below it
-    answers = [judged.verdict.answer for judged in sorted(position.tried, key=lambda one: one.load_N)]
+    answers = [
+        judged_load.verdict.answer for judged_load in sorted(position.tried, key=lambda load_tried: load_tried.load_N)
+    ]
     assert position.cells[-1].judged.verdict.answer == "FAILS"
     assert answers[-1] != "HOLDS"

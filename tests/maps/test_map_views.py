@@ -1,6 +1,7 @@
-"""Maps as values: what one table and one picture draw, for each theory by its name and for the cheapest that holds.
+"""Maps as values for one table and one picture.
 
-The contacts are those of the true gap on a half-space, which take the place of the finite elements.
+They are drawn for each theory by its name and for the cheapest theory that holds. The contacts come from the true gap
+on a half-space, which replaces the finite elements.
 """
 
 import csv
@@ -52,14 +53,17 @@ def position(shift_mm, load_N=LOAD_N, **limits):
     case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=load_N, criteria=Criteria(**limits))
     placement = place_case(case)
     rung = expect_on_half_space(case, placement)[1].half_space
-    solved = on_half_space(case, placement, rung, (200, 100))
-    cells = (solved_cell(shift_mm, judge_load(solved, placement)),)
+    solved_load = on_half_space(case, placement, rung, (200, 100))
+    cells = (solved_cell(shift_mm, judge_load(solved_load, placement)),)
     return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=load_limit(cells), placement=placement)
 
 
 @pytest.fixture(scope="module")
-def made():
-    """One touch point, where Hertz holds; two, where springs alone do; and a position without a result."""
+def base_map():
+    """A map with one touch point, with two touch points, and without a result.
+
+    Hertz holds at one touch point. At two touch points only springs hold.
+    """
     lost = MapCell(lateral_shift_mm=6.0, load_N=LOAD_N, status="failed: no memory")
     positions = (
         *(position(shift) for shift in (-4.0, 5.0)),
@@ -68,14 +72,14 @@ def made():
     return ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=positions)
 
 
-def failing(made):
-    """The same map with theories that all fail at the second position."""
-    second = made.positions[1]
+def failing(base_map):
+    """The map with theories that all fail at the second position."""
+    second = base_map.positions[1]
     (cell,) = second.cells
     verdict = Verdict(answer="FAILS", measure="area_mm2", each={"area_mm2": "FAILS"})
-    fails = {name: replace(one, verdict=verdict) for name, one in cell.judged.judgements.items()}
-    other = replace(second, cells=(replace(cell, judged=replace(cell.judged, judgements=fails)),))
-    return replace(made, positions=(made.positions[0], other, made.positions[2]))
+    fails = {name: replace(judgement, verdict=verdict) for name, judgement in cell.judged.judgements.items()}
+    failing_position = replace(second, cells=(replace(cell, judged=replace(cell.judged, judgements=fails)),))
+    return replace(base_map, positions=(base_map.positions[0], failing_position, base_map.positions[2]))
 
 
 def cells_of(view) -> list[CellView]:
@@ -89,42 +93,45 @@ def test_every_measure_has_a_letter_of_its_own_that_is_no_sign():
     assert not set(letters) & set("+x?!*")
 
 
-def test_a_map_of_any_theory(made):
-    hertz, springs = verdict_view(made), verdict_view(made, MULTI_HERTZ)
+def test_a_map_of_any_theory(base_map):
+    hertz, springs = verdict_view(base_map), verdict_view(base_map, MULTI_HERTZ)
     assert [cell.answer for cell in cells_of(hertz)] == ["HOLDS", "FAILS", "failed"]
     # at one touch point springs are Hertz
     assert [cell.answer for cell in cells_of(springs)] == ["HOLDS", "HOLDS", "failed"]
     assert [cell.diamond for cell in cells_of(hertz)] == [False, True, False]
     assert not any(cell.diamond for cell in cells_of(springs))
-    judged = made.cells[1].judged.judgements[MULTI_HERTZ]
-    assert cells_of(springs)[1].text == f"{judged.limit_used:.2f}"
-    assert cells_of(springs)[1].printed.split() == ["+", f"{1e2 * judged.deviation['p_max_MPa']:+.1f}"]
+    judgement = base_map.cells[1].judged.judgements[MULTI_HERTZ]
+    assert cells_of(springs)[1].text == f"{judgement.limit_used:.2f}"
+    assert cells_of(springs)[1].printed.split() == ["+", f"{1e2 * judgement.deviation['p_max_MPa']:+.1f}"]
     assert [column.limit for column in springs.columns] == ["holds 50 kN", "holds 50 kN", "failed: no memory"]
     assert "where the theory is undefined, Hertz is shown" in springs.notes
     assert springs.title == f"where {THEORIES[MULTI_HERTZ].words} holds"
 
 
-def test_a_theory_without_a_contact_has_no_answer(made):
-    cell = made.cells[1]
+def test_a_theory_without_a_contact_has_no_answer(base_map):
+    cell = base_map.cells[1]
     load = replace(cell.judged, judgements={HERTZ: cell.judged.judgements[HERTZ]}, without={MULTI_HERTZ: "conforms"})
-    one = replace(made.positions[1], cells=(replace(cell, judged=load),))
-    view = verdict_view(replace(made, positions=(one,)), MULTI_HERTZ)
+    lost_theory = replace(base_map.positions[1], cells=(replace(cell, judged=load),))
+    view = verdict_view(replace(base_map, positions=(lost_theory,)), MULTI_HERTZ)
     assert [(cell.answer, cell.text) for cell in cells_of(view)] == [("failed", "!")]
     assert view.columns[0].bands == ()
 
 
-def test_the_cheapest_theory_that_holds(made):
-    view = theory_view(made)
+def test_the_cheapest_theory_that_holds(base_map):
+    view = theory_view(base_map)
     assert [cell.answer for cell in cells_of(view)] == [HERTZ, MULTI_HERTZ, "failed"]
     assert [cell.letter for cell in cells_of(view)] == ["H", "MH", "!"]
     assert [answer for answer, _ in view.answers] == [HERTZ, MULTI_HERTZ, "failed"]
-    none = theory_view(failing(made))
-    assert [cell.text[0] for cell in cells_of(none)] == ["H", "x", "!"]
-    assert ("FAILS", "none holds") in none.answers
+    no_theory = theory_view(failing(base_map))
+    assert [cell.text[0] for cell in cells_of(no_theory)] == ["H", "x", "!"]
+    assert ("FAILS", "none holds") in no_theory.answers
 
 
 def flat_patch(**limits):
-    """A map of one cell, whose patch is partly flat or concave: ANALYN holds there by its numbers, out of its range."""
+    """A map with a single cell and a patch that is partly flat or concave.
+
+    ANALYN holds there by its numbers, out of its range.
+    """
     # so that Hertz and STRIPES fail beyond their uncertainties
     limits |= {"area": 0.07}
     case = Case(roll="touching", criteria=Criteria(**limits))
@@ -132,8 +139,8 @@ def flat_patch(**limits):
 
 
 def test_a_theory_out_of_its_range_is_told_so_wherever_it_is_the_answer(tmp_path):
-    made = flat_patch()
-    ((row,), load) = (fecontact.rows(made), made.cells[0].judged)
+    flat_map = flat_patch()
+    ((row,), load) = (fecontact.rows(flat_map), flat_map.cells[0].judged)
     reason = row["cheapest_theory_reason"]
     assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("analyn", "out of range")
     assert reason.startswith("38 % of the patch is flat or concave across")
@@ -143,115 +150,129 @@ def test_a_theory_out_of_its_range_is_told_so_wherever_it_is_the_answer(tmp_path
     # one name for one theory
     assert text.getvalue().count("ANALYN, out of range") == 2
     assert "analyn" not in text.getvalue()
-    view = theory_view(made)
+    view = theory_view(flat_map)
     (cell,) = cells_of(view)
     assert cell.letter.endswith("*")
     assert view.notes[-1].endswith("* out of its range")
     assert "out of its range" in [words for _, words in view.marks]
-    assert map_answer(made, "theory") == [
+    assert map_answer(flat_map, "theory") == [
         "The cheapest theory that holds is ANALYN at 3 mm at all loads, out of its range at 3 mm at all loads."
     ]
-    (share,) = [one for one in share_records(made) if one["cheapest_cells"]]
+    (share,) = [share_record for share_record in share_records(flat_map) if share_record["cheapest_cells"]]
     assert (share["theory"], share["out_of_range_cells"]) == ("analyn", 1)
-    write_map(made, tmp_path, drawn=False)
+    write_map(flat_map, tmp_path, drawn=False)
     (line,) = contacts(tmp_path)
     names = ("cheapest_theory", "cheapest_theory_status", "cheapest_theory_reason")
     assert [line[name] for name in names] == ["analyn", "out of range", reason]
-    report = write_map_report(made, tmp_path).read_text("utf-8")
+    report = write_map_report(flat_map, tmp_path).read_text("utf-8")
     assert f"ANALYN, out of range: {reason}" in html.unescape(report)
     verdicts_told = {row.cells[0]: row.cells[-1] for row in theories_table(load_record(load)).rows}
     assert (verdicts_told["ANALYN"], verdicts_told["KPEC"]) == ("HOLDS, out of range", "HOLDS")
 
 
 def test_theories_out_of_their_range_may_be_left_out():
-    made = flat_patch(theories_in_range=True)
-    (row,) = fecontact.rows(made)
+    flat_map = flat_patch(theories_in_range=True)
+    (row,) = fecontact.rows(flat_map)
     assert (row["cheapest_theory"], row["cheapest_theory_status"], row["cheapest_theory_reason"]) == (
         *("kpec", "solved"),
         "",
     )
     # its numbers hold as before
     assert row["analyn_verdict_answer"] == "HOLDS"
-    assert map_answer(made, "theory") == ["The cheapest theory that holds in its range is KPEC at 3 mm at all loads."]
-    assert not cells_of(theory_view(made))[0].out_of_range
+    assert map_answer(flat_map, "theory") == [
+        "The cheapest theory that holds in its range is KPEC at 3 mm at all loads."
+    ]
+    assert not cells_of(theory_view(flat_map))[0].out_of_range
 
 
-def test_one_picture_draws_them_in_a_png(made, monkeypatch):
+def test_one_picture_draws_them_in_a_png(base_map, monkeypatch):
     from matplotlib.colors import to_hex
 
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
-    views = [verdict_view(made), verdict_view(made, MULTI_HERTZ), theory_view(made), theory_view(failing(made))]
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    views = [
+        verdict_view(base_map),
+        verdict_view(base_map, MULTI_HERTZ),
+        theory_view(base_map),
+        theory_view(failing(base_map)),
+    ]
     for view in views:
         map_figure(view, "unused.png")
-    for view, figure in zip(views, kept, strict=True):
+    for view, figure in zip(views, figures, strict=True):
         (ax,) = figure.axes
         assert [to_hex(bar.get_facecolor()) for bar in ax.patches if bar.get_fill()] == [
             view.colours[column.bands[0][2]] if column.bands else ANSWERS["failed"] for column in view.columns
         ]
         assert [text.get_text() for text in ax.texts] == [cell.text for cell in cells_of(view)]
-        told = [text.get_text() for text in ax.get_legend().get_texts()]
-        assert [words for _, words in view.answers] == told[: len(view.answers)]
+        legend = [text.get_text() for text in ax.get_legend().get_texts()]
+        assert [words for _, words in view.answers] == legend[: len(view.answers)]
         assert view.title in ax.get_title()
 
 
-def test_a_map_is_asked_for_by_names(made):
-    assert map_view(made, "pressure", MULTI_HERTZ) == verdict_view(made, MULTI_HERTZ)
-    assert map_view(made, "theory") == theory_view(made)
-    assert "the cheapest theory that holds" in map_text(made, "theory")
+def test_a_map_is_asked_for_by_names(base_map):
+    assert map_view(base_map, "pressure", MULTI_HERTZ) == verdict_view(base_map, MULTI_HERTZ)
+    assert map_view(base_map, "theory") == theory_view(base_map)
+    assert "the cheapest theory that holds" in map_text(base_map, "theory")
     for theory in THEORIES:
-        refuse_measure(made.case, "pressure", theory)
+        refuse_measure(base_map.case, "pressure", theory)
     # it needs no friction
-    refuse_measure(made.case, "theory")
+    refuse_measure(base_map.case, "theory")
     with pytest.raises(InputError, match="allowed: hertz"):
-        refuse_measure(made.case, "pressure", "spring")
+        refuse_measure(base_map.case, "pressure", "spring")
     with pytest.raises(InputError, match="the measure theory has all of them"):
-        refuse_measure(made.case, "theory", MULTI_HERTZ)
+        refuse_measure(base_map.case, "theory", MULTI_HERTZ)
 
 
-def test_the_shares_of_theories(made):
-    """Counted by hand: one cell each where Hertz and springs hold first, and one without a result."""
-    shares = {one["theory"]: one for one in share_records(made)}
+def test_the_shares_of_theories(base_map):
+    """Shares counted by hand.
+
+    Hertz holds first in one cell, springs in another, and one cell has no result.
+    """
+    shares = {share_record["theory"]: share_record for share_record in share_records(base_map)}
     assert list(shares)[-3:] == ["UNRESOLVED", "none", "failed"]
-    assert {name: one["cheapest_cells"] for name, one in shares.items() if one["cheapest_cells"]} == {
+    assert {
+        name: share_record["cheapest_cells"] for name, share_record in shares.items() if share_record["cheapest_cells"]
+    } == {
         HERTZ: 1,
         MULTI_HERTZ: 1,
         "failed": 1,
     }
-    assert sum(one["cheapest_percent"] for one in shares.values()) == pytest.approx(100.0)
-    used = made.cells[1].judged.judgements[MULTI_HERTZ].limit_used
-    assert shares[MULTI_HERTZ]["largest_limit_used"] == used < 1.0
+    assert sum(share_record["cheapest_percent"] for share_record in shares.values()) == pytest.approx(100.0)
+    utilisation = base_map.cells[1].judged.judgements[MULTI_HERTZ].limit_used
+    assert shares[MULTI_HERTZ]["largest_limit_used"] == utilisation < 1.0
     # springs say nothing of their own at the first position; the half-space, which stands for the elements, holds twice
     assert (shares[HERTZ]["holds_cells"], shares[MULTI_HERTZ]["holds_cells"], shares["half_space"]["holds_cells"]) == (
         *(1, 1),
         2,
     )
     assert shares["half_space"]["cheapest_cells"] == 0
-    none = {one["theory"]: one["cheapest_cells"] for one in share_records(failing(made))}
-    assert (none["none"], none["UNRESOLVED"], none["failed"]) == (1, 0, 1)
-    table = shares_table(share_records(made))
+    cheapest_cells = {
+        share_record["theory"]: share_record["cheapest_cells"] for share_record in share_records(failing(base_map))
+    }
+    assert (cheapest_cells["none"], cheapest_cells["UNRESOLVED"], cheapest_cells["failed"]) == (1, 0, 1)
+    table = shares_table(share_records(base_map))
     assert [row.cells[0] for row in table.rows][-1] == "could not be solved"
     assert "none holds" not in [row.cells[0] for row in table.rows]
 
 
-def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path, monkeypatch):
+def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(base_map, tmp_path, monkeypatch):
     text = io.StringIO()
-    show(map_lines(made, "theory", HERTZ, width=100), Console(file=text, width=100))
-    shown = text.getvalue()
-    assert "the cheapest theory that holds, and the largest share of a limit that it uses" in shown
-    assert "The cheapest theory that holds, and where each holds" in shown
+    show(map_lines(base_map, "theory", HERTZ, width=100), Console(file=text, width=100))
+    text_shown = text.getvalue()
+    assert "the cheapest theory that holds, and the largest share of a limit that it uses" in text_shown
+    assert "The cheapest theory that holds, and where each holds" in text_shown
     narrow = io.StringIO()
-    show([shares_table(share_records(made))], Console(file=narrow, width=80))
+    show([shares_table(share_records(base_map))], Console(file=narrow, width=80))
     # headings are whole where a terminal is no wider
     (line,) = [line for line in narrow.getvalue().splitlines() if line.lstrip().startswith("theory")]
     assert line.split()[-2:] == ["limit", "%"]
     alone = io.StringIO()
-    show(map_lines(made, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
+    show(map_lines(base_map, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
     assert "where each holds" not in alone.getvalue()
     titles = {}
     monkeypatch.setattr("fecontact.maps.files.map_figure", lambda view, path: titles.update({path.name: view.title}))
     (tmp_path / "map_strip.svg").write_text("of another map", "utf-8")
-    write_map(made, tmp_path, theory=MULTI_HERTZ)
+    write_map(base_map, tmp_path, theory=MULTI_HERTZ)
     assert titles == {
         "map.png": "where Hertz holds",
         "map_theory.png": "the cheapest theory that holds",
@@ -259,7 +280,7 @@ def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path
     }
     assert sorted(path.name for path in tmp_path.iterdir()) == ["contacts.csv", "map.csv", "map.json"]
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["theory_shares"] == json.loads(
-        json_text(share_records(made))
+        json_text(share_records(base_map))
     )
 
 
@@ -271,16 +292,16 @@ def numbers(row, *names):
     return [float(row[name]) for name in names]
 
 
-def test_contacts_of_a_map_are_those_of_theories_alone(made, tmp_path, monkeypatch):
+def test_contacts_of_a_map_are_those_of_theories_alone(base_map, tmp_path, monkeypatch):
     monkeypatch.setattr("fecontact.maps.files.map_figure", lambda view, path: None)
-    write_map(made, tmp_path)
+    write_map(base_map, tmp_path)
     single, several, lost = contacts(tmp_path)
     assert [row["cheapest_theory"] for row in (single, several, lost)] == [HERTZ, MULTI_HERTZ, ""]
     assert [row["verdict"] for row in (single, several, lost)] == ["HOLDS", "FAILS", "failed"]
     assert {name for name, value in lost.items() if value} == {"lateral_shift_mm", "load_kN", "status", "verdict"}
     # touch points and springs of a table are found from the pair and the load alone; pressures on a round rail have
     # other directions than the touch point, so that their normal force is some 1e-5 off
-    alone = fecontact.table(made.case, [-4.0, 5.0], [LOAD_N])
+    alone = fecontact.table(base_map.case, [-4.0, 5.0], [LOAD_N])
     for row, same in zip((single, several), alone, strict=True):
         shared = [name for name in row if name.startswith("touch") and isinstance(same.get(name), float)]
         assert numbers(row, *shared) == pytest.approx([same[name] for name in shared], rel=2e-5)
@@ -293,7 +314,7 @@ def test_contacts_of_a_map_are_those_of_theories_alone(made, tmp_path, monkeypat
     touch = numbers(single, *(f"touch1_{name}" for name in places))
     assert numbers(single, *(f"patch1_{name}" for name in places)) == pytest.approx(touch, abs=1e-9)
     centre = numbers(single, "fe_centre_rail_y_mm", "fe_centre_wheel_y_mm")
-    assert [one - at for one, at in zip(centre, touch, strict=False)] == pytest.approx(
+    assert [at_centre - at for at_centre, at in zip(centre, touch, strict=False)] == pytest.approx(
         [float(single["fe_centre_mm"])] * 2, abs=1e-4
     )
     # the patch of the larger force comes first: it is that of the second touch point
@@ -304,9 +325,12 @@ def test_contacts_of_a_map_are_those_of_theories_alone(made, tmp_path, monkeypat
     assert (single["patch1_load_share"], single["patch2_load_share"]) == ("1.0", "")
 
 
-def verdicts(made, shifts_mm, loads_kN, answers, causes=None):
-    """A map with these verdicts of Hertz, a row of letters for each shift: h holds, f fails, o open, ! lost."""
-    like = made.cells[0].judged
+def verdicts(base_map, shifts_mm, loads_kN, answers, causes=None):
+    """A map with planted verdicts of Hertz.
+
+    Each shift has a row of letters: h holds, f fails, o open, ! lost.
+    """
+    like = base_map.cells[0].judged
     names = {"h": "HOLDS", "f": "FAILS", "o": "UNRESOLVED"}
     positions = []
     for shift, row in zip(shifts_mm, answers, strict=True):
@@ -318,17 +342,21 @@ def verdicts(made, shifts_mm, loads_kN, answers, causes=None):
             cause = (causes or {}).get(shift, "second lobe") if letter == "f" else None
             verdict = Verdict(answer=names[letter], measure="area_mm2", each={"area_mm2": names[letter]}, cause=cause)
             case = replace(like.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
-            judged = replace(like, solved=replace(like.solved, case=case), verdict=verdict)
-            cells.append(solved_cell(shift, judged))
+            judged_load = replace(like, solved=replace(like.solved, case=case), verdict=verdict)
+            cells.append(solved_cell(shift, judged_load))
         positions.append(MapPosition(lateral_shift_mm=shift, cells=tuple(cells), limit=load_limit(cells)))
-    return ApplicabilityMap(case=made.case, loads_N=tuple(1e3 * one for one in loads_kN), positions=tuple(positions))
+    return ApplicabilityMap(
+        case=base_map.case,
+        loads_N=tuple(1e3 * load_of_map_kN for load_of_map_kN in loads_kN),
+        positions=tuple(positions),
+    )
 
 
-def test_the_answer_of_a_map_is_a_few_sentences(made):
+def test_the_answer_of_a_map_is_a_few_sentences(base_map):
     shifts = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0]
     rows = ["hhh", "hhh", "hhh", "hff", "hhf", "fff", "fhh", "hoh", "!!!"]
-    shown = verdicts(made, shifts, [20, 50, 100], rows, {0.5: "finite bodies"})
-    assert map_answer(shown, "pressure") == [
+    shown_map = verdicts(base_map, shifts, [20, 50, 100], rows, {0.5: "finite bodies"})
+    assert map_answer(shown_map, "pressure") == [
         "From -2 to -1 mm Hertz holds at all loads (20 to 100 kN).",
         "At -0.5 and 0 mm it holds up to 20 and 50 kN, where the pressure has a second lobe.",
         "At 0.5 mm it fails at all loads, where the finite bodies change the pressure.",
@@ -338,82 +366,91 @@ def test_the_answer_of_a_map_is_a_few_sentences(made):
         "Of 27 cells 1 is open and 3 are without a result.",
     ]
     # shifts that are far apart say nothing of what is between them
-    apart = verdicts(made, [-4.0, 0.0, 4.0], [50, 100], ["hh", "hh", "hh"])
+    apart = verdicts(base_map, [-4.0, 0.0, 4.0], [50, 100], ["hh", "hh", "hh"])
     assert map_answer(apart, "pressure") == ["At -4, 0 and 4 mm Hertz holds at all loads (50 to 100 kN)."]
     # one that could not be used says nothing of "all loads"
-    partly = verdicts(made, [0.0, 1.0], [20, 50], ["h!", "!f"])
+    partly = verdicts(base_map, [0.0, 1.0], [20, 50], ["h!", "!f"])
     assert map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
-    assert map_answer(verdicts(made, [0.0], [20, 50], ["oo"]), "pressure")[0] == "At 0 mm Hertz is open 20 to 50 kN."
-    assert map_answer(verdicts(made, [0.0], [50], ["h"]), "pressure") == ["At 0 mm Hertz holds at all loads (50 kN)."]
+    assert (
+        map_answer(verdicts(base_map, [0.0], [20, 50], ["oo"]), "pressure")[0] == "At 0 mm Hertz is open 20 to 50 kN."
+    )
+    assert map_answer(verdicts(base_map, [0.0], [50], ["h"]), "pressure") == [
+        "At 0 mm Hertz holds at all loads (50 kN)."
+    ]
 
 
-def test_a_theory_has_its_article_within_a_sentence(made):
-    """ "It is Strip method at 0 mm" was none; names of people and codes have no article."""
-    assert verdict_view(made, "strip").title == "where the strip method holds"
-    assert any("the strip method " in sentence for sentence in map_answer(made, "pressure", "strip"))
+def test_a_theory_has_its_article_within_a_sentence(base_map):
+    """Article of a theory in a sentence.
+
+    "It is Strip method at 0 mm" was wrong. Names of people and codes have no article.
+    """
+    assert verdict_view(base_map, "strip").title == "where the strip method holds"
+    assert any("the strip method " in sentence for sentence in map_answer(base_map, "pressure", "strip"))
     assert {theory.in_sentence for theory in THEORIES.values()} >= {"Hertz", "ANALYN", "the half-space"}
 
 
-def test_the_answer_by_the_cheapest_theory_says_which_where(made):
-    assert map_answer(made, "theory") == [
+def test_the_answer_by_the_cheapest_theory_says_which_where(base_map):
+    assert map_answer(base_map, "theory") == [
         f"The cheapest theory that holds is {THEORIES[HERTZ].words} at -4 mm at all loads.",
         f"It is {THEORIES[MULTI_HERTZ].words} at 5 mm at all loads.",
         "Of 3 cells 1 is without a result.",
     ]
-    assert map_answer(failing(made), "theory")[1:] == [
+    assert map_answer(failing(base_map), "theory")[1:] == [
         "None holds at 5 mm at all loads.",
         "Of 3 cells 1 is without a result.",
     ]
     text = io.StringIO()
-    show(map_lines(made, "theory", HERTZ, width=80), Console(file=text))
+    show(map_lines(base_map, "theory", HERTZ, width=80), Console(file=text))
     assert text.getvalue().startswith("The cheapest theory that holds is")
     assert max(map(len, text.getvalue().partition("shift mm")[0].splitlines())) <= 80
 
 
-def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
-    text = write_map_report(made, tmp_path).read_text("utf-8")
-    for one in share_records(made):
-        if one["theory"] in THEORIES and one["theory"] != HERTZ:
-            assert f"<dt>{one['words']}</dt><dd>{html.escape(THEORIES[one['theory']].source)}. It takes for" in text
+def test_a_report_defines_every_theory_of_its_table(base_map, tmp_path):
+    text = write_map_report(base_map, tmp_path).read_text("utf-8")
+    for record in share_records(base_map):
+        if record["theory"] in THEORIES and record["theory"] != HERTZ:
+            assert (
+                f"<dt>{record['words']}</dt><dd>{html.escape(THEORIES[record['theory']].source)}. It takes for" in text
+            )
     # the answer first
     assert text.index("At -4 mm Hertz holds at all loads") < text.index("May Hertz")
 
 
-def test_a_report_of_many_cells_stays_below_5_mb(made, tmp_path, monkeypatch):
+def test_a_report_of_many_cells_stays_below_5_mb(base_map, tmp_path, monkeypatch):
     def pictures() -> list[str]:
-        text = write_map_report(made, tmp_path).read_text("utf-8")
-        told = [one.partition("</details>")[0] for one in text.split('id="cell-')[1:]]
-        return re.findall('src="(data:[^"]+)"', "".join(told))
+        text = write_map_report(base_map, tmp_path).read_text("utf-8")
+        details = [detail.partition("</details>")[0] for detail in text.split('id="cell-')[1:]]
+        return re.findall('src="(data:[^"]+)"', "".join(details))
 
     # what a picture of a cell is taken to need
-    both = pictures()
-    assert len(both) == 2
-    assert 0.5 < len(both[0]) / report._BYTES_A_PICTURE < 1.1
+    with_both = pictures()
+    assert len(with_both) == 2
+    assert 0.5 < len(with_both[0]) / report._BYTES_A_PICTURE < 1.1
     fits = [
         report.pictures_that_fit([Picture(content=b"." * 300_000, words="map")] * 4, count) for count in (3, 175, 1000)
     ]
     assert fits[0] > fits[1] > fits[2] == 0
     assert 1.6e6 + 6e3 * 175 + 32e3 * fits[1] == pytest.approx(4.9e6, abs=32e3)
-    monkeypatch.setattr(report, "pictures_that_fit", lambda drawn, cells: 1)
+    monkeypatch.setattr(report, "pictures_that_fit", lambda figures, cells: 1)
     (worst,) = pictures()
-    assert worst in both
+    assert worst in with_both
 
 
-def test_a_report_takes_the_pictures_that_workers_drew(made, tmp_path, monkeypatch):
-    whole = write_map_report(made, tmp_path).read_text("utf-8")
+def test_a_report_takes_the_pictures_that_workers_drew(base_map, tmp_path, monkeypatch):
+    whole_report = write_map_report(base_map, tmp_path).read_text("utf-8")
     handed = {
         (cell.lateral_shift_mm, cell.load_N): report.cell_picture(cell.judged, position.placement)
-        for position in made.positions
+        for position in base_map.positions
         for cell in position.cells
         if cell.judged is not None
     }
     assert len(handed) == 2
 
-    def drawn_again(*given):
+    def drawn_again(*arguments):
         pytest.fail("drawn again")
 
     monkeypatch.setattr(report, "small_figure", drawn_again)
-    assert write_map_report(made, tmp_path, pictures=handed).read_text("utf-8") == whole
+    assert write_map_report(base_map, tmp_path, pictures=handed).read_text("utf-8") == whole_report
 
 
 TOUCHED = """
@@ -446,63 +483,64 @@ TOUCHED = """
 
 
 @pytest.mark.parametrize("width", slow_but([400, 1400], 1))
-def test_a_cell_of_a_map_can_be_touched_in_a_browser(made, width, tmp_path):
-    page = write_map_report(made, tmp_path)
+def test_a_cell_of_a_map_can_be_touched_in_a_browser(base_map, width, tmp_path):
+    page = write_map_report(base_map, tmp_path)
     page.write_text(page.read_text("utf-8").replace("</body>", TOUCHED), "utf-8")
-    found = shown(page, width, tmp_path)
-    assert [line.partition("CONSOLE")[2].split('"')[1] for line in found["console"]] == ["touched"]
-    assert found["requests"] == []
-    assert found["content_width"] <= width
+    sizes = shown(page, width, tmp_path)
+    assert [line.partition("CONSOLE")[2].split('"')[1] for line in sizes["console"]] == ["touched"]
+    assert sizes["requests"] == []
+    assert sizes["content_width"] <= width
 
 
 def test_a_report_of_a_map_says_what_would_decide_an_open_cell(tmp_path):
     off = abs(position(-4.0).cells[0].judged.deviation["p_max_MPa"])
     # a limit at the deviation itself
-    one = position(-4.0, p_max=off, judged_by=("p_max",))
-    assert one.cells[0].verdict == "UNRESOLVED"
-    made = ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=(one,))
-    assert "no finer mesh decides it: it is 0.00 % beside its limit" in write_map_report(made, tmp_path).read_text(
-        "utf-8"
-    )
+    open_position = position(-4.0, p_max=off, judged_by=("p_max",))
+    assert open_position.cells[0].verdict == "UNRESOLVED"
+    one_cell_map = ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=(open_position,))
+    assert "no finer mesh decides it: it is 0.00 % beside its limit" in write_map_report(
+        one_cell_map, tmp_path
+    ).read_text("utf-8")
 
 
-def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(made, monkeypatch):
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(base_map, monkeypatch):
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0], [0.0, 1.0]):
-        map_figure(verdict_view(verdicts(made, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
-    widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in kept]
+        map_figure(verdict_view(verdicts(base_map, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
+    widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in figures]
     assert widths == [{1.0}, {0.5}, {1.0}, {0.7}]
     # what was not solved is hatched and white, and the legend says so
-    white = [bar for bar in kept[0].axes[0].patches if bar.get_hatch()]
+    white = [bar for bar in figures[0].axes[0].patches if bar.get_hatch()]
     assert {bar.get_y() for bar in white} == {50.0}
     assert {bar.get_facecolor() for bar in white} == {(1.0, 1.0, 1.0, 1.0)}
-    told = [text.get_text() for text in kept[0].axes[0].get_legend().get_texts()]
-    assert "not solved: between two verdicts" in told
-    assert "unresolved" not in told
+    legend = [text.get_text() for text in figures[0].axes[0].get_legend().get_texts()]
+    assert "not solved: between two verdicts" in legend
+    assert "unresolved" not in legend
 
 
-def test_load_on_separate_patches_is_told_as_load(made):
-    cell = made.cells[1]
+def test_load_on_separate_patches_is_told_as_load(base_map):
+    cell = base_map.cells[1]
     load = cell.judged
     verdict = replace(load.verdict, answer="FAILS", measure="separate_load")
     judgements = {
-        name: replace(one, deviation={**one.deviation, "separate_load": 0.333}) for name, one in load.judgements.items()
+        name: replace(judgement, deviation={**judgement.deviation, "separate_load": 0.333})
+        for name, judgement in load.judgements.items()
     }
-    other = replace(load, verdict=verdict, judgements=judgements)
-    position = replace(made.positions[1], cells=(replace(cell, judged=other),))
-    view = verdict_view(replace(made, positions=(position,)))
+    separate = replace(load, verdict=verdict, judgements=judgements)
+    position = replace(base_map.positions[1], cells=(replace(cell, judged=separate),))
+    view = verdict_view(replace(base_map, positions=(position,)))
     assert cells_of(view)[0].text.split()[0] == "33%"
     assert "%: load on separate patches" in view.number
 
 
-def test_a_map_is_gone_through_cell_by_cell_drawn_and_told_in_a_line(made):
-    assert list(made) == list(made.cells)
-    assert (len(made), made[0]) == (3, made.cells[0])
-    assert fecontact.to_dataframe(made).to_dict("records")[0]["verdict_answer"] == "HOLDS"
-    assert repr(made).endswith("3 shifts, 1 loads: Hertz in 3 cells 1 HOLDS, 1 FAILS, 1 failed>")
-    assert "<td>HOLDS</td>" in made._repr_html_()
-    figure = fecontact.plot.map(made, measure="theory")
+def test_a_map_is_gone_through_cell_by_cell_drawn_and_told_in_a_line(base_map):
+    assert list(base_map) == list(base_map.cells)
+    assert (len(base_map), base_map[0]) == (3, base_map.cells[0])
+    assert fecontact.to_dataframe(base_map).to_dict("records")[0]["verdict_answer"] == "HOLDS"
+    assert repr(base_map).endswith("3 shifts, 1 loads: Hertz in 3 cells 1 HOLDS, 1 FAILS, 1 failed>")
+    assert "<td>HOLDS</td>" in base_map._repr_html_()
+    figure = fecontact.plot.map(base_map, measure="theory")
     assert "the cheapest theory that holds" in figure.axes[0].get_title()
     with pytest.raises(InputError, match="measure is 'depth'"):
-        fecontact.plot.map(made, measure="depth")
+        fecontact.plot.map(base_map, measure="depth")

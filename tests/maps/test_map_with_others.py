@@ -1,4 +1,7 @@
-"""Maps beside what other files test: springs, yielding, rolls, commands, folders, tables, vehicles in curves."""
+"""Maps with the topics of other test files.
+
+These are springs, yielding, rolls, commands, folders, tables, and vehicles in curves.
+"""
 
 # ruff: noqa: F811
 
@@ -38,7 +41,7 @@ from test_springs_in_tables import LOAD_N, position
 from test_static_roll import ALONE, WAYS, WHEELSET, rolls
 from test_study import case as loaded_case
 from test_study import dask_cluster, wait_until
-from test_theories import another, judged  # noqa: F401
+from test_theories import another, judged_result  # noqa: F401
 
 import fecontact
 from fecontact.case import INPUTS, Case, Opposite
@@ -71,7 +74,10 @@ from fecontact.runs.map_run import prepare_for_map, run_map
 
 @pytest.fixture(scope="module")
 def springs():
-    """At 5 mm the wheel stands on the top of the head and on the gauge corner, at -4 mm on one point."""
+    """Placements for springs.
+
+    At 5 mm the wheel touches the top of the head and the gauge corner, at -4 mm a single point.
+    """
     positions = []
     for shift in (-4.0, 5.0):
         load, placement = position(shift)
@@ -89,10 +95,10 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkey
     assert "*" in lines[2]
     assert "*" not in lines[1]
     assert any(line.startswith("* Hertz at all touch points") for line in lines)
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     map_figure(verdict_view(springs), "unused.png")
-    (ax,) = kept[0].axes
+    (ax,) = figures[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
     assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
     assert "Hertz at all touch points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
@@ -100,45 +106,49 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkey
     assert [MULTI_HERTZ in cell["theories"] for cell in record] == [False, True]
     theory = record[1]["theories"][MULTI_HERTZ]
     assert theory["verdict"]["answer"] == "HOLDS"
-    forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in theory["patches"]]
+    forces = [patch["normal_force_N"] * math.cos(patch["contact_angle_rad"]) for patch in theory["patches"]]
     assert sum(forces) == pytest.approx(LOAD_N, rel=1e-9)
     text = write_map_report(springs, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
-    tables = [[["".join(cell.itertext()) for cell in line] for line in one.iter("tr")] for one in page.iter("table")]
+    tables = [
+        [["".join(cell.itertext()) for cell in line] for line in patch.iter("tr")] for patch in page.iter("table")
+    ]
     (rows,) = (rows for rows in tables if rows[0][-1] == "cheapest theory that holds")
     assert [line[-1] for line in rows[1:]] == ["Hertz", "Hertz at all touch points, as springs"]
 
 
-def test_a_further_theory_is_in_maps(judged, tmp_path):
-    load, case = judged.load, judged.case
+def test_a_further_theory_is_in_maps(judged_result, tmp_path):
+    load, case = judged_result.load, judged_result.case
     cells = (solved_cell(0.0, load),)
-    position = MapPosition(lateral_shift_mm=0.0, cells=cells, limit=load_limit(cells), placement=judged.placement)
-    made = ApplicabilityMap(case=case, loads_N=(case.load_N,), positions=(position,))
-    (cell,) = json.loads(json.dumps(map_record(made)))["cells"]
+    position = MapPosition(
+        lateral_shift_mm=0.0, cells=cells, limit=load_limit(cells), placement=judged_result.placement
+    )
+    block_map = ApplicabilityMap(case=case, loads_N=(case.load_N,), positions=(position,))
+    (cell,) = json.loads(json.dumps(map_record(block_map)))["cells"]
     assert [name for name in cell["theories"] if name in (HERTZ, "block")] == [HERTZ, "block"]
-    assert "cheapest" in write_map_report(made, tmp_path).read_text("utf-8")
-    told = map_text(made, "pressure", theory="block").splitlines()
-    assert told[1].split()[1].startswith("x")
+    assert "cheapest" in write_map_report(block_map, tmp_path).read_text("utf-8")
+    text_lines = map_text(block_map, "pressure", theory="block").splitlines()
+    assert text_lines[1].split()[1].startswith("x")
 
 
 @pytest.mark.slow
 def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
     load = loaded.load
     position = MapPosition(lateral_shift_mm=0.0, cells=(solved_cell(0.0, load),), limit=LoadLimit(reason="one load"))
-    made = ApplicabilityMap(case=loaded.case, loads_N=(FORCE,), positions=(position,))
+    yielding_map = ApplicabilityMap(case=loaded.case, loads_N=(FORCE,), positions=(position,))
     first, limit = load.plastic.yielded.first_yield_N, load.plastic.plastic_load_N
     assert position.yield_loads_N == {"first_yield_N": first, "plastic_load_N": limit}
-    view = verdict_view(made)
+    view = verdict_view(yielding_map)
     assert [load_kN for load_kN, _ in view.columns[0].lines] == [first / 1e3, limit / 1e3]
     assert any("repeated passes are not in it" in note for note in view.notes)
-    assert map_record(made)["yield_loads_N"] == [{"lateral_shift_mm": 0.0, **position.yield_loads_N}]
+    assert map_record(yielding_map)["yield_loads_N"] == [{"lateral_shift_mm": 0.0, **position.yield_loads_N}]
 
 
 # how the wheelset rolls
 
 
 @pytest.mark.parametrize(
-    ("case", "below", "above"),
+    ("case", "left_letter", "right_letter"),
     [
         (WHEELSET, "left wheel: lateral", "right wheel: lateral"),
         (replace(WHEELSET, side="right"), "right wheel: lateral", "left wheel: lateral"),
@@ -148,27 +158,29 @@ def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
         (replace(ALONE, side="right"), "right wheel: lateral", None),
     ],
 )
-def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, below, above, monkeypatch):
-    kept = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_letter, monkeypatch):
+    figures = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
     positions = tuple(
         MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=load_limit([cell])) for cell in cells
     )
-    made = ApplicabilityMap(case=case, loads_N=(1e5,), positions=positions)
-    map_figure(verdict_view(made), "unused.png")
-    (ax,) = kept[0].axes
-    assert ax.get_xlabel().startswith(below)
+    wheelset_map = ApplicabilityMap(case=case, loads_N=(1e5,), positions=positions)
+    map_figure(verdict_view(wheelset_map), "unused.png")
+    (ax,) = figures[0].axes
+    assert ax.get_xlabel().startswith(left_letter)
     assert roll_words(case) in ax.get_title()
-    assert map_record(made)["roll"] == roll_words(case)
-    assert ("at the opposite shift" in map_table(verdict_view(made))) == (above is not None)
-    assert (other_wheel_label(case) is None) == (above is None)
-    assert [second.get_xlabel()[: len(above or "")] for second in ax.child_axes] == [above] * (above is not None)
+    assert map_record(wheelset_map)["roll"] == roll_words(case)
+    assert ("at the opposite shift" in map_table(verdict_view(wheelset_map))) == (right_letter is not None)
+    assert (other_wheel_label(case) is None) == (right_letter is None)
+    assert [second.get_xlabel()[: len(right_letter or "")] for second in ax.child_axes] == [right_letter] * (
+        right_letter is not None
+    )
     for second in ax.child_axes:
-        kept[0].draw_without_rendering()
+        figures[0].draw_without_rendering()
         # the wheel on the right stands at -3 mm as the one on the left at 3 mm
-        here, there = (one.transData.transform((at, 0.0))[0] for one, at in ((ax, 3.0), (second, -3.0)))
-        assert there == pytest.approx(here)
+        right_px, left_px = (axis.transData.transform((at, 0.0))[0] for axis, at in ((ax, 3.0), (second, -3.0)))
+        assert left_px == pytest.approx(right_px)
         towards = ["positive" in label for label in (shift_label(case), second.get_xlabel())]
         assert sorted(towards) == [False, True]
 
@@ -187,29 +199,31 @@ def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
     case = Case(roll_load_N=8e4, opposite=Opposite(wheel_load_N=6e4))
     with pytest.raises(InputError, match="the run begins"):
         run_map(case, [0.0], [2e4, 1e5], tmp_path)
-    made = ApplicabilityMap(case=case, loads_N=(2e4,), positions=(failed_position(0.0, (2e4,), "for a test"),))
-    assert map_record(made)["roll"] == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
+    failed_map = ApplicabilityMap(case=case, loads_N=(2e4,), positions=(failed_position(0.0, (2e4,), "for a test"),))
+    assert (
+        map_record(failed_map)["roll"] == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
+    )
 
 
 # the command, and its folder
 
 
 def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys):
-    seen = []
+    estimates_seen = []
 
-    def stopped(*arguments, **more):
-        seen.append(capsys.readouterr().err)
+    def stopped(*arguments, **keywords):
+        estimates_seen.append(capsys.readouterr().err)
         raise InputError("that was before it")
 
     monkeypatch.setattr("fecontact.runs.map_run.run_map", stopped)
-    asked = ["map", "--shifts=-4,3", "--loads-kn", "50,100", "--out", str(tmp_path / "map"), "--workers", "1"]
-    for more in ((), ("--friction", "0.3"), ("--quiet",)):
-        assert call([*asked, *more]) == 2
+    arguments = ["map", "--shifts=-4,3", "--loads-kn", "50,100", "--out", str(tmp_path / "map"), "--workers", "1"]
+    for options in ((), ("--friction", "0.3"), ("--quiet",)):
+        assert call([*arguments, *options]) == 2
         capsys.readouterr()
-    told, with_forces, quiet = seen
+    estimate, with_forces, quiet = estimates_seen
     # 9.5 CPU s with files, pictures and report
-    assert "4 cells: about 10 s with 1 worker and 0.3 GB per worker" in told
-    assert "creep forces" not in told
+    assert "4 cells: about 10 s with 1 worker and 0.3 GB per worker" in estimate
+    assert "creep forces" not in estimate
     assert re.search(r"; creep forces about \d+ s more", with_forces)
     assert quiet == ""
     assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 10 s") == 3
@@ -229,11 +243,15 @@ def test_a_map_goes_on_with_more_shifts_and_friction_and_loses_no_cell_of_anothe
     friction = fecontact.Creep(friction=0.3)
     for same in (base, replace(base, load_N=50e3, lateral_shift_mm=0.0), replace(base, creep=friction)):
         prepare_for_map(tmp_path, same, [*shifts, 5.0], loads[::-1])
-    others = [replace(base, rail="54E1"), replace(base, resolution="fine"), replace(base, roll="given")]
-    for asked in (*[(other, shifts, loads) for other in others], (base, shifts[1:], loads), (base, shifts, loads[1:])):
+    variants = [replace(base, rail="54E1"), replace(base, resolution="fine"), replace(base, roll="given")]
+    for request in (
+        *[(variant, shifts, loads) for variant in variants],
+        (base, shifts[1:], loads),
+        (base, shifts, loads[1:]),
+    ):
         with pytest.raises(InputError, match="another map"):
-            prepare_for_map(tmp_path, *asked)
-        prepare_for_map(tmp_path, *asked, force=True)
+            prepare_for_map(tmp_path, *request)
+        prepare_for_map(tmp_path, *request, force=True)
 
 
 # compared, and looked up by others
@@ -299,16 +317,16 @@ def test_every_column_of_a_map_is_known(elliptic_quick):
 
 @pytest.fixture
 def stored(tmp_path):
-    """A map of two cells as `fecontact map` writes it, with planted verdicts."""
+    """A map of two cells with planted verdicts, written as by `fecontact map`."""
 
     def write(case):
-        told = [
+        verdicts = [
             ("HOLDS", {"cheapest_theory": "hertz", "strip_verdict_answer": "HOLDS"}),
             ("FAILS", {"cheapest_theory": "strip", "strip_verdict_answer": "UNRESOLVED"}),
         ]
         cells = [
-            {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict_answer": verdict, **more}
-            for load, (verdict, more) in zip((50.0, 100.0), told, strict=True)
+            {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict_answer": verdict, **entries}
+            for load, (verdict, entries) in zip((50.0, 100.0), verdicts, strict=True)
         ]
         folder = tmp_path / "map"
         folder.mkdir()
@@ -324,10 +342,10 @@ def test_the_verdicts_of_a_stored_map_are_added_where_shift_and_load_are_the_sam
     # criteria, meshes and yield stress say nothing of which contact it is
     folder = stored(replace(WHEELSET, resolution="fine", criteria=Criteria(p_max=0.01)))
     rows = fecontact.table(WHEELSET, [-4.0, -3.99], [50e3, 100e3], map_folder=folder)
-    told = [(row["map_status"], row["map_cheapest_theory"], row["map_hertz_verdict"]) for row in rows]
-    assert told[:2] == [("converged", "hertz", "HOLDS"), ("converged", "strip", "FAILS")]
+    map_columns = [(row["map_status"], row["map_cheapest_theory"], row["map_hertz_verdict"]) for row in rows]
+    assert map_columns[:2] == [("converged", "hertz", "HOLDS"), ("converged", "strip", "FAILS")]
     # beside it nothing is taken over
-    assert told[2:] == [("not in the map", None, None)] * 2
+    assert map_columns[2:] == [("not in the map", None, None)] * 2
     assert [row["map_strip_verdict"] for row in rows] == ["HOLDS", "UNRESOLVED", None, None]
 
 
@@ -355,9 +373,12 @@ def test_a_map_of_another_contact_is_refused(stored, capsys):
 
 @pytest.fixture
 def mapped(tmp_path):
-    """A map as `fecontact map` writes it: beyond 4.5 mm Hertz fails, and ANALYN holds out of its range."""
+    """A map as `fecontact map` writes it.
 
-    def write(case: Case, beyond: Sequence[tuple[float, float, str]] = ((50e3, 70e3, "FAILS"),)) -> Path:
+    Beyond 4.5 mm Hertz fails, and ANALYN holds out of its range.
+    """
+
+    def write(case: Case, intervals_beyond: Sequence[tuple[float, float, str]] = ((50e3, 70e3, "FAILS"),)) -> Path:
         cells = [
             {
                 "lateral_shift_mm": float(shift),
@@ -374,13 +395,16 @@ def mapped(tmp_path):
         limits = [
             {
                 "lateral_shift_mm": float(shift),
-                "intervals": [dict(zip(names, one, strict=True)) for one in (everywhere if shift < 4.5 else beyond)],
+                "intervals": [
+                    dict(zip(names, interval, strict=True))
+                    for interval in (everywhere if shift < 4.5 else intervals_beyond)
+                ],
                 "tried": [],
             }
             for shift in range(-6, 7)
         ]
         document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": [], "limits": limits}
-        document["lateral_shifts_mm"] = [one["lateral_shift_mm"] for one in limits]
+        document["lateral_shifts_mm"] = [interval["lateral_shift_mm"] for interval in limits]
         write_sealed(tmp_path / "map.json", document, [tmp_path / "map.csv"])
         return tmp_path
 
@@ -390,8 +414,8 @@ def mapped(tmp_path):
 def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped, tmp_path, capsys):
     pytest.importorskip("fecontact.features.curves")
     folder = mapped(Case(roll="touching"))
-    given = ["curve", "--vehicle", "wheelset", "--radii", "400,1000", "--theory", "overlap,kik_piotrowski"]
-    code = call([*given, "--map", str(folder), "--shares", "1,3", "--out", str(tmp_path / "out"), "--json"])
+    arguments = ["curve", "--vehicle", "wheelset", "--radii", "400,1000", "--theory", "overlap,kik_piotrowski"]
+    code = call([*arguments, "--map", str(folder), "--shares", "1,3", "--out", str(tmp_path / "out"), "--json"])
     record = json.loads(capsys.readouterr().out)
     assert code == 0
     assert [curve["radius_m"] for curve in record["curves"]] == [400.0, 1000.0] * 2
@@ -401,26 +425,26 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
     # at R 400 the left wheel is at 4.9 mm and fails, the right one at -4.9; at R 1000 both hold
     assert record["visited_percent"]["overlap"] == pytest.approx({"HOLDS": 87.5, "FAILS": 12.5})
     assert record["cheapest_theory_percent"]["overlap"] == pytest.approx({"hertz": 87.5, "analyn (out of range)": 12.5})
-    assert [one["theory"] for one in record["straight_track"]] == ["overlap", "kik_piotrowski"]
+    assert [track["theory"] for track in record["straight_track"]] == ["overlap", "kik_piotrowski"]
     for name in ("curve.csv", "curve.json", "curve.png", "curve_map.png"):
         assert (tmp_path / "out" / name).stat().st_size > 500
-    assert call([*given, "--map", str(tmp_path / "out")]) == 2
+    assert call([*arguments, "--map", str(tmp_path / "out")]) == 2
     assert "map.json" in capsys.readouterr().err
-    assert call([*given, "--map", str(folder), "--rail", "60E2"]) == 2
+    assert call([*arguments, "--map", str(folder), "--rail", "60E2"]) == 2
     assert "the map of another contact (rail '60E1' there, '60E2' here)" in capsys.readouterr().err
-    assert call([*given, "--shares", "1"]) == 2
+    assert call([*arguments, "--shares", "1"]) == 2
     assert "there are 1 shares for 2 radii" in capsys.readouterr().err
 
 
 def test_a_wheel_on_a_map_has_the_verdict_of_the_load_limits_and_none_beside_what_was_solved(mapped):
     pytest.importorskip("fecontact.features.curves")
 
-    def visited(beyond: Sequence[tuple[float, float, str]]) -> Mapping[str, float]:
+    def visited(intervals_beyond: Sequence[tuple[float, float, str]]) -> Mapping[str, float]:
         case = Case(roll="touching")
-        found = fecontact.curve("wheelset", [400.0], case=case, map_folder=mapped(case, beyond))
-        (load_kN,) = [1e-3 * one.vertical_force_N for one in found.visits if one.lateral_shift_mm > 4.5]
+        curves_found = fecontact.curve("wheelset", [400.0], case=case, map_folder=mapped(case, intervals_beyond))
+        (load_kN,) = [1e-3 * visit.vertical_force_N for visit in curves_found.visits if visit.lateral_shift_mm > 4.5]
         assert 61.0 < load_kN < 62.0
-        return found.shares("overlap", "verdict")
+        return curves_found.shares("overlap", "verdict")
 
     # the cells at 50 and 70 kN fail in each of these maps
     assert visited([(50e3, 65e3, "HOLDS"), (65e3, 70e3, "FAILS")]) == {"HOLDS": 1.0}
@@ -442,9 +466,11 @@ def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
         running = runner.submit(map_by, loaded_case(50), shifts, [50e3], out, settings=settings, work=work)
         wait_until(lambda: len(fake_solve.solves(out)) >= 2 or running.done())
         processes[0].kill()
-        made = running.result(timeout=60).made
-    assert made.lateral_shifts_mm == tuple(shifts)
-    assert {cell.status for cell in made.cells} <= {f"failed: planned in process {one.pid}" for one in processes}
+        map_made = running.result(timeout=60).made
+    assert map_made.lateral_shifts_mm == tuple(shifts)
+    assert {cell.status for cell in map_made.cells} <= {
+        f"failed: planned in process {process.pid}" for process in processes
+    }
     # that of the worker that was killed once more
     assert sorted({*map(float, fake_solve.solves(out))}) == shifts
     assert len(fake_solve.solves(out)) <= len(shifts) + 1
@@ -458,10 +484,12 @@ def run_fake_map(out: Path) -> None:
 
 
 def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quick):
-    own = load_record(elliptic_quick.load)
-    assert {key: record[key] for key in own if key != "solver"} == {k: v for k, v in own.items() if k != "solver"}
-    assert {key: record["solver"][key] for key in own["solver"]} == own["solver"]
-    assert set(record["solver"]) - set(own["solver"]) == {"path", "seconds", "memory_MB", "peak_memory_MB"}
+    own_record = load_record(elliptic_quick.load)
+    assert {key: record[key] for key in own_record if key != "solver"} == {
+        k: v for k, v in own_record.items() if k != "solver"
+    }
+    assert {key: record["solver"][key] for key in own_record["solver"]} == own_record["solver"]
+    assert set(record["solver"]) - set(own_record["solver"]) == {"path", "seconds", "memory_MB", "peak_memory_MB"}
     row = load_row(elliptic_quick.load, elliptic_quick.placement)
     assert {key: flat[key] for key in row} == row
     assert not set(MEASURED_COLUMNS) & set(row)
@@ -469,7 +497,7 @@ def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quic
 
 def test_a_map_that_ends_at_any_file_operation_goes_on(disk, monkeypatch):
     monkeypatch.setattr("fecontact.maps.files.map_figure", lambda *arguments: None)
-    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", lambda *arguments, **more: None)
+    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", lambda *arguments, **keywords: None)
     goes_on(disk, run_fake_map)
 
 
@@ -477,8 +505,8 @@ def test_importing_what_writes_a_map_loads_no_plotting():
     check = (
         "import sys, fecontact.maps.files; print(*sorted({'vtk', 'pyvista', 'matplotlib', 'gmsh'} & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == ""
+    completed = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert completed.stdout.strip() == ""
 
 
 def test_what_judges_a_map_is_in_a_digest():
@@ -490,11 +518,11 @@ def test_maps_have_a_function_a_module_and_results(tmp_path):
     assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
     with pytest.raises(InputError, match="at least one lateral shift"):
         fecontact.map(Case(), [], [], tmp_path)
-    for asked in (partial(fecontact.map, out=tmp_path), fecontact.table):
+    for function in (partial(fecontact.map, out=tmp_path), fecontact.table):
         with pytest.raises(InputError, match=r"lateral_shifts_mm is -3; give a list, for example \[-3\]"):
-            asked(Case(), -3, [100e3])
+            function(Case(), -3, [100e3])
         with pytest.raises(InputError, match=r"loads_N is 100000\.0; give a list"):
-            asked(Case(), [-3.0], 100e3)
+            function(Case(), [-3.0], 100e3)
     with pytest.raises(InputError, match=r"no result\.json or study\.json or map\.json"):
         fecontact.load(tmp_path)
 
@@ -502,9 +530,9 @@ def test_maps_have_a_function_a_module_and_results(tmp_path):
 def test_the_command_has_help_as_others_have(capsys, monkeypatch):
     limits_and_sets("map", capsys)
     first_page("map", "--shifts", capsys, monkeypatch)
-    shown = {word for line in help_lines("map") for word in line.split()[:2] if word.startswith("--")}
-    every = {name for slot in INPUTS if slot.group != "profiles" for name in (*slot.names, *slot.common_names)}
-    assert shown & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
+    options_shown = {word for line in help_lines("map") for word in line.split()[:2] if word.startswith("--")}
+    option_names = {name for slot in INPUTS if slot.group != "profiles" for name in (*slot.names, *slot.common_names)}
+    assert options_shown & option_names == option_names - {"--shift", "--lateral-shift-mm", "--load-kn"}
 
 
 def test_what_is_not_usual_and_what_it_takes_are_said_before_it_begins(tmp_path, capsys, monkeypatch):
