@@ -470,7 +470,7 @@ excesses = st.floats(-1.0, 5.0) | st.just(math.nan)
 
 
 @given(
-    own=st.lists(st.floats(1e3, 3e5), min_size=1, max_size=8, unique=True).map(sorted),
+    map_loads=st.lists(st.floats(1e3, 3e5), min_size=1, max_size=8, unique=True).map(sorted),
     steps=st.lists(st.tuples(st.floats(1e3, 3e5), excesses), max_size=12).map(sorted),
     band=st.floats(0.0, 1.0),
 )
@@ -2363,7 +2363,7 @@ some_loads = st.lists(st.integers(1, 12).map(lambda k: 10e3 * k), min_size=1, ma
 @given(
     sizes=st.tuples(*[st.tuples(st.floats(0.2, 2.0), st.floats(0.2, 2.0))] * 12),
     planned=some_loads,
-    others=some_loads,
+    later_loads=some_loads,
 )
 def test_every_load_has_the_elements_it_asks_for(meshes, sizes, planned, later_loads):
     """Elements where a second lobe makes a larger load ask for smaller elements."""
