@@ -71,7 +71,7 @@ with these names print the result.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from fecontact.feature_registry import at, public_names
+from fecontact.feature_registry import find_public_names, import_place
 
 __version__ = "0.1.0"
 
@@ -95,7 +95,7 @@ if TYPE_CHECKING:
     from fecontact.runs.load import load
     from fecontact.runs.map_run import map_ as map
     from fecontact.runs.study import run
-    from fecontact.solving.preview import preview as place
+    from fecontact.solving.preview import preview_case as place
     from fecontact.solving.solve import CaseResult, solve
     from fecontact.solving.wheelset_geometry import geometry
 
@@ -129,7 +129,7 @@ __all__ = [
     "to_dataframe",
     "to_xarray",
 ]
-__all__ += [*public_names()]
+__all__ += [*find_public_names()]
 
 _HOMES = {
     "BodySize": "bodies.BodySize",
@@ -148,7 +148,7 @@ _HOMES = {
     "load": "runs.load.load",
     "map": "runs.map_run.map_",
     "mesh": "outputs.mesh_dataset.mesh",
-    "place": "solving.preview.preview",
+    "place": "solving.preview.preview_case",
     "profile": "profiles.library.profile",
     "rows": "outputs.records.results.rows",
     "run": "runs.study.run",
@@ -167,9 +167,9 @@ def __getattr__(name: str) -> Any:
     if name == "plot":
         return import_module("fecontact.plot")
     if place := _HOMES.get(name):
-        return at(f"fecontact.{place}")
-    if place := public_names().get(name):
-        return at(place)
+        return import_place(f"fecontact.{place}")
+    if place := find_public_names().get(name):
+        return import_place(place)
     raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
 
 

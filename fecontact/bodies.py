@@ -9,11 +9,11 @@ from dataclasses import MISSING, dataclass, replace
 from typing import Literal
 
 from fecontact.errors import InputError, check_positive
-from fecontact.inputs.kinds import number
-from fecontact.inputs.slots import described, inputs
+from fecontact.inputs.kinds import number_field
+from fecontact.inputs.slots import input_dataclass, list_descriptions
 
 
-@inputs
+@input_dataclass
 class Material:
     """Isotropic linear elastic material, optionally with a yield stress and linear hardening.
 
@@ -43,14 +43,14 @@ class Material:
     80769
     """
 
-    young_MPa: float = number(
+    young_MPa: float = number_field(
         MISSING,
         "Young's modulus",
         label="Young's modulus",
         usual=(50e3, 500e3),
         remedy="give it in MPa, for example 210000 for steel",
     )
-    poisson: float = number(
+    poisson: float = number_field(
         MISSING,
         "Poisson's ratio",
         label="Poisson's ratio",
@@ -60,7 +60,7 @@ class Material:
         symbol="nu",
         remedy="use 0.27 to 0.30 for steel, and a value below 0.5 for a nearly incompressible material",
     )
-    yield_MPa: float | None = number(
+    yield_MPa: float | None = number_field(
         None,
         "Uniaxial yield stress; with it the first loading of virgin steel is solved beside the elastic contact",
         label="yield stress",
@@ -68,7 +68,7 @@ class Material:
         usual=(100.0, 3000.0),
         remedy="leave it out (None) if it is not known",
     )
-    tangent_MPa: float = number(
+    tangent_MPa: float = number_field(
         0.0,
         "Slope of the uniaxial stress over the strain beyond the yield stress, 0 for perfectly plastic",
         label="tangent modulus",
@@ -108,7 +108,7 @@ class Material:
             A constant is outside its range.
         """
         check_positive("shear modulus", shear_MPa, "MPa", "give it in MPa, for example 82000 for steel")
-        described(cls)["poisson"].check(poisson)
+        list_descriptions(cls)["poisson"].check(poisson)
         return cls(young_MPa=2.0 * shear_MPa * (1.0 + poisson), poisson=poisson, yield_MPa=yield_MPa)
 
     @property
@@ -134,7 +134,7 @@ STEEL = Material(young_MPa=210_000.0, poisson=0.3)
 """Rail and wheel steel, elastic constants only: E 210000 MPa, nu 0.3."""
 
 
-def contact_modulus_MPa(first: Material, second: Material) -> float:
+def combine_moduli_MPa(first: Material, second: Material) -> float:
     """Contact modulus E* of two elastic materials: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
 
     Parameters
@@ -165,7 +165,7 @@ class RollingPair:
     """Two bodies that roll on each other with friction.
 
     The constants belong to two bodies of one material, or combine two materials
-    (`contact_theories.rolling.creepage.rolling_pair`).
+    (`contact_theories.rolling.creepage.combine_materials`).
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ _RIM_OVER_RADIUS, _LENGTH_OVER_RADIUS = 0.6, 1.2
 _LARGEST_RIM_ANGLE_RAD, _LARGEST_RIM_OVER_RADIUS = 3.0, 0.95
 
 
-@inputs
+@input_dataclass
 class BodySize:
     """Positions of the cuts through the bodies (mm).
 
@@ -222,11 +222,11 @@ class BodySize:
     60.0
     """
 
-    rail_depth_mm: float = number(60.0, "Depth of the rail's base below its crown", remedy=_CUT_REMEDY)
-    rim_thickness_mm: float = number(
+    rail_depth_mm: float = number_field(60.0, "Depth of the rail's base below its crown", remedy=_CUT_REMEDY)
+    rim_thickness_mm: float = number_field(
         _RIM_MM, "Thickness of the wheel's rim; the default is at most 0.6 times the radius", remedy=_CUT_REMEDY
     )
-    half_length_mm: float = number(
+    half_length_mm: float = number_field(
         _HALF_LENGTH_MM,
         "Length of rail and rim to each side; the default is at most 1.2 times the radius",
         remedy=_CUT_REMEDY,
@@ -269,7 +269,7 @@ class BodySize:
         return replace(self, rim_thickness_mm=rim, half_length_mm=length)
 
 
-@inputs
+@input_dataclass
 class Track:
     """Dimensions of the track and the wheelset (mm).
 
@@ -283,11 +283,13 @@ class Track:
     750.0
     """
 
-    gauge_mm: float = number(1435.0, "Track gauge", remedy="usually 1435 mm")
-    gauge_depth_mm: float = number(14.0, "Depth of the gauge below the rail's top", remedy="usually 14 mm")
-    back_to_back_mm: float = number(1360.0, "Distance of the wheels' backs", remedy="usually 1360 mm")
-    tape_circle_from_back_mm: float = number(70.0, "Distance of the tape circle from the back", remedy="usually 70 mm")
-    rail_crown_y_mm: float | None = number(
+    gauge_mm: float = number_field(1435.0, "Track gauge", remedy="usually 1435 mm")
+    gauge_depth_mm: float = number_field(14.0, "Depth of the gauge below the rail's top", remedy="usually 14 mm")
+    back_to_back_mm: float = number_field(1360.0, "Distance of the wheels' backs", remedy="usually 1360 mm")
+    tape_circle_from_back_mm: float = number_field(
+        70.0, "Distance of the tape circle from the back", remedy="usually 70 mm"
+    )
+    rail_crown_y_mm: float | None = number_field(
         None, "Crown from the track centre, instead of the gauge", label="rail crown", remedy="None places by the gauge"
     )
 

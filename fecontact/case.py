@@ -13,17 +13,26 @@ from dataclasses import asdict, fields, replace
 from html import escape
 from typing import Any, Literal, get_args
 
-from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
+from fecontact.bodies import STEEL, Material, TrackSide, combine_moduli_MPa
 from fecontact.bodies import BodySize as BodySize
 from fecontact.bodies import Track as Track
 from fecontact.criteria import Creep
 from fecontact.criteria import Criteria as Criteria
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Number, as_number, choice, custom, flag, number, number_or_text, text
-from fecontact.inputs.slots import Slot, inputs, part, slots
-from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination, renamed
-from fecontact.placement.irregularity import FORMS, Irregularity, irregularity_of, irregularity_text
-from fecontact.profiles.reading import Reading, makes_a_wheelset
+from fecontact.inputs.kinds import (
+    Number,
+    choice_field,
+    custom_field,
+    flag_field,
+    number_field,
+    parse_number_or_text,
+    text_field,
+    to_float,
+)
+from fecontact.inputs.slots import InputPlace, input_dataclass, list_input_places, nested_inputs
+from fecontact.inputs.texts import INCLINATION_FORMS, explain_former_name, format_inclination, parse_inclination
+from fecontact.placement.irregularity import IRREGULARITY_FORMS, Irregularity, format_irregularity, read_irregularity
+from fecontact.profiles.reading import Reading, can_form_wheelset
 
 # fmt: off
 Group = Literal[
@@ -39,7 +48,7 @@ Refine = Literal["verdict", "never", "evidence"]
 RESOLUTIONS = {"quick": 4.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements per semi-axis of the expected patch, in each direction."""
 # With 16 nodes the area of a patch with a thin tail has an error of 0.7 %.
-NODES_A_SEMI_AXIS = 32
+NODES_PER_SEMI_AXIS = 32
 """Nodes of the pressure on the narrowest semi-axis of the patch; lobes have at least this number too."""
 # The error of the nodes must not hide the improvement by more elements.
 _NODES_OF_MORE_ELEMENTS = 48
@@ -64,28 +73,28 @@ def _load(
     remedy: str = "give the wheel load, usually about 100 kN (100000 N)",
     **options: Any,
 ) -> Any:
-    return number(default, help, shown_unit="kN", low=1.0, high=1e9, usual=(1e3, 1e6), remedy=remedy, **options)
+    return number_field(default, help, shown_unit="kN", low=1.0, high=1e9, usual=(1e3, 1e6), remedy=remedy, **options)
 
 
 def _angle(default: Any, help: str, remedy: str, **options: Any) -> Any:
-    return number(default, help, shown_unit="mrad", low=-0.1, high=0.1, remedy=remedy, **options)
+    return number_field(default, help, shown_unit="mrad", low=-0.1, high=0.1, remedy=remedy, **options)
 
 
 def _irregularity(help: str) -> Any:
     """Describe an irregularity as an input, which files give as a text."""
-    return custom(
+    return custom_field(
         None,
         help,
         group="irregular",
-        domain=FORMS,
-        words=f"Irregularity(...); in files a text: {FORMS}",
-        parse=irregularity_of,
+        domain=IRREGULARITY_FORMS,
+        words=f"Irregularity(...); in files a text: {IRREGULARITY_FORMS}",
+        parse=read_irregularity,
         holds=lambda value: isinstance(value, Irregularity),
-        show=irregularity_text,
+        show=format_irregularity,
     )
 
 
-@inputs
+@input_dataclass
 class Opposite:
     """Inputs of the other side of a wheelset; None for inputs that are equal to the side of the case.
 
@@ -101,9 +110,9 @@ class Opposite:
         Vertical load of the other wheel, in N.
     """
 
-    rail: str | None = text(None, f"Rail {_OTHER}", _RAIL, label="opposite rail")
-    wheel: str | None = text(None, f"Wheel {_OTHER}", _WHEEL, label="opposite wheel")
-    rolling_radius_mm: float | None = number(
+    rail: str | None = text_field(None, f"Rail {_OTHER}", _RAIL, label="opposite rail")
+    wheel: str | None = text_field(None, f"Wheel {_OTHER}", _WHEEL, label="opposite wheel")
+    rolling_radius_mm: float | None = number_field(
         None, f"Rolling radius {_OTHER}", label="opposite rolling radius", usual=(100.0, 1000.0), remedy=_RADII
     )
     wheel_load_N: float | None = _load(
@@ -121,12 +130,12 @@ _SIZE = Number(help="", label="element size", unit="mm", remedy="a tenth of the 
 
 def _is_sizes(value: Any) -> bool:
     """Whether a value is meant as a pair of element sizes, not as a list of values."""
-    return isinstance(value, list | tuple) and None not in map(as_number, value)
+    return isinstance(value, list | tuple) and None not in map(to_float, value)
 
 
 def _parse_resolution(value: Any) -> Any:
     if isinstance(value, str) and "," in value:
-        value = [number_or_text(size) for size in value.split(",")]
+        value = [parse_number_or_text(size) for size in value.split(",")]
     return tuple(map(float, value)) if _is_sizes(value) else value
 
 
@@ -138,7 +147,7 @@ def _is_resolution(value: Any) -> bool:
     return True
 
 
-@inputs
+@input_dataclass
 class Case:
     """Position of a wheel on a rail under a load.
 
@@ -166,9 +175,9 @@ class Case:
     {'left': 100000.0, 'right': 100000.0}
     """
 
-    rail: str = text("60E1", "Rail", _RAIL, group="pair")
-    wheel: str = text("S1002", "Wheel", _WHEEL, group="pair")
-    inclination_rad: float = number(
+    rail: str = text_field("60E1", "Rail", _RAIL, group="pair")
+    wheel: str = text_field("S1002", "Wheel", _WHEEL, group="pair")
+    inclination_rad: float = number_field(
         INCLINATION_1_40,
         "Inclination of the rail towards the track centre, none if the profile is canted already; circle:R has none",
         group="pair",
@@ -178,10 +187,10 @@ class Case:
         high=0.35,
         remedy="1:40 is 0.025 rad",
         parse=parse_inclination,
-        show=inclination_text,
+        show=format_inclination,
         forms=INCLINATION_FORMS,
     )
-    lateral_shift_mm: float = number(
+    lateral_shift_mm: float = number_field(
         0.0,
         "Lateral shift of the wheelset, positive towards the left rail",
         group="position",
@@ -189,7 +198,7 @@ class Case:
         low=-60.0,
         high=60.0,
     )
-    roll: Roll | None = choice(
+    roll: Roll | None = choice_field(
         None,
         "Roll of the wheelset: that at which both wheels touch their rails, that with both pressed into them by the"
         " wheel loads, or a given one (0 for circles, cylinders and crane rails, which have no wheelset)",
@@ -210,23 +219,23 @@ class Case:
         "give the wheel load under which the wheelset rolls, for example 80000 N (80 kN)",
         group="standing",
     )
-    flange_climb: bool = flag(
+    flange_climb: bool = flag_field(
         "Let the flange climb: take contacts beyond its steepest place too, up to its top", group="wheelset"
     )
-    side: TrackSide = choice(
+    side: TrackSide = choice_field(
         "left", "Wheel and rail of the wheelset that are solved", ("left", "right"), group="standing"
     )
-    opposite: Opposite = part(Opposite, group="pair", option="opposite")
+    opposite: Opposite = nested_inputs(Opposite, group="pair", option="opposite")
     load_N: float = _load(100e3, "Wheel load", group="load")
-    load_kind: LoadKind = choice(
+    load_kind: LoadKind = choice_field(
         "vertical",
         "Whether the load is vertical or acts along the contact normal at first touch",
         get_args(LoadKind),
         group="standing",
     )
-    rail_material: Material = part(lambda: STEEL, group="material", body="rail", both=True)
-    wheel_material: Material = part(lambda: STEEL, group="material", body="wheel", both=True)
-    rolling_radius_mm: float = number(
+    rail_material: Material = nested_inputs(lambda: STEEL, group="material", body="rail", both=True)
+    wheel_material: Material = nested_inputs(lambda: STEEL, group="material", body="wheel", both=True)
+    rolling_radius_mm: float = number_field(
         _FILLED_IN,
         "Rolling radius at the tape circle; if it is not given, the header of a MiniProf wheel file counts, if it has a"
         " diameter",
@@ -234,9 +243,9 @@ class Case:
         group="wheelset",
         remedy=_RADII,
     )
-    track: Track = part(Track, group="pair")
-    size: BodySize = part(BodySize, group="mesh")
-    resolution: str | tuple[float, float] = custom(
+    track: Track = nested_inputs(Track, group="pair")
+    size: BodySize = nested_inputs(BodySize, group="mesh")
+    resolution: str | tuple[float, float] = custom_field(
         "quick",
         f"Elements per semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes"
         " along x and across: what the solution begins with",
@@ -250,23 +259,23 @@ class Case:
         ),
         one_list=_is_sizes,
     )
-    refine: Refine = choice(
+    refine: Refine = choice_field(
         "verdict",
         "Finer meshes: until the verdict is known, never, or until the elements' own nodes know it by themselves;"
         f" up to {REFINED_UNKNOWNS} unknowns",
         get_args(Refine),
         group="solution",
     )
-    solver: SolverChoice = choice("auto", "Linear solver", get_args(SolverChoice), group="solution")
-    criteria: Criteria = part(Criteria, group="verdict")
-    rail_file: Reading = part(Reading, group="profiles", body="rail")
-    wheel_file: Reading = part(Reading, group="profiles", body="wheel")
-    creep: Creep = part(Creep, group="creep")
+    solver: SolverChoice = choice_field("auto", "Linear solver", get_args(SolverChoice), group="solution")
+    criteria: Criteria = nested_inputs(Criteria, group="verdict")
+    rail_file: Reading = nested_inputs(Reading, group="profiles", body="rail")
+    wheel_file: Reading = nested_inputs(Reading, group="profiles", body="wheel")
+    creep: Creep = nested_inputs(Creep, group="creep")
     rail_irregularity: Irregularity | None = _irregularity(
         "Material that the rail misses along the track, opening the gap"
     )
     wheel_irregularity: Irregularity | None = _irregularity("Material that the wheel misses along its circumference")
-    distance_mm: float = number(
+    distance_mm: float = number_field(
         0.0,
         "Distance run along the irregularities to where smooth bodies touch",
         group="irregular",
@@ -274,7 +283,7 @@ class Case:
         high=1e7,
         remedy="give the place along the wave, the flat (its middle is 0) or the table",
     )
-    library: str | None = text(
+    library: str | None = text_field(
         None,
         "Library of your own, before the built-in one",
         "folder whose profile files rail and wheel may name",
@@ -284,22 +293,22 @@ class Case:
     def __post_init__(self) -> None:
         """Fill in the radius, the roll and the paths of profiles, and refuse contradictions."""
         if self.library is not None:
-            from fecontact.profiles.library import in_folder
+            from fecontact.profiles.library import find_in_folder
 
             # after this, profiles of the library are files like all others, also if the case moves to another process
-            object.__setattr__(self, "rail", in_folder(self.rail, self.library))
-            object.__setattr__(self, "wheel", in_folder(self.wheel, self.library))
+            object.__setattr__(self, "rail", find_in_folder(self.rail, self.library))
+            object.__setattr__(self, "wheel", find_in_folder(self.wheel, self.library))
             rail, wheel = (
-                file_or_name and in_folder(file_or_name, self.library)
+                file_or_name and find_in_folder(file_or_name, self.library)
                 for file_or_name in (self.opposite.rail, self.opposite.wheel)
             )
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
         # the import of the library takes time, and the default profiles need no check
         for spec in (spec for spec in self.profiles.values() if spec not in (type(self).rail, type(self).wheel)):
-            from fecontact.profiles.library import refuse_unknown
+            from fecontact.profiles.library import refuse_unknown_profile
 
-            refuse_unknown(spec)
+            refuse_unknown_profile(spec)
         self._choose_radius()
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
@@ -341,7 +350,7 @@ class Case:
         if angle is not None and (angle != 0.0 or self.roll is None):
             numbers["roll angle"] = ("given", _format_angle(angle))
         if self.roll is None:
-            default_roll = _DefaultRoll("touching" if makes_a_wheelset(self.rail, self.wheel) else "given")
+            default_roll = _DefaultRoll("touching" if can_form_wheelset(self.rail, self.wheel) else "given")
             object.__setattr__(self, "roll", next((kind for kind, _ in numbers.values()), default_roll))
         if angle is None:
             object.__setattr__(self, "roll_rad", 0.0)
@@ -413,12 +422,12 @@ class Case:
     @property
     def contact_modulus_MPa(self) -> float:
         """Contact modulus E* of wheel and rail, in MPa."""
-        return contact_modulus_MPa(self.rail_material, self.wheel_material)
+        return combine_moduli_MPa(self.rail_material, self.wheel_material)
 
     @property
     def nodes_a_semi_axis(self) -> int:
         """Nodes of the pressure on the narrowest semi-axis, for any shape of the elements."""
-        return _NODES_OF_MORE_ELEMENTS if self.resolution in ("standard", "fine") else NODES_A_SEMI_AXIS
+        return _NODES_OF_MORE_ELEMENTS if self.resolution in ("standard", "fine") else NODES_PER_SEMI_AXIS
 
     @property
     def may_yield(self) -> bool:
@@ -472,7 +481,7 @@ def _refuse_conflicting_roll(name: str, value: str, kind: Roll, roll: Roll | Non
 
 _FILES = ("rail_file", "wheel_file")
 _IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
-INPUTS = slots(Case())
+INPUTS = list_input_places(Case())
 _SHOWN = tuple(("", name) for name in ("rail", "wheel", "lateral_shift_mm", "load_N"))
 """Inputs that the representation of a case always shows; `INPUTS` has every input of a case and of its parts."""
 PARTS = {
@@ -483,7 +492,7 @@ PARTS = {
 """Fields of a case that have fields themselves, with their classes."""
 
 
-def case_with(values: Mapping[Slot, Any]) -> Case:
+def make_case(values: Mapping[InputPlace, Any]) -> Case:
     """Make a case from values in internal units; all other inputs have their defaults.
 
     Parameters
@@ -515,7 +524,7 @@ def case_with(values: Mapping[Slot, Any]) -> Case:
     )
 
 
-def unusual(cases: Iterable[Case]) -> tuple[str, ...]:
+def describe_unusual_inputs(cases: Iterable[Case]) -> tuple[str, ...]:
     """Describe unusual inputs of some cases, which are allowed but are often a wrong unit.
 
     Parameters
@@ -537,7 +546,7 @@ def unusual(cases: Iterable[Case]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(filter(None, notes)))
 
 
-def case_record(case: Case) -> dict[str, Any]:
+def make_case_record(case: Case) -> dict[str, Any]:
     """Record of all inputs of a case, for a file.
 
     Either `resolution` or `element_size_mm` (along x, across) is None. Settings for reading the profile files are
@@ -567,13 +576,13 @@ def case_record(case: Case) -> dict[str, Any]:
     return record
 
 
-def case_from_record(record: Mapping[str, Any]) -> Case:
+def read_case_record(record: Mapping[str, Any]) -> Case:
     """Make a case from its record; a missing key has the default of the case.
 
     Parameters
     ----------
     record
-        Inputs by key, as from `case_record`.
+        Inputs by key, as from `make_case_record`.
 
     Returns
     -------
@@ -586,7 +595,7 @@ def case_from_record(record: Mapping[str, Any]) -> Case:
         If a key or a value is not allowed in a case.
     """
     record_keys = [*record, *(key for name in PARTS for key in record.get(name) or ())]
-    if advice := next(filter(None, map(renamed, record_keys)), ""):
+    if advice := next(filter(None, map(explain_former_name, record_keys)), ""):
         raise InputError(f"case record: {advice}; solve the case again")
     inputs = dict(record)
     sizes = inputs.pop("element_size_mm", None)
@@ -605,4 +614,4 @@ def case_from_record(record: Mapping[str, Any]) -> Case:
     except InputError:
         raise
     except (TypeError, ValueError) as error:
-        raise InputError(f"case record: {error}; keys that exist: {', '.join(case_record(Case()))}") from error
+        raise InputError(f"case record: {error}; keys that exist: {', '.join(make_case_record(Case()))}") from error

@@ -24,9 +24,9 @@ from cyclopts import (
 
 from fecontact import __version__, feature_registry
 from fecontact.commands import looking, mapping, results, solving, start
-from fecontact.console.help_pages import page_of
-from fecontact.errors import FecontactError, InputError, shortened
-from fecontact.inputs.texts import renamed
+from fecontact.console.help_pages import find_help_page
+from fecontact.errors import FecontactError, InputError, shorten_words
+from fecontact.inputs.texts import explain_former_name
 from fecontact.process import collect_rarely
 
 app = App(
@@ -54,7 +54,7 @@ for group, commands in {
     _AFTER: (results.judge, results.compare, results.view, looking.mesh),
     _DEVELOPMENT: (solving.validate,),
 }.items():
-    for sort_key, command in enumerate((*commands, *feature_registry.commands(group.name))):
+    for sort_key, command in enumerate((*commands, *feature_registry.load_commands(group.name))):
         if isinstance(command, App):
             # the command has subcommands
             command.group, command.sort_key = (group,), sort_key
@@ -107,7 +107,7 @@ def _print_error(message: str) -> None:
     Characters that move the cursor or turn the text, which names may have, are printed as escapes.
     """
     printable = "".join(
-        character if character.isprintable() else repr(character)[1:-1] for character in shortened(message)
+        character if character.isprintable() else repr(character)[1:-1] for character in shorten_words(message)
     )
     print(f"error: {printable}", file=sys.stderr)
 
@@ -151,7 +151,7 @@ def _describe_wrong_command(error: CycloptsError) -> str:
         body_options = [f"--{body}-{name}" for body in ("rail", "wheel") if f"--{body}-{name}" in known_names]
         if body_options:
             return f"--{name}: each body has an option of its own: {' and '.join(body_options)}"
-        return renamed(name.replace("-", "_")) or str(error)
+        return explain_former_name(name.replace("-", "_")) or str(error)
     if isinstance(error, CoercionError) and error.target_type is bool and error.token:
         return f"{error.token.keyword}: it is a flag, and {error.token.value} behind it is too much; leave it out"
     if isinstance(error, UnusedCliTokensError):
@@ -192,7 +192,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
         if not _has_working_folder():
             # NumPy 2.5 cannot be imported there: its import ends in a SystemError that names no folder
             raise InputError(_NO_WORKING_FOLDER_TEXT)
-        page = page_of(app, words)
+        page = find_help_page(app, words)
         app.help_formatter = page
         code: Any = app(
             words if page is None else page.tokens,

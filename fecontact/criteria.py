@@ -9,9 +9,9 @@ from dataclasses import fields, replace
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.feature_registry import places
-from fecontact.inputs.kinds import Number, choice, flag, given, number
-from fecontact.inputs.slots import inputs
+from fecontact.feature_registry import find_places
+from fecontact.inputs.kinds import Number, choice_field, flag_field, input_field, number_field
+from fecontact.inputs.slots import input_dataclass
 
 
 def _limit(default: float, measure: str, help: str, key: str) -> Any:
@@ -38,7 +38,7 @@ def _limit(default: float, measure: str, help: str, key: str) -> Any:
         inclusive=False,
         remedy="for example 0.05 for 5 %" if percent else "for example 0.15",
     )
-    return given(default, limit, measure=measure)
+    return input_field(default, limit, measure=measure)
 
 
 _SETS = {
@@ -48,7 +48,7 @@ _SETS = {
 }
 
 
-@inputs
+@input_dataclass
 class Criteria:
     """Limits of the deviations of Hertz from the finite elements, and the measures that decide.
 
@@ -90,14 +90,14 @@ class Criteria:
     misplaced: float = _limit(
         0.10, "misplaced_load", "if less of the load is elsewhere than Hertz predicts", "misplaced_load_percent"
     )
-    judged_by: tuple[str, ...] = choice(
+    judged_by: tuple[str, ...] = choice_field(
         ("all",),
         f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
         (*_SETS, *_SETS["all"]),
         domain=f"sets {', '.join(_SETS)}; measures {', '.join(_SETS['all'])}; joined by commas",
         each=True,
     )
-    theories_in_range: bool = flag(
+    theories_in_range: bool = flag_field(
         "Name no theory that is out of its own range as the cheapest that holds; by default it counts, marked as out of"
         " range, since its numbers are held against the finite elements at this very contact"
     )
@@ -131,10 +131,10 @@ FRICTION = Number(
 
 def _creepage(help: str, label: str) -> Any:
     remedy = "it is relative to the rolling speed: 0.001 is 0.1 %"
-    return number(None, help, label=label, low=-1.0, high=1.0, remedy=remedy)
+    return number_field(None, help, label=label, low=-1.0, high=1.0, remedy=remedy)
 
 
-@inputs
+@input_dataclass
 class Creep:
     """Friction and creepages of the wheel on the rail, at the first touch point.
 
@@ -163,25 +163,25 @@ class Creep:
         Largest longitudinal and lateral creepage for which forces are judged (no unit).
     """
 
-    friction: float | None = given(
+    friction: float | None = input_field(
         None, replace(FRICTION, help="Coefficient of friction; with it creep forces are evaluated")
     )
     xi: float | None = _creepage("Longitudinal creepage, > 0 where the wheel slides forward", "creepage xi")
     eta: float | None = _creepage("Lateral creepage, > 0 towards the field side", "creepage eta")
     spin_per_mm: float | None = _creepage("Spin about the normal of the contact", "spin")
-    speed_ratio: float = number(
+    speed_ratio: float = number_field(
         1.0,
         "Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
         high=2.0,
         remedy="a free wheel has 1, a driven one some thousandths more",
     )
-    curved: bool = flag(
+    curved: bool = flag_field(
         "Creepages on the real patch follow the rolling radius and contact angle of each line", label="curved surfaces"
     )
     force_limit: float = _limit(
         0.05, "the creep force", "for forces if its creep force is off by less of mu N", "force_percent"
     )
-    largest_creepage: float = number(
+    largest_creepage: float = number_field(
         0.02,
         "Longitudinal and lateral creepage up to which forces are judged",
         low=1e-4,
@@ -204,7 +204,7 @@ class Creep:
         InputError
             With the input that is missing, or the feature that is missing.
         """
-        if self.asked and "creep" not in places("READINGS"):
+        if self.asked and "creep" not in find_places("READINGS"):
             raise InputError(
                 f"friction coefficient is {self.friction:g}, but this fecontact has no feature creep, which evaluates"
                 " creep forces; leave friction out, or install fecontact with all its features"

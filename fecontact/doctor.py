@@ -27,7 +27,7 @@ from importlib import metadata
 from fecontact import __version__, packages
 
 # : Debian and Ubuntu packages; both distributions use these names.
-PACKAGES = ("libglu1-mesa", "libgl1", "libegl1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1")
+DEBIAN_PACKAGES = ("libglu1-mesa", "libgl1", "libegl1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1")
 PROBE_SECONDS = 120.0
 # Memory of a case at `quick` whose patch has several lobes.
 _LOBED_CASE_GB = 4.0
@@ -59,7 +59,7 @@ class Probe:
 
 
 # Libraries that gmsh's wheel is linked to and that a minimal Debian lacks.
-BEFORE = Probe(
+LIBRARIES_PROBE = Probe(
     name="system libraries of gmsh",
     code="""
 import ctypes
@@ -87,7 +87,7 @@ assert abs(pypardiso.spsolve(scipy.sparse.eye(3, format="csr") * 2.0, numpy.ones
 )
 
 
-def examine(probes: Sequence[Probe] = PROBES) -> tuple[list[str], bool]:
+def run_probes(probes: Sequence[Probe] = PROBES) -> tuple[list[str], bool]:
     """Run probes and describe their results.
 
     Parameters
@@ -102,14 +102,14 @@ def examine(probes: Sequence[Probe] = PROBES) -> tuple[list[str], bool]:
     bool
         Whether an essential component fails.
     """
-    failures = {probe: reason for probe in probes if (reason := failure(probe))}
+    failures = {probe: reason for probe in probes if (reason := find_failure(probe))}
     lines = [
         f"{probe.name}: does not work: {failures[probe]}; {probe.consequence}"
         if probe in failures
         else f"{probe.name}: works"
         for probe in probes
     ]
-    missing = missing_packages() if failures else ()
+    missing = find_missing_debian_packages() if failures else ()
     remedies = dict.fromkeys(_find_remedy(probe, reason, missing) for probe, reason in failures.items())
     return [*lines, *(f"remedy: {remedy}" for remedy in remedies)], any(probe.needed for probe in failures)
 
@@ -119,13 +119,13 @@ def _find_remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
     if probe.remedy:
         return probe.remedy
     if reason.startswith("ModuleNotFoundError"):
-        return f"a Python package is missing from this environment: {packages.remedy()}"
+        return f"a Python package is missing from this environment: {packages.suggest_remedy()}"
     if not missing:
         return "all Debian packages that are known to be needed are installed: the cause is something else"
-    return f"{install_command(missing)} (Debian, Ubuntu; elsewhere the packages with the same libraries)"
+    return f"{format_install_command(missing)} (Debian, Ubuntu; elsewhere the packages with the same libraries)"
 
 
-def doctor() -> int:
+def print_diagnosis() -> int:
     """Print the state of this machine.
 
     Returns
@@ -138,10 +138,10 @@ def doctor() -> int:
     installed, incomplete = _describe_packages()
     for line in (*installed, *_describe_machine()):
         print(line)
-    if not packages.has_wheels() and packages.find_missing():
-        print(packages.remedy())
+    if not packages.has_wheels() and packages.find_missing_packages():
+        print(packages.suggest_remedy())
         return 1
-    lines, is_unusable = examine()
+    lines, is_unusable = run_probes()
     print("\n".join(lines))
     is_incomplete = incomplete or is_unusable
     print(
@@ -152,7 +152,7 @@ def doctor() -> int:
     return int(is_incomplete)
 
 
-def before(*, install: bool) -> int:
+def check_before_install(*, install: bool) -> int:
     """Check the libraries of gmsh, and install missing libraries as root on request.
 
     Parameters
@@ -167,12 +167,12 @@ def before(*, install: bool) -> int:
     """
     if not sys.platform.startswith("linux") or not packages.has_wheels():
         return 0
-    lines, is_incomplete = examine((BEFORE,))
-    if is_incomplete and install and _can_install() and (missing := missing_packages()):
+    lines, is_incomplete = run_probes((LIBRARIES_PROBE,))
+    if is_incomplete and install and _can_install() and (missing := find_missing_debian_packages()):
         print(f"Installing system libraries with apt-get: {' '.join(missing)}")
         if reason := _apt_install(missing):
             print(f"apt-get failed: {reason}")
-        lines, is_incomplete = examine((BEFORE,))
+        lines, is_incomplete = run_probes((LIBRARIES_PROBE,))
     if is_incomplete:
         print("\n".join(lines))
     return int(is_incomplete)
@@ -205,7 +205,7 @@ def _find_requirements(required: Sequence[str]) -> Iterator[tuple[str, str]]:
     for line in required:
         requirement, _, marker = (text.strip() for text in line.partition(";"))
         package = re.split(r"[^\w.-]", requirement)[0]
-        is_needed_for_elements = package in packages.FINITE_ELEMENTS and packages.has_wheels()
+        is_needed_for_elements = package in packages.REQUIRED_PACKAGES and packages.has_wheels()
         if is_needed_for_elements or not re.search("extra|platform_machine", marker):
             yield requirement, package
 
@@ -224,7 +224,7 @@ def _describe_machine() -> list[str]:
     return [line]
 
 
-def failure(probe: Probe) -> str:
+def find_failure(probe: Probe) -> str:
     """Reason why a probe fails, in a single line; empty if the probe succeeds."""
     return _run_program([sys.executable, "-c", probe.code], PROBE_SECONDS)
 
@@ -265,23 +265,23 @@ def _signal_name(number: int) -> str:
     return signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
 
 
-def missing_packages() -> tuple[str, ...]:
+def find_missing_debian_packages() -> tuple[str, ...]:
     """Debian packages that dpkg does not list as installed; all packages without dpkg.
 
     Returns
     -------
     tuple of str
-        Names of the missing packages out of `PACKAGES`.
+        Names of the missing packages out of `DEBIAN_PACKAGES`.
     """
     if not shutil.which("dpkg-query"):
-        return PACKAGES
-    query = ("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\n", *PACKAGES)
+        return DEBIAN_PACKAGES
+    query = ("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\n", *DEBIAN_PACKAGES)
     listed = subprocess.run(query, capture_output=True, text=True, check=False).stdout
     installed = {line.split()[0] for line in listed.splitlines() if line.endswith(" installed")}
-    return tuple(name for name in PACKAGES if name not in installed)
+    return tuple(name for name in DEBIAN_PACKAGES if name not in installed)
 
 
-def install_command(packages: Sequence[str]) -> str:
+def format_install_command(packages: Sequence[str]) -> str:
     """Shell command that installs Debian packages; without sudo, a command for root.
 
     Parameters
@@ -330,7 +330,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--before", action="store_true", help="before the Python packages are installed; Linux only")
     parser.add_argument("--install", action="store_true", help="then, as root, install the libraries that are missing")
     options = parser.parse_args(arguments)
-    return before(install=options.install) if options.before else doctor()
+    return check_before_install(install=options.install) if options.before else print_diagnosis()
 
 
 if __name__ == "__main__":

@@ -11,16 +11,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-SMALLEST, LARGEST = 1e-30, 1e20
+SMALLEST_QUANTITY, LARGEST_QUANTITY = 1e-30, 1e20
 """Range of every positive quantity, in which powers of it neither overflow nor underflow."""
-EXTREME = f"no body, load or material has that, and it could not be computed with; allowed: {SMALLEST:g} to {LARGEST:g}"
+EXTREME_QUANTITY_TEXT = f"no body, load or material has that, and it could not be computed with; allowed: {SMALLEST_QUANTITY:g} to {LARGEST_QUANTITY:g}"
 
 
 # Words of 300 letters or more are longer than a path usually is. Messages show their first 80 letters.
 _LETTERS_SHOWN, _LONG_WORD = 80, re.compile(r"[^\s'\"]{300,}")
 
 
-def shortened(text: str) -> str:
+def shorten_words(text: str) -> str:
     """Shorten words of 300 letters or more to their first 80.
 
     Nobody reads such a word to its end. It may be a value that a user gave.
@@ -51,7 +51,7 @@ class FecontactError(Exception):
 
     def __str__(self) -> str:
         """Message without very long words."""
-        return shortened(super().__str__())
+        return shorten_words(super().__str__())
 
 
 class InputError(FecontactError, ValueError):
@@ -63,21 +63,21 @@ class InputError(FecontactError, ValueError):
     exit_code: ClassVar[int] = 2
 
 
-class FoldedMesh(InputError):
+class FoldedMeshError(InputError):
     """Error for a mesh with an element that is turned inside out.
 
     Different element sizes may avoid it.
     """
 
 
-class NotCovered(InputError):
+class CoverageError(InputError):
     """Error for a surface of a body that does not cover the contact zone.
 
     It is raised for the wheel's surface opposite the rail too. A narrower zone may work.
     """
 
 
-class NotEnoughMemory(InputError):
+class MemoryShortageError(InputError):
     """Error for work that needs more memory than the machine has free.
 
     The work may succeed if it runs alone.
@@ -131,10 +131,10 @@ def check_positive(name: str, value: float, unit: str, remedy: str, *, zero_allo
     >>> check_positive("radius", 300, "mm", "for example 300")
     300.0
     """
-    if SMALLEST <= value <= LARGEST or (zero_allowed and value == 0.0):
+    if SMALLEST_QUANTITY <= value <= LARGEST_QUANTITY or (zero_allowed and value == 0.0):
         return float(value)
     if value > 0.0 and math.isfinite(value):
-        raise InputError(f"{name} is {float(value)!r} {unit}; {EXTREME}; {remedy}")
+        raise InputError(f"{name} is {float(value)!r} {unit}; {EXTREME_QUANTITY_TEXT}; {remedy}")
     allowed_range = "finite and >= 0" if zero_allowed else "finite and > 0"
     raise InputError(f"{name} is {float(value)!r} {unit}; allowed: {allowed_range}; {remedy}")
 
@@ -160,7 +160,7 @@ class UnusableStatus:
     remedy: str
 
 
-UNUSABLE = {
+UNUSABLE_STATUSES = {
     "elements too soft or too stiff": UnusableStatus(
         "elements off",
         "finer ones tell whether they are only too coarse: --resolution standard, or --refine verdict",
@@ -180,7 +180,7 @@ UNUSABLE = {
 """Texts for each status except `CONVERGED`."""
 
 
-def failed(cause: object) -> str:
+def describe_failure(cause: object) -> str:
     """Status of a case without any numbers, in a single line.
 
     Parameters
@@ -196,7 +196,7 @@ def failed(cause: object) -> str:
     return " ".join(f"failed: {cause}".split())
 
 
-def usable(row: Mapping[str, object]) -> bool:
+def is_usable_status(row: Mapping[str, object]) -> bool:
     """Whether the numbers of a row or a record may be used."""
     return row["status"] == CONVERGED
 
@@ -222,10 +222,10 @@ def short_status(row: Mapping[str, object]) -> str:
     status = str(row["status"])
     if not has_numbers(row):
         return "no result"
-    return UNUSABLE[status].short if status in UNUSABLE else status
+    return UNUSABLE_STATUSES[status].short if status in UNUSABLE_STATUSES else status
 
 
-def with_remedy(row: Mapping[str, object]) -> str:
+def describe_status(row: Mapping[str, object]) -> str:
     """Status of a row or record that must not be used, with its remedy.
 
     Parameters
@@ -239,4 +239,4 @@ def with_remedy(row: Mapping[str, object]) -> str:
         Status, with its remedy if there is one.
     """
     status = str(row["status"])
-    return f"{status}; {UNUSABLE[status].remedy}" if status in UNUSABLE else status
+    return f"{status}; {UNUSABLE_STATUSES[status].remedy}" if status in UNUSABLE_STATUSES else status

@@ -21,9 +21,9 @@ A feature may read its own results from a judged load. An offer of this kind has
 `TELLINGS`
     Report of a reading (`outputs.parts.Telling`): record, columns of a row, parts of a document.
 `MAPS`
-    Verdicts with load limits that a map draws (`judging.readings.MappedVerdicts`), by the map's measure.
+    Verdicts with load limits that a map draws (`judging.readings.VerdictReadingView`), by the map's measure.
 `LAWS`
-    Laws that are judged like theories of the pressure (`judging.readings.MappedLaws`), by the name of their map.
+    Laws that are judged like theories of the pressure (`judging.readings.LawReadingView`), by the name of their map.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ FEATURES = tuple(_PACKAGES)
 """Names of all features that are installed."""
 
 
-def offers(kind: str) -> Iterator[tuple[str, Any]]:
+def iterate_offers(kind: str) -> Iterator[tuple[str, Any]]:
     """Yield the package of each feature with offers of a kind, and these offers.
 
     Examples
@@ -65,7 +65,7 @@ def offers(kind: str) -> Iterator[tuple[str, Any]]:
             yield _PACKAGES[name], content
 
 
-def places(kind: str) -> dict[str, str]:
+def find_places(kind: str) -> dict[str, str]:
     """Places of the offers of all features, by name.
 
     Examples
@@ -75,22 +75,24 @@ def places(kind: str) -> dict[str, str]:
     []
     """
     return {
-        name: f"{feature}.{place}" for feature, places_by_name in offers(kind) for name, place in places_by_name.items()
+        name: f"{feature}.{place}"
+        for feature, places_by_name in iterate_offers(kind)
+        for name, place in places_by_name.items()
     }
 
 
-def offered(kind: str) -> dict[str, Any]:
+def load_offers(kind: str) -> dict[str, Any]:
     """Import the offers of all features of a kind with names."""
-    return {name: at(place) for name, place in places(kind).items()}
+    return {name: import_place(place) for name, place in find_places(kind).items()}
 
 
-def at(place: str) -> Any:
+def import_place(place: str) -> Any:
     """Import the object at a place, such as `fecontact.case.Case`."""
     module, _, name = place.rpartition(".")
     return getattr(import_module(module), name)
 
 
-def the(kind: str, asked: str) -> Any:
+def load_single_offer(kind: str, asked: str) -> Any:
     """Import the only offer of a kind.
 
     Parameters
@@ -110,12 +112,12 @@ def the(kind: str, asked: str) -> Any:
     InputError
         If no installed feature has an offer of this kind.
     """
-    for feature, (place,) in offers(kind):
-        return at(f"{feature}.{place}")
+    for feature, (place,) in iterate_offers(kind):
+        return import_place(f"{feature}.{place}")
     raise InputError(f"{asked} needs a feature that is not installed; installed: {', '.join(FEATURES)}; leave it out")
 
 
-def commands(group: str) -> list[Any]:
+def load_commands(group: str) -> list[Any]:
     """Import the commands of all features in a group of the help.
 
     Parameters
@@ -129,13 +131,13 @@ def commands(group: str) -> list[Any]:
         Functions and apps.
     """
     return [
-        at(f"{feature}.{place}")
-        for feature, commands_by_group in offers("COMMANDS")
+        import_place(f"{feature}.{place}")
+        for feature, commands_by_group in iterate_offers("COMMANDS")
         for place in commands_by_group.get(group, ())
     ]
 
 
-def public_names() -> dict[str, str]:
+def find_public_names() -> dict[str, str]:
     """Public names of all features, with their places.
 
     Returns
@@ -145,6 +147,6 @@ def public_names() -> dict[str, str]:
     """
     return {
         place.rpartition(".")[2].rstrip("_"): f"{feature}.{place}"
-        for feature, places in offers("NAMES")
+        for feature, places in iterate_offers("NAMES")
         for place in places
     }

@@ -23,8 +23,8 @@ from fecontact.errors import InputError
 # 200 lines of keys with 500 parts, and minutes for 100,000 parts.
 _MOST_TOML_CHARACTERS, _LONGEST_TOML_LINE, _MOST_TOML_DOTS = 1_000_000, 10_000, 100
 _TOML_SEPARATORS = re.compile(r"[,={}\[\]]")
-SEAL, _SEALED_CONTENT = "sha256", "all but sha256"
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
+SEAL_KEY, _SEALED_CONTENT = "sha256", "all but sha256"
+FORMULA_PREFIXES = ("=", "+", "-", "@", "\t", "\r", "'")
 """First characters of texts that spreadsheets would evaluate. In a CSV such a text gets an apostrophe before it, which
 spreadsheets hide.
 """
@@ -92,8 +92,8 @@ def write_text(path: str | Path, text: str) -> Path:
 
 
 def write_json(path: str | Path, value: object) -> Path:
-    """Write a value as JSON, see `json_text`."""
-    return write_text(path, json_text(value) + "\n")
+    """Write a value as JSON, see `format_json`."""
+    return write_text(path, format_json(value) + "\n")
 
 
 def write_sealed(path: Path, value: Mapping[str, object], companions: Sequence[Path] = ()) -> Path:
@@ -113,11 +113,11 @@ def write_sealed(path: Path, value: Mapping[str, object], companions: Sequence[P
     Path
         `path`.
     """
-    digests = {_SEALED_CONTENT: _digest(json_text(value)), **{file.name: sha256(file) for file in companions}}
-    return write_json(path, {**value, SEAL: digests})
+    digests = {_SEALED_CONTENT: _digest(format_json(value)), **{file.name: hash_file(file) for file in companions}}
+    return write_json(path, {**value, SEAL_KEY: digests})
 
 
-def broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
+def explain_broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
     """Reason why a document differs from the content that `write_sealed` wrote.
 
     Companion files are not checked; the document has their checksums.
@@ -134,8 +134,8 @@ def broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
     str or None
         Reason; None if the document is unchanged.
     """
-    seal = document.get(SEAL)
-    content = json_text({name: value for name, value in document.items() if name != SEAL})
+    seal = document.get(SEAL_KEY)
+    content = format_json({name: value for name, value in document.items() if name != SEAL_KEY})
     if isinstance(seal, Mapping) and seal.get(_SEALED_CONTENT) == _digest(content):
         return None
     return f"{path} was changed after it was written, or by an earlier version (its checksum differs)"
@@ -146,7 +146,7 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
 
 
-def sha256(path: Path) -> str:
+def hash_file(path: Path) -> str:
     """SHA-256 of a regular file, in hexadecimal digits.
 
     Raises
@@ -154,11 +154,11 @@ def sha256(path: Path) -> str:
     OSError
         If the file cannot be read, or is not a regular file: reading a pipe or a device could last forever.
     """
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def open_regular(path: Path) -> BufferedReader:
+def open_regular_file(path: Path) -> BufferedReader:
     """Open a regular file for reading; refuse folders, pipes and devices.
 
     Parameters
@@ -201,7 +201,7 @@ def read_json(path: str | Path) -> Any:
         If the file cannot be read, is larger than any file that the program writes, or is not JSON.
     """
     try:
-        with open_regular(Path(path)) as file:
+        with open_regular_file(Path(path)) as file:
             # Reading with a limit of this many bytes would reserve that memory, even for a small file.
             if os.fstat(file.fileno()).st_size > _LARGEST_JSON_BYTES:
                 raise InputError(
@@ -215,7 +215,7 @@ def read_json(path: str | Path) -> Any:
         raise InputError(f"{path}: no JSON ({error}); solve it again") from error
 
 
-def json_text(value: object) -> str:
+def format_json(value: object) -> str:
     """Indented JSON of a value.
 
     Keys keep their order, because the order has a meaning. NaN and infinity become null (JSON has neither). NumPy
@@ -236,7 +236,7 @@ def _to_plain(value: object) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def toml_content(text: str, source: str) -> dict[str, Any]:
+def read_toml_text(text: str, source: str) -> dict[str, Any]:
     """Content of a TOML text from an untrusted source.
 
     Parameters

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 
 from fecontact.errors import InputError
 
-FINITE_ELEMENTS = ("gmsh", "pyamg")
+REQUIRED_PACKAGES = ("gmsh", "pyamg")
 
 
 def has_wheels() -> bool:
@@ -16,12 +16,12 @@ def has_wheels() -> bool:
     return sys.platform != "linux" or platform.machine() == "x86_64"
 
 
-def find_missing() -> tuple[str, ...]:
+def find_missing_packages() -> tuple[str, ...]:
     """Packages of the finite elements that are not installed; nothing is imported."""
-    return tuple(name for name in FINITE_ELEMENTS if find_spec(name) is None)
+    return tuple(name for name in REQUIRED_PACKAGES if find_spec(name) is None)
 
 
-def remedy() -> str:
+def suggest_remedy() -> str:
     """Advice for this machine if a package of the finite elements is missing.
 
     Returns
@@ -30,9 +30,9 @@ def remedy() -> str:
         Command to install the packages, or the commands that work without them on machines without wheels.
     """
     if has_wheels():
-        return f"make setup, or pip install {' '.join(FINITE_ELEMENTS)}"
+        return f"make setup, or pip install {' '.join(REQUIRED_PACKAGES)}"
     return (
-        f"{' and '.join(FINITE_ELEMENTS)} have no wheels for Linux on {platform.machine()}: solve on an x86-64 machine;"
+        f"{' and '.join(REQUIRED_PACKAGES)} have no wheels for Linux on {platform.machine()}: solve on an x86-64 machine;"
         " everything without finite elements works here, such as hertz, theory, place, table and judge"
     )
 
@@ -45,6 +45,8 @@ def require_finite_elements() -> None:
     InputError
         If a package is missing. The message has the names of the missing packages and the remedy.
     """
-    if missing := find_missing():
+    if missing := find_missing_packages():
         verb = "is" if len(missing) == 1 else "are"
-        raise InputError(f"finite elements need {' and '.join(missing)}, which {verb} not installed; {remedy()}")
+        raise InputError(
+            f"finite elements need {' and '.join(missing)}, which {verb} not installed; {suggest_remedy()}"
+        )

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.regression.checks import Check, hertz_check
+from fecontact.regression.checks import Check, compare_with_hertz
 
 LIMITS_PERCENT = {"p_max": 0.5, "a": 0.5, "b": 0.5, "area": 0.5}
 # Of a head that is narrow for its patch, see above.
@@ -56,7 +56,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
         where = f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}"
         for name, limit in (NARROW_PERCENT if narrow else LIMITS_PERCENT).items():
             unit = {"p_max": "MPa", "area": "mm2"}.get(name, "mm")
-            made.append(hertz_check(row, f"{name}_{unit}", where, limit))
+            made.append(compare_with_hertz(row, f"{name}_{unit}", where, limit))
         made.append(
             Check(
                 quantity="L2 of the pressure, %",

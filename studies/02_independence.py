@@ -21,17 +21,17 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case
-from fecontact.judging.measures import CUT_PLANES, measures_of
-from fecontact.regression.checks import Check, discretisation_check
-from fecontact.runs.identity import case_id
-from fecontact.solving.expected_patch import expected_patch
+from fecontact.judging.measures import CUT_PLANE_UNCERTAINTY, read_measures
+from fecontact.regression.checks import Check, compare_discretisation
+from fecontact.runs.identity import make_case_id
+from fecontact.solving.expected_patch import find_expected_patch
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import true_gap_of_case
+from fecontact.solving.position import make_true_gap
 
 RESOLUTION_PERCENT = {"standard": 0.2, "quick": 0.3}
 MEASURES = {"p_max": "MPa", "area": "mm2", "a": "mm", "b": "mm"}
 # What the stated uncertainty has of the cut planes.
-STATED_PERCENT = {m: 100.0 * CUT_PLANES[f"{m}_{unit}"] for m, unit in MEASURES.items()}
+STATED_PERCENT = {m: 100.0 * CUT_PLANE_UNCERTAINTY[f"{m}_{unit}"] for m, unit in MEASURES.items()}
 # Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 # On a half-space with 32 nodes a semi-axis against one with 96; reached are 0.009, 0.01 and 0.007 %, and of the area
@@ -74,7 +74,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Each measure against the same case with a cut plane moved out, and against the finest resolution."""
-    by_case = {case_id(case): case for quick in (False, True) for case in cases(quick)}
+    by_case = {make_case_id(case): case for quick in (False, True) for case in cases(quick)}
     solved = [(by_case[row["id"]], row) for row in rows]
     made = []
     for case, row in solved:
@@ -101,7 +101,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     return [
         *made,
         *_nodes_checks(quick=len(rows) <= len(cases(quick=True))),
-        *discretisation_check(rows, DISCRETISATION_PERCENT),
+        *compare_discretisation(rows, DISCRETISATION_PERCENT),
     ]
 
 
@@ -110,10 +110,12 @@ def _nodes_checks(quick: bool) -> list[Check]:
     made = []
     for shift in NODES_SHIFTS_MM[: 1 if quick else None]:
         case = Case(lateral_shift_mm=shift, roll="given")
-        true_gap = true_gap_of_case(case, place_case(case))
+        true_gap = make_true_gap(case, place_case(case))
         own, finer = (
-            measures_of(
-                expected_patch(true_gap, case.load_N, half=case.half, nodes=count * case.nodes_a_semi_axis).half_space
+            read_measures(
+                find_expected_patch(
+                    true_gap, case.load_N, half=case.half, nodes=count * case.nodes_a_semi_axis
+                ).half_space
             ).as_dict()
             for count in (1, MORE_NODES)
         )

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.regression.checks import Check, discretisation_check, hertz_check
+from fecontact.regression.checks import Check, compare_discretisation, compare_with_hertz
 
 PAIRS = ((300, 80), (80, 13))
 DISTANCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0)
@@ -135,16 +135,23 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     And the lowest rung of the ladder, which is exact everywhere.
     """
     far = [
-        hertz_check(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FAR_PERCENT)
+        compare_with_hertz(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FAR_PERCENT)
         for row in rows
         if float(row["geometry_junction_distance_over_b"]) > 2.0
     ]
-    return [*far, *discretisation_check(rows, DISCRETISATION_PERCENT)]
+    return [*far, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def figure(found: Series, path: Path) -> None:
     """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, plain_log, save_figure
+    from fecontact.outputs.style import (
+        SERIES_COLOURS,
+        SERIES_MARKS,
+        add_grid,
+        blank_figure,
+        save_figure,
+        set_plain_log_scale,
+    )
 
     picture = blank_figure(8.0, 7.0)
     above, below = picture.subplots(2, 1, sharex=True)
@@ -154,8 +161,8 @@ def figure(found: Series, path: Path) -> None:
     for (pair, load, arc), (distance, peak, uncertainty, used) in found.items():
         sign = 1.0 if arc == "flatter" else -1.0
         style = {
-            "color": SERIES[pairs.index(pair) % len(SERIES)],
-            "marker": MARKS[loads.index(load) % len(MARKS)],
+            "color": SERIES_COLOURS[pairs.index(pair) % len(SERIES_COLOURS)],
+            "marker": SERIES_MARKS[loads.index(load) % len(SERIES_MARKS)],
             "mfc": "white" if loads.index(load) % 2 else None,
             "ls": ("-", "--")[loads.index(load) % 2],
             "ms": 4,
@@ -166,9 +173,9 @@ def figure(found: Series, path: Path) -> None:
         below.plot(sign * distance, used, **style)
     for axes in (above, below):
         axes.axvline(0.0, color="0.4", lw=0.8)
-    finish(above, below)
+    add_grid(above, below)
     below.set_xlim(-4.0, 4.0)
-    plain_log(below, "y")
+    set_plain_log_scale(below, "y")
     below.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
     above.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
     below.set_ylabel("worst measure / its limit")

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.regression.checks import Check, compare_discretisation
 
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 13))
 LOADS_KN = (50.0, 100.0)
@@ -100,12 +100,12 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """The worst measure over the distance to the next junction."""
     from fecontact.outputs.figures.study import ANSWER_MARKS
     from fecontact.outputs.style import (
-        ANSWERS,
+        ANSWER_COLOURS,
+        add_grid,
+        add_legend_beside,
         blank_figure,
-        finish,
-        legend_beside,
-        plain_log,
         save_figure,
+        set_plain_log_scale,
     )
 
     picture = blank_figure(10.5, 4.8)
@@ -122,25 +122,25 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
                     [float(row["geometry_junction_distance_over_b"]) for row in own],
                     [max(float(row["verdict_limit_used"]), 0.01) for row in own],
                     s=48,
-                    c=ANSWERS[verdict] if covers else "white",
-                    ec="0.2" if covers else ANSWERS[verdict],
+                    c=ANSWER_COLOURS[verdict] if covers else "white",
+                    ec="0.2" if covers else ANSWER_COLOURS[verdict],
                     lw=0.8 if covers else 1.6,
                     marker=ANSWER_MARKS[verdict],
                     label=f"{verdict}, patch {place}: {len(own)}",
                 )
     axes.axhline(1.0, color="0.5", lw=1, ls="--")
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
-    plain_log(axes)
-    finish(axes)
+    set_plain_log_scale(axes)
+    add_grid(axes)
     axes.set_xlabel("distance from the touch point to the next curvature junction / Hertz's semi-axis b")
     axes.set_ylabel("deviation of the worst measure / its limit")
-    legend_beside(axes)
+    add_legend_beside(axes)
     save_figure(picture, path)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
-    return discretisation_check(rows, DISCRETISATION_PERCENT)
+    return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 
 def main() -> None:

@@ -21,7 +21,7 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.inputs.texts import parse_inclination
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.regression.checks import Check, compare_discretisation
 
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
 SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))
@@ -100,7 +100,14 @@ def _verdicts(rows: list[dict[str, Any]]) -> str:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """Both steps of the peak pressure over the lateral shift, one column a pair."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
+    from fecontact.outputs.style import (
+        SERIES_COLOURS,
+        SERIES_MARKS,
+        add_grid,
+        add_legend_beside,
+        blank_figure,
+        save_figure,
+    )
 
     loads = sorted({float(row["load_kN"]) for row in rows})
     pairs = list(dict.fromkeys(pair_of(row) for row in rows))
@@ -123,7 +130,10 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
                 unsure = name.replace("steps_", "steps_uncertainty_")
                 error = [float(row.get(unsure, 0.0)) for row in own]
                 values = [float(row[name]) for row in own]
-                style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+                style = {
+                    "color": SERIES_COLOURS[number % len(SERIES_COLOURS)],
+                    "marker": SERIES_MARKS[number % len(SERIES_MARKS)],
+                }
                 ax.errorbar(shift, values, error, ms=4, lw=1, capsize=2, label=f"{load:g} kN", **style)
         some = "" if solved == loads else f", {' and '.join(f'{load:g}' for load in solved)} kN only"
         axes[0, column].set_title(f"{pair}{some}")
@@ -132,16 +142,16 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
         ax.set_ylabel(f"{what}:\npeak changes by %")
     for ax in axes.flat:
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
-    finish(*axes.flat)
+    add_grid(*axes.flat)
     # of the pair with all loads, beside the last column
     most = max(axes[0], key=lambda ax: len(ax.get_legend_handles_labels()[0]))
-    legend_beside(axes[0, -1], handles=most.get_legend_handles_labels()[0])
+    add_legend_beside(axes[0, -1], handles=most.get_legend_handles_labels()[0])
     save_figure(picture, path)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
-    return discretisation_check(rows, DISCRETISATION_PERCENT)
+    return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 
 def main() -> None:

@@ -32,7 +32,7 @@ from scipy.optimize import brentq
 
 from fecontact.bodies import Material, TrackSide
 from fecontact.case import Case
-from fecontact.judging.measures import measures_of, patch_of
+from fecontact.judging.measures import read_measures, read_patch
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.regression.checks import Check
 from fecontact.solving.placing import place_case
@@ -243,15 +243,15 @@ def half_space_checks(shift_right_mm: float) -> list[Check]:
         y_ref, angle_ref, _, peak, approach = references[side]
         placement = place_case(case)
         half_space = expect_on_half_space(case, placement)[1].half_space
-        y, angle = _place_and_angle(placement, patch_of(half_space).centre_y_mm)
+        y, angle = _place_and_angle(placement, read_patch(half_space).centre_y_mm)
         flange, two = placement.climbs, side == "right" and shift_right_mm == TWO_PATCHES_MM
         at_peak = CLIMBING_PERCENT if flange else TWO_PATCHES_PERCENT if two else HALF_SPACE_PERCENT
-        compared = [("p_max, MPa", measures_of(half_space).p_max_MPa, peak, at_peak)]
+        compared = [("p_max, MPa", read_measures(half_space).p_max_MPa, peak, at_peak)]
         if approach is not None and not two:
             compared.append(("approach, um", 1e3 * half_space.approach_mm, approach, APPROACH_PERCENT))
         if two:
-            lobes = [lobe.y_mm for lobe in patch_of(half_space).lobes]
-            compared.append(("patches", float(patch_of(half_space).pieces), 2.0, 0.0))
+            lobes = [lobe.y_mm for lobe in read_patch(half_space).lobes]
+            compared.append(("patches", float(read_patch(half_space).pieces), 2.0, 0.0))
             compared.append(("distance of both patches, mm", max(lobes) - min(lobes), DISTANCE_MM, DISTANCE_PERCENT))
         if shift_right_mm not in TWO_LOBES_MM[side]:
             compared.append(("place across, mm", y, y_ref, ARCS_PERCENT if flange else PLACE_PERCENT))

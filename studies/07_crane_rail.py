@@ -20,11 +20,11 @@ from math import asin, inf, pi, sin, sqrt
 from pathlib import Path
 from typing import Any
 
-from fecontact.bodies import STEEL, contact_modulus_MPa
+from fecontact.bodies import STEEL, combine_moduli_MPa
 from fecontact.case import BodySize, Case, Track
-from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, save_figure
-from fecontact.regression.checks import Check, discretisation_check, hertz_check
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.outputs.style import SERIES_COLOURS, SERIES_MARKS, add_grid, blank_figure, save_figure
+from fecontact.regression.checks import Check, compare_discretisation, compare_with_hertz
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 
 WHEEL_RADIUS_MM = 400.0
@@ -92,7 +92,7 @@ def _moved(case: Case, distance: float) -> Case:
     if distance == inf:
         return case
     head = HEADS[case.rail]
-    semi_axis = 0.5 * hertz_of_case(case, place_case(case)).extent_y_mm
+    semi_axis = 0.5 * compute_hertz(case, place_case(case)).extent_y_mm
     # ids hash inputs: no digits that differ between machines
     tilt = round((head.joint_mm - distance * semi_axis) / head.crown_mm, 9)
     moved = replace(case, inclination_rad=tilt, lateral_shift_mm=round(head.crown_mm * sin(tilt), 6))
@@ -114,7 +114,7 @@ def line_contact_MPa(row: dict[str, Any]) -> float:
     """Peak pressure of a wheel on a flat head without its corners (Johnson 1985, eq. 4.45)."""
     head = HEADS[row["rail"]]
     load_per_mm = 1e3 * float(row["load_kN"]) / (head.width_mm - 2.0 * head.corner_mm)
-    return sqrt(load_per_mm * contact_modulus_MPa(STEEL, STEEL) / (pi * WHEEL_RADIUS_MM))
+    return sqrt(load_per_mm * combine_moduli_MPa(STEEL, STEEL) / (pi * WHEEL_RADIUS_MM))
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
@@ -158,13 +158,16 @@ def _figure(groups: list[tuple[tuple[str, float], list[dict[str, Any]]]], path: 
     for (name, ax), (title, limit) in zip(panels.items(), (("peak pressure", 5.0), ("area", 10.0)), strict=True):
         ax.axhspan(-limit, limit, color="0.9", zorder=0)
         for number, ((rail, load), group) in enumerate(groups):
-            style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+            style = {
+                "color": SERIES_COLOURS[number % len(SERIES_COLOURS)],
+                "marker": SERIES_MARKS[number % len(SERIES_MARKS)],
+            }
             near = [row for row in group if distance_over_b(row) < 2.0]
             x, y = [distance_over_b(r) for r in near], [r[f"hertz_deviation_{name}_percent"] for r in near]
             ax.plot(x, y, ms=5, label=f"{rail}, {load:g} kN", **style)
         ax.axvline(1.0, color="0.4", lw=0.8, ls=":")
         ax.set(xlabel="distance to the corner arc / Hertz's semi-axis b", ylabel=f"Hertz against FE, {title}, in %")
-        finish(ax)
+        add_grid(ax)
     panels["p_max"].legend(fontsize=9)
     save_figure(figure, path)
 
@@ -172,11 +175,13 @@ def _figure(groups: list[tuple[tuple[str, float], list[dict[str, Any]]]], path: 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Peak pressure at the centre of the head, where only the crown arc is below the patch."""
     made = [
-        hertz_check(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, centre of the head", CENTRE_PERCENT)
+        compare_with_hertz(
+            row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, centre of the head", CENTRE_PERCENT
+        )
         for row in rows
         if distance_over_b(row) > 2.0
     ]
-    return [*made, *discretisation_check(rows, DISCRETISATION_PERCENT)]
+    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

@@ -24,9 +24,9 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case, Track
-from fecontact.judging.ladder import BODIES
-from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
-from fecontact.regression.checks import Check, discretisation_check, hertz_check
+from fecontact.judging.ladder import BODIES_STEP
+from fecontact.outputs.style import SERIES_COLOURS, add_grid, blank_figure, save_figure
+from fecontact.regression.checks import Check, compare_discretisation, compare_with_hertz
 
 CROWN_MM, GAUGE_CORNER_MM, BACK_CORNER_MM = 300.0, 5.0, 2.0
 THICKNESS_MM = (20, 25, 30, 40)
@@ -112,7 +112,7 @@ def _head(row: dict[str, Any], out: Path) -> _Head:
     # of a file its name and a hash of its content
     rail = Path(str(row["rail"]).partition("@")[0]).stem
     result = json.loads((out / "cases" / row["id"] / "result.json").read_text("utf-8"))
-    step = result["steps"][BODIES.name]
+    step = result["steps"][BODIES_STEP.name]
     return _Head(
         row=row,
         thickness_mm=FULL_HEAD_MM if rail == FULL_HEAD else int(rail.rpartition("_")[2]),
@@ -131,7 +131,7 @@ def _figure(heads: list[_Head], path: Path) -> None:
     for ax, name, title in zip(
         figure.subplots(1, 2), ("p_max_MPa", "approach_mm"), ("peak pressure", "approach"), strict=True
     ):
-        for centred, style, colour in ((True, "o-", SERIES[0]), (False, "s", SERIES[1])):
+        for centred, style, colour in ((True, "o-", SERIES_COLOURS[0]), (False, "s", SERIES_COLOURS[1])):
             shown = sorted(
                 (h.thickness_mm, h.step[name]) for h in heads if (abs(h.row["touch_rail_y_mm"]) < 1e-6) == centred
             )
@@ -140,7 +140,7 @@ def _figure(heads: list[_Head], path: Path) -> None:
             ax.plot([t for t, _ in shown], [s for _, s in shown], style, **of)
         ax.axhline(0.0, color="0.5", lw=0.8)
         ax.set(xlabel="thickness of the head in mm", ylabel=f"half-space to bodies: {title} changes by %")
-        finish(ax)
+        add_grid(ax)
     ax.legend(fontsize=9)
     save_figure(figure, path)
 
@@ -217,11 +217,13 @@ def write_profiles() -> None:
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Peak pressure on the full head, whose crown arc is wider than the patch."""
     made = [
-        hertz_check(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FULL_HEAD_PERCENT)
+        compare_with_hertz(
+            row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FULL_HEAD_PERCENT
+        )
         for row in rows
         if row["rail"] == FULL_HEAD
     ]
-    return [*made, *discretisation_check(rows, DISCRETISATION_PERCENT)]
+    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

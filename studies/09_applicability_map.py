@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.regression.checks import Check, compare_discretisation
 
 LOADS_KN = (10.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)
 SHIFTS = "-6:6:0.5"
@@ -54,7 +54,7 @@ def map_arguments(quick: bool = False) -> list[str]:
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
-    return discretisation_check(rows, DISCRETISATION_PERCENT)
+    return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 
 def solved_loads(folder: Path) -> list[dict[str, Any]]:

@@ -22,9 +22,9 @@ from scipy.special import elliprd
 
 from fecontact.bodies import STEEL
 from fecontact.case import Case
-from fecontact.outputs.style import Colour, blank_figure, finish, save_figure
+from fecontact.outputs.style import Colour, add_grid, blank_figure, save_figure
 from fecontact.regression.checks import Check
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 
 LOAD_N = 100e3
@@ -103,7 +103,7 @@ def _case(radius_mm: int, resolution: str, **more: Any) -> Case:
 
 def yield_load_N(case: Case) -> float:
     """Load of first yield in Hertz's theory: the peak pressure goes with the third root of the load."""
-    hertz = hertz_of_case(case, place_case(case))
+    hertz = compute_hertz(case, place_case(case))
     peak = von_mises_peak(a_mm=hertz.a_mm, b_mm=hertz.b_mm, p0_MPa=hertz.p0_MPa, poisson=STEEL.poisson)
     # whole newtons: ids hash inputs, and the digits beyond differ between machines
     return float(round(case.load_N * (YIELD_MPA / peak.von_mises_MPa) ** 3))
@@ -212,7 +212,7 @@ def _figure(rows: list[dict[str, Any]], path: Path) -> None:
     size.set(ylabel="largest von Mises stress / p0", xlabel="b/a of Hertz's ellipse")
     depth.set(ylabel="its depth / b", xlabel="b/a of Hertz's ellipse")
     size.legend(fontsize=9)
-    finish(size, depth)
+    add_grid(size, depth)
     save_figure(figure, path)
 
 

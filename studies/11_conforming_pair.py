@@ -29,14 +29,14 @@ from typing import Any, Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from fecontact.bodies import Material, contact_modulus_MPa
+from fecontact.bodies import Material, combine_moduli_MPa
 from fecontact.case import Case, Track
 from fecontact.contact.grid import ContactGrid, Rung
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.halfspace import build_half_space_problem
 from fecontact.contact.solver import solve_contact
-from fecontact.judging.measures import measures_of
+from fecontact.judging.measures import read_measures
 from fecontact.profiles.reading import Reading
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.regression.checks import Check, compare_discretisation
 
 PROFILES = Path(__file__).parent / "profiles"
 STEEL = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
@@ -129,11 +129,11 @@ def reference_contact(step_mm: float = 0.2) -> Rung:
     turn, apart = s / RAIL_RADIUS_MM, WHEEL_RADIUS_MM - RAIL_RADIUS_MM
     across = np.sqrt(WHEEL_RADIUS_MM**2 - (apart * np.sin(turn)) ** 2) - apart * np.cos(turn) - RAIL_RADIUS_MM
     along = 0.5 * math.cos(math.radians(45.0)) / ROLLING_RADIUS_MM * x**2
-    problem = half_space_problem(
+    problem = build_half_space_problem(
         grid,
         (along[:, None] + across).ravel(),
         closing=np.tile(np.cos(turn), x.size),
-        contact_modulus_MPa=contact_modulus_MPa(STEEL, STEEL),
+        contact_modulus_MPa=combine_moduli_MPa(STEEL, STEEL),
     )
 
     def solved(normal_force_N: float) -> Rung:
@@ -149,7 +149,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     reference = reference_contact()
     lines = [
         f"The reference's gap on a half-space: {reference.normal_force_N / 1e3:.2f} kN ({FORCE_N / 1e3:.2f}),"
-        f" {measures_of(reference).p_max_MPa:.1f} MPa ({P_MAX_MPA:.0f})."
+        f" {read_measures(reference).p_max_MPa:.1f} MPa ({P_MAX_MPA:.0f})."
     ]
     of_grooves = {radius: row for row in rows if (radius := groove_of(row)) is not None}
     for radius, row in of_grooves.items():
@@ -181,7 +181,7 @@ def _step_percent(told: dict[str, float]) -> float:
 
 def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
     """What bodies that are no half-spaces change of the peak, here and by the other theory."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, save_figure
+    from fecontact.outputs.style import SERIES_COLOURS, SERIES_MARKS, add_grid, blank_figure, save_figure
 
     figure = blank_figure(6.6, 4.0)
     ax = figure.subplots()
@@ -189,15 +189,23 @@ def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
     step = "steps_half_space_to_bodies_p_max_percent"
     values = [row[step] for row in rows.values()]
     unsure = [row[step.replace("steps_", "steps_uncertainty_", 1)] for row in rows.values()]
-    ax.errorbar(places, values, unsure, fmt=MARKS[0], color=SERIES[0], capsize=4, label="finite elements, as stated")
+    ax.errorbar(
+        places,
+        values,
+        unsure,
+        fmt=SERIES_MARKS[0],
+        color=SERIES_COLOURS[0],
+        capsize=4,
+        label="finite elements, as stated",
+    )
     told = [_step_percent(published()[radius]) for radius in rows]
-    ax.plot(places, told, MARKS[1], color=SERIES[1], label="curved bodies (Blanco-Lorenzo), CONTACT 25")
+    ax.plot(places, told, SERIES_MARKS[1], color=SERIES_COLOURS[1], label="curved bodies (Blanco-Lorenzo), CONTACT 25")
     ax.set_xticks(places, [f"{radius} mm" for radius in rows])
     ax.set_xlabel("groove around a head of 10 mm")
     ax.set_ylabel("change of the peak from a half-space in %")
     ax.axhline(0.0, color="0.4", lw=0.8)
     ax.legend()
-    finish(ax)
+    add_grid(ax)
     save_figure(figure, path)
 
 
@@ -239,7 +247,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     reference = reference_contact()
     found = (
         ("sum of p dA, N", reference.normal_force_N, FORCE_N),
-        ("p_max, MPa", measures_of(reference).p_max_MPa, P_MAX_MPA),
+        ("p_max, MPa", read_measures(reference).p_max_MPa, P_MAX_MPA),
     )
     made = [
         Check(
@@ -255,7 +263,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     ]
     of_grooves = [(radius, row) for row in rows if (radius := groove_of(row)) is not None]
     made += [check for radius, row in of_grooves for check in groove_checks(radius, row)]
-    return [*made, *discretisation_check(rows, DISCRETISATION_PERCENT)]
+    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

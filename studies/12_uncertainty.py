@@ -50,25 +50,39 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polypow, polyval, polyval2d
 
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.contact.elements import COMPLIANCE_LIMIT
+from fecontact.contact.elements import COMPLIANCE_ERROR_LIMIT
 from fecontact.contact.grid import ContactGrid, Rung
-from fecontact.contact.patch import valley_of
+from fecontact.contact.patch import measure_valley_depth
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.meshing import FineZone
-from fecontact.judging.measures import CUT_PLANES, MEASURES, hertz_measures, measures_of, misfit_of, patch_of
-from fecontact.judging.solved_load import just_parts, skew_of
-from fecontact.judging.uncertainty import MESH_RATIO, elements_uncertainty, uncertainty
-from fecontact.judging.uncertainty import Solved as Stated
-from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.outputs.words import WORDS, deviation_column
+from fecontact.judging.measures import (
+    CUT_PLANE_UNCERTAINTY,
+    MEASURES,
+    read_hertz_measures,
+    read_hertz_misfit,
+    read_measures,
+    read_patch,
+)
+from fecontact.judging.solved_load import compute_skewness, is_barely_separate
+from fecontact.judging.uncertainty import MESH_RATIO, estimate_elements_uncertainty, estimate_uncertainty
+from fecontact.judging.uncertainty import SolutionQuality as Stated
+from fecontact.outputs.style import (
+    SERIES_COLOURS,
+    add_grid,
+    add_legend_beside,
+    blank_figure,
+    save_figure,
+    set_plain_log_scale,
+)
+from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.regression.checks import Check
-from fecontact.solving.expected_patch import followed_mm
-from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
-from fecontact.solving.meshes import CoupledProblem, couple, coupled_problem, grid_over
+from fecontact.solving.expected_patch import measure_resolved_lobes_mm
+from fecontact.solving.lobe_sizes import measure_element_semi_axes_mm, measure_lobe_sizes
+from fecontact.solving.meshes import CoupledProblem, couple_bodies, make_coupled_problem, make_covering_grid
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import Clock, true_gap_of_case
+from fecontact.solving.position import Clock, make_true_gap
 
 JUDGED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "valley", "separate_load", "misplaced_load")
 SETS = ("ellipses, tuning", "ellipses, testing", "others, tuning", "others, testing", "real, tuning", "real, testing")
@@ -227,7 +241,7 @@ class Ellipse:
         turn = np.array([[c, -s], [s, c]])
         h = turn @ np.diag([1.0 / self.radius_x_mm, 1.0 / self.radius_s_mm]) @ turn.T
         hertz = hertz_from_hessian(h, normal_force_N=self.load_N, contact_modulus_MPa=MODULUS_MPA)
-        own = hertz_measures(hertz).as_dict()
+        own = read_hertz_measures(hertz).as_dict()
         # half the chord along x through the centre, and half the extent across
         c, s = math.cos(hertz.orientation_rad), math.sin(hertz.orientation_rad)
         length, width = 1.0 / math.hypot(c / hertz.a_mm, s / hertz.b_mm), 0.5 * hertz.extent_y_mm
@@ -410,12 +424,12 @@ class Galin:
                 "a_mm": a * math.sqrt(5.0 * self.moment(2, 0) / force),
                 "b_mm": b * math.sqrt(5.0 * (self.moment(0, 2) / force - self.centre**2)),
                 "centre_over_b": (self.centre - y) * b / (0.5 * hertz.extent_y_mm),
-                "valley": valley_of(fine.pressure_MPa),
+                "valley": measure_valley_depth(fine.pressure_MPa),
                 "separate_load": 0.0,
-                "misplaced_load": misfit_of(fine, hertz).misplaced_load,
+                "misplaced_load": read_hertz_misfit(fine, hertz).misplaced_load,
             },
-            elements_mm=semi_axes_of_elements_mm(fine),
-            nodes_mm=followed_mm(lobe_sizes(fine)),
+            elements_mm=measure_element_semi_axes_mm(fine),
+            nodes_mm=measure_resolved_lobes_mm(measure_lobe_sizes(fine)),
             middle_mm=-y * b,
             reach_mm=(a, b),
         )
@@ -618,7 +632,7 @@ def flat_bodies(kind: Zone, level: int) -> CoupledBodies:
         step_s_mm=step_s,
         semi_axis_mm=across / kind.wider * step_s,
     )
-    return couple(case, place_case(case), zone, Clock(None))
+    return couple_bodies(case, place_case(case), zone, Clock(None))
 
 
 def moved(grid: ContactGrid, offset: tuple[float, float], middle_mm: float = 0.0) -> ContactGrid:
@@ -640,9 +654,9 @@ def contact(base: CoupledProblem, bodies: CoupledBodies, case: ExactCase, level:
     problem = base.with_gap(on.grid.weighted_mean(gap.gap))
     load = exact.hertz.normal_force_N
     solution = problem.solve(load)
-    true_gap = replace(true_gap_of_case(FLAT, flat), placement=gap)
+    true_gap = replace(make_true_gap(FLAT, flat), placement=gap)
     nodal, *both = problem.read(solution, true_gap, on)
-    grid = grid_over(exact.fine_grid(case.offset[3], half=case.contact.half), nodal)
+    grid = make_covering_grid(exact.fine_grid(case.offset[3], half=case.contact.half), nodal)
     fe, otherwise = (true_gap.solve(grid, load, added=added) for added in both)
     assert solution.status == fe.status == otherwise.status == "converged"
     return fe, otherwise, nodal, base.compliance_error
@@ -676,7 +690,7 @@ def exact_errors(quick: bool = False) -> tuple[Held, ...]:
             for case, *by_level in zip(own, *(solved[level] for level in levels), strict=True):
                 found.append(_held(case, resolution, by_level))
                 # elements so slender that the product leaves their contacts open have nothing to state
-                if not abs(by_level[0][3]) > COMPLIANCE_LIMIT:
+                if not abs(by_level[0][3]) > COMPLIANCE_ERROR_LIMIT:
                     found.append(_held_alone(case, resolution, by_level))
     return tuple(found)
 
@@ -685,7 +699,7 @@ def _on_meshes(cases: Sequence[ExactCase], level: int) -> list[Solved]:
     """Cases of one zone on the meshes of a level."""
     bodies = flat_bodies(cases[0].zone, level)
     try:
-        base = coupled_problem(true_gap_of_case(FLAT, place_case(FLAT)), bodies)
+        base = make_coupled_problem(make_true_gap(FLAT, place_case(FLAT)), bodies)
         return [contact(base, bodies, case, level) for case in cases]
     finally:
         bodies.close()
@@ -696,8 +710,12 @@ def _held(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> Held:
     finest, otherwise, *_ = solved[0]
     rungs = [fe for fe, *_ in solved]
     values, (other,) = _read(rungs, case.exact), _read([otherwise], case.exact)
-    known = Stated(residual=finest.residual, parting=any(just_parts(rung) for rung in rungs), skew=skew_of(finest))
-    stated = {name: uncertainty(name, [of[name] for of in values], known, otherwise=other[name]) for name in JUDGED}
+    known = Stated(
+        residual=finest.residual, parting=any(is_barely_separate(rung) for rung in rungs), skew=compute_skewness(finest)
+    )
+    stated = {
+        name: estimate_uncertainty(name, [of[name] for of in values], known, otherwise=other[name]) for name in JUDGED
+    }
     return _beside(
         case, SETS[2 * int(isinstance(case.contact, Galin)) + int(case.testing)], resolution, values[0], stated
     )
@@ -707,12 +725,12 @@ def _held_alone(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> H
     """Errors of the contact on the elements' own nodes, of the finest of some meshes."""
     rungs = [nodal for _, _, nodal, _ in solved]
     finest, values = rungs[0], _read(rungs, case.exact)
-    patch = patch_of(finest)
+    patch = read_patch(finest)
     lengths = (
         case.exact.elements_mm if isinstance(case.contact, Ellipse) else (patch.a_mm, patch.b_mm / len(patch.lobes))
     )
     stated = {
-        name: elements_uncertainty(
+        name: estimate_elements_uncertainty(
             name,
             [of[name] for of in values],
             elements=min(length / step for length, step in zip(lengths, finest.grid.steps_mm, strict=True)),
@@ -726,7 +744,7 @@ def _held_alone(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> H
 
 def _read(rungs: Sequence[Rung], exact: Exact) -> list[dict[str, float]]:
     """The judged measures of rungs, beside Hertz's ellipse at the touch point."""
-    return [measures_of(rung).as_dict() | misfit_of(rung, exact.hertz).as_dict() for rung in rungs]
+    return [read_measures(rung).as_dict() | read_hertz_misfit(rung, exact.hertz).as_dict() for rung in rungs]
 
 
 def _beside(case: ExactCase, of: str, resolution: str, read: Mapping[str, float], stated: Mapping[str, float]) -> Held:
@@ -741,7 +759,7 @@ def _beside(case: ExactCase, of: str, resolution: str, read: Mapping[str, float]
             for name in JUDGED
         },
         stated={
-            name: (stated[name] - CUT_PLANES[name]) * (true[name] / read[name] if name in MEASURES else 1.0)
+            name: (stated[name] - CUT_PLANE_UNCERTAINTY[name]) * (true[name] / read[name] if name in MEASURES else 1.0)
             for name in JUDGED
         },
     )
@@ -772,9 +790,11 @@ def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[Held]:
         best = finest[tuple(row[key] for key in place)]
         true, stated = {}, {}
         for name in JUDGED:
-            value, unsure, factor = deviation_column(name)
+            value, unsure, factor = deviation_columns(name)
             true[name] = abs(float(row[value]) - float(best[value])) / factor
-            of_bodies = CUT_PLANES[name] * (abs(1.0 + float(row[value]) / factor) if name in MEASURES else 1.0)
+            of_bodies = CUT_PLANE_UNCERTAINTY[name] * (
+                abs(1.0 + float(row[value]) / factor) if name in MEASURES else 1.0
+            )
             stated[name] = float(row[unsure]) / factor - of_bodies
         found.append(
             Held(
@@ -878,20 +898,20 @@ def _figure(held: Sequence[Held], path: Path) -> None:
     # an error of zero has no place on logarithmic axes
     least = 1e-4
     for name, ax in zip(JUDGED, panels.flat, strict=True):
-        for of, marker, colour in zip(SETS, "ox+*^s", SERIES, strict=False):
+        for of, marker, colour in zip(SETS, "ox+*^s", SERIES_COLOURS, strict=False):
             own = [one for one in held if one.of == of]
             true, stated = ([max(100.0 * getattr(one, k)[name], least) for one in own] for k in ("true", "stated"))
             ax.plot(true, stated, marker, ms=4, mfc="none", color=colour, label=of)
         ends = (least, 100.0 * max(max(one.true[name], one.stated[name]) for one in held))
         ax.plot(ends, ends, color="0.4", lw=0.8)
-        plain_log(ax)
-        ax.set_title(WORDS[name].name, fontsize=10)
-        finish(ax)
+        set_plain_log_scale(ax)
+        ax.set_title(MEASURE_WORDS[name].name, fontsize=10)
+        add_grid(ax)
     for ax in panels[1]:
         ax.set_xlabel("true error in %")
     for ax in panels[:, 0]:
         ax.set_ylabel("stated error in %")
-    legend_beside(panels[0, -1])
+    add_legend_beside(panels[0, -1])
     save_figure(figure, path)
 
 

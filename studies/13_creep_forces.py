@@ -40,16 +40,21 @@ import numpy as np
 
 import fecontact
 from fecontact.case import Case
-from fecontact.contact_theories.rolling.creepage import Creepages, rolling_pair
+from fecontact.contact_theories.rolling.creepage import Creepages, combine_materials
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
-from fecontact.features.creep.case_contact import creepages_of, real_patch
-from fecontact.features.creep.force_verdict import creepage_range, force_verdict
-from fecontact.features.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
-from fecontact.features.creep.judged_force import FORCE, JudgedForce
-from fecontact.features.creep.laws import coarse_patch
-from fecontact.judging.measures import patch_of
-from fecontact.outputs.style import Colour, blank_figure, finish, legend_beside, save_figure
+from fecontact.features.creep.case_contact import calculate_case_creepages, make_real_patch
+from fecontact.features.creep.force_verdict import judge_hertz_force, list_creepages
+from fecontact.features.creep.forces import (
+    CreepPatch,
+    calculate_creep_force,
+    calculate_force_difference,
+    make_hertz_patch,
+)
+from fecontact.features.creep.judged_force import FORCE_MEASURE, ForceJudgement
+from fecontact.features.creep.laws import coarsen_patch
+from fecontact.judging.measures import read_patch
+from fecontact.outputs.style import Colour, add_grid, add_legend_beside, blank_figure, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.solve import CaseResult
 
@@ -89,35 +94,35 @@ class Errors:
     friction: float
     of_laws: dict[str, float]
     fastsim_itself: float
-    plane: JudgedForce
-    curved: JudgedForce | None
+    plane: ForceJudgement
+    curved: ForceJudgement | None
 
 
 def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch]:
     """Hertz's ellipse and the real patch of a result."""
-    pair = rolling_pair(friction, result.case.wheel_material, result.case.rail_material)
+    pair = combine_materials(friction, result.case.wheel_material, result.case.rail_material)
     fe = result.load.fe
-    return hertz_patch(result.load.hertz, pair), real_patch(fe, patch_of(fe), pair)
+    return make_hertz_patch(result.load.hertz, pair), make_real_patch(fe, read_patch(fe), pair)
 
 
-def verdict(result: CaseResult, friction: float, curved: bool) -> JudgedForce:
+def verdict(result: CaseResult, friction: float, curved: bool) -> ForceJudgement:
     """Verdict of forces under a friction."""
     creep = replace(result.case.creep, friction=friction, curved=curved)
-    return force_verdict(result.load, result.placement, creep)
+    return judge_hertz_force(result.load, result.placement, creep)
 
 
 def errors(result: CaseResult, friction: float) -> Errors:
     """Differences of one position under one friction."""
     hertz, real = patches(result, friction)
-    limit, spin = real.ellipse.limit_N, creepages_of(result.case, result.placement).spin_per_mm
-    coarse = coarse_patch(real)
+    limit, spin = real.ellipse.limit_N, calculate_case_creepages(result.case, result.placement).spin_per_mm
+    coarse = coarsen_patch(real)
     off: dict[str, list[float]] = {}
-    for creepages in creepage_range(result.case.creep.largest_creepage, spin):
-        exact = creep_force("rolling_half_space", coarse, creepages)
-        told = {law: creep_force(law, hertz, creepages) for law in LAWS}
-        told["itself"] = creep_force("fastsim", real, creepages)
+    for creepages in list_creepages(result.case.creep.largest_creepage, spin):
+        exact = calculate_creep_force("rolling_half_space", coarse, creepages)
+        told = {law: calculate_creep_force(law, hertz, creepages) for law in LAWS}
+        told["itself"] = calculate_creep_force("fastsim", real, creepages)
         for name, force in told.items():
-            off.setdefault(name, []).append(1e2 * force_difference(force, exact, limit))
+            off.setdefault(name, []).append(1e2 * calculate_force_difference(force, exact, limit))
     largest = {name: max(values) for name, values in off.items()}
     return Errors(
         shift_mm=result.case.lateral_shift_mm,
@@ -148,10 +153,10 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             f"{1e2 * each.deviation_of_muN:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
             for each in one.plane.decided
         )
-        curved = f"{one.curved.verdict.answer} {1e2 * one.curved.deviation[FORCE]:.1f}" if one.curved else ""
+        curved = f"{one.curved.verdict.answer} {1e2 * one.curved.deviation[FORCE_MEASURE]:.1f}" if one.curved else ""
         lines.append(
             f"{one.shift_mm:8g} {one.load_kN:8g}  {one.friction:<4g}  {by_pressure[one.shift_mm, one.load_kN]:<10}"
-            f"  {one.plane.verdict.answer:<10} ± {1e2 * one.plane.uncertainty[FORCE]:.1f}: {at:<36}  {curved:<15}"
+            f"  {one.plane.verdict.answer:<10} ± {1e2 * one.plane.uncertainty[FORCE_MEASURE]:.1f}: {at:<36}  {curved:<15}"
             f"  {', '.join(f'{law} {off:.1f}' for law, off in one.of_laws.items())}; {one.fastsim_itself:.1f}"
         )
     return "\n".join(lines)
@@ -194,7 +199,7 @@ def _write(held: Sequence[Errors], path: Path) -> None:
 _AT = [f"{name}_{number}" for number in (1, 2) for name in ("percent", "uncertainty_percent", "xi", "eta")]
 
 
-def _verdict_texts(one: JudgedForce | None) -> list[str]:
+def _verdict_texts(one: ForceJudgement | None) -> list[str]:
     if one is None:
         return [""] * (1 + len(_AT))
     numbers = [
@@ -208,14 +213,14 @@ def _verdict_texts(one: JudgedForce | None) -> list[str]:
 def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:
     """Force against a creepage along one axis, over mu N, by the exact theory and FASTSIM, on both patches."""
     hertz, real = patches(result, friction)
-    spin = creepages_of(result.case, result.placement).spin_per_mm
+    spin = calculate_case_creepages(result.case, result.placement).spin_per_mm
     found: dict[str, list[float]] = {}
     for size in CURVE:
         creepages = Creepages(spin_per_mm=spin, **{axis: size})
         for side, patch in (("Hertz", hertz), ("real", real)):
             for theory in ("fastsim", "rolling_half_space"):
                 try:
-                    force = creep_force(theory, patch, creepages)
+                    force = calculate_creep_force(theory, patch, creepages)
                     value = -(force.fx_N if axis == "xi" else force.fy_N) / patch.ellipse.limit_N
                 except FecontactError:
                     value = math.nan
@@ -236,7 +241,7 @@ def _figure(results: Sequence[CaseResult], path: Path) -> None:
             for side, label, colour in (("Hertz", "Hertz's ellipse", Colour.HERTZ), ("real", "real patch", Colour.FE)):
                 ax.plot(percent, drawn[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact theory")
                 ax.plot(percent, drawn[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
-            finish(ax)
+            add_grid(ax)
             ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
             ax.set_xlabel(f"{word} creepage in %")
             ax.tick_params(labelbottom=True)
@@ -244,7 +249,7 @@ def _figure(results: Sequence[CaseResult], path: Path) -> None:
                 ax.set_title(f"lateral shift {result.case.lateral_shift_mm:g} mm", fontsize=10)
             if column == 0:
                 ax.set_ylabel(f"{word} creep force over µN")
-    legend_beside(axes[0, -1])
+    add_legend_beside(axes[0, -1])
     figure.suptitle(
         f"S1002 on 60E1 1:40, {LOADS_N[-1] / 1e3:g} kN, friction {SHOWN_FRICTION:g}: force against the creepage, with"
         " the wheelset's own spin",

@@ -33,13 +33,21 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.profiles.library import load
+from fecontact.outputs.style import (
+    SERIES_COLOURS,
+    SERIES_MARKS,
+    add_grid,
+    add_legend_beside,
+    blank_figure,
+    save_figure,
+    set_plain_log_scale,
+)
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
-from fecontact.solving.profile_variants import hertz_uncertainty
+from fecontact.solving.profile_variants import estimate_hertz_uncertainty
 
 SHIFTS_MM = (-4.0, 0.0, 3.0, 4.0)
 NOISES_MM = (0.005, 0.01, 0.02)
@@ -67,7 +75,7 @@ class Error:
 
 def write_sampled(folder: Path, name: str, step_mm: float, noise_mm: float, seed: int) -> str:
     """A file of points along an exact line with noise across it; its path."""
-    profile = load(name)
+    profile = load_library_profile(name)
     s = np.arange(0.0, profile.length_mm, step_mm)
     p = profile.evaluate(profile.at_arc_length(s))
     noise = noise_mm * np.random.default_rng([seed, len(name)]).normal(size=s.size)
@@ -79,7 +87,7 @@ def write_sampled(folder: Path, name: str, step_mm: float, noise_mm: float, seed
 
 def _hertz(case: Case) -> tuple[np.ndarray, np.ndarray]:
     placement = place_case(case)
-    hertz, stated = hertz_of_case(case, placement), hertz_uncertainty(case, placement)
+    hertz, stated = compute_hertz(case, placement), estimate_hertz_uncertainty(case, placement)
     values = np.array([hertz.p0_MPa, hertz.a_mm, hertz.b_mm])
     return values, np.zeros(3) if stated is None else np.array([stated[name] for name in MEASURES])
 
@@ -184,24 +192,24 @@ def draw(errors: list[Error], without: list[Error], path: Path) -> Path:
                 100.0 * max(abs(one.error[k]) for one in errors if one.noise_mm == noise and one.step_mm == step)
                 for noise in NOISES_MM
             ]
-            of = {"color": SERIES[k], "marker": MARKS[k], "label": f"{name}, every {step:g} mm"}
+            of = {"color": SERIES_COLOURS[k], "marker": SERIES_MARKS[k], "label": f"{name}, every {step:g} mm"}
             left.plot([1e3 * noise for noise in NOISES_MM], worst, style, **of)
     left.axhline(LIMIT_PERCENT, color="0.5", lw=0.8)
     left.set(
         xlabel="noise of the points in um", ylabel="largest error of Hertz over shifts and seeds in %", ylim=(0, None)
     )
-    legend_beside(left)
-    of_nominal = (errors, "o", SERIES[2], "deviation\nfrom the nominal")
-    for group, marker, colour, label in (of_nominal, (without, "x", SERIES[3], "no nominal\nprofile")):
+    add_legend_beside(left)
+    of_nominal = (errors, "o", SERIES_COLOURS[2], "deviation\nfrom the nominal")
+    for group, marker, colour, label in (of_nominal, (without, "x", SERIES_COLOURS[3], "no nominal\nprofile")):
         stated = 100.0 * np.array([one.stated[2] for one in group])
         off = 100.0 * np.abs([one.error[2] for one in group])
         style = {"color": colour, "ms": 4, "mfc": "none", "label": f"b, {label}"}
         right.plot(np.maximum(stated, 1e-3), np.maximum(off, 1e-4), marker, **style)
     right.plot([1e-2, 1e2], [1e-2, 1e2], color="0.5", lw=0.8)
     right.set(xlabel="stated uncertainty in %", ylabel="error of b in %")
-    plain_log(right)
-    legend_beside(right)
-    finish(left, right)
+    set_plain_log_scale(right)
+    add_legend_beside(right)
+    add_grid(left, right)
     return save_figure(figure, path)
 
 

@@ -40,15 +40,15 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.contact.patch import measure_patch
-from fecontact.contact_theories.gap_line import GapLine, StripContact, under_load
-from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
-from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, Loaded
+from fecontact.contact_theories.gap_line import GapLine, StripContact, solve_under_load
+from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, LoadedPlacement
 from fecontact.contact_theories.registry import THEORIES as JUDGED_THEORIES
-from fecontact.contact_theories.strips import gap_line_under_load, strip
+from fecontact.contact_theories.strips import build_gap_line_under_load, solve_strip_theory
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.inputs.texts import parse_inclination
 from fecontact.regression.checks import Check
-from fecontact.solving.alone import HALF_SPACE, normal_force_of
+from fecontact.solving.alone import HALF_SPACE, compute_normal_force
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -59,11 +59,11 @@ JUDGED_MM = (-4.0, 0.25, 5.0)
 LOADS_KN = (10.0, 25.0, 50.0, 100.0, 150.0)
 # at an approach
 BY_APPROACH = {name: theory.at_approach for name, theory in JUDGED_THEORIES.items() if theory.at_approach is not None}
-BY_APPROACH["kik_piotrowski, L/W"] = partial(kik_piotrowski_at, shape_correction=True)
+BY_APPROACH["kik_piotrowski, L/W"] = partial(solve_kik_piotrowski, shape_correction=True)
 ORDER = ("equivalent_ellipse", "analyn", "stripes", "kik_piotrowski", "kik_piotrowski, L/W", "kpec")
 THEORIES: dict[str, Callable[[GapLine, float], StripContact]] = {
-    **{name: partial(under_load, theory=BY_APPROACH[name]) for name in ORDER},
-    "strip": strip,
+    **{name: partial(solve_under_load, theory=BY_APPROACH[name]) for name in ORDER},
+    "strip": solve_strip_theory,
 }
 ALL = tuple(name for name in JUDGED_THEORIES if name != HERTZ_GAUGE)
 WORDS = {name: JUDGED_THEORIES[name].words for name in ALL}
@@ -107,7 +107,7 @@ def survey(made: Iterable[Case]) -> list[dict[str, Any]]:
         patch, force = measure_patch(rung.pressure), rung.normal_force_N
         wanted = {name: float(getattr(patch, name)) for name in LIMITS_PERCENT} | {"approach_mm": rung.approach_mm}
         rows.append(place | wanted | {"theory": "half_space", "status": "solved", "ms": 1e3 * taken})
-        line = gap_line_under_load(placement, force, contact_modulus_MPa=case.contact_modulus_MPa)
+        line = build_gap_line_under_load(placement, force, contact_modulus_MPa=case.contact_modulus_MPa)
         rows += [place | _row(name, line, force, wanted) for name in THEORIES]
     return rows
 
@@ -237,7 +237,7 @@ def costs_ms(made: list[Case]) -> dict[str, float]:
     found: dict[str, list[float]] = {}
     for case in made:
         placement = place_case(case)
-        loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+        loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
         for name in ALL:
             if name == HALF_SPACE:
                 call: Callable[[], object] = partial(expect_on_half_space, case, placement)
@@ -276,22 +276,33 @@ def _over_elements(row: dict[str, Any], name: str, measure: str) -> float:
 
 def _figure(found: dict[str, Judged], costs: dict[str, float], count: int, path: Path) -> None:
     """Largest part of a limit over the cost of a call: median, and from best to worst."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+    from fecontact.outputs.style import (
+        SERIES_COLOURS,
+        SERIES_MARKS,
+        add_grid,
+        add_legend_beside,
+        blank_figure,
+        save_figure,
+        set_plain_log_scale,
+    )
 
     figure = blank_figure(9.0, 5.0)
     ax = figure.add_subplot()
     for number, (name, one) in enumerate(found.items()):
         # beyond the last colour the same ones have other marks
-        colour, mark = SERIES[number % len(SERIES)], MARKS[(number + number // len(SERIES)) % len(MARKS)]
+        colour, mark = (
+            SERIES_COLOURS[number % len(SERIES_COLOURS)],
+            SERIES_MARKS[(number + number // len(SERIES_COLOURS)) % len(SERIES_MARKS)],
+        )
         cost, used = costs[name], np.array(one.limit_used)
         ax.plot([cost, cost], [used.min(), used.max()], color=colour, lw=1.0)
         label = f"{WORDS[name]}: holds in {one.holds} of {count}"
         ax.plot(cost, np.median(used), ls="none", marker=mark, color=colour, ms=8, label=label)
     ax.axhline(1.0, color="0.3", lw=0.9, ls="--")
     ax.set(xlabel="ms a call (numpy, one thread)", ylabel="largest part of a limit that it uses")
-    plain_log(ax)
-    finish(ax)
-    legend_beside(ax)
+    set_plain_log_scale(ax)
+    add_grid(ax)
+    add_legend_beside(ax)
     ax.set_title("Cheap theories against finite elements: median, best and worst; off above 1", fontsize=10)
     save_figure(figure, path)
 

@@ -47,11 +47,11 @@ from typing import Any
 import fecontact
 from fecontact.case import Case
 from fecontact.features.curves.curve import CurveRun
-from fecontact.features.curves.sentences import difference_words, straight_words
-from fecontact.features.curves.visits import Curves
-from fecontact.outputs.style import ANSWERS, MARKS, SERIES, blank_figure, finish, save_figure
+from fecontact.features.curves.sentences import describe_difference, describe_straight_track
+from fecontact.features.curves.visits import CurveResults
+from fecontact.outputs.style import ANSWER_COLOURS, SERIES_COLOURS, SERIES_MARKS, add_grid, blank_figure, save_figure
 from fecontact.regression.checks import Check
-from fecontact.solving.alone import table_lines
+from fecontact.solving.alone import iterate_table_rows
 
 PAIR = {"rail": "60E1", "wheel": "S1002", "inclination_rad": atan(1.0 / 40.0)}
 VISITS = {"metro": (500.0, 300.0, 200.0), "manchester": (3000.0, 1500.0, 1000.0, 600.0)}
@@ -115,14 +115,14 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         (out / "curves.md").write_text("\n".join(_table(found)) + "\n", encoding="utf-8")
         draw(found, enough, out / "curves.png")
         said += [_visited(found, enough), _moved(found)]
-        said += [difference_words(one) for curves in found.values() for one in curves.differences]
-        said += [straight_words(one) for curves in found.values() for one in curves.straight]
+        said += [describe_difference(one) for curves in found.values() for one in curves.differences]
+        said += [describe_straight_track(one) for curves in found.values() for one in curves.straight]
     return "\n".join(said)
 
 
 def hertz_is_enough() -> dict[float, bool]:
     """Whether Hertz's ellipse is within the criteria of the strip method, at each of the positions; without yaw."""
-    lines = table_lines(Case(**PAIR, roll="touching"), ZONES_MM, [ZONES_N])
+    lines = iterate_table_rows(Case(**PAIR, roll="touching"), ZONES_MM, [ZONES_N])
     return {line.case.lateral_shift_mm: line.cheapest.label == "hertz" for line in lines}
 
 
@@ -135,7 +135,7 @@ def _wheels(run: CurveRun) -> list[tuple[float, float]]:
     ]
 
 
-def _visited(found: dict[str, Curves], enough: dict[float, bool]) -> str:
+def _visited(found: dict[str, CurveResults], enough: dict[float, bool]) -> str:
     """A sentence on where the wheels are, by the reference."""
     parts = []
     for name, curves in found.items():
@@ -151,7 +151,7 @@ def _visited(found: dict[str, Curves], enough: dict[float, bool]) -> str:
     return f"In curves {'; '.join(parts)}."
 
 
-def _moved(found: dict[str, Curves]) -> str:
+def _moved(found: dict[str, CurveResults]) -> str:
     """A sentence on what theories move by more than a tenth, against the reference."""
     parts = []
     for name, curves in found.items():
@@ -177,7 +177,7 @@ def _off(one: CurveRun, other: CurveRun) -> tuple[float, float]:
     )
 
 
-def _table(found: dict[str, Curves]) -> list[str]:
+def _table(found: dict[str, CurveResults]) -> list[str]:
     """Lines of text: every theory against the reference."""
     lines = ["| vehicle | R, m | theory | shift 1, mm | yaw 1, mrad | Y/Q | shift 2, mm | off in shift 1, Y/Q, % |"]
     lines.append("|---|---|---|---|---|---|---|---|")
@@ -197,17 +197,17 @@ def _table(found: dict[str, Curves]) -> list[str]:
     return lines
 
 
-def draw(found: dict[str, Curves], enough: dict[float, bool], path: Path) -> Path:
+def draw(found: dict[str, CurveResults], enough: dict[float, bool], path: Path) -> Path:
     """Draw where the four wheels of a bogie are on the map of the left wheel, over the radius, and their yaw."""
     figure = blank_figure(12.0, 5.0)
     axes = figure.subplots(1, 2)
     step = ZONES_MM[1] - ZONES_MM[0]
     for place, holds in enough.items():
-        colour = ANSWERS["HOLDS" if holds else "FAILS"]
+        colour = ANSWER_COLOURS["HOLDS" if holds else "FAILS"]
         axes[0].axvspan(place - 0.5 * step, place + 0.5 * step, color=colour, alpha=0.35, lw=0.0)
     for number, (name, theory) in enumerate((v, t) for v in VISITS for t in ("multi_hertz", REFERENCE)):
         good = [run for run in found[name].runs[theory] if run.is_balanced]
-        style = {"color": SERIES[number], "marker": MARKS[number], "linestyle": "none"}
+        style = {"color": SERIES_COLOURS[number], "marker": SERIES_MARKS[number], "linestyle": "none"}
         if theory != REFERENCE:
             style["markerfacecolor"] = "none"
         for run in good:
@@ -220,7 +220,7 @@ def draw(found: dict[str, Curves], enough: dict[float, bool], path: Path) -> Pat
     )
     axes[0].set_title("blue: an ellipse is within the criteria of the strip method, 57 kN, no yaw", fontsize=9)
     axes[1].set(xlabel="lateral shift of the wheelset to the outer rail, mm", ylabel="yaw (angle of attack), mrad")
-    finish(*axes)
+    add_grid(*axes)
     axes[1].legend(fontsize=8, loc="upper left")
     figure.suptitle("all wheels of leading bogies on the map of the left wheel; S1002 on 60E1 1:40, friction 0.3")
     return save_figure(figure, path)

@@ -30,8 +30,8 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.features.irregular.running import irregular
-from fecontact.features.irregular.telling import irregular_figure
-from fecontact.jobs.workers import default_workers
+from fecontact.features.irregular.telling import draw_irregular
+from fecontact.jobs.workers import count_default_workers
 from fecontact.placement.irregularity import Irregularity
 from fecontact.regression.checks import Check
 
@@ -118,7 +118,7 @@ def everyday() -> list[str]:
     """Lines of text: what each model is worth on what a vehicle meets."""
     lines = ["| irregularity | model | worst force, % | worst peak, % | holds at places, % |", "|---|---|---|---|---|"]
     for name, (text, places) in EVERYDAY.items():
-        found = irregular(REAL, irregularity=text, positions_mm=places, workers=default_workers())
+        found = irregular(REAL, irregularity=text, positions_mm=places, workers=count_default_workers())
         for model, worst in found["worst"].items():
             force, peak = (
                 "-" if worst[key] is None else f"{1e2 * worst[key]:+.1f}" for key in ("force_error", "peak_error")
@@ -129,13 +129,13 @@ def everyday() -> list[str]:
 
 def main() -> None:
     """Print the limits of the map and the table, and draw the map."""
-    found = irregular(REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=default_workers())
+    found = irregular(REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=count_default_workers())
     for name in ("eq6", "fitted"):
         limits = [(one["wavelength_mm"], one["amplitude_mm"][name]) for one in found["limits"]]
         told = ", ".join(f"{length:g} mm {1e3 * height:.3g} um" for length, height in limits if height is not None)
         print(f"{name} holds up to: {told}")
     print("\n".join(everyday()))
-    print(irregular_figure(found, Path(__file__).parent / "figures" / "irregular.png"))
+    print(draw_irregular(found, Path(__file__).parent / "figures" / "irregular.png"))
 
 
 if __name__ == "__main__":

@@ -39,8 +39,15 @@ import numpy as np
 
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.criteria import Criteria
-from fecontact.judging.verdict import FROM_BEST, answer_of
-from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+from fecontact.judging.verdict import ANSWERS_BEST_FIRST, compare_with_limit
+from fecontact.outputs.style import (
+    SERIES_COLOURS,
+    add_grid,
+    add_legend_beside,
+    blank_figure,
+    save_figure,
+    set_plain_log_scale,
+)
 from fecontact.regression.checks import Check
 
 Row = dict[str, Any]
@@ -90,8 +97,8 @@ def verdict_of(row: Row, *, by_elements: bool) -> str:
         else:
             deviation = 0.01 * float(row[f"hertz_deviation_{name}_percent"])
             unsure = 0.01 * float(row[f"hertz_uncertainty_{name}_percent"])
-        answers.append(answer_of(deviation, unsure, limits[measure]))
-    return max(answers, key=FROM_BEST.index)
+        answers.append(compare_with_limit(deviation, unsure, limits[measure]))
+    return max(answers, key=ANSWERS_BEST_FIRST.index)
 
 
 def exact_percent(row: Row, measure: str) -> float:
@@ -165,15 +172,15 @@ def figure(rows: list[Row], path: Path) -> None:
                 marker="o",
                 ms=4,
                 lw=1,
-                color=SERIES[number % len(SERIES)],
+                color=SERIES_COLOURS[number % len(SERIES_COLOURS)],
                 label=f"{own[0]['rail']} {float(own[0]['lateral_shift_mm']):+g} mm, {float(own[0]['load_kN']):g} kN",
             )
         ax.set_title(word)
         ax.set_xlabel("elements a semi-axis")
-        plain_log(ax)
+        set_plain_log_scale(ax)
     axes[0].set_ylabel("own nodes beside finer ones, %")
-    finish(*axes)
-    legend_beside(axes[-1])
+    add_grid(*axes)
+    add_legend_beside(axes[-1])
     save_figure(picture, path)
 
 

@@ -35,7 +35,7 @@ from typing import Any
 
 from fecontact.bodies import STEEL
 from fecontact.case import Case
-from fecontact.outputs.style import ANSWERS, blank_figure, finish, save_figure
+from fecontact.outputs.style import ANSWER_COLOURS, add_grid, blank_figure, save_figure
 from fecontact.regression.checks import Check
 
 YIELD_MPA, TANGENT_MPA = 450.0, 4200.0
@@ -163,7 +163,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
                 axes.scatter(
                     [1e3 * float(row["load_kN"]) / float(row["plastic_first_yield_N"]) for row in own],
                     [float(row["steps_bodies_to_plastic_p_max_percent"]) for row in own],
-                    c=ANSWERS[answer],
+                    c=ANSWER_COLOURS[answer],
                     ec="0.2",
                     marker=marker,
                     label=f"{answer}, {'over a junction' if junction else 'over none'}: {len(own)}",
@@ -171,7 +171,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
     axes.set_xlabel("load / load of first yield")
     axes.set_ylabel("peak pressure changes by yielding, %")
-    finish(axes)
+    add_grid(axes)
     axes.legend(fontsize=8)
     save_figure(picture, path)
 

@@ -35,15 +35,15 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.features.fleet.checking import open_fleet
-from fecontact.features.fleet.estimate import Share, Stratum, share_of
-from fecontact.features.fleet.report import interval
+from fecontact.features.fleet.estimate import Share, Stratum, estimate_share
+from fecontact.features.fleet.report import format_interval
 from fecontact.features.fleet.running import run_fleet
-from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, draw, solve_sample
-from fecontact.features.fleet.tables import KEYS, STRATA, asked, opened
+from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, draw_sample, solve_sample
+from fecontact.features.fleet.tables import POSITION_COLUMNS, STRATA, open_tables, query_rows
 from fecontact.files import write_text
 from fecontact.inputs.texts import parse_inclination
 from fecontact.jobs.engine import RunSettings
-from fecontact.outputs.case_words import SHIFT
+from fecontact.outputs.case_words import SHIFT_LABEL
 from fecontact.outputs.style import blank_figure, save_figure
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.checks import Check
@@ -208,14 +208,16 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     agreed = sum(screen == elements for screen, elements in both)
     return (
         f"Screen and finite elements agree in {agreed} of {len(both)} positions that both decide. By all"
-        f" {len(sample())} drawn positions Hertz holds in {interval(share())} of the atlas."
+        f" {len(sample())} drawn positions Hertz holds in {format_interval(share())} of the atlas."
     )
 
 
 def share() -> Share:
     """The share of all positions at which Hertz holds, by finite elements, with its interval."""
     drawn = sample()
-    return share_of([_stratum(name, drawn) for name in STRATA if any(one.stratum == name for one in drawn)], {HOLDS})
+    return estimate_share(
+        [_stratum(name, drawn) for name in STRATA if any(one.stratum == name for one in drawn)], {HOLDS}
+    )
 
 
 def _stratum(name: str, drawn: Sequence[Drawn]) -> Stratum:
@@ -308,7 +310,7 @@ def figure(path: Path) -> Path:
             ax.plot(*zip(*places, strict=True), mark, color=colour, ms=5)
         ax.hlines(np.arange(len(RAILS), len(rows), len(RAILS)) - 0.5, *extent[:2], color="#ffffff", lw=2.5)
         ax.set_title(wheel, fontsize=13)
-        ax.set_xlabel(SHIFT, fontsize=12)
+        ax.set_xlabel(SHIFT_LABEL, fontsize=12)
     slopes = {name: "upright" if text == "0" else text for name, text in INCLINATIONS.items()}
     panels[0].set_yticks(range(len(rows)), [f"{rail} {slopes[slope]}" for slope, rail in rows], fontsize=11)
     bar = drawing.colorbar(image, ax=panels, location="bottom", shrink=0.6, aspect=40, pad=0.02, ticks=range(count))
@@ -329,7 +331,7 @@ def make(out: Path, workers: int) -> None:
     for slope, inclination in INCLINATIONS.items():
         folder = out / slope
         run_fleet(write_text(out / f"{slope}.toml", fleet_file(inclination)), folder, settings=settings)
-        solve_sample(folder, draw(folder, DRAWN, SEEDS[slope]), open_fleet(folder).case, settings)
+        solve_sample(folder, draw_sample(folder, DRAWN, SEEDS[slope]), open_fleet(folder).case, settings)
 
 
 def collect(out: Path) -> None:
@@ -338,10 +340,12 @@ def collect(out: Path) -> None:
     pairs: list[dict[str, Any]] = []
     positions: list[dict[str, Any]] = []
     for slope in INCLINATIONS:
-        with opened(out / slope) as tables:
-            pairs += _pair_rows(slope, asked(tables, "SELECT * FROM screened"))
-            solved = f"SELECT {KEYS}, {_OF_SAMPLE} FROM sample"
-            drawn = asked(tables, f"SELECT {names} FROM screen JOIN ({solved}) USING ({KEYS}) ORDER BY ALL")
+        with open_tables(out / slope) as tables:
+            pairs += _pair_rows(slope, query_rows(tables, "SELECT * FROM screened"))
+            solved = f"SELECT {POSITION_COLUMNS}, {_OF_SAMPLE} FROM sample"
+            drawn = query_rows(
+                tables, f"SELECT {names} FROM screen JOIN ({solved}) USING ({POSITION_COLUMNS}) ORDER BY ALL"
+            )
             positions += [{"inclination": slope} | row for row in drawn]
     write_csv(pairs, ATLAS / "positions.csv")
     write_csv(positions, ATLAS / "sample.csv")

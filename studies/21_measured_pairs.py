@@ -47,12 +47,12 @@ from fecontact.bodies import Track
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
-from fecontact.judging.verdict import Answer, judge_on_lines
-from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
+from fecontact.judging.verdict import Answer, judge_profile_variants
+from fecontact.outputs.style import SERIES_COLOURS, SERIES_MARKS, add_grid, add_legend_beside, blank_figure, save_figure
 from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check
 from fecontact.solving.placing import place_case
-from fecontact.solving.profile_variants import lines_of_case
+from fecontact.solving.profile_variants import judge_case_variants
 
 VERDICTS = Path(__file__).parent / "profiles" / "contact_verdicts.csv"
 MEASURED = Path(__file__).parents[1] / "tests" / "profiles"
@@ -203,10 +203,10 @@ def survey(of: list[Position]) -> list[Found]:
     found = []
     for position in of:
         case, start = position.case, time.process_time()
-        lines = lines_of_case(case, place_case(case))
+        lines = judge_case_variants(case, place_case(case))
         assert lines is not None
         own = lines.own.deviations[HERTZ]
-        verdict, stated = judge_on_lines(own, dict.fromkeys(own, 0.0), lines.moves(HERTZ), case.criteria)
+        verdict, stated = judge_profile_variants(own, dict.fromkeys(own, 0.0), lines.moves(HERTZ), case.criteria)
         covered = {
             (filter_mm, name): abs(value - own[name]) <= stated[name]
             for filter_mm, deviation in position.deviations.items()
@@ -336,21 +336,21 @@ def draw(found: list[Found], path: Path) -> Path:
         own = [i for i in places if found[i].position.agreed == says]
         parts = [100.0 * found[i].holds_on / found[i].lines for i in own]
         label = f"CONTACT: {says or 'its filters differ'}"
-        above.plot(own, parts, MARKS[k], color=SERIES[k], mfc="none", label=label)
+        above.plot(own, parts, SERIES_MARKS[k], color=SERIES_COLOURS[k], mfc="none", label=label)
     middle = np.array([np.mean([*one.position.peaks_MPa.values()]) for one in found])
     low, high = 100.0 * (np.array([one.peaks_MPa for one in found]).T / middle - 1.0)
-    below.vlines(places, low, high, color=SERIES[7], lw=6, alpha=0.5, label="over the lines")
+    below.vlines(places, low, high, color=SERIES_COLOURS[7], lw=6, alpha=0.5, label="over the lines")
     for k, filter_mm in enumerate(LEAST_COVERED_PERCENT):
         off = 100.0 * (np.array([one.position.peaks_MPa[filter_mm] for one in found]) / middle - 1.0)
-        below.plot(places, off, MARKS[k], color=SERIES[k], mfc="none", label=f"CONTACT, {filter_mm} mm")
+        below.plot(places, off, SERIES_MARKS[k], color=SERIES_COLOURS[k], mfc="none", label=f"CONTACT, {filter_mm} mm")
     pairs = [one.position.pair for one in found]
     starts = [i for i in places if pairs[i] not in pairs[:i]]
     below.set_xticks(starts, [" x ".join(pairs[i]) for i in starts], ha="left")
     above.set(ylabel="lines on which Hertz holds in %")
     below.set(ylabel="peak pressure beside the mean of CONTACT's two in %")
     for ax in (above, below):
-        legend_beside(ax)
-    finish(above, below)
+        add_legend_beside(ax)
+    add_grid(above, below)
     return save_figure(figure, path)
 
 

@@ -46,7 +46,7 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.jobs.workers import thread_environment
+from fecontact.jobs.workers import set_thread_environment
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine="never")
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
@@ -65,21 +65,21 @@ def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
     from fecontact.contact.grid import Rung
     from fecontact.judging.comparison import compare
-    from fecontact.solving.fine_zone import fine_zone
-    from fecontact.solving.hertz import hertz_of_case
-    from fecontact.solving.meshes import couple, coupled_problem
-    from fecontact.solving.position import position_of
-    from fecontact.solving.solve import peak_memory_MB
+    from fecontact.solving.fine_zone import make_fine_zone
+    from fecontact.solving.hertz import compute_hertz
+    from fecontact.solving.meshes import couple_bodies, make_coupled_problem
+    from fecontact.solving.position import expect_position
+    from fecontact.solving.solve import measure_peak_memory_MB
 
     begin = time.process_time()
-    position = position_of(case)
-    zone = fine_zone(position.expected, position.element_size_mm)
-    bodies = couple(case, position.placement, zone, position.clock)
+    position = expect_position(case)
+    zone = make_fine_zone(position.expected, position.element_size_mm)
+    bodies = couple_bodies(case, position.placement, zone, position.clock)
     coupled = time.process_time()
-    problem = coupled_problem(position.true_gap, bodies)
+    problem = make_coupled_problem(position.true_gap, bodies)
     solution = problem.solve(case.load_N)
     solved = time.process_time()
-    hertz = hertz_of_case(case, position.placement)
+    hertz = compute_hertz(case, position.placement)
     found = compare(Rung.of(bodies.grid, solution, approach_mm=solution.approach_mm), hertz)
     end = time.process_time()
     again = problem.solve(0.8 * case.load_N)
@@ -97,7 +97,7 @@ def measure(case: Case) -> dict[str, Any]:
         "degrees_of_freedom": dof,
         "cpu_s": end - begin,
         "dof_per_cpu_s": dof / (end - begin),
-        "peak_memory_MB": peak_memory_MB(),
+        "peak_memory_MB": measure_peak_memory_MB(),
         "p_max_error_percent": -100.0 * found.deviation["p_max_MPa"] / (1.0 + found.deviation["p_max_MPa"]),
         "a_error_percent": -100.0 * found.deviation["a_mm"] / (1.0 + found.deviation["a_mm"]),
         "b_error_percent": -100.0 * found.deviation["b_mm"] / (1.0 + found.deviation["b_mm"]),
@@ -129,13 +129,13 @@ def assembly(case: Case) -> dict[str, float]:
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
     from fecontact.bodies import STEEL
-    from fecontact.fe.stiffness import _skfem_mesh, stiffness
+    from fecontact.fe.stiffness import _skfem_mesh, assemble_stiffness
     from fecontact.solving.case_meshes import mesh_case
 
     # all layers have unknowns: the vector form knows no others
     mesh = replace(mesh_case(case, "rail"), spacing=None)
     start = time.process_time()
-    ours = stiffness(mesh, STEEL)
+    ours = assemble_stiffness(mesh, STEEL)
     middle = time.process_time()
     basis = Basis(_skfem_mesh(mesh), ElementVector(ElementHex1()), intorder=3)
     plain = linear_elasticity(*lame_parameters(STEEL.young_MPa, STEEL.poisson)).assemble(basis)
@@ -146,13 +146,13 @@ def assembly(case: Case) -> dict[str, float]:
 
 def files(case: Case) -> dict[str, float]:
     """CPU seconds of a solution, of all files of a case, and of its picture alone, once what they need is loaded."""
-    from fecontact.outputs.figures.case import case_figure
-    from fecontact.runs.store import Told, keep_solved, keep_told
+    from fecontact.outputs.figures.case import write_case_figure
+    from fecontact.runs.store import CaseRecords, write_case_records, write_solution
     from fecontact.solving.solve import CaseResult, solve
 
     def keep_case(result: CaseResult, folder: Path) -> None:
-        keep_solved(result, case, folder)
-        keep_told(result, Told.of(result), folder)
+        write_solution(result, case, folder)
+        write_case_records(result, CaseRecords.of(result), folder)
 
     start = time.process_time()
     result = solve(case)
@@ -162,7 +162,7 @@ def files(case: Case) -> dict[str, float]:
         loaded = time.process_time()
         keep_case(result, Path(folder))
         kept = time.process_time()
-        case_figure(result, Path(folder) / "case.png")
+        write_case_figure(result, Path(folder) / "case.png")
         drawn = time.process_time()
     return {"solve_s": solved - start, "files_s": kept - loaded, "picture_s": drawn - kept}
 
@@ -179,7 +179,7 @@ def study_share(out: Path) -> float:
 
 def alone(function: Any, given: Case | Path) -> Any:
     """Call a function in a process of its own, on one thread: its peak memory and its CPU seconds are its own."""
-    with thread_environment(1), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with set_thread_environment(1), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         return pool.submit(function, given).result()
 
 
@@ -413,7 +413,15 @@ def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: d
 
 def figure(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], path: Path) -> None:
     """Errors against CPU seconds."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+    from fecontact.outputs.style import (
+        SERIES_COLOURS,
+        SERIES_MARKS,
+        add_grid,
+        add_legend_beside,
+        blank_figure,
+        save_figure,
+        set_plain_log_scale,
+    )
 
     picture = blank_figure(9.0, 4.6)
     axes = picture.add_subplot()
@@ -423,13 +431,17 @@ def figure(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], path: Pa
             if group:
                 cpu, error = [row["cpu_s"] for row in group], [abs(row[column]) for row in group]
                 solver = {"pardiso": "PARDISO", "amg": "multigrid"}.get(group[0]["solver"], group[0]["solver"])
-                style = {"color": SERIES[number], "marker": MARKS[number], "mfc": SERIES[number] if filled else "white"}
+                style = {
+                    "color": SERIES_COLOURS[number],
+                    "marker": SERIES_MARKS[number],
+                    "mfc": SERIES_COLOURS[number] if filled else "white",
+                }
                 axes.plot(cpu, error, line, ms=5, label=f"{label}, {solver}", **style)
-    plain_log(axes)
-    finish(axes)
+    set_plain_log_scale(axes)
+    add_grid(axes)
     axes.set_xlabel("CPU seconds from mesh to comparison, one thread")
     axes.set_ylabel("error against exact Hertz in %")
-    legend_beside(axes)
+    add_legend_beside(axes)
     save_figure(picture, path)
 
 

@@ -14,8 +14,13 @@ from functools import partial
 from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
 from fecontact.contact_theories.rolling.fastsim import fastsim
 from fecontact.errors import InputError
-from fecontact.features.creep.forces import THEORIES, creep_force, ellipse_patch, force_difference
-from fecontact.features.creep.steady import ellipse_cells, steady_rolling
+from fecontact.features.creep.forces import (
+    CREEP_THEORIES,
+    calculate_creep_force,
+    calculate_force_difference,
+    make_ellipse_patch,
+)
+from fecontact.features.creep.steady import discretise_ellipse, solve_steady_rolling
 
 CONTACT = RollingEllipse(a_mm=5.8, b_mm=8.5, normal_force_N=100e3, friction=0.3, shear_MPa=80_769.0, poisson=0.3)
 MOTION = Creepages(xi=8e-4, eta=4e-4, spin_per_mm=1e-4)
@@ -39,17 +44,19 @@ def seconds(call: Callable[[], object]) -> float:
 
 def on_half_space(motion: Creepages, cells: int):
     """Rolling half-space of so many cells along and across."""
-    made = ellipse_cells(CONTACT.a_mm, CONTACT.b_mm, CONTACT.normal_force_N, cells)
-    return steady_rolling(made, motion, CONTACT).force
+    made = discretise_ellipse(CONTACT.a_mm, CONTACT.b_mm, CONTACT.normal_force_N, cells)
+    return solve_steady_rolling(made, motion, CONTACT).force
 
 
 def main() -> None:
-    patch = ellipse_patch(CONTACT)
+    patch = make_ellipse_patch(CONTACT)
     print("theory                       ms a call   off the exact force, % of mu N")
     for motion, words in ((WITHOUT_SPIN, "without spin"), (MOTION, "with spin")):
         exact = on_half_space(motion, CELLS[-1])
         calls: dict[str, Callable[[], object]] = {
-            theory: partial(creep_force, theory, patch, motion) for theory in THEORIES if theory != "rolling_half_space"
+            theory: partial(calculate_creep_force, theory, patch, motion)
+            for theory in CREEP_THEORIES
+            if theory != "rolling_half_space"
         }
         for n in (10, 20, 50):
             calls[f"fastsim, ellipse, {n} x {n}"] = partial(fastsim, CONTACT, motion, cells=(n, n))
@@ -58,7 +65,7 @@ def main() -> None:
         print(words)
         for name, call in calls.items():
             try:
-                off = 1e2 * force_difference(call(), exact, CONTACT.limit_N)
+                off = 1e2 * calculate_force_difference(call(), exact, CONTACT.limit_N)
             except InputError:
                 continue
             print(f"{name:<27} {1e3 * seconds(call):10.3f} {off:10.2f}")

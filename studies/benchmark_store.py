@@ -25,7 +25,16 @@ from fecontact.jobs import engine
 from fecontact.jobs.workers import Crew
 from fecontact.outputs.records.results import read_row, write_row
 from fecontact.runs.casefile import Study
-from fecontact.runs.store import FIELDS, RESULT, ROW, SOLVED, Told, keep_solved, keep_told, seal_case
+from fecontact.runs.store import (
+    FIELDS_FILE,
+    RECORD_FILE,
+    ROW_FILE,
+    SOLUTION_FILE,
+    CaseRecords,
+    seal_case,
+    write_case_records,
+    write_solution,
+)
 from fecontact.solving.solve import solve
 
 TEMPLATE = Case(roll="given", resolution="quick", refine="never")
@@ -46,28 +55,28 @@ class Copy:
     settings: Mapping[str, Any]
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
-        for file in (FIELDS, RESULT):
+        for file in (FIELDS_FILE, RECORD_FILE):
             shutil.copyfile(self.template / file, folder / file)
-        record = json.loads((self.template / SOLVED).read_text("utf-8"))
+        record = json.loads((self.template / SOLUTION_FILE).read_text("utf-8"))
         record["case"]["load_N"] = record["loads"][0]["load_N"] = self.case.load_N
-        (folder / SOLVED).write_text(json.dumps(record), "utf-8")
-        row = read_row(self.template / ROW)
-        write_row(folder / ROW, row | {"id": self.name, "load_kN": self.case.load_N / 1e3})
+        (folder / SOLUTION_FILE).write_text(json.dumps(record), "utf-8")
+        row = read_row(self.template / ROW_FILE)
+        write_row(folder / ROW_FILE, row | {"id": self.name, "load_kN": self.case.load_N / 1e3})
         return False
 
 
 def fill(out: Path, count: int) -> None:
     """Store all cases that are not there."""
     template = out / "template"
-    if not (template / ROW).is_file():
+    if not (template / ROW_FILE).is_file():
         result = solve(TEMPLATE)
-        told = Told.of(result)
-        keep_solved(result, result.case, template)
-        keep_told(result, told, template)
+        told = CaseRecords.of(result)
+        write_solution(result, result.case, template)
+        write_case_records(result, told, template)
         seal_case(result.case, template)
 
-    study_runs.Solving = partial(Copy, template=template)
-    engine.process_crew = lambda workers, threads: Crew(open=ThreadPoolExecutor, workers=1, together=1)
+    study_runs.CaseWork = partial(Copy, template=template)
+    engine.make_process_crew = lambda workers, threads: Crew(open=ThreadPoolExecutor, workers=1, together=1)
     study_runs.run_study(study(count), out)
 
 

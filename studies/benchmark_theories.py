@@ -14,11 +14,11 @@ from functools import partial
 from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.patch import measure_patch
-from fecontact.contact_theories.gap_line import GapLine, gap_line, under_load
+from fecontact.contact_theories.gap_line import GapLine, build_gap_line, solve_under_load
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.contact_theories.strip_method import Line, Load, Search, solve_strips
-from fecontact.contact_theories.strips import strip, strip_at
+from fecontact.contact_theories.strip_method import StripGap, StripLoad, StripSearch, solve_strips
+from fecontact.contact_theories.strips import solve_strip_theory, solve_strip_theory_at_approach
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -41,10 +41,10 @@ def milliseconds(call: Callable[[], object]) -> float:
 
 def from_step_before(line: GapLine, force: float, strips: int) -> Callable[[], object]:
     """The strips, from their contact under 95 % of the force."""
-    flat, search = 1.0 + 0.0 * line.f_mm, Search(strips=strips)
-    of_line = Line(t=line.surface_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=flat)
-    before = solve_strips(of_line, Load(force=0.95 * force), search)
-    return partial(solve_strips, of_line, Load(force=force), search, start=before)
+    flat, search = 1.0 + 0.0 * line.f_mm, StripSearch(strips=strips)
+    of_line = StripGap(t=line.surface_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=flat)
+    before = solve_strips(of_line, StripLoad(force=0.95 * force), search)
+    return partial(solve_strips, of_line, StripLoad(force=force), search, start=before)
 
 
 def main() -> None:
@@ -52,16 +52,16 @@ def main() -> None:
     _, expected = expect_on_half_space(CASE, placement)
     rung = expected.half_space
     force, approach, patch = rung.normal_force_N, rung.approach_mm, measure_patch(rung.pressure)
-    line = gap_line(placement, contact_modulus_MPa=CASE.contact_modulus_MPa)
+    line = build_gap_line(placement, contact_modulus_MPa=CASE.contact_modulus_MPa)
     B = float(line.B_per_mm[line.touch])
     theories = {
         **{
-            name: (partial(under_load, theory=theory.at_approach), theory.at_approach)
+            name: (partial(solve_under_load, theory=theory.at_approach), theory.at_approach)
             for name, theory in THEORIES.items()
             if theory.at_approach is not None
         },
-        "strip, 50": (partial(strip, strips=50), partial(strip_at, strips=50)),
-        "strip, 100": (strip, strip_at),
+        "strip, 50": (partial(solve_strip_theory, strips=50), partial(solve_strip_theory_at_approach, strips=50)),
+        "strip, 100": (solve_strip_theory, solve_strip_theory_at_approach),
     }
     print(f"{'':24} {'ms, given force':>16} {'ms, given approach':>19} {'peak off, %':>12}  status")
     hertz = partial(hertz_ellipse, line.A_per_mm, B, normal_force_N=force, contact_modulus_MPa=line.contact_modulus_MPa)

@@ -21,14 +21,14 @@ import fecontact
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
-from fecontact.judging.lines import Lines, OnLine
-from fecontact.judging.lobes import judge_line
-from fecontact.judging.verdict import judge, judge_on_lines
-from fecontact.profiles.library import GivenProfile, load
+from fecontact.judging.lines import ProfileVariants, VariantResult
+from fecontact.judging.lobes import judge_profile_variant
+from fecontact.judging.verdict import judge, judge_profile_variants
+from fecontact.profiles.library import ArrayProfile, load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.solving.profile_variants import lines_of_case
+from fecontact.solving.profile_variants import judge_case_variants
 
 NOISE_MM, STEP_MM, EXACT_STEP_MM = 0.01, 0.2, 0.05
 CRITERIA = Criteria(judged_by=("p_max", "area", "a", "b", "separate"))
@@ -48,17 +48,17 @@ HEADS = (
 )
 
 
-def head(number: int, noise_mm: float, step_mm: float, seed: int) -> GivenProfile:
+def head(number: int, noise_mm: float, step_mm: float, seed: int) -> ArrayProfile:
     """Points of a worn head."""
     name, middle, width, depth, *_ = HEADS[number]
-    line = load(name)
+    line = load_library_profile(name)
     p = line.evaluate(line.at_arc_length(np.arange(0.0, line.length_mm, step_mm)))
     noise = noise_mm * np.random.default_rng([seed, number]).normal(size=p.y.size)
     worn = depth * np.exp(-(((p.y - middle) / width) ** 2))
     return fecontact.profile(p.y - noise * np.sin(p.angle_rad), p.z - worn + noise * np.cos(p.angle_rad), name="worn")
 
 
-def case_of(number: int, rail: GivenProfile, **reading: float) -> Case:
+def case_of(number: int, rail: ArrayProfile, **reading: float) -> Case:
     """A wheel of S1002 on a worn head."""
     *_, shift, load_kN = HEADS[number]
     return Case(
@@ -71,7 +71,7 @@ def case_of(number: int, rail: GivenProfile, **reading: float) -> Case:
     )
 
 
-def kept(line: OnLine) -> dict[str, Any]:
+def kept(line: VariantResult) -> dict[str, Any]:
     """What is kept of a line."""
     return {"p": line.p_max_MPa, "dev": dict(line.deviations.get(HERTZ, {}))}
 
@@ -82,13 +82,13 @@ def truth(number: int) -> dict[str, Any]:
     case = case_of(number, head(number, 0.0, EXACT_STEP_MM, 0), filter_mm=0.0)
     placed = place_case(case)
     _, expected = expect_on_half_space(case, placed, nodes=16)
-    return kept(judge_line("exact", case, placed, expected.half_space))
+    return kept(judge_profile_variant("exact", case, placed, expected.half_space))
 
 
 def measured(number: int, seed: int) -> dict[str, Any]:
     """A head and a draw: the truth, and what is on each line."""
     case = case_of(number, head(number, NOISE_MM, STEP_MM, seed))
-    lines = lines_of_case(case, place_case(case))
+    lines = judge_case_variants(case, place_case(case))
     assert lines is not None
     return {"k": number, "seed": seed, "truth": truth(number), "lines": {one.label: kept(one) for one in lines.all}}
 
@@ -96,12 +96,16 @@ def measured(number: int, seed: int) -> dict[str, Any]:
 def judged(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
     """The true answer, the one that is given, and of each measure what is stated over the true error."""
     own, *others = (
-        OnLine(label=label, p_max_MPa=one["p"], deviations={HERTZ: one["dev"]} if one["dev"] else {})
+        VariantResult(label=label, p_max_MPa=one["p"], deviations={HERTZ: one["dev"]} if one["dev"] else {})
         for label, one in record["lines"].items()
     )
-    lines, true, deviation = Lines(own=own, others=tuple(others)), record["truth"]["dev"], own.deviations[HERTZ]
+    lines, true, deviation = (
+        ProfileVariants(own=own, others=tuple(others)),
+        record["truth"]["dev"],
+        own.deviations[HERTZ],
+    )
     exact = dict.fromkeys(true, 0.0)
-    verdict, stated = judge_on_lines(deviation, exact, lines.moves(HERTZ), CRITERIA)
+    verdict, stated = judge_profile_variants(deviation, exact, lines.moves(HERTZ), CRITERIA)
     ratios = {name: stated[name] / max(abs(true[name] - deviation[name]), 1e-9) for name in MEASURES}
     return judge(true, exact, CRITERIA).answer, verdict.answer, ratios
 

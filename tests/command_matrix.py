@@ -25,8 +25,8 @@ from typing import Any
 from fuzz_commands import LONGEST_MESSAGE, Ended, no_numbers, run
 
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.judging.verdict import answer_of
-from fecontact.profiles.library import names
+from fecontact.judging.verdict import compare_with_limit
+from fecontact.profiles.library import list_names
 
 SLOWEST_S = 400.0
 INCLINATIONS = ("1:20", "1:30", "1:40", "none")
@@ -55,8 +55,8 @@ class Tally:
 def pair(rng: random.Random) -> list[str]:
     """Options of a rail and a wheel of the library."""
     return [
-        f"--rail={rng.choice(names('rail'))}",
-        f"--wheel={rng.choice(names('wheel'))}",
+        f"--rail={rng.choice(list_names('rail'))}",
+        f"--wheel={rng.choice(list_names('wheel'))}",
         f"--inclination={rng.choice(INCLINATIONS)}",
     ]
 
@@ -217,7 +217,7 @@ def message(ended: Ended) -> str:
 def reason(text: str) -> str:
     """A refusal without its numbers and names, for counting."""
     text = re.sub(r"[+-]?\d[\d.,e:+-]*", "N", text)
-    for name in (*names("rail"), *names("wheel")):
+    for name in (*list_names("rail"), *list_names("wheel")):
         text = text.replace(name, "NAME")
     return re.split(r"[;(]", text)[0][:110].strip()
 
@@ -286,7 +286,10 @@ def _number_contradictions(name: str, theory: dict[str, Any], limits: dict[str, 
     # measured profiles are judged on each of their lines; the library's are exact
     for measure, answer in theory.get("verdict", {}).get("each", {}).items():
         numbers = [theory[key].get(measure, math.nan) for key in ("deviation", "uncertainty")]
-        if answer_of(*(math.nan if number is None else number for number in numbers), limits[measure]) != answer:
+        if (
+            compare_with_limit(*(math.nan if number is None else number for number in numbers), limits[measure])
+            != answer
+        ):
             yield f"{name} {answer} by {measure} against its numbers"
 
 

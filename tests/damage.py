@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from fecontact.errors import InputError
-from fecontact.jobs.store import MANIFEST, whole_manifest
+from fecontact.jobs.store import MANIFEST, read_intact_manifest
 
 # Drawn, told or held anew by the next run, and read by nobody: a picture that was damaged is seen to be.
 UNREAD = frozenset({".png", ".svg", ".html", ".pvd", ".log", ".lock"})
@@ -45,7 +45,7 @@ def files_without_checksum(folder: Path) -> set[str]:
     """
 
     def whole() -> None:
-        if isinstance(problem := whole_manifest(folder), str):
+        if isinstance(problem := read_intact_manifest(folder), str):
             raise InputError(problem)
 
     return unnoticed(folder, (whole,), unread=frozenset()) - {MANIFEST}

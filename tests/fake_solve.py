@@ -15,15 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.errors import ConvergenceError, NotEnoughMemory
+from fecontact.errors import ConvergenceError, MemoryShortageError
 from fecontact.files import read_json, write_json, write_text
-from fecontact.jobs.workers import Made
-from fecontact.judging.measures import FLOORS, MEASURES
+from fecontact.jobs.workers import WorkResult
+from fecontact.judging.measures import MEASURES, READING_UNCERTAINTY
 from fecontact.judging.verdict import judge
-from fecontact.outputs.flat_records import flat
+from fecontact.outputs.flat_records import flatten
 from fecontact.outputs.records.results import input_columns, write_row
-from fecontact.runs.identity import provenance
-from fecontact.runs.store import RESULT, ROW
+from fecontact.runs.identity import make_provenance
+from fecontact.runs.store import RECORD_FILE, ROW_FILE
 
 MEMORY = "the factor of 9 degrees of freedom needs about 9.0 GB of memory, 1.0 GB are available; use a larger machine"
 
@@ -48,7 +48,7 @@ class FakeWork:
     settings: Mapping[str, Any]
     loads: object = None
 
-    def __call__(self, folder: Path, finished: Path | None) -> Made:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         out = folder.parent.parent
         begun = solves(out).count(self.name)
         with (out / "solves.txt").open("a") as file:
@@ -58,9 +58,11 @@ class FakeWork:
         for file in ("case.vtm", "wheel.vtu", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp"):
             write_text(folder / file, "")
         short = _act(what.get(f"{self.case.load_N / 1e3:g}", what.get("all", "")), begun)
-        write_json(folder / RESULT, {"provenance": provenance(self.case, id=self.name, settings=self.settings)})
-        write_row(folder / ROW, {"id": self.name, **row(self.case), "verdict_warnings": MEMORY if short else ""})
-        return Made(short_of_memory=short)
+        write_json(
+            folder / RECORD_FILE, {"provenance": make_provenance(self.case, id=self.name, settings=self.settings)}
+        )
+        write_row(folder / ROW_FILE, {"id": self.name, **row(self.case), "verdict_warnings": MEMORY if short else ""})
+        return WorkResult(short_of_memory=short)
 
 
 def _act(what: str, begun: int) -> bool:
@@ -81,7 +83,7 @@ def _act(what: str, begun: int) -> bool:
         case ["iteration"]:
             raise ConvergenceError("it did not converge")
         case ["memory"] if begun == 0:
-            raise NotEnoughMemory(MEMORY)
+            raise MemoryShortageError(MEMORY)
         case ["less"] if begun == 0:
             return True
     return False
@@ -93,10 +95,12 @@ def row(case: Case) -> dict[str, Any]:
     for number, measure in enumerate(MEASURES):
         columns[f"fe_{measure}"] = columns[f"hertz_{measure}"] = case.load_N / (3.0 + number)
     # of points that cannot be thinned it is not known how uncertain they leave the peak
-    uncertainty = {name: math.nan if name == "p_max_MPa" else 0.01 for name, floor in FLOORS.items() if floor}
-    verdict = judge(dict.fromkeys(FLOORS, 0.1), uncertainty, case.criteria)
+    uncertainty = {
+        name: math.nan if name == "p_max_MPa" else 0.01 for name, floor in READING_UNCERTAINTY.items() if floor
+    }
+    verdict = judge(dict.fromkeys(READING_UNCERTAINTY, 0.1), uncertainty, case.criteria)
     return columns | {
-        **flat({"hertz": {"deviation": dict.fromkeys(FLOORS, 0.1), "uncertainty": uncertainty}}),
+        **flatten({"hertz": {"deviation": dict.fromkeys(READING_UNCERTAINTY, 0.1), "uncertainty": uncertainty}}),
         "geometry_junction_distance_mm": math.inf,
         "verdict_answer": verdict.answer,
         "verdict_measure": verdict.measure,

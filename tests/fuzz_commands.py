@@ -23,7 +23,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fecontact.cli import app, call
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.writers import csv_text
 
 SLOWEST_S, LONGEST_MESSAGE, MOST_BYTES = 20.0, 1200, 6_000_000_000
@@ -95,8 +95,8 @@ def words(rng: random.Random) -> list[str]:
 def files(folder: Path) -> None:
     """Files that the command lines use."""
     for name, text in {
-        "good.csv": csv_text(load("54E1"), step_mm=0.5),
-        "other.csv": csv_text(load("60E1"), step_mm=0.5),
+        "good.csv": csv_text(load_library_profile("54E1"), step_mm=0.5),
+        "other.csv": csv_text(load_library_profile("60E1"), step_mm=0.5),
         "good.toml": 'load_kN = [50, 100]\nlateral_shift_mm = "-4:4:4"\n',
         "bad.toml": "load_kN = [[1]]\n[case\n",
         "table.csv": "id,p_max_fe_MPa\na,1.0\nb,nan\n",

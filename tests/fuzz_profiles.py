@@ -21,13 +21,13 @@ from points import simpack
 from fecontact.case import Case
 from fecontact.errors import FecontactError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import load, toml_text
-from fecontact.profiles.reading import PLAIN, Reading
+from fecontact.profiles.library import load_library_profile, toml_text
+from fecontact.profiles.reading import DEFAULT_READING, Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.writers import csv_text, points_along
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.profiles.writers import csv_text, sample_points
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
-from fecontact.solving.profile_variants import hertz_uncertainty
+from fecontact.solving.profile_variants import estimate_hertz_uncertainty
 
 FORMATS = (".csv", ".txt", ".prr", ".prw", ".ban", ".whl", ".toml")
 SLOWEST_S = 2.0
@@ -43,14 +43,14 @@ HOSTILE = (
 
 def originals() -> dict[str, str]:
     """A good file per format: heads and treads with points 0.5 mm apart."""
-    rail, wheel = load("54E1"), load("S1002")
+    rail, wheel = load_library_profile("54E1"), load_library_profile("S1002")
     # the instrument's own axes: into the depth of the body, and from the back of the flange
-    ban, whl = points_along(rail, 0.5) * (1.0, -1.0), points_along(wheel, 0.5) * (1.0, -1.0) + (70.0, 0.0)
+    ban, whl = sample_points(rail, 0.5) * (1.0, -1.0), sample_points(wheel, 0.5) * (1.0, -1.0) + (70.0, 0.0)
     return {
         ".csv": csv_text(rail, step_mm=0.5),
         ".txt": csv_text(wheel, step_mm=0.5).replace(",", " "),
-        ".prr": simpack(*points_along(rail, 0.5).T),
-        ".prw": simpack(*points_along(wheel, 0.5).T, "wheel"),
+        ".prr": simpack(*sample_points(rail, 0.5).T),
+        ".prw": simpack(*sample_points(wheel, 0.5).T, "wheel"),
         ".ban": "Filename=a.ban\nXoffset=0.0000\nYoffset=0.0000\nColumnDef=X,Y\n\n" + _rows(ban),
         ".whl": "Filename=a.whl\nXoffset=0.0000\nColumnDef=X,Y\nWheelDiameterTaperline=70.0000\n\n" + _rows(whl),
         ".toml": toml_text("S1002"),
@@ -148,8 +148,8 @@ def _hertz(case: Case) -> tuple[float, float, bool]:
     """Peak pressure, its uncertainty from the profiles, and whether there is an ellipse."""
     try:
         placement = place_case(case)
-        uncertainty = hertz_uncertainty(case, placement) or {"p_max_MPa": 0.0}
-        return hertz_of_case(case, placement).p0_MPa, uncertainty["p_max_MPa"], True
+        uncertainty = estimate_hertz_uncertainty(case, placement) or {"p_max_MPa": 0.0}
+        return compute_hertz(case, placement).p0_MPa, uncertainty["p_max_MPa"], True
     except FecontactError:
         return 0.0, 0.0, False
 
@@ -178,7 +178,7 @@ def check(path: Path, expected: dict[float, float], notes: set[str], count: Coun
     _check_other_readings(path, count, smoothed=hertz)
     # of this process: on a busy machine the clock on the wall tells nothing
     start = time.process_time()
-    profile = _read(path, PLAIN, count)
+    profile = _read(path, DEFAULT_READING, count)
     if profile is None:
         count.refused += 1
         # what is left out of a file must not make another one that no line goes through

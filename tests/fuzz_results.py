@@ -19,10 +19,10 @@ from typing import Any
 import fecontact
 from fecontact.criteria import Criteria
 from fecontact.errors import FecontactError
-from fecontact.files import SEAL, read_json, sha256, write_json, write_sealed
+from fecontact.files import SEAL_KEY, hash_file, read_json, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST
 from fecontact.regression.tables import load_table
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.runs.toml_cases import read_toml_cases
 
 SLOWEST_S, LONGEST_MESSAGE = 20.0, 1200
 VALUES = (
@@ -60,7 +60,7 @@ def damaged(folder: Path, rng: random.Random) -> str:
     files = [path for path in sorted(folder.rglob("*.json")) if path.name != MANIFEST or rng.random() < 0.2]
     path = rng.choice(files)
     document = read_json(path)
-    seal = document.pop(SEAL, None)
+    seal = document.pop(SEAL_KEY, None)
     what = mutate(document, rng)
     if seal is None or "\\ud" in what:
         # half of a pair of surrogates, which is a text in JSON and in no file that is sealed
@@ -70,7 +70,7 @@ def damaged(folder: Path, rng: random.Random) -> str:
     manifest = path.parent / MANIFEST
     if path != manifest and manifest.is_file():
         sealed = read_json(manifest)
-        write_json(manifest, {**sealed, "files": {name: sha256(path.parent / name) for name in sealed["files"]}})
+        write_json(manifest, {**sealed, "files": {name: hash_file(path.parent / name) for name in sealed["files"]}})
     return f"{path.name}: {what}"
 
 
@@ -136,7 +136,7 @@ def fuzz_studies(count: int, seed: int) -> tuple[Counter[str], list[str]]:
                             (b"[[", b"1e999", b"nan", b"\xff\xfe", b"9" * 400, b'"""', b"= ", b"{")
                         )
             path.write_bytes(data)
-            result, said = tried(lambda: toml_cases(path))
+            result, said = tried(lambda: read_toml_cases(path))
             endings[result] += 1
             if result == "failure":
                 failures.append(f"{bytes(data)[:300]!r}: {said}")

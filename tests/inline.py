@@ -33,7 +33,7 @@ def stand_ins(crew: Crew | None, work: Callable[..., Any] | None, place: str) ->
     """Replace the crew of processes by another crew, and the work of the solution by another work."""
     with pytest.MonkeyPatch.context() as patch:
         if crew is not None:
-            patch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: crew)
+            patch.setattr("fecontact.jobs.engine.make_process_crew", lambda workers, threads: crew)
         if work is not None:
             patch.setattr(place, work)
         yield
@@ -43,5 +43,5 @@ def study_by(
     *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **options: Any
 ) -> StudyOutcome:
     """`run_study` with another crew or work."""
-    with stand_ins(crew, work, "fecontact.runs.study.Solving"):
+    with stand_ins(crew, work, "fecontact.runs.study.CaseWork"):
         return run_study(*arguments, **options)

@@ -13,7 +13,7 @@ def draw_nothing(patch: pytest.MonkeyPatch, *, of_studies: bool = False) -> None
 
     Pictures of studies are left out if they are not requested.
     """
-    patch.setattr("fecontact.outputs.figures.case.case_figure", _empty_files)
+    patch.setattr("fecontact.outputs.figures.case.write_case_figure", _empty_files)
     patch.setattr("fecontact.runs.study.study_pair", lambda study, rows: None)
     patch.setattr(
         "fecontact.runs.study.report_study", lambda study, rows, out, criteria, conclusion, wants_pictures: None

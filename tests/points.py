@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.points import Points
+from fecontact.profiles.curve import Profile, ProfileKind
+from fecontact.profiles.points import ProfilePoints
 from fecontact.profiles.readers.columns import read_columns
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.recognition import line_through
+from fecontact.profiles.recognition import fit_profile
 
 # Columns of a row that differ from run to run; all others are the same to the last bit.
 MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
@@ -29,11 +29,11 @@ def simpack(y, z, kind="rail", *, points=None, **keys):
     )
 
 
-def profile_from_points(y, z, *, kind: Kind, name: str, reading: Reading = AS_IS) -> Profile:
+def profile_from_points(y, z, *, kind: ProfileKind, name: str, reading: Reading = AS_IS) -> Profile:
     """A profile of splines through points, or another requested profile."""
-    return line_through(Points(points=np.column_stack((y, z)).astype(float), kind=kind, name=name), reading)
+    return fit_profile(ProfilePoints(points=np.column_stack((y, z)).astype(float), kind=kind, name=name), reading)
 
 
-def read_points(path: str | Path, *, kind: Kind) -> Profile:
+def read_points(path: str | Path, *, kind: ProfileKind) -> Profile:
     """Splines through the points of a file of columns."""
-    return line_through(read_columns(Path(path), kind, AS_IS), AS_IS)
+    return fit_profile(read_columns(Path(path), kind, AS_IS), AS_IS)

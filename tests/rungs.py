@@ -5,11 +5,11 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact_theories.hertz import hertz_from_hessian
-from fecontact.judging.lines import Lines, OnLine
+from fecontact.judging.lines import ProfileVariants, VariantResult
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import Level, SolvedLoad
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.quadratic_gap import quadratic_rung
+from fecontact.solving.quadratic_gap import solve_quadratic_gap
 
 
 def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) -> Rung:
@@ -30,7 +30,7 @@ def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) ->
 
 def planted_lines(
     *factors: float, peaks: tuple[float, ...] = (), others: dict[str, float] | None = None, without: int = 0
-) -> Lines:
+) -> ProfileVariants:
     """Profile variants with planted deviations, and some variants that have no contact.
 
     On each, 1 + the deviation of Hertz in peak pressure is multiplied by a factor. `peaks` are the peaks of the
@@ -38,9 +38,9 @@ def planted_lines(
     """
     deviation = dict.fromkeys((*MEASURES, *MISFITS), 0.0)
 
-    def line(label: str, p_max_MPa: float, **factors_by_theory: float) -> OnLine:
+    def line(label: str, p_max_MPa: float, **factors_by_theory: float) -> VariantResult:
         deviations = {name: deviation | {"p_max_MPa": factor - 1.0} for name, factor in factors_by_theory.items()}
-        return OnLine(label=label, p_max_MPa=p_max_MPa, deviations=deviations)
+        return VariantResult(label=label, p_max_MPa=p_max_MPa, deviations=deviations)
 
     others = others or {}
     variants = [
@@ -48,7 +48,9 @@ def planted_lines(
         for k, (factor, peak) in enumerate(zip(factors, peaks or (1e3,) * len(factors), strict=True), start=4)
     ]
     reference = line("own line", 1e3, hertz=1.0, **dict.fromkeys(others, 1.0))
-    return Lines(own=reference, others=(*variants, *(OnLine(label=f"noise {k}") for k in range(without))))
+    return ProfileVariants(
+        own=reference, others=(*variants, *(VariantResult(label=f"noise {k}") for k in range(without)))
+    )
 
 
 def on_half_space(case: Case, placement: Placement, rung: Rung, unknowns: tuple[int, int] = (9, 9)) -> SolvedLoad:
@@ -71,5 +73,5 @@ def on_half_space(case: Case, placement: Placement, rung: Rung, unknowns: tuple[
         normal_force_N=rung.normal_force_N,
         contact_modulus_MPa=case.contact_modulus_MPa,
     )
-    quadratic = quadratic_rung(placement.first, hertz, half=case.half)
+    quadratic = solve_quadratic_gap(placement.first, hertz, half=case.half)
     return SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=quadratic, lines=None)

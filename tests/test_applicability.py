@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from fecontact.case import Criteria
 from fecontact.errors import InputError
-from fecontact.judging.causes import PatchGeometry, cause_of
+from fecontact.judging.causes import PatchGeometry, find_cause
 from fecontact.judging.measures import MEASURES, MISFITS
-from fecontact.judging.verdict import FROM_BEST, judge
+from fecontact.judging.verdict import ANSWERS_BEST_FIRST, judge
 
 P, A = "p_max_MPa", "area_mm2"
 BOTH = ("p_max", "area")
@@ -190,7 +190,7 @@ def test_several_measures_fail_and_the_one_furthest_beyond_decides():
 
 
 def test_a_failure_is_worse_than_an_open_measure_and_that_than_none():
-    assert FROM_BEST == ("HOLDS", "UNRESOLVED", "FAILS")
+    assert ANSWERS_BEST_FIRST == ("HOLDS", "UNRESOLVED", "FAILS")
     judgement = judged({"valley": 0.3}, {"a_mm": 5.0})
     assert (judgement.answer, judgement.measure, judgement.failing) == ("FAILS", "valley", ("valley",))
     assert (judgement.each["a_mm"], judgement.each["b_mm"]) == ("UNRESOLVED", "HOLDS")
@@ -317,7 +317,7 @@ def cause(gap_step: float, body_step: float, **geometry: object) -> str:
         "quadratic_to_true_gap": {P: gap_step, A: 0.01},
         "half_space_to_bodies": {P: body_step, A: 0.02},
     }
-    return cause_of(steps, P, PatchGeometry(**{**PLAIN, **geometry}))
+    return find_cause(steps, P, PatchGeometry(**{**PLAIN, **geometry}))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -357,8 +357,8 @@ def test_the_cause_is_that_of_the_deciding_measure():
         "half_space_to_bodies": {P: 0.1, A: 0.20},
     }
     geometry = PatchGeometry(**PLAIN)
-    assert cause_of(steps, P, geometry) == "curvature varies over the patch"
-    assert cause_of(steps, A, geometry) == "finite bodies"
+    assert find_cause(steps, P, geometry) == "curvature varies over the patch"
+    assert find_cause(steps, A, geometry) == "finite bodies"
 
 
 @pytest.mark.parametrize(
@@ -378,4 +378,4 @@ def test_patches_that_just_touch_on_a_rung_are_a_second_patch_all_the_same(gap, 
         "half_space_to_bodies": bodies,
     }
     geometry = PatchGeometry(**{**PLAIN, "pieces": 2, "lobes": 2})
-    assert cause_of(steps, "separate_load", geometry) == expected
+    assert find_cause(steps, "separate_load", geometry) == expected

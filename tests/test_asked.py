@@ -16,23 +16,23 @@ from rich.console import Console
 from fecontact.bodies import Material
 from fecontact.cli import call
 from fecontact.contact.grid import Rung
-from fecontact.files import json_text
+from fecontact.files import format_json
 from fecontact.judging import verdict
 from fecontact.judging.judge import judge_load
-from fecontact.judging.measures import MEASURES, measures_of
-from fecontact.judging.yielded import PathPoint, Yielded, YieldedBody
+from fecontact.judging.measures import MEASURES, read_measures
+from fecontact.judging.yielded import PathPoint, PlasticResult, YieldedBody
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.figures.case import case_inches, draw_case
 from fecontact.outputs.figures.pressure_maps import PressureFields
-from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.figures.study import draw_study
 from fecontact.outputs.paraview.contact_surface import contact_surface
-from fecontact.outputs.records.asked import asked_record, asked_row
-from fecontact.outputs.records.cheapest import theories_of
+from fecontact.outputs.records.asked import requested_record, requested_row
+from fecontact.outputs.records.cheapest import judgements_by_theory
 from fecontact.outputs.records.results import case_row, result_record
-from fecontact.outputs.study_report import rows_parts, write_study_report
+from fecontact.outputs.study_report import parts_of_rows, write_study_report
 from fecontact.outputs.style import blank_figure
-from fecontact.outputs.terminal import show
+from fecontact.outputs.terminal import print_parts
 from fecontact.outputs.verdict_words import case_annotation
 
 STEEL = Material(young_MPa=210e3, poisson=0.3, yield_MPa=450.0, tangent_MPa=4200.0)
@@ -55,11 +55,11 @@ def result(elliptic_quick):
     levels = []
     for level in solution.levels:
         fe, nodal = softer(level.fe), softer(level.nodal)
-        before, after = measures_of(level.fe).as_dict(), measures_of(fe).as_dict()
+        before, after = read_measures(level.fe).as_dict(), read_measures(fe).as_dict()
         steps = {name: after[name] / before[name] - 1.0 for name in MEASURES}
         path = (PathPoint(load_N=100e3, steps=steps, largest_strain=0.01, corrections=3, change=1e-6),)
         bodies = {"rail": replace(body, largest_strain=0.01)}
-        levels.append(replace(level, yielded=Yielded(fe=fe, nodal=nodal, bodies=bodies, path=path, by_band={})))
+        levels.append(replace(level, yielded=PlasticResult(fe=fe, nodal=nodal, bodies=bodies, path=path, by_band={})))
     case = replace(solution.case, rail_material=STEEL)
     load = judge_load(replace(solution, case=case, levels=tuple(levels)), elliptic_quick.placement)
     assert (load.elastic_verdict.answer, load.verdict.answer) == ("HOLDS", "FAILS")
@@ -68,7 +68,7 @@ def result(elliptic_quick):
 
 def printed(parts, **options) -> str:
     text = io.StringIO()
-    show(parts, Console(file=text, width=160, no_color=True), **options)
+    print_parts(parts, Console(file=text, width=160, no_color=True), **options)
     return text.getvalue()
 
 
@@ -98,7 +98,7 @@ def test_the_elements_own_verdict_is_told_where_it_is_asked_for(result):
 
 def test_tables_and_the_report_say_it_first(result, tmp_path):
     row = {"id": "one", **case_row(result)}
-    (line,) = [line for line in printed(rows_parts([row])).splitlines() if line.startswith("+0.00   ")]
+    (line,) = [line for line in printed(parts_of_rows([row])).splitlines() if line.startswith("+0.00   ")]
     assert first_answer(line) == "FAILS"
     assert "HOLDS" in line
     page = write_study_report("one", [ReportedCase(row=row, record=result_record(result))], tmp_path).read_text("utf-8")
@@ -111,8 +111,8 @@ def test_tables_and_the_report_say_it_first(result, tmp_path):
 
 
 def test_what_is_asked_for_is_read_against_bodies_that_yield(result):
-    hertz, plastic = result.hertz.p0_MPa, measures_of(result.load.level.yielded.fe).p_max_MPa
-    row, record = asked_row(case_row(result)), asked_record(result_record(result))
+    hertz, plastic = result.hertz.p0_MPa, read_measures(result.load.level.yielded.fe).p_max_MPa
+    row, record = requested_row(case_row(result)), requested_record(result_record(result))
     assert row["fe_p_max_MPa"] == record["fe"]["p_max_MPa"] == pytest.approx(plastic, rel=1e-9)
     assert row["hertz_deviation_p_max_percent"] == pytest.approx(1e2 * (hertz / plastic - 1.0), rel=1e-9)
     assert row["verdict_limit_used"] == pytest.approx((hertz / plastic - 1.0) / 0.05, rel=1e-9)
@@ -121,11 +121,11 @@ def test_what_is_asked_for_is_read_against_bodies_that_yield(result):
     )
     # a row of before has no such deviation: none is shown, not the elastic one
     old = {name: value for name, value in case_row(result).items() if not name.startswith("plastic_hertz_d")}
-    assert asked_row(old)["hertz_deviation_p_max_percent"] is None
+    assert requested_row(old)["hertz_deviation_p_max_percent"] is None
 
 
 def test_python_record_row_and_terminal_have_the_same_two_verdicts(result):
-    row, record = case_row(result), json.loads(json_text(result_record(result)))
+    row, record = case_row(result), json.loads(format_json(result_record(result)))
     for plastic_record, elastic in (
         (result.verdict.answer, result.elastic_verdict.answer),
         (result.load.verdict.answer, result.load.elastic_verdict.answer),
@@ -136,7 +136,7 @@ def test_python_record_row_and_terminal_have_the_same_two_verdicts(result):
         assert (plastic_record, elastic) == ("FAILS", "HOLDS")
     assert "Hertz FAILS by p_max_MPa" in repr(result.load)
     # Hertz's peak is furthest beyond its limit against bodies that yield
-    hertz, plastic = result.hertz.p0_MPa, measures_of(result.load.level.yielded.fe).p_max_MPa
+    hertz, plastic = result.hertz.p0_MPa, read_measures(result.load.level.yielded.fe).p_max_MPa
     utilisation = (hertz / plastic - 1.0) / result.case.criteria.p_max
     assert record["verdict"]["limit_used"] == row["verdict_limit_used"] == pytest.approx(utilisation, rel=1e-9)
     assert record["elastic_verdict"]["limit_used"] == row["elastic_verdict_limit_used"] == result.load.limit_used
@@ -151,11 +151,11 @@ def test_the_elements_and_other_theories_are_beside_the_elastic_verdict(result):
     said = printed(case_parts(result_record(result)), long=True)
     assert re.search(r"The elements by themselves: Hertz \w+ \(verdict: HOLDS\)", said)
     # Hertz is among the theories that are judged against elastic bodies
-    assert theories_of(result.load)["hertz"].verdict == result.elastic_verdict
+    assert judgements_by_theory(result.load)["hertz"].verdict == result.elastic_verdict
 
 
 def test_a_result_that_must_not_be_used_leaves_both_verdicts_open(result, monkeypatch):
-    monkeypatch.setattr("fecontact.judging.judge.reference_error", lambda *_: 1.0)
+    monkeypatch.setattr("fecontact.judging.judge.compute_reference_error", lambda *_: 1.0)
     load = judge_load(result.load.solved, result.placement)
     assert (load.status, load.plastic.verdict.answer) == ("references disagree", "FAILS")
     assert (load.verdict.answer, load.elastic_verdict.answer) == ("UNRESOLVED", "UNRESOLVED")
@@ -165,8 +165,8 @@ def test_without_a_yield_stress_nothing_changes(elliptic_quick):
     row, record = case_row(elliptic_quick), result_record(elliptic_quick)
     assert elliptic_quick.elastic_verdict is elliptic_quick.load.elastic_verdict is record["elastic_verdict"] is None
     assert not [name for name in row if name.startswith("elastic_verdict")]
-    assert asked_row(row) is row
-    assert asked_record(record) is record
+    assert requested_row(row) is row
+    assert requested_record(record) is record
     assert "yield" not in printed(case_parts(record), long=True)
 
 
@@ -187,7 +187,7 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     plastic = point_data["plastic_pressure_MPa"]
     assert float(plastic.max()) == pytest.approx(SOFTER * elastic, rel=1e-9)
     np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], point_data["hertz_pressure_MPa"] - plastic, atol=1e-9)
-    svg_text = study_figure([case_row(result)], tmp_path / "study.png").with_suffix(".svg").read_text("utf-8")
+    svg_text = draw_study([case_row(result)], tmp_path / "study.png").with_suffix(".svg").read_text("utf-8")
     assert "FAILS" in svg_text
     assert "HOLDS" not in svg_text
 
@@ -231,26 +231,26 @@ def test_bodies_that_yield_may_have_a_wider_grid_than_elastic_ones(result):
 
 def test_a_map_takes_it(result):
     pytest.importorskip("fecontact.maps")
-    from fecontact.maps.load_limits import KnownLoad, load_limit
+    from fecontact.maps.load_limits import LoadVerdict, find_load_limit
     from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
-    from fecontact.maps.telling import judged_by
-    from fecontact.maps.verdict_views import verdict_view
-    from fecontact.maps.views import map_answer
+    from fecontact.maps.telling import select_judgement
+    from fecontact.maps.verdict_views import build_verdict_view
+    from fecontact.maps.views import write_map_answer
 
     cell = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="converged", judged=result.load)
     assert (cell.verdict, cell.cause) == ("FAILS", "plasticity")
-    known_load = KnownLoad.of(result.load)
+    known_load = LoadVerdict.of(result.load)
     assert known_load.answer == "FAILS"
-    plastic = measures_of(result.load.level.yielded.fe).p_max_MPa
+    plastic = read_measures(result.load.level.yielded.fe).p_max_MPa
     assert known_load.excess == pytest.approx((result.hertz.p0_MPa / plastic - 1.0) / 0.05 - 1.0)
-    assert judged_by(result.load, "hertz").verdict.answer == "FAILS"
-    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
+    assert select_judgement(result.load, "hertz").verdict.answer == "FAILS"
+    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=find_load_limit([cell]))
     applicability_map = ApplicabilityMap(case=result.case, loads_N=(100e3,), positions=(position,))
-    view = verdict_view(applicability_map)
+    view = build_verdict_view(applicability_map)
     assert view.title == "where Hertz holds, against bodies that yield"
     (view_cell,) = view.columns[0].cells
     assert (view_cell.answer, view_cell.letter) == ("FAILS", "Y")
-    said = map_answer(applicability_map, "pressure")
+    said = write_map_answer(applicability_map, "pressure")
     assert "fails" in said[0]
     assert "where the bodies yield" in said[0]
     assert said[-1] == "Verdicts are against bodies that yield."
@@ -281,10 +281,10 @@ class Elastic:
 def test_a_step_that_is_unsure_counts_by_what_hertz_has_of_the_contact_that_yields(monkeypatch):
     """Hertz has 1 + d of it: d (1 +- u) is unsure by (1 + d) u, and the elastic part by the ratio of both."""
     after = {"p_max_MPa": 0.25, "misplaced_load": 0.1}
-    monkeypatch.setattr(verdict, "deviations_of", lambda *_: after)
-    monkeypatch.setattr(verdict, "judge_on_lines", lambda _, numerical, *__: (numerical, numerical))
+    monkeypatch.setattr(verdict, "compute_deviations", lambda *_: after)
+    monkeypatch.setattr(verdict, "judge_profile_variants", lambda _, numerical, *__: (numerical, numerical))
     elastic = Elastic("Hertz", {"p_max_MPa": 0.0, "misplaced_load": 0.02}, {"p_max_MPa": 0.01, "misplaced_load": 0.003})
     step_uncertainty = {"p_max_MPa": 0.02, "misplaced_load": 0.004}
     solution = SimpleNamespace(case=SimpleNamespace(criteria=None))
-    judgement = verdict._against(elastic, SimpleNamespace(fe=None), step_uncertainty, solution)
+    judgement = verdict._judge_against_plastic(elastic, SimpleNamespace(fe=None), step_uncertainty, solution)
     assert judgement.numerical == pytest.approx({"p_max_MPa": 1.25 * 0.01 + 1.25 * 0.02, "misplaced_load": 0.007})

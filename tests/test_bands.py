@@ -11,20 +11,20 @@ import pytest
 
 from fecontact.case import BodySize, Case
 from fecontact.contact.elements import Bands
-from fecontact.contact.grid import ContactGrid, hat_functions
-from fecontact.contact.halfspace import half_space_below, half_space_problem
+from fecontact.contact.grid import ContactGrid, evaluate_hat_functions
+from fecontact.contact.halfspace import build_half_space_compliance, build_half_space_problem
 from fecontact.contact.solver import ContactProblem, solve_contact
-from fecontact.errors import FoldedMesh
+from fecontact.errors import FoldedMeshError
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
-from fecontact.fe.section import Stretch, lines_of
-from fecontact.judging.lobes import parts_of
+from fecontact.fe.section import Stretch, place_nodes
+from fecontact.judging.lobes import split_lobes
 from fecontact.judging.uncertainty import MESH_RATIO
-from fecontact.solving.element_sizes import element_size_mm, element_width_mm
-from fecontact.solving.fine_zone import MARGIN_ELEMENTS, Room, fine_zone, more_room
+from fecontact.solving.element_sizes import choose_element_size_mm, choose_element_width_mm
+from fecontact.solving.fine_zone import MARGIN_ELEMENTS, ZoneMargin, enlarge_room, make_fine_zone
 from fecontact.solving.meshes import CoupledMesh, Meshes
-from fecontact.solving.position import position_of
-from fecontact.solving.preview import preview
-from fecontact.solving.solve import _made_for, _serves
+from fecontact.solving.position import expect_position
+from fecontact.solving.preview import preview_case
+from fecontact.solving.solve import _can_serve, _make_shared_position
 
 MODULUS = 115e3
 # The gauge corner and the top of the head touch, 5 mm of free surface between them.
@@ -41,7 +41,7 @@ TWO = Case(
 
 @pytest.fixture(scope="module")
 def two():
-    return position_of(TWO)
+    return expect_position(TWO)
 
 
 def banded(half: bool) -> tuple[Bands, ContactGrid]:
@@ -53,7 +53,7 @@ def banded(half: bool) -> tuple[Bands, ContactGrid]:
         Stretch(low_mm=-2.0, high_mm=2.0, intervals=20),
         Stretch(low_mm=8.0, high_mm=16.0, intervals=20),
     )
-    s = lines_of(stretches)
+    s = place_nodes(stretches)
     x = 0.25 * np.arange(0 if half else -16, 17)
     columns = (slice(0, 21), slice(s.size - 21, s.size))
     regular = ContactGrid(x_mm=x, s_mm=-2.0 + 0.2 * np.arange(91), half=half)
@@ -71,7 +71,7 @@ def test_a_band_presses_on_the_other_one_as_on_regular_nodes(half):
     same = np.zeros(regular.shape)
     same[:, :21] = at_first[:, :21]
     opening = bands.half_space()(at_first.ravel()).reshape(bands.grid.shape)
-    expected = half_space_below(regular, MODULUS)(same.ravel()).reshape(regular.shape)
+    expected = build_half_space_compliance(regular, MODULUS)(same.ravel()).reshape(regular.shape)
     np.testing.assert_allclose(opening[:, :21], expected[:, :21], rtol=1e-12)
     # cells of the other band are as large as 0.4 by 0.25 mm, 6 mm away: (h / r)^2 / 24 of it, in the mean of both cells
     np.testing.assert_allclose(opening[:, bands.columns[1]], expected[:, 50::2], rtol=2e-4)
@@ -107,7 +107,7 @@ def test_two_contacts_on_bands_are_those_on_regular_nodes():
     for grid in (bands.grid, regular):
         x, s = np.meshgrid(grid.x_mm, grid.s_mm, indexing="ij")
         problems.append(
-            half_space_problem(regular, gap(x, s).ravel(), contact_modulus_MPa=MODULUS)
+            build_half_space_problem(regular, gap(x, s).ravel(), contact_modulus_MPa=MODULUS)
             if grid is regular
             else ContactProblem(
                 compliance=bands.half_space(),
@@ -135,13 +135,13 @@ def test_one_band_is_a_regular_grid_to_the_last_bit():
     _, regular = banded(True)
     bands = Bands(grid=regular, columns=(slice(0, regular.shape[1]),), contact_modulus_MPa=MODULUS)
     p = np.random.default_rng(3).uniform(size=regular.nodal_area_mm2().size)
-    assert np.array_equal(bands.half_space()(p), half_space_below(regular, MODULUS)(p))
+    assert np.array_equal(bands.half_space()(p), build_half_space_compliance(regular, MODULUS)(p))
 
 
 def test_shape_functions_of_unequal_nodes():
     line = np.array([0.0, 0.5, 1.0, 3.0, 4.0])
     places = np.linspace(0.0, 4.0, 81)
-    hats = hat_functions(line, places)
+    hats = evaluate_hat_functions(line, places)
     np.testing.assert_allclose(hats.sum(axis=0), 1.0, atol=1e-14)
     np.testing.assert_allclose(line @ hats, places, atol=1e-14)
 
@@ -176,18 +176,18 @@ def test_patches_far_apart_are_parts_with_elements_of_their_own(two):
     ],
 )
 def test_other_patches_have_one_zone_of_equal_elements(case):
-    position = position_of(case)
+    position = expect_position(case)
     assert len(position.expected.parts) == 1
-    zone = fine_zone(position.expected, position.element_size_mm)
+    zone = make_fine_zone(position.expected, position.element_size_mm)
     assert zone.bands == ()
     assert np.ptp(np.diff(zone.s_mm)) < 1e-12
 
 
 def test_elements_whose_size_is_given_have_it_everywhere(two):
     case = replace(TWO, resolution=(0.4, 0.2))
-    sizes = element_size_mm(case, two.expected)
-    position = position_of(case)
-    zone = fine_zone(position.expected, sizes)
+    sizes = choose_element_size_mm(case, two.expected)
+    position = expect_position(case)
+    zone = make_fine_zone(position.expected, sizes)
     assert zone.bands == ()
     assert zone.step_s_mm == 0.2
 
@@ -204,16 +204,16 @@ def test_elements_below_patches_far_apart_are_longer(two):
     assert min(corner.semi_axes_mm[0], head.semi_axes_mm[0]) / step_x > count
 
     def sized(**changes):
-        return element_size_mm(TWO, replace(two.expected, parts=(corner, replace(head, **changes))))
+        return choose_element_size_mm(TWO, replace(two.expected, parts=(corner, replace(head, **changes))))
 
     assert sized(semi_axes_mm=(3.0, 2.0)) == (pytest.approx(3.0 / count), step_s)
     # and never shorter than twice that of the narrowest, or than other patches have them
     assert sized(semi_axes_mm=(0.5, 2.0)) == (pytest.approx(2.0 * step_s), step_s)
-    assert element_size_mm(TWO, two.expected.joined()) == (pytest.approx(2.0 * step_s), step_s)
+    assert choose_element_size_mm(TWO, two.expected.joined()) == (pytest.approx(2.0 * step_s), step_s)
 
 
 def test_bands_hold_the_patches_and_their_margins(two):
-    zone = fine_zone(two.expected, two.element_size_mm)
+    zone = make_fine_zone(two.expected, two.element_size_mm)
     assert len(zone.bands) == 2
     s = zone.s_mm
     assert zone.intervals_s == s.size - 1
@@ -230,12 +230,14 @@ def test_bands_hold_the_patches_and_their_margins(two):
     growth = np.diff(s)[1:] / np.diff(s)[:-1]
     assert max(growth.max(), 1.0 / growth.min()) < 1.8
     # 74 elements without bands; margins of four elements, larger than those of finer meshes, are half of what is left
-    assert zone.intervals_s < 0.65 * fine_zone(two.expected, two.element_size_mm, Room(joined=True)).intervals_s
+    assert (
+        zone.intervals_s < 0.65 * make_fine_zone(two.expected, two.element_size_mm, ZoneMargin(joined=True)).intervals_s
+    )
 
 
 def test_bodies_have_the_zone_of_their_bands(two):
     """Rail nodes lie on the lines of the zone; the bands of the wheel face the bands of the rail."""
-    zone = fine_zone(two.expected, two.element_size_mm)
+    zone = make_fine_zone(two.expected, two.element_size_mm)
     meshes = [make(two.placement, zone, half=True, size=TWO.size) for make in (rail_mesh, wheel_mesh)]
     on_rail, on_wheel = (two.placement.project(mesh.points[mesh.contact_nodes[0]]) for mesh in meshes)
     np.testing.assert_allclose(on_rail[:, 1], zone.s_mm, atol=1e-9)
@@ -273,10 +275,10 @@ def test_bands_that_meet_are_one_zone(two):
             for patch_part, low, high in zip(two.expected.parts, (-0.9, 6.5), (6.0, 13.3), strict=True)
         ),
     )
-    assert fine_zone(wide, two.element_size_mm).bands == ()
-    zone = fine_zone(two.expected, two.element_size_mm)
+    assert make_fine_zone(wide, two.element_size_mm).bands == ()
+    zone = make_fine_zone(two.expected, two.element_size_mm)
     before, after = zone.bands
-    with pytest.raises(FoldedMesh, match="meet"):
+    with pytest.raises(FoldedMeshError, match="meet"):
         rail_mesh(
             two.placement,
             replace(zone, bands=(before, replace(after, low_mm=before.high_mm - 0.1))),
@@ -286,17 +288,17 @@ def test_bands_that_meet_are_one_zone(two):
 
 
 def test_a_contact_between_bands_joins_them(two):
-    zone = fine_zone(two.expected, two.element_size_mm)
+    zone = make_fine_zone(two.expected, two.element_size_mm)
     grid = ContactGrid(x_mm=zone.step_x_mm * np.arange(zone.intervals_x + 1), s_mm=zone.s_mm, half=True)
     rung = replace(two.expected.half_space, grid=grid, pressure_MPa=np.zeros(grid.shape))
     first, last = zone.columns
 
-    def room(*columns: int) -> Room:
+    def room(*columns: int) -> ZoneMargin:
         pressure = np.zeros(grid.shape)
         pressure[0, list(columns)] = 1.0
-        return more_room(Room(), replace(rung, pressure_MPa=pressure), two.expected, zone.columns)
+        return enlarge_room(ZoneMargin(), replace(rung, pressure_MPa=pressure), two.expected, zone.columns)
 
-    assert room(first.start + 5, last.stop - 6) == Room()
+    assert room(first.start + 5, last.stop - 6) == ZoneMargin()
     # on the strip, and next to the inner edge of a band
     assert room(first.stop + 1).joined
     assert room(first.stop - 2).joined
@@ -304,7 +306,7 @@ def test_a_contact_between_bands_joins_them(two):
     # at an outer edge there is more room, as ever
     assert not room(first.start).joined
     assert room(first.start).s_low > 0.0
-    assert fine_zone(two.expected, two.element_size_mm, Room(joined=True)).bands == ()
+    assert make_fine_zone(two.expected, two.element_size_mm, ZoneMargin(joined=True)).bands == ()
 
 
 # --- loads that share meshes ------------------------------------------------------------------------------------
@@ -313,26 +315,26 @@ def test_a_contact_between_bands_joins_them(two):
 def test_loads_share_bands_that_are_fine_enough_for_each(two):
     smaller = two.for_load(40e3)
     assert len(smaller.expected.parts) == 2
-    together = _made_for(two, [two, smaller], 1.0)
-    assert _serves(together, two)
-    assert _serves(together, smaller)
+    together = _make_shared_position(two, [two, smaller], 1.0)
+    assert _can_serve(together, two)
+    assert _can_serve(together, smaller)
     # fine enough at the narrowest patch is not enough
     wide = tuple(replace(joint_part, larger=joint_part.larger * 1.2) for joint_part in together.expected.parts)
-    assert not _serves(replace(together, expected=replace(together.expected, parts=wide)), smaller)
+    assert not _can_serve(replace(together, expected=replace(together.expected, parts=wide)), smaller)
     for joint_part, smaller_part in zip(together.expected.parts, smaller.expected.parts, strict=True):
-        assert element_width_mm(together.element_size_mm, joint_part) <= (1 + 1e-9) * element_width_mm(
+        assert choose_element_width_mm(together.element_size_mm, joint_part) <= (1 + 1e-9) * choose_element_width_mm(
             smaller.element_size_mm, smaller_part
         )
 
 
 def test_one_patch_shares_as_before():
-    position = position_of(Case(lateral_shift_mm=-4.0, roll="given", resolution="quick"))
+    position = expect_position(Case(lateral_shift_mm=-4.0, roll="given", resolution="quick"))
     smaller = position.for_load(60e3)
-    shared = _made_for(position, [position, smaller], 1.0)
+    shared = _make_shared_position(position, [position, smaller], 1.0)
     assert shared.expected == position.expected
     assert shared.element_size_mm == tuple(map(min, position.element_size_mm, smaller.element_size_mm))
-    assert _serves(shared, position)
-    assert _serves(shared, smaller)
+    assert _can_serve(shared, position)
+    assert _can_serve(shared, smaller)
 
 
 # --- as one zone ------------------------------------------------------------------------------------------------
@@ -346,7 +348,7 @@ def test_bands_and_one_zone_make_the_same_contact(two, monkeypatch):
     in place of 30,745, and in bands 30,760.
     """
     banded = Meshes(two).solve(two)
-    monkeypatch.setattr("fecontact.fe.meshing._PART_STEPS", 70)
+    monkeypatch.setattr("fecontact.fe.meshing._BLOCK_WIDTH_STEPS", 70)
     single_zone = replace(two, expected=two.expected.joined())
     finer = CoupledMesh(single_zone, 1.0 / MESH_RATIO)
     joined = finer.solve(single_zone)
@@ -354,7 +356,7 @@ def test_bands_and_one_zone_make_the_same_contact(two, monkeypatch):
     assert banded.status == joined.status == "converged"
     unknowns = [sum(level.degrees_of_freedom.values()) for level in (banded.levels[0], joined)]
     assert unknowns[0] < 0.3 * unknowns[1]
-    for banded_part, joined_part in zip(parts_of(banded.levels[0].fe), parts_of(joined.fe), strict=True):
+    for banded_part, joined_part in zip(split_lobes(banded.levels[0].fe), split_lobes(joined.fe), strict=True):
         # measured 0.07, 0.15 and 0.14 %; the stated uncertainties are 0.1, 0.3 and 0.3 %
         assert banded_part.rung.normal_force_N == pytest.approx(joined_part.rung.normal_force_N, rel=1.5e-3)
         assert banded_part.rung.pressure_MPa.max() == pytest.approx(joined_part.rung.pressure_MPa.max(), rel=3e-3)
@@ -362,8 +364,8 @@ def test_bands_and_one_zone_make_the_same_contact(two, monkeypatch):
 
 
 def test_a_preview_counts_the_elements_of_bands(two):
-    previewed = preview(TWO)
-    zone = fine_zone(two.expected, two.element_size_mm)
+    previewed = preview_case(TWO)
+    zone = make_fine_zone(two.expected, two.element_size_mm)
     assert previewed.elements[1] == zone.intervals_s
 
 
@@ -374,7 +376,7 @@ def test_other_meshes_begin_with_the_room_that_the_first_one_needed(monkeypatch)
     case = Case(
         rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=50e3, resolution=(1.4, 1.3), size=size
     )
-    position = position_of(case)
+    position = expect_position(case)
     meshes = Meshes(position, keep=True)
     solution = meshes.solve(position)
     assert [level.enlarged for level in solution.levels] == [1, 0]

@@ -12,15 +12,27 @@ from scipy.special import elliprd, elliprf
 
 from fecontact.case import Case
 from fecontact.contact.patch import measure_patch
-from fecontact.contact_theories.analyn import analyn_at
-from fecontact.contact_theories.equivalent_ellipse import equivalent_ellipse_at
-from fecontact.contact_theories.gap_line import GapLine, StripContact, _around, gap_line, under_load
-from fecontact.contact_theories.hertz import ellipse_shape, hertz_ellipse
-from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
-from fecontact.contact_theories.kpec import kpec_at
-from fecontact.contact_theories.strip_method import Line, Load, Search, Strips, _runs, influence, solve_strips
-from fecontact.contact_theories.stripes import stripes_at
-from fecontact.contact_theories.strips import gap_line_under_load, strip, strip_at
+from fecontact.contact_theories.analyn import solve_analyn
+from fecontact.contact_theories.equivalent_ellipse import solve_equivalent_ellipse
+from fecontact.contact_theories.gap_line import GapLine, StripContact, _run_around, build_gap_line, solve_under_load
+from fecontact.contact_theories.hertz import calculate_ellipse_shape, hertz_ellipse
+from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
+from fecontact.contact_theories.kpec import solve_kpec
+from fecontact.contact_theories.strip_method import (
+    StripGap,
+    StripLoad,
+    StripSearch,
+    StripSolution,
+    _selected_spans,
+    calculate_influence,
+    solve_strips,
+)
+from fecontact.contact_theories.stripes import solve_stripes
+from fecontact.contact_theories.strips import (
+    build_gap_line_under_load,
+    solve_strip_theory,
+    solve_strip_theory_at_approach,
+)
 from fecontact.errors import InputError
 from fecontact.inputs.texts import parse_inclination
 from fecontact.solving.placing import place_case
@@ -33,20 +45,20 @@ Theory = Callable[[GapLine, float], StripContact]
 
 def both(at_approach: Theory) -> tuple[Theory, Theory]:
     """A theory under a force, and at an approach."""
-    return partial(under_load, theory=at_approach), at_approach
+    return partial(solve_under_load, theory=at_approach), at_approach
 
 
 # those that claim Hertz for constant curvature
 EXACT: dict[str, tuple[Theory, Theory]] = {
-    "kpec": both(kpec_at),
-    "stripes": both(stripes_at),
-    "analyn": both(analyn_at),
-    "equivalent_ellipse": both(equivalent_ellipse_at),
-    "strip": (strip, strip_at),
+    "kpec": both(solve_kpec),
+    "stripes": both(solve_stripes),
+    "analyn": both(solve_analyn),
+    "equivalent_ellipse": both(solve_equivalent_ellipse),
+    "strip": (solve_strip_theory, solve_strip_theory_at_approach),
 }
 ALL = EXACT | {
-    "kik_piotrowski": both(kik_piotrowski_at),
-    "corrected": both(partial(kik_piotrowski_at, shape_correction=True)),
+    "kik_piotrowski": both(solve_kik_piotrowski),
+    "corrected": both(partial(solve_kik_piotrowski, shape_correction=True)),
 }
 
 
@@ -140,7 +152,7 @@ def test_kik_piotrowski_misses_hertz_by_its_closed_form(
 def test_closed_form_of_kik_piotrowski_itself():
     # the numbers above from the deflection of an ellipse of the ratio k' = sqrt(B/A) that is pressed too flat
     _, hertz = parabola(0.5)
-    shape = ellipse_shape(A, hertz.B_per_mm)
+    shape = calculate_ellipse_shape(A, hertz.B_per_mm)
     k = math.sqrt(hertz.B_per_mm / A)
     ratio = (math.sqrt(float(shape.part_t) / 0.55) * float(elliprf(0.0, k**2, 1.0) / shape.integral)) ** (2.0 / 3.0)
     assert relative_percent(ratio, 1.0) == pytest.approx(-2.77, abs=0.006)
@@ -208,7 +220,7 @@ def test_gaps_without_an_ellipse(name, gap):
 
 @pytest.mark.parametrize("gap", HALF_SPACE)
 def test_strips_are_the_half_space(gap):
-    contact = strip(line_of(GAPS[gap], -15.0, 15.0, 3000), 80e3)
+    contact = solve_strip_theory(line_of(GAPS[gap], -15.0, 15.0, 3000), 80e3)
     assert contact.status == "solved"
     p_max, area, approach = HALF_SPACE[gap]
     # the half-space's own nodes: 0.1 % of the peak, and its area 0.4 % too large
@@ -291,10 +303,10 @@ def test_a_line_that_is_too_short_is_no_contact_in_silence(name, low, high):
 def test_several_loads_for_one_approach_are_counted():
     # the force of KPEC falls where the second minimum comes below half the approach
     line = line_of(hump, -10.0, 40.0, 5000)
-    forces = np.array([kpec_at(line, approach).normal_force_N for approach in np.linspace(0.04, 0.08, 200)])
+    forces = np.array([solve_kpec(line, approach).normal_force_N for approach in np.linspace(0.04, 0.08, 200)])
     fall = int(np.argmin(np.diff(forces)))
     assert forces[fall + 1] < 0.95 * forces[fall]
-    contact = under_load(line, 0.5 * (forces[fall] + forces[fall + 1]), kpec_at)
+    contact = solve_under_load(line, 0.5 * (forces[fall] + forces[fall + 1]), solve_kpec)
     assert contact.solutions == 3
     assert contact.status != "solved"
     assert any("3 approaches carry" in note for note in contact.notes)
@@ -333,7 +345,7 @@ def test_kik_and_piotrowskis_contact_of_a_mirrored_line_is_mirrored(touch):
     t = 0.1 * np.arange(81.0)
     f = 0.004 * (t - t[touch]) ** 2
     contact, mirror_image = (
-        kik_piotrowski_at(GapLine(t_mm=t, f_mm=gap, A_per_mm=1e-3, contact_modulus_MPa=MODULUS), 0.02)
+        solve_kik_piotrowski(GapLine(t_mm=t, f_mm=gap, A_per_mm=1e-3, contact_modulus_MPa=MODULUS), 0.02)
         for gap in (f, f[::-1])
     )
     np.testing.assert_allclose(contact.centre_pressure_MPa, mirror_image.centre_pressure_MPa[::-1], rtol=1e-9)
@@ -343,32 +355,36 @@ def test_a_load_far_beyond_that_of_hertz_is_found_or_told_to_be_carried_by_none(
     """A spring with a thousandth of the stiffness of Hertz, at a hundred times the approach of Hertz."""
     t = 0.1 * (np.arange(201.0) - 100.0)
     line = GapLine(t_mm=t, f_mm=0.004 * t**2, A_per_mm=1e-3, contact_modulus_MPa=MODULUS)
-    contact = kik_piotrowski_at(line, 0.02)
+    contact = solve_kik_piotrowski(line, 0.02)
 
     def soft(_, approach_mm):
         return replace(contact, approach_mm=approach_mm, normal_force_N=1e4 * approach_mm**1.5)
 
-    loaded = under_load(line, 8e4, soft)
+    loaded = solve_under_load(line, 8e4, soft)
     assert (loaded.status, loaded.solutions) == ("solved", 1)
     assert loaded.approach_mm == pytest.approx(4.0, rel=1e-6)
     # no approach carries it where the force stays below
-    never = under_load(line, 8e4, lambda _, approach_mm: replace(contact, approach_mm=approach_mm, normal_force_N=4e4))
+    never = solve_under_load(
+        line, 8e4, lambda _, approach_mm: replace(contact, approach_mm=approach_mm, normal_force_N=4e4)
+    )
     assert (never.status, never.solutions) == ("not converged", 0)
 
 
 # --- the strip method ---------------------------------------------------------------------------------------------
 
 
-def solved(line: GapLine, force: float, search: Search | None = None, start: Strips | None = None) -> Strips:
-    unit_line = Line(
+def solved(
+    line: GapLine, force: float, search: StripSearch | None = None, start: StripSolution | None = None
+) -> StripSolution:
+    unit_line = StripGap(
         t=line.t_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.ones_like(line.t_mm)
     )
-    return solve_strips(unit_line, Load(force=force), search or Search(), start=start)
+    return solve_strips(unit_line, StripLoad(force=force), search or StripSearch(), start=start)
 
 
 def test_a_gap_line_has_fifty_places_a_millimetre_and_the_gap_that_a_running_wheel_may_close():
     # the chord of its curvature, 0.1 mm, is five of its steps
-    line = gap_line(
+    line = build_gap_line(
         place_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)), contact_modulus_MPa=MODULUS
     )
     np.testing.assert_allclose(np.diff(line.t_mm), 0.02)
@@ -379,15 +395,15 @@ def test_a_gap_line_has_fifty_places_a_millimetre_and_the_gap_that_a_running_whe
 def test_fewer_than_twenty_strips_are_refused():
     line, hertz = parabola(1.0)
     # 100 are good to 0.1 %
-    assert strip(line, hertz.normal_force_N, strips=20).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.02)
+    assert solve_strip_theory(line, hertz.normal_force_N, strips=20).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.02)
     with pytest.raises(InputError, match="number of strips is 19; allowed: 20 and more"):
-        strip(line, hertz.normal_force_N, strips=19)
+        solve_strip_theory(line, hertz.normal_force_N, strips=19)
 
 
 def test_influence_is_the_integral_over_a_strip():
     # the half-ellipse's opening beside it and its curvature along x, by quadrature with x = a sin(angle)
     q, away = np.array([9.0, 0.25, 4.0]), np.array([0.5, 3.0, 8.0])
-    J, slope, curving, u2 = influence(q, np.tile(away[:, None] ** 2, 3), np.full(3, 0.1))
+    J, slope, curving, u2 = calculate_influence(q, np.tile(away[:, None] ** 2, 3), np.full(3, 0.1))
     angle = -0.5 * math.pi + math.pi * (np.arange(20_000) + 0.5) / 20_000
     weight = math.pi / 20_000 * np.cos(angle) ** 2
     for i in range(3):
@@ -400,21 +416,21 @@ def test_influence_is_the_integral_over_a_strip():
             bent = q[j] * (weight * (away[i] ** 2 - 2.0 * x**2) / distance**5).sum()
             assert curving[i, j] == pytest.approx(bent, rel=1e-5)
             assert u2[i, j] == q[j] + away[i] ** 2
-    stretched = influence(q * (1.0 + 1e-5), np.tile(away[:, None] ** 2, 3), np.full(3, 0.1))[0]
+    stretched = calculate_influence(q * (1.0 + 1e-5), np.tile(away[:, None] ** 2, 3), np.full(3, 0.1))[0]
     assert (stretched - J) / (1e-5 * q) == pytest.approx(slope, rel=1e-3)
 
 
 @pytest.mark.parametrize("fault", ["own strip", "far strips", "curvature"])
 def test_a_wrong_influence_is_seen(fault, monkeypatch):
     def wrong(q, distance2, h):
-        J, slope, curving, u2 = influence(q, distance2, h)
+        J, slope, curving, u2 = calculate_influence(q, distance2, h)
         diagonal = np.eye(q.size, dtype=bool)
         J = np.where(diagonal if fault == "own strip" else ~diagonal, 1.05, 1.0) * J if fault != "curvature" else J
         return J, slope, curving * (1.03 if fault == "curvature" else 1.0), u2
 
-    monkeypatch.setattr("fecontact.contact_theories.strip_method.influence", wrong)
+    monkeypatch.setattr("fecontact.contact_theories.strip_method.calculate_influence", wrong)
     line, hertz = parabola(0.7)
-    contact = strip(line, hertz.normal_force_N)
+    contact = solve_strip_theory(line, hertz.normal_force_N)
     off_most = max(
         abs(relative_percent(contact.p_max_MPa, hertz.p0_MPa)),
         abs(relative_percent(contact.area_mm2, hertz.area_mm2)),
@@ -426,9 +442,9 @@ def test_a_wrong_influence_is_seen(fault, monkeypatch):
 @pytest.mark.parametrize("gap", GAPS)
 def test_a_start_from_another_load_ends_at_the_same_contact(gap):
     line = line_of(GAPS[gap], -15.0, 15.0, 1500)
-    cold = solved(line, 80e3, Search(tolerance=1e-3))
+    cold = solved(line, 80e3, StripSearch(tolerance=1e-3))
     for before in (20e3, 76e3, 200e3):
-        warm = solved(line, 80e3, Search(tolerance=1e-3), start=solved(line, before))
+        warm = solved(line, 80e3, StripSearch(tolerance=1e-3), start=solved(line, before))
         assert warm.converged
         assert warm.approach == pytest.approx(cold.approach, rel=1e-3)
         peak = float((warm.c * np.sqrt(warm.q)).max())
@@ -453,7 +469,7 @@ def test_a_turned_lobe_closes_by_its_cosine():
         contact_modulus_MPa=MODULUS,
         turned_rad=np.full_like(flat_line.t_mm, 0.4),
     )
-    contact = strip(turned_line, cosine * hertz.normal_force_N)
+    contact = solve_strip_theory(turned_line, cosine * hertz.normal_force_N)
     assert abs(relative_percent(contact.p_max_MPa, hertz.p0_MPa)) < 0.3
     assert abs(relative_percent(contact.area_mm2, hertz.area_mm2)) < 0.3
     assert abs(relative_percent(cosine * contact.approach_mm, hertz.approach_mm)) < 0.3
@@ -479,8 +495,8 @@ def test_strips_are_the_half_space_on_real_pairs(inclination, shift_mm, load_kN,
     placement = place_case(case)
     rung = expect_on_half_space(case, placement)[1].half_space
     patch = measure_patch(rung.pressure)
-    line = gap_line_under_load(placement, rung.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa)
-    contact = strip(line, rung.normal_force_N)
+    line = build_gap_line_under_load(placement, rung.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa)
+    contact = solve_strip_theory(line, rung.normal_force_N)
     assert contact.status == "solved"
     for value, reference in (
         (contact.p_max_MPa, patch.p_max_MPa),
@@ -497,14 +513,14 @@ def test_strips_are_the_half_space_on_real_pairs(inclination, shift_mm, load_kN,
 @pytest.mark.parametrize(("near_places", "index", "run"), [("0110", 1, "11"), ("1011", 2, "11"), ("111", 0, "111")])
 def test_a_line_ends_where_the_gap_is_too_wide_on_each_side_of_the_touch_point(near_places, index, run):
     places = np.array([letter == "1" for letter in near_places])
-    run_slice = _around(places, index)
+    run_slice = _run_around(places, index)
     assert run_slice.start <= index < run_slice.stop
     assert "".join("01"[int(is_near)] for is_near in places[run_slice]) == run
 
 
 def test_runs_of_a_line_reach_half_a_step_beyond_their_places():
     line = SimpleNamespace(t=0.5 * np.arange(6.0))
-    (low, high), (last, end) = _runs(line, np.array([False, True, True, False, False, True]))
+    (low, high), (last, end) = _selected_spans(line, np.array([False, True, True, False, False, True]))
     # not beyond the end of the line
     assert (low, high, last, end) == pytest.approx((0.25, 1.25, 2.25, 2.5), abs=1e-12)
 
@@ -518,10 +534,10 @@ def test_the_line_of_a_wheel_that_has_slid_is_that_of_the_wheel_there(shift, app
     placement = place_case(Case(lateral_shift_mm=shift))
     slide = -approach * math.tan(placement.first.contact_angle_rad)
     centre = placement.wheel.centre_mm + slide * placement.first.tangent
-    line_after_slide = gap_line(
+    line_after_slide = build_gap_line(
         replace(placement, wheel=replace(placement.wheel, centre_mm=centre)), contact_modulus_MPa=1.1e5
     )
-    slid = gap_line(placement, contact_modulus_MPa=1.1e5, slide_mm=slide)
+    slid = build_gap_line(placement, contact_modulus_MPa=1.1e5, slide_mm=slide)
     assert np.array_equal(slid.t_mm, line_after_slide.t_mm)
     # both sought to 1e-11 mm, from other guesses
     assert np.abs(slid.f_mm - line_after_slide.f_mm).max() < 1e-10

@@ -13,14 +13,14 @@ import pytest
 from inline import inline_crew, study_by
 from pictures import draw_nothing
 
-from fecontact.case import Case, Criteria, case_from_record, case_record
+from fecontact.case import Case, Criteria, make_case_record, read_case_record
 from fecontact.cli import _system_error, call
 from fecontact.criteria import Creep
 from fecontact.errors import InputError, ProgramError
-from fecontact.files import json_text
+from fecontact.files import format_json
 from fecontact.inputs.texts import parse_inclination
 from fecontact.runs.casefile import Study, load_study
-from fecontact.runs.identity import case_id
+from fecontact.runs.identity import make_case_id
 
 STUDIES = Path(__file__).parents[1] / "studies"
 
@@ -162,7 +162,7 @@ def test_a_toml_study_combines_its_lists(tmp_path):
         (100e3, 1.0),
     ]
     assert all(c.resolution == (0.5, 0.4) and c.track.gauge_mm == 1437.0 for c in study.cases)
-    assert len({case_id(c) for c in study.cases}) == 4
+    assert len({make_case_id(c) for c in study.cases}) == 4
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_a_toml_study_says_by_which_measures_it_is_judged(tmp_path, judged_by, m
         assert list(case.criteria.limits) == measures
         assert (case.criteria.centre, case.criteria.valley) == (0.2, 0.05)
         # what is stored comes back the same, lists or not
-        assert case_from_record(json.loads(json_text(case_record(case)))) == case
+        assert read_case_record(json.loads(format_json(make_case_record(case)))) == case
 
 
 @pytest.mark.parametrize(
@@ -221,7 +221,7 @@ def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path, mo
     table = (tmp_path / "study.csv").read_text().splitlines()
     assert len(table) == 3
     assert "derails" in table[1]
-    folder = tmp_path / "cases" / case_id(good)
+    folder = tmp_path / "cases" / make_case_id(good)
     expected = {
         "solved.json",
         "result.json",
@@ -295,7 +295,7 @@ def test_an_error_of_the_program_in_a_job_is_one_line_and_an_exit_code_of_its_ow
 
 
 def test_too_little_memory_is_one_line_and_no_difference_of_results(monkeypatch, capsys):
-    monkeypatch.setattr("fecontact.cli.page_of", raising(MemoryError()))
+    monkeypatch.setattr("fecontact.cli.find_help_page", raising(MemoryError()))
     # 1 would mean that both differ
     assert call(["compare", "A", "B"]) == 2
     (said,) = capsys.readouterr().err.splitlines()

@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 
 from fecontact.case import Case, Opposite
 from fecontact.placement.conicity import RadiusDifference
-from fecontact.placement.wheelset import radius_difference
-from fecontact.solving.placing import wheelset_of_case
+from fecontact.placement.wheelset import compute_radius_difference
+from fecontact.solving.placing import make_wheelset
 
 FINE = np.linspace(-8.0, 8.0, 16001)
 
@@ -109,7 +109,7 @@ def wave_length(difference: RadiusDifference, start_mm: float, distance_mm: floa
 )
 @pytest.mark.parametrize("rolls", [False, True])
 def test_the_kinematic_equation_integrated_step_by_step_has_the_same_wave_length(opposite, rolls):
-    difference = radius_difference(wheelset_of_case(Case(opposite=opposite)), -10.0, 10.0, rolls=rolls)
+    difference = compute_radius_difference(make_wheelset(Case(opposite=opposite)), -10.0, 10.0, rolls=rolls)
     for amplitude in (1.0, 4.0):
         motion = difference.motion(amplitude)
         length, other_end = wave_length(difference, motion.low_mm, 1500.0, 460.0)

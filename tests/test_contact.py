@@ -9,13 +9,19 @@ from rungs import rung_with
 from scipy.integrate import dblquad
 from scipy.optimize import nnls
 
-from fecontact.bodies import STEEL, contact_modulus_MPa
-from fecontact.contact.grid import ContactGrid, Field, misfit
-from fecontact.contact.halfspace import _box, half_space_below, half_space_problem, love_influence, stiffness_below
-from fecontact.contact.solver import ContactProblem, ContactSolution, _cleared, mixture, solve_contact
+from fecontact.bodies import STEEL, combine_moduli_MPa
+from fecontact.contact.grid import ContactGrid, Field, calculate_misplaced_load
+from fecontact.contact.halfspace import (
+    _build_coarse_grid,
+    build_half_space_compliance,
+    build_half_space_problem,
+    build_half_space_stiffness,
+    love_influence,
+)
+from fecontact.contact.solver import ContactProblem, ContactSolution, _clean_start, mix_solutions, solve_contact
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 
-MODULUS = contact_modulus_MPa(STEEL, STEEL)
+MODULUS = combine_moduli_MPa(STEEL, STEEL)
 WHEEL, LOAD = 460.0, 100e3
 
 
@@ -37,7 +43,7 @@ def uniform_problem(x: np.ndarray, s: np.ndarray, gap: np.ndarray, *, half: bool
     if half:
         area[1:] *= 2.0
     return ContactProblem(
-        compliance=half_space_below(ContactGrid(x_mm=x, s_mm=s, half=half), MODULUS),
+        compliance=build_half_space_compliance(ContactGrid(x_mm=x, s_mm=s, half=half), MODULUS),
         gap_mm=gap.ravel(),
         closing=np.ones(gap.size),
         area_mm2=area.ravel(),
@@ -104,7 +110,9 @@ def test_compliance_is_the_dense_influence_matrix():
     i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ns), indexing="ij"))
     dense = love_influence((i[:, None] - i) * dx, (j[:, None] - j) * ds, dx, ds) / (np.pi * MODULUS)
     p = np.random.default_rng(1).uniform(-1.0, 1.0, nx * ns)
-    apply = half_space_below(ContactGrid(x_mm=dx * np.arange(nx), s_mm=ds * np.arange(ns), half=False), MODULUS)
+    apply = build_half_space_compliance(
+        ContactGrid(x_mm=dx * np.arange(nx), s_mm=ds * np.arange(ns), half=False), MODULUS
+    )
     # FFT rounding
     np.testing.assert_allclose(apply(p), dense @ p, atol=1e-13 * np.abs(dense @ p).max())
 
@@ -114,8 +122,12 @@ def test_half_model_mirrors_the_pressure():
     x, s = dx * np.arange(1.0 - nx, nx), ds * np.arange(ns)
     p = np.random.default_rng(1).uniform(0.0, 1.0, (nx, ns))
     mirrored = np.concatenate([p[:0:-1], p])
-    full = half_space_below(ContactGrid(x_mm=x, s_mm=s, half=False), MODULUS)(mirrored.ravel()).reshape(-1, ns)
-    half = half_space_below(ContactGrid(x_mm=x[nx - 1 :], s_mm=s, half=True), MODULUS)(p.ravel()).reshape(nx, ns)
+    full = build_half_space_compliance(ContactGrid(x_mm=x, s_mm=s, half=False), MODULUS)(mirrored.ravel()).reshape(
+        -1, ns
+    )
+    half = build_half_space_compliance(ContactGrid(x_mm=x[nx - 1 :], s_mm=s, half=True), MODULUS)(p.ravel()).reshape(
+        nx, ns
+    )
     np.testing.assert_allclose(half, full[nx - 1 :], rtol=1e-12)
 
 
@@ -125,7 +137,7 @@ def test_half_space_problem_of_a_grid(half):
     nodes = ContactGrid(x_mm=x, s_mm=s, half=half)
     gap = (0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 80.0 * s[None, :] ** 2).ravel()
     closing = np.random.default_rng(4).uniform(0.8, 1.0, gap.size)
-    grid_problem = half_space_problem(nodes, gap, contact_modulus_MPa=MODULUS)
+    grid_problem = build_half_space_problem(nodes, gap, contact_modulus_MPa=MODULUS)
     by_hand = uniform_problem(x, s, gap, half=half)
     # cells at the ends are half of those inside, and nothing touches there
     assert grid_problem.area_mm2.sum() == pytest.approx((2.0 if half else 1.0) * np.ptp(x) * np.ptp(s), rel=1e-12)
@@ -141,7 +153,7 @@ def test_half_space_problem_of_a_grid(half):
     np.testing.assert_allclose(
         first_solution.pressure_MPa, second_solution.pressure_MPa, atol=1e-7 * second_solution.pressure_MPa.max()
     )
-    tilted = half_space_problem(nodes, gap, closing=closing, contact_modulus_MPa=MODULUS)
+    tilted = build_half_space_problem(nodes, gap, closing=closing, contact_modulus_MPa=MODULUS)
     np.testing.assert_array_equal(tilted.closing, closing)
 
 
@@ -262,10 +274,10 @@ def test_means_over_shape_functions_are_no_misfit(half, seed):
     coarse_rung = rung_with(ContactGrid(x_mm=x[rows], s_mm=s, half=half), nodal[rows])
     fine_rung = rung_with(ContactGrid(x_mm=fx[fine_rows], s_mm=fs, half=half), fine[fine_rows])
     # the finer pressure is taken at its nodes: measured 0.16 % at most
-    assert misfit(coarse_rung, fine_rung) < 2.5e-3
+    assert calculate_misplaced_load(coarse_rung, fine_rung) < 2.5e-3
     # 2 % more on one side and less on the other: half of the integral of 2 % of the pressure
     tilted = rung_with(coarse_rung.grid, coarse_rung.pressure_MPa * (1.0 + 0.02 * np.sign(s)[None, :]))
-    assert misfit(tilted, fine_rung) == pytest.approx(0.01, abs=2.5e-3)
+    assert calculate_misplaced_load(tilted, fine_rung) == pytest.approx(0.01, abs=2.5e-3)
 
 
 def test_misfit_by_hand():
@@ -279,7 +291,7 @@ def test_misfit_by_hand():
         return p
 
     def nodal_misfit(nodal: np.ndarray, finer: np.ndarray) -> float:
-        return misfit(rung_with(nodes, nodal), rung_with(fine, finer))
+        return calculate_misplaced_load(rung_with(nodes, nodal), rung_with(fine, finer))
 
     # the mean of a hat over the fine cell at its top, and over that of its neighbour
     top, neighbour = 1.0 - 1.0 / 64.0, 1.0 / 128.0
@@ -331,7 +343,9 @@ def test_misfit_of_a_shifted_line_load(steps):
     pressure = exact_along[:, None] * mean
     expected = 0.5 * np.abs(mean - centred).sum() / centred.sum()
     assert along.size == nodes.x_mm.size
-    line_misfit = misfit(rung_with(nodes, pressure), rung_with(fine, fine_along[:, None] * parabola(fine.s_mm)))
+    line_misfit = calculate_misplaced_load(
+        rung_with(nodes, pressure), rung_with(fine, fine_along[:, None] * parabola(fine.s_mm))
+    )
     # sums over the finer nodes are trapezoids: measured 1e-4 of it
     assert line_misfit == pytest.approx(expected, rel=2e-3)
 
@@ -390,7 +404,7 @@ def test_the_stiffness_of_a_half_space_is_about_the_inverse_of_its_compliance(ha
     # of no net force, and nothing at the ends: what goes on beyond the grid does not count
     bump = np.exp(-((x[:, None] / 1.5) ** 2) - ((s - 0.4) / 1.1) ** 2)
     pressure = (bump * (1.0 - (x[:, None] / 1.5) ** 2 - ((s - 0.4) / 1.1) ** 2)).ravel()
-    recovered = stiffness_below(nodes, MODULUS)(half_space_below(nodes, MODULUS)(pressure))
+    recovered = build_half_space_stiffness(nodes, MODULUS)(build_half_space_compliance(nodes, MODULUS)(pressure))
     np.testing.assert_allclose(recovered, pressure, atol=0.01 * pressure.max())
 
 
@@ -398,7 +412,7 @@ def test_the_stiffness_of_a_half_space_is_about_the_inverse_of_its_compliance(ha
 def test_a_preconditioned_contact_takes_less_than_half_of_the_applications(half, rail, count):
     x, s = grid(rail, count, half=half)
     gap = (0.5 / WHEEL * x[:, None] ** 2 + 0.5 / rail * s[None, :] ** 2).ravel()
-    problem = half_space_problem(ContactGrid(x_mm=x, s_mm=s, half=half), gap, contact_modulus_MPa=MODULUS)
+    problem = build_half_space_problem(ContactGrid(x_mm=x, s_mm=s, half=half), gap, contact_modulus_MPa=MODULUS)
     guess = hertz(rail).pressure_MPa(1.05 * x[:, None], 0.97 * s[None, :]).ravel()
     exact = solve_contact(problem, LOAD, tolerance=1e-11).pressure_MPa
     preconditioned, plain = (
@@ -599,9 +613,9 @@ def test_mixed_solutions_of_a_linear_iteration_are_its_fixed_point(unknowns):
     inputs = rng.normal(size=(unknowns + 1, unknowns))
     outputs = [matrix @ vector + constant for vector in inputs]
     fixed = np.linalg.solve(np.eye(unknowns) - matrix, constant)
-    mixed = mixture(outputs, [after - before for after, before in zip(outputs, inputs, strict=True)])
+    mixed = mix_solutions(outputs, [after - before for after, before in zip(outputs, inputs, strict=True)])
     np.testing.assert_allclose(mixed, fixed, rtol=1e-8, atol=1e-8)
-    assert mixture(outputs[:1], [outputs[0] - inputs[0]]) is outputs[0]
+    assert mix_solutions(outputs[:1], [outputs[0] - inputs[0]]) is outputs[0]
 
 
 def test_coarse_nodes_lie_evenly_over_what_is_near():
@@ -612,7 +626,7 @@ def test_coarse_nodes_lie_evenly_over_what_is_near():
     x, y = np.linspace(-20.0, 20.0, 81), np.linspace(0.0, 10.0, 21)
     near = np.zeros((x.size, y.size), dtype=bool)
     near[21:34, :5] = True
-    grid = _box(x, y, near)
+    grid = _build_coarse_grid(x, y, near)
     assert float(grid.s_mm.mean()) == pytest.approx(0.5 * (x[21] + x[33]), abs=1e-9)
     assert np.ptp(grid.s_mm) >= x[34] - x[20]
     assert grid.x_mm[-1] >= y[5]
@@ -622,7 +636,7 @@ def test_directions_stay_conjugate_at_a_prescribed_approach():
     """30 iterations, compared with 34 under the load of this contact; steepest descent takes 218."""
     grid = ContactGrid(x_mm=0.1 * np.arange(30.0), s_mm=0.1 * (np.arange(59.0) - 29.0), half=True)
     gap = (grid.x_mm[:, None] ** 2 + grid.s_mm**2).ravel() / 600.0
-    problem = half_space_problem(grid, gap, contact_modulus_MPa=MODULUS)
+    problem = build_half_space_problem(grid, gap, contact_modulus_MPa=MODULUS)
     loaded = solve_contact(problem, 3e3, tolerance=1e-8)
     prescribed = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-8)
     assert (loaded.status, prescribed.status) == ("converged", "converged")
@@ -631,7 +645,7 @@ def test_directions_stay_conjugate_at_a_prescribed_approach():
 
 def test_a_guess_keeps_pressure_and_loses_what_interpolation_rounds():
     # a billionth of the peak is more than rounding leaves beside a contact, and less than any pressure in it
-    np.testing.assert_array_equal(_cleared(np.array([-3.0, 0.9e-6, 1.1e-6, 1e3])), [0.0, 0.0, 1.1e-6, 1e3])
+    np.testing.assert_array_equal(_clean_start(np.array([-3.0, 0.9e-6, 1.1e-6, 1e3])), [0.0, 0.0, 1.1e-6, 1e3])
 
 
 def test_what_solvers_leave_is_far_below_any_error_of_a_mesh():

@@ -12,13 +12,13 @@ from rich.console import Console
 from fecontact.case import Case, Opposite, Track
 from fecontact.cli import call
 from fecontact.feature_registry import FEATURES
-from fecontact.outputs.geometry import functions_lines, functions_record
-from fecontact.outputs.terminal import show
-from fecontact.placement.wheel_on_rail import pair_of
-from fecontact.placement.wheelset import Wheelset, contact_functions, rolling_radius_difference_mm
-from fecontact.profiles.curve import Profile, circular_rail_head
-from fecontact.profiles.segments import Line
-from fecontact.solving.placing import place_case, wheelset_of_case
+from fecontact.outputs.geometry import contact_functions_lines, contact_functions_record
+from fecontact.outputs.terminal import print_parts
+from fecontact.placement.wheel_on_rail import set_up_pair
+from fecontact.placement.wheelset import Wheelset, compute_contact_functions, rolling_radius_difference_mm
+from fecontact.profiles.curve import Profile, make_circular_rail_head
+from fecontact.profiles.segments import StraightSegment
+from fecontact.solving.placing import make_wheelset, place_case
 from fecontact.solving.wheelset_geometry import geometry
 
 TABLE = [-5.0, -3.0, -0.5, 0.0, 0.5, 1.0, 3.0, 5.0]
@@ -42,9 +42,9 @@ def test_conicity_of_s1002_on_60e1(standard):
 
 def test_cones_on_circles_have_their_own_conicity():
     # radii grow towards the flange: 1:20
-    cone = Profile(name="cone", kind="wheel", segments=(Line(start=(-60.0, -3.0), end=(60.0, 3.0)),))
-    pair = pair_of(circular_rail_head(300.0), cone, inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
-    functions = contact_functions(Wheelset.of(pair, pair), [-3.0, -1.0, 0.0, 1.0, 3.0])
+    cone = Profile(name="cone", kind="wheel", segments=(StraightSegment(start=(-60.0, -3.0), end=(60.0, 3.0)),))
+    pair = set_up_pair(make_circular_rail_head(300.0), cone, inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
+    functions = compute_contact_functions(Wheelset.of(pair, pair), [-3.0, -1.0, 0.0, 1.0, 3.0])
     assert functions.jumps == ()
     assert [conicity.amplitude_mm for conicity in functions.conicities] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
     for conicity in functions.conicities:
@@ -107,7 +107,7 @@ def test_other_sides_are_no_mirror_images():
     wheelset_geometry = geometry(case, [-1.0, 1.0])
     assert not wheelset_geometry.symmetric
     for shift, position in wheelset_geometry.positions.items():
-        again = wheelset_of_case(case).at(shift)
+        again = make_wheelset(case).at(shift)
         assert position.roll_rad == pytest.approx(again.roll_rad, abs=1e-12)
     differences = [rolling_radius_difference_mm(position) for position in wheelset_geometry.positions.values()]
     # the wheelset is off by the 1 mm, and a little more by its roll
@@ -115,7 +115,7 @@ def test_other_sides_are_no_mirror_images():
 
 
 def test_a_record_says_units_and_what_cannot_be(standard):
-    record = functions_record(Case(), geometry(Case(), [2.0, 8.0]))
+    record = contact_functions_record(Case(), geometry(Case(), [2.0, 8.0]))
     good, bad = record["positions"]
     assert "derails" in bad["problem"]
     assert good["lift_mm"] > 0.0
@@ -134,9 +134,9 @@ ALONG = "radius of the wheel along the rail"
     ("width", "without"), [(120, []), (100, [ALONG, "lift"]), (80, [ALONG, "lift", "rolling radius"])]
 )
 def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(standard, width, without):
-    record = functions_record(Case(), standard)
+    record = contact_functions_record(Case(), standard)
     console = Console(width=width, force_terminal=True, color_system=None, file=StringIO())
-    show(functions_lines(record), console)
+    print_parts(contact_functions_lines(record), console)
     table, _, rest = console.file.getvalue().partition("The right wheel")
     assert rest
     assert "…" not in table
@@ -149,7 +149,7 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(standard, wi
 
 def test_a_table_goes_on_where_the_flange_climbs_if_that_is_asked_for():
     case = Case(flange_climb=True)
-    record = functions_record(case, geometry(case, [6.0, 7.0, 8.0]))
+    record = contact_functions_record(case, geometry(case, [6.0, 7.0, 8.0]))
     assert record["case"]["flange_climb"] is True
     angles = [row["left"]["touch_points"][0]["contact_angle_rad"] for row in record["positions"]]
     # over 70 degrees and down again

@@ -13,7 +13,7 @@ from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.criteria import Criteria
-from fecontact.guide.pages import page
+from fecontact.guide.pages import read_page
 from fecontact.outputs.alone import contact_table_lines
 from fecontact.solving.placing import place_case
 
@@ -181,7 +181,7 @@ def test_a_table_as_json_is_the_table_alone(capsys):
 @pytest.mark.slow
 def test_the_example_of_the_guide_reads_a_table(tmp_path, monkeypatch):
     """As it stands, on a part of the table of the command above it."""
-    code = page("maps").partition("```python")[2].partition("```")[0]
+    code = read_page("maps").partition("```python")[2].partition("```")[0]
     monkeypatch.chdir(tmp_path)
     assert call(["table", "--shifts=-5:5:1", "--loads-kn", "50,100", "--out", "table.csv"]) == 0
     names: dict = {}

@@ -127,7 +127,7 @@ def disk(tmp_path, monkeypatch) -> Disk:
     draw_nothing(monkeypatch, of_studies=False)
     monkeypatch.setattr("fecontact.runs.study.study_pair", lambda *arguments: None)
     monkeypatch.setattr("fecontact.runs.study.report_study", lambda *arguments: None)
-    monkeypatch.setattr("fecontact.runs.study._TABLES_EVERY_S", 0.0)
+    monkeypatch.setattr("fecontact.runs.study._TABLE_INTERVAL_S", 0.0)
     return watched
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.bodies import STEEL, contact_modulus_MPa
+from fecontact.bodies import STEEL, combine_moduli_MPa
 from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact.halfspace import convolution, half_space_problem, love_influence
-from fecontact.contact.solver import SLIDES, ContactProblem, solve_by_correction, solve_contact
+from fecontact.contact.halfspace import build_convolution, build_half_space_problem, love_influence
+from fecontact.contact.solver import SLIDING_CORRECTIONS, ContactProblem, solve_by_correction, solve_contact
 
-MODULUS = contact_modulus_MPa(STEEL, STEEL)
+MODULUS = combine_moduli_MPa(STEEL, STEEL)
 LOAD = 20e3
 STEP_X, STEP_S = 0.5, 0.4
 
@@ -27,7 +27,7 @@ def problem(*, half: bool, skew: float = 0.0) -> tuple[ContactProblem, ContactGr
     if half:
         area[1:] *= 2.0
     grid = ContactGrid(x_mm=x, s_mm=s, half=half)
-    base = half_space_problem(grid, gap.ravel(), contact_modulus_MPa=MODULUS)
+    base = build_half_space_problem(grid, gap.ravel(), contact_modulus_MPa=MODULUS)
     # whole cells at the ends too
     return replace(base, area_mm2=area.ravel()), grid
 
@@ -72,7 +72,7 @@ def test_convolution_is_the_dense_matrix_of_its_kernel():
     i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ns), indexing="ij"))
     dense = kernel[i[:, None] - i + nx - 1, j[:, None] - j + ns - 1]
     p = rng.uniform(-1.0, 1.0, nx * ns)
-    apply = convolution(kernel[nx - 1 :], (nx, ns), half=False)
+    apply = build_convolution(kernel[nx - 1 :], (nx, ns), half=False)
     # FFT rounding
     np.testing.assert_allclose(apply(p), dense @ p, atol=1e-13 * np.abs(dense @ p).max())
 
@@ -83,7 +83,7 @@ def test_least_spectrum_makes_a_kernel_positive_definite():
     kernel = love_influence(x, s, STEP_X, STEP_S)
     kernel[0, ns - 1] *= 0.2
     matrices = [
-        np.stack([convolution(kernel, (nx, ns), half=False, **k)(_unit(nx * ns, n)) for n in range(30)])
+        np.stack([build_convolution(kernel, (nx, ns), half=False, **k)(_unit(nx * ns, n)) for n in range(30)])
         for k in ({}, {"least_spectrum": 1e-3})
     ]
     lowest = [np.linalg.eigvalsh(0.5 * (m + m.T))[0] for m in matrices]
@@ -219,12 +219,12 @@ def test_bodies_that_slide_end_with_the_gap_after_their_slide():
         return full_problem.gap_mm - approaches[-1] * s / 250.0
 
     contact = solve_by_correction(full_problem, LOAD, model, slid=after)
-    assert len(approaches) == SLIDES
+    assert len(approaches) == SLIDING_CORRECTIONS
     assert approaches[-1] == pytest.approx(5.0 * contact.approach_mm, rel=1e-4)
     exact = solve_by_correction(
         replace(full_problem, gap_mm=full_problem.gap_mm - approaches[-1] * s / 250.0), LOAD, model
     )
-    assert contact.compliance_calls < SLIDES + exact.compliance_calls
+    assert contact.compliance_calls < SLIDING_CORRECTIONS + exact.compliance_calls
     np.testing.assert_allclose(contact.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
 
 
@@ -238,7 +238,7 @@ def offsets(grid: ContactGrid) -> tuple[np.ndarray, np.ndarray]:
 
 
 def uniform(kernel: np.ndarray, grid: ContactGrid) -> Callable[[np.ndarray], np.ndarray]:
-    return convolution(kernel, grid.shape, half=grid.half)
+    return build_convolution(kernel, grid.shape, half=grid.half)
 
 
 def softness(grid: ContactGrid, amplitude: float, reach: float) -> np.ndarray:

@@ -18,9 +18,9 @@ from marks import slow_but
 
 from fecontact.cli import app, call
 from fecontact.features.fleet.model import read_fleet
-from fecontact.guide.pages import page, titles, without_links
+from fecontact.guide.pages import read_page, read_titles, remove_links
 from fecontact.regression.tables import read_tolerances
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.runs.toml_cases import read_toml_cases
 
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / "fecontact" / "guide"
@@ -144,7 +144,9 @@ def test_files_that_are_shown_can_be_read(page, tmp_path):
     path = tmp_path / "shown.toml"
     for block in fenced(TEXTS[page], "toml"):
         path.write_text(block, "utf-8")
-        reader = read_fleet if "[wheels]" in block else read_tolerances if block.startswith("[kinds") else toml_cases
+        reader = (
+            read_fleet if "[wheels]" in block else read_tolerances if block.startswith("[kinds") else read_toml_cases
+        )
         reader(path)
 
 
@@ -274,12 +276,12 @@ def test_the_guide_lists_its_topics(capsys):
     assert call(["guide"]) == 0
     out = capsys.readouterr().out
     assert [line.split()[0] for line in out.splitlines()[:-1]] == TOPICS
-    assert all(title in out for title in titles().values())
+    assert all(title in out for title in read_titles().values())
 
 
 @pytest.mark.parametrize("topic", TOPICS)
 def test_a_page_of_the_guide_is_shown(topic, capsys):
-    assert re.fullmatch(r"# \S.*", page(topic).partition("\n")[0]), "the first line is its title"
+    assert re.fullmatch(r"# \S.*", read_page(topic).partition("\n")[0]), "the first line is its title"
     assert call(["guide", topic]) == 0
     assert capsys.readouterr().out == (GUIDE / f"{topic}.md").read_text("utf-8")
 
@@ -296,10 +298,10 @@ def test_a_page_is_laid_out_on_a_terminal(monkeypatch, capsys):
 @pytest.mark.parametrize("topic", TOPICS)
 def test_links_on_a_terminal_are_commands_or_words(topic):
     """A path leads nowhere there."""
-    plain_page = without_links(page(topic))
+    plain_page = remove_links(read_page(topic))
     assert ".md" not in re.sub(r"```.*?```|`[^`]*`", "", plain_page, flags=re.DOTALL)
     topics = set(re.findall(r"`fecontact guide (\w+)`", plain_page))
-    assert topics >= set(re.findall(r"\]\((\w+)\.md", page(topic)))
+    assert topics >= set(re.findall(r"\]\((\w+)\.md", read_page(topic)))
     assert topics <= set(TOPICS)
 
 

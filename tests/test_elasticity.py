@@ -15,14 +15,14 @@ from fecontact.bodies import STEEL
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe import linear_solver
-from fecontact.fe.body import assembled_part, elastic_body
+from fecontact.fe.body import make_elastic_body, mesh_to_assemble
 from fecontact.fe.body_mesh import check_mesh
-from fecontact.fe.linear_solver import choose_solver, pardiso_available, rigid_body_modes
+from fecontact.fe.linear_solver import choose_solver, is_pardiso_available, rigid_body_modes
 from fecontact.fe.memory import factor_bytes
-from fecontact.fe.stiffness import _skfem_mesh, stiffness
+from fecontact.fe.stiffness import _skfem_mesh, assemble_stiffness
 from fecontact.solving.case_meshes import mesh_case
 
-needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
+needs_pardiso = pytest.mark.skipif(not is_pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def test_multigrid_is_taken_for_one_load_on_many_unknowns(available):
 
 
 def test_without_mkl_multigrid_is_taken(monkeypatch):
-    monkeypatch.setattr(linear_solver, "pardiso_available", lambda: False)
+    monkeypatch.setattr(linear_solver, "is_pardiso_available", lambda: False)
     assert choose_solver("auto", [1000]) == "amg"
     with pytest.raises(InputError, match="MKL cannot be loaded here; pip install pypardiso"):
         choose_solver("pardiso")
@@ -82,7 +82,7 @@ def test_without_mkl_multigrid_is_taken(monkeypatch):
 @pytest.mark.parametrize("body", ["rail", "wheel"])
 def test_estimated_factor_against_the_one_that_is_made(body):
     mesh = mesh_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick"), body)
-    factored = elastic_body(mesh, STEEL, "pardiso")
+    factored = make_elastic_body(mesh, STEEL, "pardiso")
     permanent, factor = (factored.solve._nearly._pardiso.get_iparm(k) for k in (16, 17))
     factored.close()
     # nested dissection depends on the body's shape: 71 to 85 n^(4/3) measured for the factor
@@ -106,7 +106,7 @@ def test_stiffness_is_that_of_the_vector_form(all_layers):
     # scikit-fem numbers the vertices' components one after the other, as we do
     assert_array_equal(basis.nodal_dofs[:, 7], [21, 22, 23])
     # the same sums in another order: rounding of a few hundred terms
-    assert abs(stiffness(all_layers, STEEL) - plain).max() < 1e-13 * abs(plain).max()
+    assert abs(assemble_stiffness(all_layers, STEEL) - plain).max() < 1e-13 * abs(plain).max()
 
 
 def test_stiffness_of_layers_further_apart_is_that_of_all_layers_that_move_on_straight_lines(small, all_layers):
@@ -121,8 +121,8 @@ def test_stiffness_of_layers_further_apart_is_that_of_all_layers_that_move_on_st
     rows, columns = np.concatenate([kept_nodes, *[spacing.between] * 2]), np.concatenate([kept_nodes, *spacing.ends.T])
     parts = np.concatenate([np.ones(kept_nodes.size), *spacing.parts.T])
     moves = kron(csr_matrix((parts, (rows, columns)), shape=(count, count)), np.eye(3)).tocsr()
-    expected = moves.T @ stiffness(all_layers, STEEL).tocsr() @ moves
-    assert abs(stiffness(small, STEEL) - expected).max() < 1e-12 * abs(expected).max()
+    expected = moves.T @ assemble_stiffness(all_layers, STEEL).tocsr() @ moves
+    assert abs(assemble_stiffness(small, STEEL) - expected).max() < 1e-12 * abs(expected).max()
 
 
 @needs_pardiso
@@ -135,7 +135,7 @@ def test_layers_further_apart_do_not_change_how_the_contact_gives_way(body):
     pressure = np.sqrt(np.maximum(0.0, 1.0 - (along[:, None] + 2.0) ** 2 - across**2))
     forces = pressure.ravel()[:, None] * [0.0, 0.0, 1.0]
     displacements, exact = (
-        elastic_body(variant, STEEL, "pardiso").displacements(nodes, forces)[nodes]
+        make_elastic_body(variant, STEEL, "pardiso").displacements(nodes, forces)[nodes]
         for variant in (mesh, replace(mesh, spacing=None))
     )
     # the far field is stiffer, alike for all nodes; what is left bends the surface
@@ -169,7 +169,7 @@ def loads_on(mesh, number):
 
 @needs_pardiso
 def test_both_solver_paths_give_the_same_displacements(small, iterations):
-    direct, multigrid = (elastic_body(small, STEEL, name) for name in ("pardiso", "amg"))
+    direct, multigrid = (make_elastic_body(small, STEEL, name) for name in ("pardiso", "amg"))
     nodes, (first, second, third) = loads_on(small, 3)
     # the last but one is made of those before, and is known to about the tolerance before the first iteration
     for forces in (first, second, 2.0 * first - 0.5 * second, third):
@@ -189,23 +189,25 @@ def test_both_halves_of_a_whole_body_are_the_body(body, solver):
     nodes, (forces,) = loads_on(full_mesh, 1)
     # on the middle plane, within and on the far planes, too
     everywhere = np.random.default_rng(4).normal(size=full_mesh.points.shape)
-    of_halves, as_one = (elastic_body(mesh, STEEL, solver) for mesh in (full_mesh, replace(full_mesh, opposite=None)))
+    of_halves, as_one = (
+        make_elastic_body(mesh, STEEL, solver) for mesh in (full_mesh, replace(full_mesh, opposite=None))
+    )
     # down to rounding, so that nothing else can hide behind the tolerance
     displacements, exact = (
         body_model.displacements(nodes, forces, everywhere, tolerance=1e-14) for body_model in (of_halves, as_one)
     )
     assert np.abs(displacements - exact).max() < 1e-12 * np.abs(exact).max()
-    assert len(assembled_part(full_mesh).hexes) == len(full_mesh.hexes) / 2
+    assert len(mesh_to_assemble(full_mesh).hexes) == len(full_mesh.hexes) / 2
     for body_model in (of_halves, as_one):
         body_model.close()
 
 
 @needs_pardiso
 def test_a_stiffness_without_a_factor_is_told(small):
-    matrix = stiffness(assembled_part(small), STEEL)
+    matrix = assemble_stiffness(mesh_to_assemble(small), STEEL)
     matrix.data *= -1.0
     with pytest.raises(ConvergenceError, match=r"no factor of \d+ degrees of freedom .* use the amg solver"):
-        elastic_body(small, STEEL, "pardiso", matrix)
+        make_elastic_body(small, STEEL, "pardiso", matrix)
 
 
 def test_a_whole_mesh_that_is_no_mirror_image_is_refused():
@@ -223,7 +225,7 @@ def test_stretched_elements_do_not_slow_multigrid(iterations):
     for size in ((1.6, 1.4), (0.8, 0.7)):
         mesh = mesh_case(Case(resolution=size), "rail")
         nodes, (forces,) = loads_on(mesh, 1)
-        elastic_body(mesh, STEEL, "amg").displacements(nodes, forces)
+        make_elastic_body(mesh, STEEL, "amg").displacements(nodes, forces)
     assert max(iterations) < 35
 
 

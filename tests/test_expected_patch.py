@@ -17,14 +17,20 @@ from fecontact.case import Case, Track
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.errors import ConvergenceError, FecontactError, InputError
-from fecontact.judging.measures import FLOORS, MEASURES, deviations, measures_of, misfit_of
-from fecontact.judging.uncertainty import Solved, uncertainty
+from fecontact.judging.measures import (
+    MEASURES,
+    READING_UNCERTAINTY,
+    compute_hertz_deviations,
+    read_hertz_misfit,
+    read_measures,
+)
+from fecontact.judging.uncertainty import SolutionQuality, estimate_uncertainty
 from fecontact.solving import expected_patch
-from fecontact.solving.expected_patch import _fitted_grid
-from fecontact.solving.lobe_sizes import lobe_sizes
+from fecontact.solving.expected_patch import _make_fitted_grid
+from fecontact.solving.lobe_sizes import measure_lobe_sizes
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, position_of, true_gap_of_case
-from fecontact.solving.true_gap import TrueGap, carried
+from fecontact.solving.position import expect_on_half_space, expect_position, make_true_gap
+from fecontact.solving.true_gap import TrueGap, interpolate_field
 
 FLAT = """kind = "wheel"
 units = "mm"
@@ -118,7 +124,7 @@ def test_the_flange_root_of_the_s1002_has_no_thin_lobe():
     case = Case(lateral_shift_mm=6.6, roll="given")
     rungs = [expect_on_half_space(replace(case, load_N=load_N))[1].half_space for load_N in (48e3, 50e3, 52e3)]
     assert all(rung.pressure_MPa.shape[1] < 300 for rung in rungs)
-    peaks = [measures_of(rung).p_max_MPa for rung in rungs]
+    peaks = [read_measures(rung).p_max_MPa for rung in rungs]
     # 1248, 1273 and 1298 MPa, nearly a straight line over the load
     assert peaks[1] == pytest.approx(0.5 * (peaks[0] + peaks[2]), rel=5e-4)
 
@@ -144,18 +150,18 @@ def test_large_lobes_get_fewer_nodes_where_they_would_be_too_many(case, monkeypa
     """
     exact = expect_on_half_space(case)[1].half_space
     monkeypatch.setattr(expected_patch, "MOST_NODES", 7_000)
-    position = position_of(case)
+    position = expect_position(case)
     coarse = position.expected.half_space
     assert math.prod(coarse.grid.shape) <= 7_000 < 0.4 * math.prod(exact.grid.shape)
-    solution = Solved(more_nodes=position.more_nodes)
-    coarse_measures, exact_measures = (measures_of(rung).as_dict() for rung in (coarse, exact))
+    solution = SolutionQuality(more_nodes=position.more_nodes)
+    coarse_measures, exact_measures = (read_measures(rung).as_dict() for rung in (coarse, exact))
     # measured: up to a tenth of what is stated; a length along x 0.3 of it
-    for name in (name for name in MEASURES if FLOORS[name] is not None):
+    for name in (name for name in MEASURES if READING_UNCERTAINTY[name] is not None):
         assert coarse_measures[name] == pytest.approx(
-            exact_measures[name], rel=uncertainty(name, [coarse_measures[name]] * 2, solution)
+            exact_measures[name], rel=estimate_uncertainty(name, [coarse_measures[name]] * 2, solution)
         )
     # more is stated than of all nodes
-    assert uncertainty("b_mm", [1.0, 1.0], solution) > uncertainty("b_mm", [1.0, 1.0]) + 1e-5
+    assert estimate_uncertainty("b_mm", [1.0, 1.0], solution) > estimate_uncertainty("b_mm", [1.0, 1.0]) + 1e-5
 
 
 def test_thin_lobes_get_fewer_nodes_where_fewer_are_asked_for():
@@ -166,8 +172,8 @@ def test_thin_lobes_get_fewer_nodes_where_fewer_are_asked_for():
         for a, b, s0 in ((5.0, 8.0, -2.0), (2.5, 0.4, 6.4))
     )
     rung = rung_with(grid, 1000.0 * wide + 800.0 * thin)
-    assert sorted(size[1] for size in lobe_sizes(rung).every) == pytest.approx([0.4, 8.0], abs=0.051)
-    sparing, plain = (_fitted_grid(rung, 16, most=limit) for limit in (3_000, None))
+    assert sorted(size[1] for size in measure_lobe_sizes(rung).every) == pytest.approx([0.4, 8.0], abs=0.051)
+    sparing, plain = (_make_fitted_grid(rung, 16, most=limit) for limit in (3_000, None))
     assert math.prod(sparing.shape) <= 3_000 < 0.6 * math.prod(plain.shape)
     # up to half of the nodes that follow the thin lobe, and all of the wide one's
     for coarse_step, fine_step, wide_mm in zip(sparing.steps_mm, plain.steps_mm, (5.0, 8.0), strict=True):
@@ -186,7 +192,7 @@ def test_the_least_lobes_get_fewer_nodes_where_they_would_be_too_many():
     for load_N in (45e3, 50e3, 55e3):
         rung = expect_on_half_space(replace(case, load_N=load_N))[1].half_space
         assert rung.status == "converged"
-        peaks.append(measures_of(rung).p_max_MPa)
+        peaks.append(read_measures(rung).p_max_MPa)
     # on the line between its neighbours, which have their nodes: measured 0.2 % beside it
     assert peaks[1] == pytest.approx(0.5 * (peaks[0] + peaks[2]), rel=5e-3)
 
@@ -213,7 +219,7 @@ def opened(rail: str = "circle:300", load_N: float = 10e3) -> tuple[TrueGap, Her
     grid = ContactGrid(
         x_mm=hertz.a_mm / 16.4 * np.arange(24), s_mm=hertz.b_mm / 16.4 * (np.arange(-23, 24) + 0.3), half=True
     )
-    return true_gap_of_case(case, placement), hertz, grid
+    return make_true_gap(case, placement), hertz, grid
 
 
 def sample_field(hertz: HertzContact, values: object, nodes: int = 9) -> Field:
@@ -237,8 +243,8 @@ def test_nothing_added_is_the_true_gap():
     np.testing.assert_array_equal(zero.pressure_MPa, plain.pressure_MPa)
     assert (zero.approach_mm, zero.status) == (plain.approach_mm, "converged")
     # and that is Hertz's: measured 0.02 % in the peak, 0.06 % in a
-    assert abs(deviations(plain, hertz)["p_max_MPa"]) < 4e-4
-    assert abs(deviations(plain, hertz)["a_mm"]) < 9e-4
+    assert abs(compute_hertz_deviations(plain, hertz)["p_max_MPa"]) < 4e-4
+    assert abs(compute_hertz_deviations(plain, hertz)["a_mm"]) < 9e-4
 
 
 def test_a_constant_only_adds_to_the_approach():
@@ -266,20 +272,20 @@ def test_added_curvature_is_hertz_with_that_curvature(radius, c, d):
         x_mm=changed.a_mm / 16.4 * np.arange(22), s_mm=changed.b_mm / 16.6 * (np.arange(-21, 22) + 0.3), half=True
     )
     rung = true_gap.solve(grid, 10e3, added=sample_field(changed, lambda x, s: 0.5 * (c * x**2 + d * s**2)))
-    deviation = deviations(rung, changed)
+    deviation = compute_hertz_deviations(rung, changed)
     # as exact ellipses are read; a circle of R 80 is a parabola to 1e-4 below a patch of 1.2 mm
     limits = {"p_max_MPa": 6e-4, "area_mm2": 3.5e-3, "a_mm": 9e-4, "b_mm": 9e-4, "approach_mm": 6e-4}
     assert {name: deviation[name] for name, limit in limits.items() if abs(deviation[name]) > limit} == {}
-    assert misfit_of(rung, changed).misplaced_load < 4.5e-3
-    assert misfit_of(rung, changed).valley == 0.0
+    assert read_hertz_misfit(rung, changed).misplaced_load < 4.5e-3
+    assert read_hertz_misfit(rung, changed).valley == 0.0
 
 
 def test_an_added_slope_moves_the_centre_and_nothing_else():
     true_gap, hertz, grid = opened()
     rung = true_gap.solve(grid, 10e3, added=sample_field(hertz, lambda x, s: 0.0 * x + 1e-4 * s))
     # the bottom of s^2 / 2 R + e s
-    assert misfit_of(rung, hertz).centre_over_b == pytest.approx(-300.0 * 1e-4 / hertz.b_mm, rel=2e-3)
-    assert measures_of(rung).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=4e-4)
+    assert read_hertz_misfit(rung, hertz).centre_over_b == pytest.approx(-300.0 * 1e-4 / hertz.b_mm, rel=2e-3)
+    assert read_measures(rung).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=4e-4)
 
 
 def test_a_carried_field_is_a_cubic_inside_and_constant_outside():
@@ -289,8 +295,8 @@ def test_a_carried_field_is_a_cubic_inside_and_constant_outside():
     )
     at_x, at_s = np.array([0.0, 1.3, 3.9]), np.array([-2.9, 0.7, 4.4])
     exact = at_x[:, None] ** 3 - 2.0 * at_x[:, None] * at_s**2 + at_s**3 - 1.0
-    np.testing.assert_allclose(carried(field, at_x, at_s), exact, atol=1e-10)
-    outside = carried(field, np.array([0.0, 4.0, 9.0]), np.array([-8.0, -3.0, 5.0, 6.0]))
+    np.testing.assert_allclose(interpolate_field(field, at_x, at_s), exact, atol=1e-10)
+    outside = interpolate_field(field, np.array([0.0, 4.0, 9.0]), np.array([-8.0, -3.0, 5.0, 6.0]))
     np.testing.assert_array_equal(outside[2], outside[1])
     np.testing.assert_array_equal(outside[:, 0], outside[:, 1])
     np.testing.assert_array_equal(outside[:, 3], outside[:, 2])
@@ -328,10 +334,10 @@ def test_a_patch_far_longer_than_the_bodies_is_refused_before_it_is_known_well(m
         "fecontact.solving.position.expect_on_half_space", lambda case, placement: grids.append(case.load_N) or 1 / 0
     )
     with pytest.raises(InputError, match=r"half length of 60 mm must reach .* contact zone \(about 7[78] mm\)"):
-        position_of(Case(load_N=1e8))
+        expect_position(Case(load_N=1e8))
     # a patch of 42 mm is solved in bodies of 60 mm
     with pytest.raises(ZeroDivisionError):
-        position_of(Case(load_N=2e7))
+        expect_position(Case(load_N=2e7))
     assert grids == [2e7]
 
 
@@ -362,7 +368,7 @@ def test_the_gap_on_a_grid_is_evaluated_once_for_each_slide(monkeypatch):
 
 def test_a_position_under_its_own_load_is_itself():
     """The largest load of each position of a map was expected twice."""
-    position = position_of(Case(load_N=20e3))
+    position = expect_position(Case(load_N=20e3))
     assert position.for_load(20e3) is position
     other_load = position.for_load(30e3)
     assert other_load.case.load_N == 30e3
@@ -389,4 +395,4 @@ def test_a_side_of_the_head_that_faces_away_from_the_approach_has_no_nodes():
     _, normals = placement.surface(0.0, half_space.grid.s_mm)
     assert (normals @ placement.first.normal > 0.0).all()
     # a patch of 33 mm by 1.6 mm, nearly Hertz's: 8632 MPa
-    assert measures_of(half_space).p_max_MPa == pytest.approx(9035.0, rel=2e-3)
+    assert read_measures(half_space).p_max_MPa == pytest.approx(9035.0, rel=2e-3)

@@ -8,14 +8,14 @@ from points import profile_from_points, simpack
 
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.profiles.library import load, names
-from fecontact.profiles.point_noise import noise_of
-from fecontact.profiles.points import is_exact, spikes
+from fecontact.profiles.library import list_names, load_library_profile
+from fecontact.profiles.point_noise import estimate_noise_mm
+from fecontact.profiles.points import find_spikes, is_exact
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.smoothing import PRACTICE_MM
-from fecontact.profiles.variants import other_lines
-from fecontact.profiles.writers import points_along
+from fecontact.profiles.variants import make_profile_variants
+from fecontact.profiles.writers import sample_points
 
 FILES = Path(__file__).parent / "profiles"
 RAILS = ("site_b_hr.prr", "rail_left_iter288.ban", "avg_low2.ban")
@@ -73,7 +73,7 @@ def test_a_rail_that_an_option_has_mirrored_is_noticed_with_the_option_to_leave_
 
 @pytest.mark.parametrize("nominal", ["auto", "none"])
 def test_a_new_rail_with_its_cant_the_other_way_is_noticed(nominal):
-    y, z = points_along(load("60E1"), 0.3).T
+    y, z = sample_points(load_library_profile("60E1"), 0.3).T
     z = z + 0.005 * np.random.default_rng(0).normal(size=z.size)
 
     def read_turned(turn, **reading):
@@ -127,19 +127,19 @@ def test_the_unit_is_asked_for_before_the_tape_circle(tmp_path):
 
     The tip of a flange was sought at the wrong place, and the tape circle asked for.
     """
-    points = points_along(load("S1002"), 0.5)
+    points = sample_points(load_library_profile("S1002"), 0.5)
     path = written(tmp_path / "in.whl", (points * (1, -1) + (70.0, 0.0)) / 25.4)
     with pytest.raises(InputError, match="the file looks like in: give --wheel-units in"):
         resolve_wheel(path)
     with pytest.raises(InputError, match=r"flange lies at X = 15.0 mm.* give --wheel-tape-circle-mm 70"):
         resolve_wheel(path, Reading(units="in"))
     line = resolve_wheel(path, Reading(units="in", tape_circle_mm=70.0)).profile
-    assert line.height(10.0) == pytest.approx(load("S1002").height(10.0), abs=1e-6)
+    assert line.height(10.0) == pytest.approx(load_library_profile("S1002").height(10.0), abs=1e-6)
 
 
 @pytest.mark.parametrize(("ending", "up"), [("whl", -1), ("txt", 1)])
 def test_a_mirrored_wheel_from_its_back_has_its_tape_circle_at_a_negative_y(tmp_path, ending, up):
-    points = points_along(load("S1002"), 0.5)
+    points = sample_points(load_library_profile("S1002"), 0.5)
     path = written(tmp_path / f"mirrored.{ending}", (points + np.array([70.0, 0.0])) * (-1, up))
     try:
         message = " ".join(resolve_wheel(path, Reading(mirror=True)).profile.notes)
@@ -147,19 +147,21 @@ def test_a_mirrored_wheel_from_its_back_has_its_tape_circle_at_a_negative_y(tmp_
         message = str(refused)
     assert "give --wheel-tape-circle-mm -70 (" in message
     line = resolve_wheel(path, Reading(mirror=True, tape_circle_mm=-70.0)).profile
-    assert line.height(10.0) == pytest.approx(load("S1002").height(10.0), abs=1e-6)
+    assert line.height(10.0) == pytest.approx(load_library_profile("S1002").height(10.0), abs=1e-6)
     assert not any("tape-circle" in note for note in line.notes)
 
 
 @pytest.mark.parametrize(("kind", "name"), [("rail", "60E1"), ("wheel", "S1002")])
 def test_columns_the_other_way_round_are_told_as_that(tmp_path, kind, name):
     """A repair was printed, which could not do it."""
-    path = written(tmp_path / "zy.txt", points_along(load(name), 0.5)[:, ::-1])
+    path = written(tmp_path / "zy.txt", sample_points(load_library_profile(name), 0.5)[:, ::-1])
     resolve = resolve_rail if kind == "rail" else lambda *a: resolve_wheel(*a).profile
     for reading in (Reading(), Reading(repair=True)):
         with pytest.raises(InputError, match=f"the other way round: give --{kind}-columns 2,1 "):
             resolve(path, reading)
-    assert resolve(path, Reading(columns="2,1")).height(5.0) == pytest.approx(load(name).height(5.0), abs=1e-6)
+    assert resolve(path, Reading(columns="2,1")).height(5.0) == pytest.approx(
+        load_library_profile(name).height(5.0), abs=1e-6
+    )
 
 
 def worn(name, what, depth_mm, cant_rad=0.0):
@@ -167,7 +169,7 @@ def worn(name, what, depth_mm, cant_rad=0.0):
 
     It is worn at its gauge corner, on its crown or on its gauge side.
     """
-    line = load(name)
+    line = load_library_profile(name)
     p = line.evaluate(line.at_arc_length(np.arange(0.3, line.length_mm - 0.3, 0.25)))
     half, y, z, nx, nz = 0.5 * np.ptp(p.y), p.y, p.z, -np.sin(p.angle_rad), np.cos(p.angle_rad)
     off = 0.005 * np.random.default_rng(3).normal(size=y.size)
@@ -203,7 +205,7 @@ def test_side_wear_is_known_by_what_the_sides_have_lost(name, depth_mm):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", names("rail"))
+@pytest.mark.parametrize("name", list_names("rail"))
 @pytest.mark.parametrize(("what", "depth_mm", "cant_rad"), [
     ("side", 2.5, 0.0), ("side", 2.5, 0.05), ("side", 3.5, 0.0), ("crown", 0.7, 0.0), ("gauge corner", 1.5, 0.025),
 ])  # fmt: skip
@@ -260,7 +262,7 @@ def test_what_is_wrong_with_a_wheel_is_told_and_not_that_it_is_no_rail(capsys):
 
 def test_comments_stand_anywhere_in_a_simpack_file(tmp_path):
     y = np.arange(-34.0, 34.5, 0.5)
-    z = load("54E1").height(y)
+    z = load_library_profile("54E1").height(y)
     rows = [f"{a:.9f} {-b:.9f}" for a, b in zip(y, z, strict=True)]
     rows[3] += "  % a remark"
     rows[4] += "  // another"
@@ -271,7 +273,7 @@ def test_comments_stand_anywhere_in_a_simpack_file(tmp_path):
 
 
 def test_words_behind_the_numbers_and_three_columns_of_an_old_file(tmp_path):
-    points = points_along(load("S1002"), 0.5)
+    points = sample_points(load_library_profile("S1002"), 0.5)
     rows = [f"{a + 70.0:.6f} {-b:.6f} 0.000" for a, b in points]
     rows[7] += "  point (by hand)"
     path = tmp_path / "old.whl"
@@ -295,9 +297,9 @@ def test_words_behind_the_numbers_and_three_columns_of_an_old_file(tmp_path):
 
 
 def test_a_spike_of_a_micrometre_is_left_out_and_told():
-    points = points_along(load("60E1"), 0.25)
+    points = sample_points(load_library_profile("60E1"), 0.25)
     points[200, 1] += 0.0013
-    assert [spike.index for spike in spikes(points)] == [200]
+    assert [spike.index for spike in find_spikes(points)] == [200]
     profile = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
     assert any("1 point left out: a spike of 0.0013 mm at point 201" in note for note in profile.notes)
     points[200, 1] += 0.05
@@ -307,7 +309,9 @@ def test_a_spike_of_a_micrometre_is_left_out_and_told():
 
 def test_a_repair_does_not_depend_on_the_end_that_it_begins_at():
     rng = np.random.default_rng(2)
-    points = points_along(load("60E1"), 0.3) + 0.004 * rng.normal(size=(len(points_along(load("60E1"), 0.3)), 2))
+    points = sample_points(load_library_profile("60E1"), 0.3) + 0.004 * rng.normal(
+        size=(len(sample_points(load_library_profile("60E1"), 0.3)), 2)
+    )
     for k, off in ((40, (0.9, 0.1)), (120, (0.0, 0.3)), (180, (-1.3, 0.0)), (181, (-0.2, 0.02))):
         points[k] += off
     reading = Reading(repair=True, filter_mm=0.0)
@@ -336,7 +340,7 @@ def test_a_measured_line_has_a_stated_filter_and_the_scatter_that_is_there(name)
     usual = np.median(np.abs(measured.residual_mm[is_flat])) / 0.6745
     assert 0.7 * usual < measured.noise_mm < 8.0 * usual
     # independent errors of points would be far less on files that were filtered
-    assert measured.noise_mm > (1.0 if name == "avg_low2.ban" else 5.0) * noise_of(measured.points)
+    assert measured.noise_mm > (1.0 if name == "avg_low2.ban" else 5.0) * estimate_noise_mm(measured.points)
     assert any(f"{measured.filter_mm:.3g} mm" in note and "scatter by" in note for note in line.notes)
 
 
@@ -354,10 +358,10 @@ def test_noise_asks_for_a_longer_filter():
 
 def test_the_lines_that_the_points_allow():
     line = rail("site_b_hr.prr")
-    variants = other_lines(line)
+    variants = make_profile_variants(line)
     assert 5 <= len(variants) <= 12
-    assert other_lines(line) is variants
-    assert other_lines(load("60E1")) == ()
+    assert make_profile_variants(line) is variants
+    assert make_profile_variants(load_library_profile("60E1")) == ()
     y = np.linspace(-25.0, 25.0, 41)
     lengths = {round(variant.filter_mm, 1) for variant in variants} | {round(line.measured.filter_mm, 1)}
     assert lengths == {4.0, 5.7, 8.0}
@@ -369,17 +373,17 @@ def test_the_lines_that_the_points_allow():
         if variant.draw < 0:
             assert variant.profile.height(y) == pytest.approx(single.height(y), abs=1e-9)
     # as the deviation of a profile, and without it
-    points = points_along(load("60E1"), 0.3)
+    points = sample_points(load_library_profile("60E1"), 0.3)
     points[:, 1] += 0.005 * np.random.default_rng(0).normal(size=len(points))
     by_nominal = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
     assert by_nominal.measured.nominal
     # the points speak against the line without it, whose corners are blunt
-    assert {variant.nominal for variant in other_lines(by_nominal)} == {by_nominal.measured.nominal}
+    assert {variant.nominal for variant in make_profile_variants(by_nominal)} == {by_nominal.measured.nominal}
 
 
 def worn_wheel(depth_mm, middle_mm, half_mm, seed=0, name="S1002"):
     """A wheel worn over a width across, smoothed from points with 4 um of noise."""
-    exact = load(name)
+    exact = load_library_profile(name)
     p = exact.evaluate(exact.at_arc_length(np.arange(0.6, exact.length_mm - 0.6, 0.3)))
     worn = depth_mm * np.cos(0.5 * np.pi * np.clip((p.y - middle_mm) / half_mm, -1.0, 1.0)) ** 2
     off = worn + 0.004 * np.random.default_rng(seed).normal(size=worn.size)
@@ -416,7 +420,7 @@ def test_a_wheel_is_the_profile_that_it_lies_on_beside_its_wear(name, depth_mm, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in names("wheel") if not name.startswith("CONE")])
+@pytest.mark.parametrize("name", [name for name in list_names("wheel") if not name.startswith("CONE")])
 def test_wheels_of_the_library_that_are_hollow_are_their_own_profile_or_none(name):
     """Hollow wheels of the library; turned cones are equal to each other."""
     nominals = {
@@ -441,7 +445,7 @@ def test_wheels_worn_at_the_flange_and_hollow_ones_are_their_own_profile_or_none
 
 def test_library_lines_without_noise_are_exact():
     for name, kind in (("60E1", "rail"), ("54E1", "rail"), ("S1002", "wheel")):
-        points = points_along(load(name), 0.5)
+        points = sample_points(load_library_profile(name), 0.5)
         assert is_exact(points)
         line = profile_from_points(*points.T, kind=kind, name="p", reading=Reading())
         assert line.measured is None

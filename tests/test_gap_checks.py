@@ -12,15 +12,15 @@ import pytest
 
 from fecontact.case import Case
 from fecontact.contact.grid import Field
-from fecontact.judging.gap_faults import GAP_CURVATURE_LIMIT, GAP_DISTANCE_LIMIT_MM, gap_faults
+from fecontact.judging.gap_faults import GAP_CURVATURE_LIMIT, GAP_DISTANCE_LIMIT_MM, describe_gap_faults
 from fecontact.judging.judge import judge_load
-from fecontact.judging.solved_load import REFERENCES_OFF
+from fecontact.judging.solved_load import REFERENCES_STATUS
 from fecontact.outputs.records.stored import solved_from_record, solved_record
 from fecontact.placement.irregularity import parse_irregularity
-from fecontact.solving.fine_zone import fine_zone
-from fecontact.solving.gap_checks import gap_curvature_error, gap_distance_error_mm
-from fecontact.solving.meshes import Meshes, couple
-from fecontact.solving.position import Position, position_of
+from fecontact.solving.fine_zone import make_fine_zone
+from fecontact.solving.gap_checks import compute_gap_curvature_error, compute_gap_distance_error_mm
+from fecontact.solving.meshes import Meshes, couple_bodies
+from fecontact.solving.position import Position, expect_position
 from fecontact.solving.true_gap import TrueGap
 
 TREAD = Case(lateral_shift_mm=-4.0, resolution="quick", refine="never")
@@ -34,13 +34,15 @@ def errors_of(position: Position) -> tuple[float, float]:
     The elements are twice as large as those of the position.
     """
     size_x, size_s = position.element_size_mm
-    zone = fine_zone(position.expected, (2.0 * size_x, 2.0 * size_s))
-    bodies = couple(position.case, position.placement, zone, position.clock)
+    zone = make_fine_zone(position.expected, (2.0 * size_x, 2.0 * size_s))
+    bodies = couple_bodies(position.case, position.placement, zone, position.clock)
     grid = position.expected.half_space.grid
     try:
         return (
-            gap_curvature_error(position.true_gap, grid),
-            gap_distance_error_mm(position.true_gap, Field(grid=grid, values=position.true_gap.on(grid)), bodies),
+            compute_gap_curvature_error(position.true_gap, grid),
+            compute_gap_distance_error_mm(
+                position.true_gap, Field(grid=grid, values=position.true_gap.on(grid)), bodies
+            ),
         )
     finally:
         bodies.close()
@@ -67,7 +69,7 @@ def errors_of(position: Position) -> tuple[float, float]:
     ],
 )
 def test_a_right_gap_is_far_within_both_limits(case):
-    curvature, distance_mm = errors_of(position_of(case))
+    curvature, distance_mm = errors_of(expect_position(case))
     assert curvature < 0.2 * GAP_CURVATURE_LIMIT
     assert distance_mm < 0.2 * GAP_DISTANCE_LIMIT_MM
 
@@ -106,7 +108,7 @@ def larger_beyond_2_mm(gap: np.ndarray, s: np.ndarray) -> np.ndarray:
 )
 def test_a_wrong_gap_is_beyond_a_limit(monkeypatch, case, change, curvature, distance_mm):
     plant(monkeypatch, change)
-    position = position_of(case)
+    position = expect_position(case)
     errors = errors_of(position)
     assert errors[0] == pytest.approx(curvature, rel=2e-3, abs=2e-4)
     assert errors[1] > 2.0 * GAP_DISTANCE_LIMIT_MM
@@ -118,12 +120,14 @@ def test_a_wrong_gap_is_beyond_a_limit(monkeypatch, case, change, curvature, dis
 
 def test_curvatures_see_a_gap_that_the_meshes_share(monkeypatch):
     """Along the track, where the meshes of both bodies have the wrong radius too."""
-    position = position_of(ROUND)
+    position = expect_position(ROUND)
     first = position.placement.first
     wrong = replace(first.curvatures[0], xx_per_mm=1.01 * first.curvature.xx_per_mm)
     placement = replace(position.placement, touch_points=(replace(first, curvatures=(wrong,)),))
     grid = position.expected.half_space.grid
-    assert gap_curvature_error(replace(position.true_gap, placement=placement), grid) > 5.0 * GAP_CURVATURE_LIMIT
+    assert (
+        compute_gap_curvature_error(replace(position.true_gap, placement=placement), grid) > 5.0 * GAP_CURVATURE_LIMIT
+    )
 
 
 @pytest.mark.parametrize(
@@ -135,9 +139,9 @@ def test_curvatures_see_a_gap_that_the_meshes_share(monkeypatch):
 )
 def test_a_load_with_a_wrong_gap_has_no_verdict(monkeypatch, change, says):
     plant(monkeypatch, change)
-    position = position_of(ROUND)
+    position = expect_position(ROUND)
     judgement = judge_load(Meshes(position).solve(position), position.placement)
-    assert (judgement.status, judgement.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
+    assert (judgement.status, judgement.verdict.answer) == (REFERENCES_STATUS, "UNRESOLVED")
     assert any(says in warning for warning in judgement.warnings)
 
 
@@ -152,19 +156,19 @@ def test_a_gap_that_is_wrong_on_the_finer_nodes_alone_is_seen(monkeypatch):
             patch.setattr(TrueGap, "on", lambda true_gap, nodes: 1.005 * true_gap.gap(nodes.x_mm[:, None], nodes.s_mm))
             return plain(self, grid, load_N, added=added, **how)
 
-    position = position_of(ROUND)
+    position = expect_position(ROUND)
     monkeypatch.setattr(TrueGap, "solve", wrong)
     judgement = judge_load(Meshes(position).solve(position), position.placement)
     # the gap is 0.1 mm at the edge of the patch
     assert judgement.solved.levels[0].gap_distance_error_mm > 2.0 * GAP_DISTANCE_LIMIT_MM
-    assert (judgement.status, judgement.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
+    assert (judgement.status, judgement.verdict.answer) == (REFERENCES_STATUS, "UNRESOLVED")
 
 
 def test_a_load_with_a_right_gap_says_nothing_of_it(elliptic_quick):
     solution = elliptic_quick.load.solved
     assert solution.gap_curvature_error < 0.1 * GAP_CURVATURE_LIMIT
     assert all(level.gap_distance_error_mm < 0.1 * GAP_DISTANCE_LIMIT_MM for level in solution.levels)
-    assert gap_faults(solution) == ()
+    assert describe_gap_faults(solution) == ()
 
 
 def test_results_without_checks_of_the_gap_are_read(elliptic_quick):
@@ -181,5 +185,5 @@ def test_results_without_checks_of_the_gap_are_read(elliptic_quick):
         None,
         None,
     )
-    assert gap_faults(restored) == ()
+    assert describe_gap_faults(restored) == ()
     assert judge_load(restored, elliptic_quick.placement).status == "converged"

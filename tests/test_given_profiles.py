@@ -14,24 +14,24 @@ from kept import keep_case
 from pictures import draw_nothing
 
 import fecontact
-from fecontact.case import Case, case_from_record, case_record
+from fecontact.case import Case, make_case_record, read_case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.outputs.records.results import case_row
-from fecontact.profiles.library import GivenProfile, profile_identity
-from fecontact.profiles.library import load as library_profile
+from fecontact.profiles.library import ArrayProfile, profile_identity
+from fecontact.profiles.library import load_library_profile as library_profile
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.resolve import resolve_rail, resolve_wheel, used_reading
-from fecontact.profiles.writers import points_along
-from fecontact.runs.identity import case_id, input_files, with_absolute_paths
-from fecontact.runs.store import PROFILES, read_case
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel, select_used_options
+from fecontact.profiles.writers import sample_points
+from fecontact.runs.identity import digest_input_files, make_case_id, make_paths_absolute
+from fecontact.runs.store import PROFILES_FOLDER, read_case
 from fecontact.solving.placing import place_case
 
 COARSE = {"resolution": (1.6, 1.3), "refine": "never"}
 
 
 def head(noise_mm=0.0, step_mm=0.4):
-    points = points_along(library_profile("54E1"), step_mm)
+    points = sample_points(library_profile("54E1"), step_mm)
     return (points + noise_mm * np.random.default_rng(3).normal(size=points.shape)).T
 
 
@@ -41,9 +41,9 @@ def test_arrays_are_the_file_that_they_would_be(tmp_path):
     path.write_bytes(profile.content)
     assert profile == profile_identity(profile) == profile_identity(str(path))
     array_case, file_case = Case(rail=profile), Case(rail=str(path))
-    assert case_id(array_case) == case_id(file_case)
-    assert input_files(array_case) == input_files(file_case)
-    assert with_absolute_paths(array_case) == array_case
+    assert make_case_id(array_case) == make_case_id(file_case)
+    assert digest_input_files(array_case) == digest_input_files(file_case)
+    assert make_paths_absolute(array_case) == array_case
     # every digit of the points comes back
     rail = resolve_rail(profile, Reading(filter_mm=0.0))
     assert np.array_equal(rail.points, head().T)
@@ -55,16 +55,16 @@ def test_a_case_takes_its_points_along(way):
     case = Case(rail=fecontact.profile(*head(), name="mine"))
     again = way(case)
     assert again == case
-    assert isinstance(again.rail, GivenProfile)
+    assert isinstance(again.rail, ArrayProfile)
     assert again.rail.text == case.rail.text
-    assert json.loads(json.dumps(case_record(again)))["rail"] == str(case.rail)
-    assert isinstance(case_from_record(case_record(case)).rail, GivenProfile)
+    assert json.loads(json.dumps(make_case_record(again)))["rail"] == str(case.rail)
+    assert isinstance(read_case_record(make_case_record(case)).rail, ArrayProfile)
 
 
 def test_other_points_are_another_profile():
     original, changed = fecontact.profile(*head()), fecontact.profile(*head(1e-12))
     assert original != changed
-    assert case_id(Case(rail=original)) != case_id(Case(rail=changed))
+    assert make_case_id(Case(rail=original)) != make_case_id(Case(rail=changed))
 
 
 def test_noisy_points_are_smoothed_as_those_of_a_file():
@@ -74,12 +74,12 @@ def test_noisy_points_are_smoothed_as_those_of_a_file():
 
 
 def test_a_wheel_and_the_other_side_may_be_given():
-    wheel = fecontact.profile(*points_along(library_profile("S1002"), 0.4).T, name="worn")
+    wheel = fecontact.profile(*sample_points(library_profile("S1002"), 0.4).T, name="worn")
     assert resolve_wheel(wheel).profile.kind == "wheel"
     with pytest.raises(InputError, match="a rail is wanted"):
         resolve_rail(wheel)
     case = Case(roll="touching").with_profiles({"opposite_wheel": wheel})
-    assert input_files(case)["opposite_wheel"]["name"] == "worn.csv"
+    assert digest_input_files(case)["opposite_wheel"]["name"] == "worn.csv"
 
 
 @pytest.mark.parametrize(
@@ -112,10 +112,10 @@ def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):
     result = fecontact.solve(case)
     keep_case(result, tmp_path / "one")
     again = read_case(tmp_path / "one")
-    stored = tmp_path / "one" / PROFILES / "rail" / "R300.csv"
+    stored = tmp_path / "one" / PROFILES_FOLDER / "rail" / "R300.csv"
     assert again.case.rail == str(stored)
     assert stored.read_bytes() == case.rail.content
-    assert case_id(again.case) == case_id(case)
+    assert make_case_id(again.case) == make_case_id(case)
     # as a file's copy: the same row but for what it cost
     assert repr(case_row(again)) == repr(case_row(result))
 
@@ -163,6 +163,6 @@ def test_options_that_the_other_side_uses_are_not_refused(tmp_path):
 
 def test_exact_files_use_what_belongs_to_their_place():
     reading = Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0, filter_mm=4.0, units="m")
-    assert used_reading("mine.toml", reading) == Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0)
-    assert used_reading("mine.csv", reading) == reading
-    assert used_reading("60E1", reading) == Reading()
+    assert select_used_options("mine.toml", reading) == Reading(mirror=True, tape_circle_mm=70.0, tape_circle_z_mm=1.0)
+    assert select_used_options("mine.csv", reading) == reading
+    assert select_used_options("60E1", reading) == Reading()

@@ -17,17 +17,17 @@ from scipy.special import ellipe, ellipkm1
 from table_form import curvature_sums_per_mm, table_form
 
 import fecontact.contact_theories.hertz
-from fecontact.bodies import STEEL, Material, contact_modulus_MPa
+from fecontact.bodies import STEEL, Material, combine_moduli_MPa
 from fecontact.contact_theories.hertz import (
     HertzContact,
-    ellipse_shape,
+    calculate_ellipse_shape,
     hertz_ellipse,
     hertz_from_hessian,
     hertz_spring_force_N,
 )
 from fecontact.errors import InputError
 
-E_STAR = contact_modulus_MPa(STEEL, STEEL)
+E_STAR = combine_moduli_MPa(STEEL, STEEL)
 # Algebraically equal expressions of well conditioned quantities agree to rounding times a few hundred operations.
 ROUNDING = 1e-12
 
@@ -79,7 +79,7 @@ def test_conformal_pair_of_the_CONTACT_user_guide() -> None:
         math.cos(math.pi / 4.0) / 920.0,
         0.5 * (1.0 / 10.0 - 1.0 / 10.2),
         normal_force_N=1e5,
-        contact_modulus_MPa=contact_modulus_MPa(steel, steel),
+        contact_modulus_MPa=combine_moduli_MPa(steel, steel),
     )
     # Half a unit of the last printed digit.
     assert contact.p0_MPa == pytest.approx(912.68, abs=0.5e-2)
@@ -332,10 +332,10 @@ def test_curvature_sums_are_those_of_the_turned_hessians(
 
 def test_the_ellipse_of_equal_curvatures_is_a_circle_and_turns_with_them():
     """Hertz: F(0, 1, 1) = pi / 2, and half the approach at each end."""
-    circle = ellipse_shape(2e-3, 2e-3)
+    circle = calculate_ellipse_shape(2e-3, 2e-3)
     assert (float(circle.axis_ratio), float(circle.part_x)) == pytest.approx((1.0, 0.5), rel=1e-12)
     assert float(circle.integral) == pytest.approx(0.5 * math.pi, rel=1e-12)
-    shape, swapped = ellipse_shape(1e-3, 7e-3), ellipse_shape(7e-3, 1e-3)
+    shape, swapped = calculate_ellipse_shape(1e-3, 7e-3), calculate_ellipse_shape(7e-3, 1e-3)
     assert float(shape.axis_ratio * swapped.axis_ratio) == pytest.approx(1.0, rel=1e-12)
     assert float(shape.part_x) == pytest.approx(float(swapped.part_t), rel=1e-12)
 

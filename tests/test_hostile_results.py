@@ -22,13 +22,13 @@ import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json, write_sealed
+from fecontact.files import SEAL_KEY, explain_broken_seal, format_json, read_json, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.pair_names import body_words, pair_words, short_name
 from fecontact.outputs.records.stored import read_arrays
 from fecontact.profiles.library import profile_identity
-from fecontact.runs.identity import case_id, origin_of
-from fecontact.runs.store import FIELDS, SOLVED
+from fecontact.runs.identity import determine_origin, make_case_id
+from fecontact.runs.store import FIELDS_FILE, SOLUTION_FILE
 
 solved_folder = _solved_folder
 
@@ -37,7 +37,7 @@ def resealed(elliptic_quick, folder: Path) -> Path:
     """Renew the checksums of a folder after its files have changed."""
     (folder / MANIFEST).unlink(missing_ok=True)
     files = [path for path in folder.rglob("*") if path.is_file()]
-    write_manifest(folder, files, case_id(elliptic_quick.case), origin_of(elliptic_quick.case))
+    write_manifest(folder, files, make_case_id(elliptic_quick.case), determine_origin(elliptic_quick.case))
     return folder
 
 
@@ -72,7 +72,7 @@ ARCHIVES = {
 @pytest.mark.parametrize("what", ARCHIVES)
 def test_an_archive_is_looked_at_before_it_is_unpacked(elliptic_quick, solved_folder, tmp_path, what):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
-    ARCHIVES[what](folder / FIELDS)
+    ARCHIVES[what](folder / FIELDS_FILE)
     resealed(elliptic_quick, folder)
     start = time.process_time()
     with pytest.raises(InputError, match=r"one: it cannot be read \(.*solve it again") as refused:
@@ -85,14 +85,14 @@ def test_an_archive_is_looked_at_before_it_is_unpacked(elliptic_quick, solved_fo
 @pytest.mark.parametrize("number", range(24))
 def test_a_damaged_archive_with_its_checksum_is_refused_or_read(elliptic_quick, solved_folder, tmp_path, number):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
-    data = bytearray((folder / FIELDS).read_bytes())
+    data = bytearray((folder / FIELDS_FILE).read_bytes())
     rng = np.random.default_rng(number)
     if number % 3 == 0:
         data = data[: rng.integers(len(data))]
     else:
         for at in rng.integers(len(data), size=1 + number):
             data[at] ^= 1 << rng.integers(8)
-    (folder / FIELDS).write_bytes(data)
+    (folder / FIELDS_FILE).write_bytes(data)
     resealed(elliptic_quick, folder)
     with pytest.raises(InputError, match="cannot be read"):
         fecontact.load(folder)
@@ -100,9 +100,9 @@ def test_a_damaged_archive_with_its_checksum_is_refused_or_read(elliptic_quick, 
 
 def test_fields_of_another_grid_are_refused(elliptic_quick, solved_folder, tmp_path):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
-    arrays = read_arrays(folder / FIELDS)
+    arrays = read_arrays(folder / FIELDS_FILE)
     arrays["load0_half_space_x_mm"] = arrays["load0_half_space_x_mm"][:-1]
-    np.savez_compressed(folder / FIELDS, **arrays)
+    np.savez_compressed(folder / FIELDS_FILE, **arrays)
     resealed(elliptic_quick, folder)
     with pytest.raises(InputError, match="half_space: its fields are not on its grid"):
         fecontact.load(folder)
@@ -122,9 +122,9 @@ def test_a_manifest_leads_nowhere_but_to_files_of_its_folder(solved_folder, tmp_
 @pytest.mark.parametrize("rail", ["/dev/zero", "../../x.txt@01234567", "..\\x.txt@01234567", "x.txt", "/etc/hostname"])
 def test_a_profile_of_a_result_lies_beside_it(elliptic_quick, solved_folder, tmp_path, rail):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
-    record = read_json(folder / SOLVED)
+    record = read_json(folder / SOLUTION_FILE)
     record["case"]["rail"] = rail
-    write_json(folder / SOLVED, record)
+    write_json(folder / SOLUTION_FILE, record)
     resealed(elliptic_quick, folder)
     with pytest.raises(InputError, match=r"rail is .*allowed is NAME@HASH|beside the result"):
         fecontact.load(folder)
@@ -170,8 +170,8 @@ def test_a_changed_table_is_named_by_whoever_reads_it(fake_study, tmp_path, dama
             path.write_text(text.replace('"all but sha256": "', '"all but sha256": "0'), "utf-8")
         case "removed":
             document = json.loads(text)
-            del document[SEAL]
-            path.write_text(json_text(document), "utf-8")
+            del document[SEAL_KEY]
+            path.write_text(format_json(document), "utf-8")
         case "table":
             (out / "study.csv").unlink()
     if damage != "table":
@@ -185,16 +185,16 @@ def test_a_changed_table_is_named_by_whoever_reads_it(fake_study, tmp_path, dama
 def test_a_seal_is_that_of_what_is_said_and_not_of_how_it_is_written(tmp_path):
     path = write_sealed(tmp_path / "a.json", {"b": [1.0 / 3.0, float("nan")], "a": {"text": "ü"}})
     document = read_json(path)
-    assert broken_seal(path, document) is None
+    assert explain_broken_seal(path, document) is None
     path.write_text(json.dumps(document), "utf-8")
-    assert broken_seal(path, read_json(path)) is None
+    assert explain_broken_seal(path, read_json(path)) is None
     document["b"][0] = 0.3333333333333334
-    assert "a.json was changed" in (broken_seal(path, document) or "")
+    assert "a.json was changed" in (explain_broken_seal(path, document) or "")
 
 
 def test_a_study_whose_ids_lead_elsewhere_is_refused(fake_study, tmp_path):
     out = shutil.copytree(fake_study, tmp_path / "out")
-    document = {name: value for name, value in read_json(out / "study.json").items() if name != SEAL}
+    document = {name: value for name, value in read_json(out / "study.json").items() if name != SEAL_KEY}
     for name in ("../../elsewhere", "/etc", "", ".."):
         document["rows"][0]["id"] = name
         write_sealed(out / "study.json", document)
@@ -207,7 +207,7 @@ def test_a_long_profile_name_is_cut_in_ids_alone(elliptic_quick, tmp_path, stem)
     rail = tmp_path / f"{stem}.txt"
     rail.write_text("".join(f"{y} {-(y**2) / 600.0}\n" for y in range(-20, 21)))
     case = replace(elliptic_quick.case, rail=str(rail))
-    name = case_id(case)
+    name = make_case_id(case)
     assert len(f".{name}_01234567.0123456789ab.error.txt".encode()) < 255
     assert name.startswith(stem[:10])
     # a title of a table or a picture has room for it, and tells it from another one that begins alike
@@ -217,7 +217,7 @@ def test_a_long_profile_name_is_cut_in_ids_alone(elliptic_quick, tmp_path, stem)
     second_rail = rail.with_name(f"{stem}2.txt")
     if len(second_rail.name.encode()) < 255:
         second_rail.write_text(rail.read_text().replace("-20", "-19.9"))
-        assert case_id(replace(case, rail=str(second_rail))) != name
+        assert make_case_id(replace(case, rail=str(second_rail))) != name
 
 
 def test_files_that_are_called_rail_and_wheel_are_told_by_their_hashes(tmp_path):

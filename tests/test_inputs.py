@@ -19,12 +19,12 @@ from typing import Any, get_args
 
 import pytest
 
-from fecontact.case import INPUTS, PARTS, Case, Criteria, Group, Opposite, Track, case_from_record, case_record
+from fecontact.case import INPUTS, PARTS, Case, Criteria, Group, Opposite, Track, make_case_record, read_case_record
 from fecontact.cli import app, call
 from fecontact.errors import InputError
-from fecontact.guide.pages import page
-from fecontact.inputs.slots import Slot
-from fecontact.inputs.texts import RENAMED, inclination_text, parse_inclination
+from fecontact.guide.pages import read_page
+from fecontact.inputs.slots import InputPlace
+from fecontact.inputs.texts import FORMER_NAMES, format_inclination, parse_inclination
 from fecontact.placement.irregularity import Irregularity
 from fecontact.runs.casefile import load_study
 
@@ -349,7 +349,7 @@ def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
     assert case_by_command(*words(place, row.written), *((f"--{body}", "mine.csv") if body else ())) == replace(
         case, **file
     )
-    assert case_from_record(json.loads(json.dumps(case_record(case)))) == case
+    assert read_case_record(json.loads(json.dumps(make_case_record(case)))) == case
 
 
 @EACH
@@ -614,7 +614,7 @@ def test_numbers_of_another_roll_and_its_old_names_are_refused(options, says, tm
     assert says in capsys.readouterr().err
     if isinstance(next(iter(options.values())), bool):
         with pytest.raises(InputError, match="there is no such input any more"):
-            case_from_record(case_record(Case()) | options)
+            read_case_record(make_case_record(Case()) | options)
 
 
 @pytest.mark.parametrize(
@@ -647,7 +647,7 @@ def test_an_old_name_is_refused_with_what_to_write_instead(option, text, record,
     assert says in capsys.readouterr().err
     assert says in refusal(tmp_path, text)
     with pytest.raises(InputError, match="solve the case again") as stored:
-        case_from_record(case_record(Case()) | record)
+        read_case_record(make_case_record(Case()) | record)
     assert says in str(stored.value)
     table, values = next(iter(record.items()))
     with pytest.raises(InputError) as python:
@@ -674,7 +674,7 @@ def test_every_old_name_of_the_changelog_is_refused_by_all_doors(table, python, 
     assert says in refusal(tmp_path, (f"[{table}]\n" if table else "") + f"{file} = 1")
     old = {python: 1.0}
     with pytest.raises(InputError, match=re.escape(says)):
-        case_from_record(case_record(Case()) | ({table: old} if table else old))
+        read_case_record(make_case_record(Case()) | ({table: old} if table else old))
     owner = getattr(Case(), table) if table else Case()
     with pytest.raises(InputError, match=re.escape(says)):
         replace(owner, **old)
@@ -686,7 +686,9 @@ def test_the_changelog_has_the_old_names_that_are_refused_and_no_other():
     old_names = {name for row in rows for name in re.findall(r"`(\w+)`", row)} - {"compare"}
     # the command line has names of its own for one body, and in small letters
     by_option = ("rail_", "wheel_", "opposite_load_kn")
-    assert old_names == {name for name in RENAMED if name == "rail_half_length_mm" or not name.startswith(by_option)}
+    assert old_names == {
+        name for name in FORMER_NAMES if name == "rail_half_length_mm" or not name.startswith(by_option)
+    }
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():
@@ -719,7 +721,7 @@ def test_the_command_line_refuses(arguments, says, capsys):
 
 @pytest.mark.parametrize("value", [0.0, math.atan(1 / 40), -math.atan(1 / 20), 0.025, 1e-5, 0.3])
 def test_inclinations_are_shown_as_they_are_read(value):
-    assert parse_inclination(inclination_text(value)) == value
+    assert parse_inclination(format_inclination(value)) == value
 
 
 @pytest.mark.parametrize(
@@ -757,7 +759,7 @@ def refusal(folder: Path, text: str) -> str:
 
 
 @pytest.mark.parametrize("slot", INPUTS, ids=lambda slot: f"{slot.table}/{slot.key}")
-def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, tmp_path):
+def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: InputPlace, tmp_path):
     middle = len(slot.key) // 2
     table_keys = [key.key for key in INPUTS if key.table == slot.table]
     head = f"[{slot.table}]\n" if slot.table else ""
@@ -928,7 +930,7 @@ def test_a_key_after_a_case_belongs_to_it_and_not_to_the_next(tmp_path):
 
 
 def test_the_example_of_the_guide(tmp_path):
-    example = page("studies").split("```toml\n")[1].split("```")[0]
+    example = read_page("studies").split("```toml\n")[1].split("```")[0]
     assert [(case.lateral_shift_mm, case.roll_rad, case.load_N) for case in cases_by_file(tmp_path, example)] == [
         (-4.0, 0.0004, 50e3),
         (-4.0, 0.0004, 100e3),

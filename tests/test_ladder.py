@@ -10,45 +10,45 @@ import numpy as np
 import pytest
 from rungs import planted_lines, rung_with
 
-from fecontact.bodies import STEEL, Material, contact_modulus_MPa
+from fecontact.bodies import STEEL, Material, combine_moduli_MPa
 from fecontact.case import Case, Track
-from fecontact.contact.grid import ContactGrid, Rung, hat_functions, misfit
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.grid import ContactGrid, Rung, calculate_misplaced_load, evaluate_hat_functions
+from fecontact.contact.halfspace import build_half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
-from fecontact.judging.causes import PatchGeometry, cause_of, patch_geometry
+from fecontact.judging.causes import PatchGeometry, find_cause, measure_patch_geometry
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import RUNGS, STEPS, Ladder
+from fecontact.judging.ladder import LADDER_STEPS, RUNGS, Ladder
 from fecontact.judging.measures import (
-    CUT_PLANES,
-    IN_COMMON,
+    COMMON_MESH_ERROR,
+    CUT_PLANE_UNCERTAINTY,
     MEASURES,
     MISFITS,
     Measures,
     Misfit,
-    deviations,
-    hertz_measures,
-    measures_of,
-    misfit_of,
-    patch_of,
+    compute_hertz_deviations,
+    read_hertz_measures,
+    read_hertz_misfit,
+    read_measures,
+    read_patch,
 )
-from fecontact.judging.solved_load import just_parts
-from fecontact.judging.uncertainty import Solved, step_uncertainty, uncertainty
+from fecontact.judging.solved_load import is_barely_separate
+from fecontact.judging.uncertainty import SolutionQuality, estimate_step_uncertainty, estimate_uncertainty
 from fecontact.outputs.report_words import GLOSSARY
-from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.placement.poses import ContactPoint, RelativeCurvature
 from fecontact.placement.wheel_on_rail import Placement, place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
-from fecontact.solving.quadratic_gap import quadratic_rung
+from fecontact.solving.quadratic_gap import solve_quadratic_gap
 from fecontact.solving.solve import CaseResult, solve
 
-E_STAR = contact_modulus_MPa(STEEL, STEEL)
+E_STAR = combine_moduli_MPa(STEEL, STEEL)
 
 
-def touch_point(hessian: tuple[float, float, float]) -> TouchPoint:
+def touch_point(hessian: tuple[float, float, float]) -> ContactPoint:
     """A touch point of a gap with the second derivatives xx, xy, yy (1/mm)."""
     xx, xy, yy = hessian
     curvature = RelativeCurvature(
@@ -60,7 +60,9 @@ def touch_point(hessian: tuple[float, float, float]) -> TouchPoint:
         yy_per_mm=yy,
     )
     places = ("x_mm", "y_mm", "z_mm", "rail_u", "wheel_u", "rail_y_mm", "wheel_y_mm")
-    return TouchPoint(**dict.fromkeys(places, 0.0), contact_angle_rad=0.0, vertical_gap_mm=0.0, curvatures=(curvature,))
+    return ContactPoint(
+        **dict.fromkeys(places, 0.0), contact_angle_rad=0.0, vertical_gap_mm=0.0, curvatures=(curvature,)
+    )
 
 
 def turned(along: float, across: float, angle: float) -> tuple[float, float, float]:
@@ -87,7 +89,7 @@ HESSIANS = {
 def quadratic_of(hessian: tuple[float, float, float], load_N: float = 100e3) -> tuple[Rung, HertzContact]:
     touch = touch_point(hessian)
     hertz = hertz_from_hessian(touch.curvature.hessian, normal_force_N=load_N, contact_modulus_MPa=E_STAR)
-    return quadratic_rung(touch, hertz, half=hessian[1] == 0.0), hertz
+    return solve_quadratic_gap(touch, hertz, half=hessian[1] == 0.0), hertz
 
 
 @pytest.mark.parametrize("load_N", [1e3, 100e3])
@@ -101,14 +103,14 @@ def test_quadratic_rung_is_hertz(hessian, load_N):
     limits = dict.fromkeys(MEASURES, 1e-3) | {"p_max_MPa": 6e-4, "approach_mm": 4e-4, "area_mm2": 4e-3}
     limits |= {"extent_x_mm": 0.01, "extent_y_mm": 0.01}
     limits |= {"centre_over_b": 3e-4, "valley": 0.0, "separate_load": 0.0, "misplaced_load": 7e-3}
-    deviation = deviations(rung, hertz)
+    deviation = compute_hertz_deviations(rung, hertz)
     assert {name: value for name, value in deviation.items() if abs(value) > limits[name]} == {}
 
 
 @pytest.mark.parametrize("hessian", HESSIANS.values(), ids=HESSIANS.keys())
 def test_quadratic_rung_does_not_depend_on_the_load(hessian):
     """The grid follows the ellipse of Hertz, so that equal nodes are in contact under every load."""
-    small, large = (deviations(*quadratic_of(hessian, load_N)) for load_N in (1e3, 100e3))
+    small, large = (compute_hertz_deviations(*quadratic_of(hessian, load_N)) for load_N in (1e3, 100e3))
     # the solver's tolerance, 1e-7 of the approach
     assert small == pytest.approx(large, abs=1e-5)
 
@@ -116,10 +118,10 @@ def test_quadratic_rung_does_not_depend_on_the_load(hessian):
 def test_quadratic_rung_on_the_whole_grid_is_that_on_the_half():
     touch = touch_point(HESSIANS["ellipse"])
     hertz = hertz_from_hessian(touch.curvature.hessian, normal_force_N=100e3, contact_modulus_MPa=E_STAR)
-    half, full = (quadratic_rung(touch, hertz, half=h) for h in (True, False))
+    half, full = (solve_quadratic_gap(touch, hertz, half=h) for h in (True, False))
     assert (half.grid.half, full.grid.half) == (True, False)
     # the solver's tolerance, 1e-7 of the approach
-    assert measures_of(full).as_dict() == pytest.approx(measures_of(half).as_dict(), rel=1e-5)
+    assert read_measures(full).as_dict() == pytest.approx(read_measures(half).as_dict(), rel=1e-5)
     # the patch lies inside the grid
     for rung in (half, full):
         assert rung.pressure_MPa[-1].max() == rung.pressure_MPa[:, [0, -1]].max() == 0.0
@@ -130,8 +132,8 @@ def test_quadratic_rung_takes_the_curvature_that_hertz_takes():
     other_curvature = touch_point((1 / 460, 0.0, 1 / 80)).curvatures[0]
     plain = touch_point(HESSIANS["ellipse"])
     hertz = hertz_from_hessian(plain.curvatures[-1].hessian, normal_force_N=100e3, contact_modulus_MPa=E_STAR)
-    at_junction = TouchPoint(**{**vars(plain), "curvatures": (other_curvature, *plain.curvatures)})
-    junction_rung, plain_rung = (quadratic_rung(touch, hertz, half=True) for touch in (at_junction, plain))
+    at_junction = ContactPoint(**{**vars(plain), "curvatures": (other_curvature, *plain.curvatures)})
+    junction_rung, plain_rung = (solve_quadratic_gap(touch, hertz, half=True) for touch in (at_junction, plain))
     np.testing.assert_array_equal(junction_rung.pressure_MPa, plain_rung.pressure_MPa)
 
 
@@ -189,15 +191,18 @@ def test_a_ladder_is_read_from_its_rungs():
     ladder = Ladder.of(
         hertz, [("half_space_quadratic", rung), ("half_space", circular_rung), ("elements", rung), ("fe", rung)]
     )
-    measured = [hertz_measures(hertz), *(measures_of(rung_read) for rung_read in (rung, circular_rung, rung, rung))]
+    measured = [
+        read_hertz_measures(hertz),
+        *(read_measures(rung_read) for rung_read in (rung, circular_rung, rung, rung)),
+    ]
     assert list(ladder.rungs.values()) == measured
     # every step is between rungs that there are
     # the step to bodies that yield is there with their rung alone
-    assert {name for step in STEPS[:-1] for name in (step.start, step.end)} == set(ladder.rungs)
-    assert {name for step in STEPS for name in (step.start, step.end)} == set(RUNGS)
+    assert {name for step in LADDER_STEPS[:-1] for name in (step.start, step.end)} == set(ladder.rungs)
+    assert {name for step in LADDER_STEPS for name in (step.start, step.end)} == set(RUNGS)
     glossary_text = dict(GLOSSARY)["ladder"]
     assert all(f"{name.replace('_', ' ')}: {words}" in glossary_text for name, words in RUNGS.items())
-    assert ladder.misfits["half_space"] == misfit_of(circular_rung, hertz)
+    assert ladder.misfits["half_space"] == read_hertz_misfit(circular_rung, hertz)
     assert ladder.steps["half_space_to_bodies"]["misplaced_load"] < -0.3
 
 
@@ -212,11 +217,11 @@ def geometry_below(
     Both are in mm across, from the contact point.
     """
     placement = place_case(case)
-    hertz = hertz_of_case(case, placement)
+    hertz = compute_hertz(case, placement)
     grid = ContactGrid(x_mm=np.linspace(0.0, 8.0, 9), s_mm=np.linspace(-20.0, 20.0, 401), half=True)
     pressure = np.where((grid.s_mm > low - 1e-9) & (grid.s_mm < high + 1e-9), 1.0, 0.0) * np.ones((9, 1))
     rung = rung_with(grid, pressure)
-    return patch_geometry(placement, rung, hertz, replace(patch_of(rung), pieces=pieces)), placement, hertz
+    return measure_patch_geometry(placement, rung, hertz, replace(read_patch(rung), pieces=pieces)), placement, hertz
 
 
 def arc_from_crown(y: float) -> float:
@@ -437,10 +442,10 @@ def test_a_misfit_is_none_where_elements_are_finer_than_the_nodes(element_mm):
     line = element_mm * np.arange(-np.ceil(9.5 / element_mm), np.ceil(9.5 / element_mm) + 1)
     elements = ContactGrid(x_mm=line, s_mm=line, half=False)
     dense = np.linspace(line[0], line[-1], 20 * (line.size - 1) + 1)
-    hats = hat_functions(line, dense) * (dense[1] - dense[0])
+    hats = evaluate_hat_functions(line, dense) * (dense[1] - dense[0])
     forces = hats @ ellipse(dense, dense) @ hats.T
     nodal = rung_with(elements, forces / elements.nodal_area_mm2().reshape(elements.shape))
-    assert misfit(nodal, rung_with(fine, on_cells)) < 0.01
+    assert calculate_misplaced_load(nodal, rung_with(fine, on_cells)) < 0.01
 
 
 def two_lobes(between: float, free: int) -> Rung:
@@ -463,10 +468,10 @@ def two_lobes(between: float, free: int) -> Rung:
 )
 def test_patches_that_just_part_are_known_less_well(between, free, parting):
     rung = two_lobes(between, free)
-    assert just_parts(rung) == parting
+    assert is_barely_separate(rung) == parting
     # b was off by 1.07 of the change there
-    change, rest = 0.01, CUT_PLANES["b_mm"] + IN_COMMON["b_mm"]
-    uncertainty = step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), Solved(parting=parting))
+    change, rest = 0.01, CUT_PLANE_UNCERTAINTY["b_mm"] + COMMON_MESH_ERROR["b_mm"]
+    uncertainty = estimate_step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), SolutionQuality(parting=parting))
     assert uncertainty == pytest.approx((1.5 if parting else 1.0) * change + rest, rel=1e-9)
 
 
@@ -480,18 +485,26 @@ def test_cut_planes_move_patches_that_share_the_load_by_more():
         "misplaced_load": 0.00399,
     }
     for name, change in changes.items():
-        assert change < step_uncertainty(name, (1.0, 1.0), Solved(shared=True)) - IN_COMMON[name] < 1.3 * change
-        # what a deviation is judged by has that part too, beside what reading the pressure leaves open
-        alone, together = (uncertainty(name, (1.0, 1.0), Solved(shared=shared)) for shared in (False, True))
-        assert together - alone == pytest.approx(
-            step_uncertainty(name, (1.0, 1.0), Solved(shared=True)) - CUT_PLANES[name] - IN_COMMON[name]
+        assert (
+            change
+            < estimate_step_uncertainty(name, (1.0, 1.0), SolutionQuality(shared=True)) - COMMON_MESH_ERROR[name]
+            < 1.3 * change
         )
-    assert 0.00163 < step_uncertainty("separate_load", (0.109, 0.109), Solved(shared=True)) < 0.0022
-    assert 0.0039 < step_uncertainty("centre_over_b", (0.1, 0.1)) - IN_COMMON["centre_over_b"] < 0.005
+        # what a deviation is judged by has that part too, beside what reading the pressure leaves open
+        alone, together = (
+            estimate_uncertainty(name, (1.0, 1.0), SolutionQuality(shared=shared)) for shared in (False, True)
+        )
+        assert together - alone == pytest.approx(
+            estimate_step_uncertainty(name, (1.0, 1.0), SolutionQuality(shared=True))
+            - CUT_PLANE_UNCERTAINTY[name]
+            - COMMON_MESH_ERROR[name]
+        )
+    assert 0.00163 < estimate_step_uncertainty("separate_load", (0.109, 0.109), SolutionQuality(shared=True)) < 0.0022
+    assert 0.0039 < estimate_step_uncertainty("centre_over_b", (0.1, 0.1)) - COMMON_MESH_ERROR["centre_over_b"] < 0.005
 
 
 def test_a_single_hill_parts_from_nothing(elliptic_quick):
-    assert not any(just_parts(level.fe) for level in elliptic_quick.load.solved.levels)
+    assert not any(is_barely_separate(level.fe) for level in elliptic_quick.load.solved.levels)
 
 
 @pytest.mark.parametrize(("slide_mm", "said"), [(0.0, False), (0.09, False), (0.11, True), (-0.3, True)])
@@ -518,7 +531,7 @@ def test_elements_carry_the_load_nearly_as_the_finer_nodes(elliptic_quick):
 # bodies brought together by 0.09089 mm. Hertz's gap: 100 kN, 912.8 MPa, 164.3 mm2; true gap on a half-space: 91.84 kN,
 # 1012 MPa, 139.4 mm2.
 CONFORMAL_STEEL = Material.from_shear(shear_MPa=82e3, poisson=0.28)
-CONFORMAL_E = contact_modulus_MPa(CONFORMAL_STEEL, CONFORMAL_STEEL)
+CONFORMAL_E = combine_moduli_MPa(CONFORMAL_STEEL, CONFORMAL_STEEL)
 
 
 def conformal_pair() -> Placement:
@@ -548,7 +561,7 @@ def conformal_rungs(nodes: int, force_N: float) -> tuple[Placement, HertzContact
     )
     _, normals = placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
     upright = normals.reshape(-1, 3) @ placement.first.normal
-    problem = half_space_problem(
+    problem = build_half_space_problem(
         grid, grid.weighted_mean(placement.gap), closing=upright, contact_modulus_MPa=CONFORMAL_E
     )
     solution = solve_contact(problem, force_N)
@@ -560,7 +573,7 @@ def test_conforming_pair():
     assert placement.first.contact_angle_rad == pytest.approx(math.radians(45.0), abs=1e-9)
     assert (hertz.p0_MPa, hertz.area_mm2) == pytest.approx((912.68, 164.35), rel=1e-5)
     assert hertz.approach_mm == pytest.approx(0.09089, rel=2e-4)
-    quadratic = measures_of(quadratic_rung(placement.first, hertz, half=True))
+    quadratic = read_measures(solve_quadratic_gap(placement.first, hertz, half=True))
     # 16 nodes per semi-axis: the discretisation's own 0.03 and 0.3 %
     assert quadratic.p_max_MPa == pytest.approx(912.8, rel=6e-4)
     assert quadratic.area_mm2 == pytest.approx(164.3, rel=0.004)
@@ -568,7 +581,7 @@ def test_conforming_pair():
     assert rung.status == "converged"
     assert rung.normal_force_N == pytest.approx(91_840.0, rel=1e-8)
     assert rung.pressure_MPa[-1].max() == rung.pressure_MPa[:, [0, -1]].max() == 0.0
-    true_gap = measures_of(rung)
+    true_gap = read_measures(rung)
     # the stiffness agrees: measured 0.2 % in the approach
     assert true_gap.approach_mm == pytest.approx(0.09089, rel=0.004)
     # the gap is taken along the rail's own normals, distances along its arc: measured 0.9 % lower
@@ -586,7 +599,7 @@ def test_conforming_pair():
 
 def test_a_conforming_pair_is_called_conforming():
     placement, hertz, rung = conformal_rungs(8, 91_840.0)
-    geometry = patch_geometry(placement, rung, hertz, patch_of(rung))
+    geometry = measure_patch_geometry(placement, rung, hertz, read_patch(rung))
     loaded_s = rung.grid.s_mm[rung.pressure_MPa.max(axis=0) > 0.0]
     assert geometry.normal_turn_rad == pytest.approx(np.ptp(loaded_s) / 10.0, rel=1e-9)
     # two arcs: no junction and one relative curvature everywhere, yet the gap is no quadratic
@@ -595,8 +608,8 @@ def test_a_conforming_pair_is_called_conforming():
     equal = hertz_from_hessian(
         placement.first.curvature.hessian, normal_force_N=91_840.0, contact_modulus_MPa=CONFORMAL_E
     )
-    quadratic = quadratic_rung(placement.first, equal, half=True)
+    quadratic = solve_quadratic_gap(placement.first, equal, half=True)
     ladder = Ladder.of(
         equal, [("half_space_quadratic", quadratic), *((name, rung) for name in ("half_space", "elements", "fe"))]
     )
-    assert cause_of(ladder.steps, "p_max_MPa", geometry) == "conformity"
+    assert find_cause(ladder.steps, "p_max_MPa", geometry) == "conformity"

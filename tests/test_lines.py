@@ -14,38 +14,38 @@ from fecontact.contact.grid import Rung
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
-from fecontact.judging.lines import EXACT, Lines, Moves, OnLine
-from fecontact.judging.measures import deviations
-from fecontact.judging.solved_load import ELEMENTS_OFF
-from fecontact.judging.theory import fails_for_certain, judge_theory
-from fecontact.judging.verdict import ELEMENTS, PROFILE, Judgement, judge, judge_on_lines
+from fecontact.judging.lines import NO_SHIFTS, ProfileVariants, VariantResult, VariantShifts
+from fecontact.judging.measures import compute_hertz_deviations
+from fecontact.judging.solved_load import ELEMENTS_STATUS
+from fecontact.judging.theory import has_certain_failure, judge_theory
+from fecontact.judging.verdict import ELEMENTS_CAUSE, PROFILE_CAUSE, Judgement, judge, judge_profile_variants
 from fecontact.outputs.cases import verdict_of
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.verdict_words import (
-    BY_EACH_LINE,
-    band_text,
-    decided,
-    reason_of_record,
-    share_text,
+    BY_EACH_VARIANT,
+    deciding_measure_text,
+    peak_range_text,
+    variant_share_text,
     verdict_reason,
+    verdict_reason_of_record,
 )
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.solving.meshes import is_open
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.solving.profile_variants import OWN_LINE, lines_of_case
+from fecontact.solving.profile_variants import REFERENCE_LABEL, judge_case_variants
 
 PEAK = Criteria(judged_by=("p_max",))
 
 
-def factor_moves(*factors: float) -> Moves:
-    return Moves(by_line={f"filter {k} mm": {"p_max_MPa": factor} for k, factor in enumerate(factors, start=4)})
+def factor_moves(*factors: float) -> VariantShifts:
+    return VariantShifts(by_line={f"filter {k} mm": {"p_max_MPa": factor} for k, factor in enumerate(factors, start=4)})
 
 
 def judge_variants(deviation: float, uncertainty: float, *factors: float):
-    return judge_on_lines({"p_max_MPa": deviation}, {"p_max_MPa": uncertainty}, factor_moves(*factors), PEAK)
+    return judge_profile_variants({"p_max_MPa": deviation}, {"p_max_MPa": uncertainty}, factor_moves(*factors), PEAK)
 
 
 # --- the answer is the one that lines have ------------------------------------------------------------------------
@@ -53,7 +53,10 @@ def judge_variants(deviation: float, uncertainty: float, *factors: float):
 
 def test_without_other_lines_a_verdict_is_what_it_was():
     deviation, uncertainty = {"p_max_MPa": 0.03}, {"p_max_MPa": 0.01}
-    assert judge_on_lines(deviation, uncertainty, EXACT, PEAK) == (judge(deviation, uncertainty, PEAK), uncertainty)
+    assert judge_profile_variants(deviation, uncertainty, NO_SHIFTS, PEAK) == (
+        judge(deviation, uncertainty, PEAK),
+        uncertainty,
+    )
 
 
 def test_it_holds_where_it_holds_on_every_line():
@@ -81,11 +84,11 @@ def test_measures_that_fail_one_after_the_other_make_it_fail():
 
     Neither of the measures fails with certainty; Hertz does.
     """
-    line_moves = Moves(
+    line_moves = VariantShifts(
         by_line={"filter 4 mm": {"p_max_MPa": 1.1, "area_mm2": 1.0}, "filter 8 mm": {"p_max_MPa": 1.0, "area_mm2": 1.3}}
     )
     deviations = {"p_max_MPa": 0.0, "area_mm2": 0.0}
-    verdict, _ = judge_on_lines(
+    verdict, _ = judge_profile_variants(
         deviations, dict.fromkeys(deviations, 0.001), line_moves, Criteria(judged_by=("p_max", "area"))
     )
     assert verdict.answer == "FAILS"
@@ -93,8 +96,10 @@ def test_measures_that_fail_one_after_the_other_make_it_fail():
 
 
 def test_what_hertz_has_no_value_of_moves_by_what_is_added():
-    line_moves = Moves(by_line={OWN_LINE: {"valley": 0.0}, "filter 8 mm": {"valley": 0.06}})
-    verdict, stated = judge_on_lines({"valley": 0.05}, {"valley": 0.001}, line_moves, Criteria(judged_by=("valley",)))
+    line_moves = VariantShifts(by_line={REFERENCE_LABEL: {"valley": 0.0}, "filter 8 mm": {"valley": 0.06}})
+    verdict, stated = judge_profile_variants(
+        {"valley": 0.05}, {"valley": 0.001}, line_moves, Criteria(judged_by=("valley",))
+    )
     assert (verdict.lines["filter 8 mm"], stated["valley"]) == ("FAILS", pytest.approx(0.061))
 
 
@@ -103,8 +108,8 @@ def test_a_filter_at_its_end_has_the_noise_of_the_points_too():
 
     The points of the farthest variant have noise as well.
     """
-    of_lines = {OWN_LINE: 1.0, "filter 4 mm": 0.98, "filter 8 mm": 1.05, "noise 1": 1.02, "noise 2": 0.97}
-    line_moves = Moves(
+    of_lines = {REFERENCE_LABEL: 1.0, "filter 4 mm": 0.98, "filter 8 mm": 1.05, "noise 1": 1.02, "noise 2": 0.97}
+    line_moves = VariantShifts(
         by_line={label: {"p_max_MPa": deviation, "valley": deviation - 1.0} for label, deviation in of_lines.items()},
         peaks=of_lines,
     )
@@ -114,8 +119,8 @@ def test_a_filter_at_its_end_has_the_noise_of_the_points_too():
     # lines that do not have the contact say nothing, and where none has it nothing is known
     missing = replace(line_moves, peaks=of_lines | {"noise 1": float("nan")})
     assert missing.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1050.0))
-    assert math.isnan(Moves(by_line={"noise 1": {}}).farthest("p_max_MPa", 0.1))
-    assert EXACT.band(1000.0) is None
+    assert math.isnan(VariantShifts(by_line={"noise 1": {}}).farthest("p_max_MPa", 0.1))
+    assert NO_SHIFTS.band(1000.0) is None
 
 
 # --- a second patch that some lines have and others do not ---------------------------------------------------------
@@ -131,12 +136,12 @@ SECOND_PATCH = {
 BY_ELEMENTS = {"p_max_MPa": 0.0415, "b_mm": -0.908, "separate_load": 0.1192}
 
 
-def lines_with(contacts: dict[str, tuple[int, dict[str, float]]]) -> Lines:
+def lines_with(contacts: dict[str, tuple[int, dict[str, float]]]) -> ProfileVariants:
     reference, *other_variants = (
-        OnLine(label=label, p_max_MPa=1e3, patches=patches, deviations={HERTZ: deviation})
+        VariantResult(label=label, p_max_MPa=1e3, patches=patches, deviations={HERTZ: deviation})
         for label, (patches, deviation) in contacts.items()
     )
-    return Lines(own=reference, others=tuple(other_variants))
+    return ProfileVariants(own=reference, others=tuple(other_variants))
 
 
 def test_a_line_without_the_second_patch_is_judged_by_its_own_contact():
@@ -155,7 +160,7 @@ def test_a_line_without_the_second_patch_is_judged_by_its_own_contact():
 
 def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
     limits = Criteria(judged_by=("p_max", "b", "separate"))
-    verdict, stated = judge_on_lines(
+    verdict, stated = judge_profile_variants(
         BY_ELEMENTS, dict.fromkeys(BY_ELEMENTS, 1e-4), lines_with(SECOND_PATCH).moves(HERTZ), limits
     )
     assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "UNRESOLVED", "noise 3": "FAILS"}
@@ -165,7 +170,9 @@ def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
     assert stated["separate_load"] == pytest.approx(1e-4 + 0.1192 + 0.0229)
     # finite elements that say what the half-space does leave the line to its half-space
     exact = SECOND_PATCH["filter 4 mm"][1]
-    verdict, _ = judge_on_lines(exact, dict.fromkeys(exact, 1e-4), lines_with(SECOND_PATCH).moves(HERTZ), limits)
+    verdict, _ = judge_profile_variants(
+        exact, dict.fromkeys(exact, 1e-4), lines_with(SECOND_PATCH).moves(HERTZ), limits
+    )
     assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "HOLDS", "noise 3": "FAILS"}
 
 
@@ -180,7 +187,7 @@ def test_a_second_patch_on_another_line_alone_fails_there():
     )
     by_elements = {"p_max_MPa": 0.015, "separate_load": 0.0}
     criteria = Criteria(judged_by=("p_max", "separate"))
-    verdict, _ = judge_on_lines(by_elements, dict.fromkeys(single_patch, 1e-4), variants.moves(HERTZ), criteria)
+    verdict, _ = judge_profile_variants(by_elements, dict.fromkeys(single_patch, 1e-4), variants.moves(HERTZ), criteria)
     assert verdict.lines == {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS", "noise 1": "HOLDS"}
 
 
@@ -190,7 +197,7 @@ def test_no_line_gets_a_negative_load_on_a_separate_patch():
     line_moves = variants.moves(HERTZ)
     assert line_moves.other_patches == set()
     assert line_moves.deviations({"separate_load": 0.21})["noise 1"] == {"separate_load": 0.02}
-    verdict, _ = judge_on_lines(
+    verdict, _ = judge_profile_variants(
         {"separate_load": 0.21}, {"separate_load": 1e-4}, line_moves, Criteria(judged_by=("separate",))
     )
     assert verdict.lines == {"filter 4 mm": "FAILS", "noise 1": "UNRESOLVED"}
@@ -224,15 +231,15 @@ def test_peaks_that_move_leave_a_verdict_alone_where_the_theory_moves_with_them(
     assert 0.0 < uncertainty < 0.01
     low, high = 0.7 * peak_MPa * (1.0 - uncertainty), 1.3 * peak_MPa * (1.0 + uncertainty)
     assert (fe["p_max_low_MPa"], fe["p_max_high_MPa"]) == pytest.approx((low, high))
-    assert band_text(fe) == f"peak pressure {low:.0f} to {high:.0f} MPa over the lines"
+    assert peak_range_text(fe) == f"peak pressure {low:.0f} to {high:.0f} MPa over the lines"
 
 
 def test_lines_that_differ_leave_it_open_and_say_on_how_many_it_holds(elliptic_quick):
     judgement = judged_with(elliptic_quick, lines=planted_lines(1.0, 1.0, 1.0, 1.2, 1.3))
     verdict = judgement.verdict
-    assert (verdict.answer, verdict.measure, verdict.cause) == ("UNRESOLVED", "p_max_MPa", PROFILE)
+    assert (verdict.answer, verdict.measure, verdict.cause) == ("UNRESOLVED", "p_max_MPa", PROFILE_CAUSE)
     said = "holds on 4 of the 6 lines that the points allow (it fails with filters above 6 mm)"
-    assert share_text(verdict.lines) == said
+    assert variant_share_text(verdict.lines) == said
     assert said in verdict_reason(judgement)
     record = json.loads(json.dumps(load_record(judgement)))
     verdict_record = record["verdict"]
@@ -245,8 +252,8 @@ def test_a_line_that_does_not_touch_leaves_the_answer_open(elliptic_quick):
     # nothing failed to converge, but what Hertz is off on one of two lines is not known
     assert judgement.status == "converged"
     assert set(judgement.verdict.each.values()) == {"UNRESOLVED"}
-    assert judgement.verdict.lines == {OWN_LINE: "HOLDS", "noise 0": "UNRESOLVED"}
-    assert judgement.verdict.cause == PROFILE
+    assert judgement.verdict.lines == {REFERENCE_LABEL: "HOLDS", "noise 0": "UNRESOLVED"}
+    assert judgement.verdict.cause == PROFILE_CAUSE
     # the others say how far it is off
     assert judgement.uncertainty == pytest.approx(elliptic_quick.load.uncertainty, rel=1e-12)
 
@@ -271,30 +278,35 @@ def test_every_theory_has_moves_of_its_own(elliptic_quick):
 
 def test_words_of_shares():
     answers = {"filter 4 mm": "FAILS", "filter 8 mm": "HOLDS", "noise 1": "HOLDS"}
-    assert share_text(answers) == "holds on 2 of the 3 lines that the points allow (it fails with filters below 8 mm)"
-    assert share_text(dict.fromkeys(answers, "HOLDS")) == "holds on all of the 3 lines that the points allow"
-    assert share_text(answers | {"noise 1": "FAILS"}).endswith("(it fails on filter 4 mm, noise 1)")
-    assert share_text(answers | {"noise 1": "UNRESOLVED"}).endswith("filters below 8 mm; it is open on 1)")
+    assert (
+        variant_share_text(answers)
+        == "holds on 2 of the 3 lines that the points allow (it fails with filters below 8 mm)"
+    )
+    assert variant_share_text(dict.fromkeys(answers, "HOLDS")) == "holds on all of the 3 lines that the points allow"
+    assert variant_share_text(answers | {"noise 1": "FAILS"}).endswith("(it fails on filter 4 mm, noise 1)")
+    assert variant_share_text(answers | {"noise 1": "UNRESOLVED"}).endswith("filters below 8 mm; it is open on 1)")
     # a line within a limit's uncertainty, and none beyond it: a rail and a wheel of high mileage at 6 mm
     some = dict.fromkeys(answers, "HOLDS") | {"noise 1": "UNRESOLVED"}
-    assert share_text(some) == "holds on 2 of the 3 lines that the points allow (it is open on 1)"
-    assert share_text(dict.fromkeys(answers, "UNRESOLVED")).endswith(
+    assert variant_share_text(some) == "holds on 2 of the 3 lines that the points allow (it is open on 1)"
+    assert variant_share_text(dict.fromkeys(answers, "UNRESOLVED")).endswith(
         "holds on 0 of the 3 lines that the points allow (it is open on 3)"
     )
 
 
 def test_a_verdict_of_lines_does_not_contradict_the_numbers_beside_it():
     """Every line fails, and the farthest is farther off than the limit: the ± alone would leave it open."""
-    line_moves = Moves(by_line={OWN_LINE: {"separate_load": 0.0}, "filter 8 mm": {"separate_load": 0.416}})
+    line_moves = VariantShifts(
+        by_line={REFERENCE_LABEL: {"separate_load": 0.0}, "filter 8 mm": {"separate_load": 0.416}}
+    )
     criteria = Criteria(judged_by=("separate",))
     deviation = {"separate_load": 0.2147}
-    verdict, stated = judge_on_lines(deviation, {"separate_load": 0.0}, line_moves, criteria)
+    verdict, stated = judge_profile_variants(deviation, {"separate_load": 0.0}, line_moves, criteria)
     assert verdict.answer == "FAILS"
     record = {
         "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
         "theories": {HERTZ: {"deviation": deviation, "uncertainty": stated}},
     }
-    assert reason_of_record(record).startswith(
+    assert verdict_reason_of_record(record).startswith(
         "furthest beyond its limit: load on separate patches 21.47 % ± 41.60 % over all lines, each of which is judged"
         " by itself (limit < 0.1 %)"
     )
@@ -305,25 +317,27 @@ def test_a_verdict_of_lines_does_not_contradict_the_numbers_beside_it():
         "hertz_deviation_separate_load_percent": 21.47,
         "hertz_uncertainty_separate_load_percent": 41.60,
     }
-    assert BY_EACH_LINE in decided(row, criteria.limits)
+    assert BY_EACH_VARIANT in deciding_measure_text(row, criteria.limits)
     # numbers that give the verdict by themselves need no words
-    assert BY_EACH_LINE not in decided(row | {"hertz_uncertainty_separate_load_percent": 4.0}, criteria.limits)
-    assert BY_EACH_LINE not in decided(row | {"verdict_answer": "UNRESOLVED"}, criteria.limits)
+    assert BY_EACH_VARIANT not in deciding_measure_text(
+        row | {"hertz_uncertainty_separate_load_percent": 4.0}, criteria.limits
+    )
+    assert BY_EACH_VARIANT not in deciding_measure_text(row | {"verdict_answer": "UNRESOLVED"}, criteria.limits)
 
 
 def test_measures_that_fail_one_after_the_other_are_not_called_open():
-    line_moves = Moves(
+    line_moves = VariantShifts(
         by_line={"filter 4 mm": {"p_max_MPa": 1.1, "area_mm2": 1.0}, "filter 8 mm": {"p_max_MPa": 1.0, "area_mm2": 1.3}}
     )
     deviations, criteria = {"p_max_MPa": 0.0, "area_mm2": 0.0}, Criteria(judged_by=("p_max", "area"))
-    verdict, stated = judge_on_lines(deviations, dict.fromkeys(deviations, 0.001), line_moves, criteria)
+    verdict, stated = judge_profile_variants(deviations, dict.fromkeys(deviations, 0.001), line_moves, criteria)
     record = {
         "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
         "theories": {HERTZ: {"deviation": deviations, "uncertainty": stated}},
     }
-    text = reason_of_record(record)
+    text = verdict_reason_of_record(record)
     assert text.startswith("beyond another limit from line to line: ")
-    assert BY_EACH_LINE in text
+    assert BY_EACH_VARIANT in text
     assert text.endswith("it fails on all of the 2 lines that the points allow")
 
 
@@ -332,7 +346,7 @@ def test_measures_that_fail_one_after_the_other_are_not_called_open():
 
 def worn(noise_mm: float, step_mm: float, **reading: object) -> Profile:
     """60E1 with 1 mm of wear on the field side, smoothed from points."""
-    line = load("60E1")
+    line = load_library_profile("60E1")
     p = line.evaluate(line.at_arc_length(np.arange(0.0, line.length_mm, step_mm)))
     noise = noise_mm * np.random.default_rng([500, 23]).normal(size=p.y.size)
     y = p.y - noise * np.sin(p.angle_rad)
@@ -347,17 +361,17 @@ def test_a_worn_head_is_decided_as_its_true_line_is():
     """
     case = Case(lateral_shift_mm=-4.0, roll="given")
     hertz, expected = expect_on_half_space(case, place_case(case, rail=worn(0.0, 0.05, filter_mm=0.0)), nodes=16)
-    true = deviations(expected.half_space, hertz)
+    true = compute_hertz_deviations(expected.half_space, hertz)
     exact = dict.fromkeys(true, 0.0)
     assert judge(true, exact, case.criteria).answer == "HOLDS"
-    lines = lines_of_case(case, place_case(case, rail=worn(0.01, 0.2)))
+    lines = judge_case_variants(case, place_case(case, rail=worn(0.01, 0.2)))
     solved_deviations, line_moves = lines.own.deviations[HERTZ], lines.moves(HERTZ)
-    verdict, stated = judge_on_lines(solved_deviations, exact, line_moves, case.criteria)
+    verdict, stated = judge_profile_variants(solved_deviations, exact, line_moves, case.criteria)
     assert (verdict.answer, set(verdict.lines.values())) == ("HOLDS", {"HOLDS"})
     # the truth is inside what is stated, or nearly: seven lines of a noise are not all
     assert abs(true["p_max_MPa"] - solved_deviations["p_max_MPa"]) < stated["p_max_MPa"] + 0.01
     # the half-space on each line is itself
-    half_space_answer = judge_on_lines(
+    half_space_answer = judge_profile_variants(
         lines.own.deviations["half_space"], exact, lines.moves("half_space"), case.criteria
     )
     assert half_space_answer[0].answer == "HOLDS"
@@ -380,13 +394,13 @@ def test_a_failure_by_far_is_certain_whatever_the_elements_are(elliptic_quick):
         approximation = replace(right.approximation, patches=(replace(patch, p_max_MPa=factor * patch.p_max_MPa),))
         return judge_theory(judgement.case, judgement.solved.levels, approximation, lines.moves(HERTZ))
 
-    assert not fails_for_certain({HERTZ: right}, half_space)
-    assert fails_for_certain({HERTZ: wrong(0.5)}, half_space)
+    assert not has_certain_failure({HERTZ: right}, half_space)
+    assert has_certain_failure({HERTZ: wrong(0.5)}, half_space)
     # beyond its limit, by less than five times what the meshes leave open
     assert wrong(0.943).verdict.answer == "FAILS"
-    assert not fails_for_certain({HERTZ: wrong(0.943)}, half_space)
+    assert not has_certain_failure({HERTZ: wrong(0.943)}, half_space)
     # on exact lines meshes are refined until they show what their numbers are
-    assert not fails_for_certain({HERTZ: replace(wrong(0.5), moves=EXACT)}, half_space)
+    assert not has_certain_failure({HERTZ: replace(wrong(0.5), moves=NO_SHIFTS)}, half_space)
 
 
 def test_a_certain_failure_is_said_where_elements_are_off_and_takes_no_finer_ones(elliptic_quick):
@@ -396,15 +410,15 @@ def test_a_certain_failure_is_said_where_elements_are_off_and_takes_no_finer_one
     # Hertz at its own load is right, and its ellipse for a limit that nothing keeps is not
     lines = planted_lines(1.0)
     doubtful = judged_with(elliptic_quick, levels=off, lines=lines)
-    assert (doubtful.usable, doubtful.verdict.answer, doubtful.verdict.cause) == (False, "UNRESOLVED", ELEMENTS)
+    assert (doubtful.usable, doubtful.verdict.answer, doubtful.verdict.cause) == (False, "UNRESOLVED", ELEMENTS_CAUSE)
     assert is_open(judgement.case, off, placement, lines, judgement.solved.half_space)
     # a half-space with a second patch of a tenth of the load
     two = add_second_patch(judgement.solved.half_space)
     changed = ({name: add_second_patch(level.rungs[name]) for name in level.rungs if name != "nodal"} for level in off)
     levels = tuple(replace(level, **rungs) for level, rungs in zip(off, changed, strict=True))
     sure = judged_with(elliptic_quick, levels=levels, half_space=two, lines=lines)
-    assert (sure.status, sure.verdict.answer) == (ELEMENTS_OFF, "FAILS")
-    assert sure.verdict.cause != ELEMENTS
+    assert (sure.status, sure.verdict.answer) == (ELEMENTS_STATUS, "FAILS")
+    assert sure.verdict.cause != ELEMENTS_CAUSE
     assert verdict_reason(sure).startswith("certain by the half-space alone, ")
     assert verdict_of(load_row(sure, placement)) == "FAILS"
     assert not is_open(judgement.case, levels, placement, lines, two)

@@ -23,7 +23,7 @@ from fecontact.case import BodySize, Case, Criteria
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.jobs import workers
-from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
+from fecontact.jobs.store import MANIFEST, check_stored_job, write_manifest
 from fecontact.judging.judge import judge_load
 from fecontact.outputs.records.results import case_row, read_row
 from fecontact.outputs.study_files import write_tables
@@ -31,12 +31,12 @@ from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judged_study
 from fecontact.runs.casefile import Study, load_study
-from fecontact.runs.identity import case_id, origin_of
+from fecontact.runs.identity import determine_origin, make_case_id
 from fecontact.runs.judged_study import judge_study
 from fecontact.runs.load import load
-from fecontact.runs.sources import digests
-from fecontact.runs.store import FIELDS, PROFILES, ROW, SOLVED
-from fecontact.runs.stored_folder import stored_study
+from fecontact.runs.sources import read_digests
+from fecontact.runs.store import FIELDS_FILE, PROFILES_FOLDER, ROW_FILE, SOLUTION_FILE
+from fecontact.runs.stored_folder import read_stored_study
 
 # an arc of R 300 as a file of segments
 HEAD = """kind = "rail"
@@ -101,8 +101,8 @@ def test_what_is_read_back_is_what_was_solved(elliptic_quick, solved_folder):
 
 
 def test_the_row_that_is_stored_is_that_of_the_result(elliptic_quick, solved_folder):
-    row = read_row(solved_folder / ROW)
-    assert_identical({"id": case_id(elliptic_quick.case), **case_row(elliptic_quick)}, row)
+    row = read_row(solved_folder / ROW_FILE)
+    assert_identical({"id": make_case_id(elliptic_quick.case), **case_row(elliptic_quick)}, row)
     assert_identical(row, {"id": row["id"], **case_row(load(solved_folder))})
 
 
@@ -131,8 +131,8 @@ def test_a_verdict_does_not_hang_on_the_threads_of_who_asks(solved_folder, tmp_p
     Sums over nodes differ in their last digits with the threads of BLAS.
     """
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    monkeypatch.setattr("fecontact.runs.judged_study.began_on_one_thread", lambda: False)
-    with workers.evaluators(1, here=False) as map_over:
+    monkeypatch.setattr("fecontact.runs.judged_study.has_single_thread", lambda: False)
+    with workers.open_evaluators(1, here=False) as map_over:
         assert list(map_over(os.getenv, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])) == ["1", "1"]
     monkeypatch.setattr(
         "fecontact.runs.judged_study.read_case", lambda *a, **options: pytest.fail("read by the caller")
@@ -152,7 +152,7 @@ def test_judging_needs_neither_gmsh_nor_finite_elements(solved_folder):
     assert "p_max ±3 %, area ±20 %, a ±10 %" in process.stdout
 
 
-@pytest.mark.parametrize("file", [FIELDS, SOLVED, ROW, MANIFEST])
+@pytest.mark.parametrize("file", [FIELDS_FILE, SOLUTION_FILE, ROW_FILE, MANIFEST])
 def test_a_damaged_result_is_named_and_never_judged(solved_folder, tmp_path, file, capsys):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
     data = bytearray((folder / file).read_bytes())
@@ -179,18 +179,18 @@ def test_a_damaged_result_is_named_and_never_judged(solved_folder, tmp_path, fil
 )
 def test_a_result_of_another_layout_is_named(elliptic_quick, solved_folder, tmp_path, change, says):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
-    record = json.loads((folder / SOLVED).read_text()) | change
-    (folder / SOLVED).write_text(json.dumps(record))
+    record = json.loads((folder / SOLUTION_FILE).read_text()) | change
+    (folder / SOLUTION_FILE).write_text(json.dumps(record))
     (folder / MANIFEST).unlink()
     files = [path for path in folder.rglob("*") if path.is_file()]
-    write_manifest(folder, files, case_id(elliptic_quick.case), origin_of(elliptic_quick.case))
+    write_manifest(folder, files, make_case_id(elliptic_quick.case), determine_origin(elliptic_quick.case))
     with pytest.raises(InputError, match=says):
         load(folder)
 
 
 def test_another_version_of_the_solving_code_is_named_and_never_judged(solved_folder, monkeypatch, capsys):
-    monkeypatch.setattr(identity, "digests", lambda: replace(digests(), solving="another"))
-    identity._solving.cache_clear()
+    monkeypatch.setattr(identity, "read_digests", lambda: replace(read_digests(), solving="another"))
+    identity._determine_solving_origin.cache_clear()
     try:
         with pytest.raises(InputError, match=r"made by another version: source of solving .* solve it again"):
             load(solved_folder)
@@ -198,11 +198,11 @@ def test_another_version_of_the_solving_code_is_named_and_never_judged(solved_fo
         assert "source of solving" in " ".join(capsys.readouterr().out.split())
     finally:
         monkeypatch.undo()
-        identity._solving.cache_clear()
+        identity._determine_solving_origin.cache_clear()
 
 
 def test_another_version_of_the_evaluating_code_is_judged(elliptic_quick, solved_folder, monkeypatch):
-    monkeypatch.setattr(identity, "digests", lambda: replace(digests(), evaluating="another"))
+    monkeypatch.setattr(identity, "read_digests", lambda: replace(read_digests(), evaluating="another"))
     assert_identical(elliptic_quick, load(solved_folder))
 
 
@@ -262,12 +262,12 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
     out = shutil.copytree(twice[0] / "out", tmp_path / "out")
     results = load(out)
     assert [result.case.load_N for result in results] == [50e3, 80e3]
-    rows = {row["id"]: row for row in map(lambda f: read_row(f / ROW), sorted((out / "cases").iterdir()))}
+    rows = {row["id"]: row for row in map(lambda f: read_row(f / ROW_FILE), sorted((out / "cases").iterdir()))}
     for result in results:
         # the stored copy of the profile is the same profile: the same id, whatever the file is called from
-        assert PROFILES in result.case.rail
-        assert case_id(result.case) in rows
-        assert_identical(rows[case_id(result.case)], {"id": case_id(result.case), **case_row(result)})
+        assert PROFILES_FOLDER in result.case.rail
+        assert make_case_id(result.case) in rows
+        assert_identical(rows[make_case_id(result.case)], {"id": make_case_id(result.case), **case_row(result)})
     assert call(["judge", str(out), "--p-max-percent", "0.01", "--out", str(tmp_path / "strict")]) == 0
     said = capsys.readouterr().out
     assert "2 cases judged by p_max ±0.01 %" in said
@@ -291,7 +291,7 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
 @pytest.mark.slow
 def test_judging_a_study_that_still_runs_says_how_many_cases_are_missing(twice, tmp_path, capsys):
     out = shutil.copytree(twice[0] / "out", tmp_path / "out")
-    name, rows, cases = stored_study(out)
+    name, rows, cases = read_stored_study(out)
     assert cases == len(rows) == 2
     # as `run` writes it after the first of four cases
     write_tables(name, 4, rows[:1], out / "study")
@@ -299,7 +299,7 @@ def test_judging_a_study_that_still_runs_says_how_many_cases_are_missing(twice, 
     assert "1 of 4 cases (3 not solved yet) judged by " in capsys.readouterr().out
     judgement = judge_study(out, Criteria())
     assert (judgement.missing, judgement.all_judged) == (3, False)
-    assert stored_study(tmp_path / "again")[2] == 4
+    assert read_stored_study(tmp_path / "again")[2] == 4
 
 
 @pytest.mark.slow
@@ -329,13 +329,13 @@ def test_damage_of_every_file_of_a_result_is_noticed(twice, tmp_path):
     """
     out = shutil.copytree(twice[1] / "out", tmp_path / "out")
     (case, *_) = sorted((out / "cases").iterdir())
-    assert (case / PROFILES / "rail" / "head.toml").is_file()
+    assert (case / PROFILES_FOLDER / "rail" / "head.toml").is_file()
     assert files_without_checksum(case) == set()
     (case / "case.png").write_bytes(b"")
     with pytest.raises(InputError, match=r"case\.png is damaged"):
         load(case)
     shutil.rmtree(out / "cases")
-    assert unnoticed(out, (lambda: stored_study(out), lambda: load_table(out))) == set()
+    assert unnoticed(out, (lambda: read_stored_study(out), lambda: load_table(out))) == set()
 
 
 def test_versions_that_a_result_names_are_no_part_of_its_checksums(solved_folder, tmp_path):
@@ -348,7 +348,7 @@ def test_versions_that_a_result_names_are_no_part_of_its_checksums(solved_folder
     manifest["solved_by"]["numpy"] = "0.1"
     (folder / MANIFEST).write_text(json.dumps(manifest))
     assert load(folder).verdict.answer == "HOLDS"
-    folder_kept = kept_folder(folder, manifest["id"], origin_of(load(folder).case))
+    folder_kept = check_stored_job(folder, manifest["id"], determine_origin(load(folder).case))
     assert "numpy 0.1 -> " in (folder_kept.problem or "")
 
 
@@ -363,9 +363,9 @@ def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profile
     result = fecontact.solve(second)
     keep_case(result, folder)
     # the copy of the first one's rail is still there, and neither read nor sealed with the second one
-    assert (folder / PROFILES / "rail" / "head.toml").is_file()
+    assert (folder / PROFILES_FOLDER / "rail" / "head.toml").is_file()
     assert_identical(result, load(folder))
-    (folder / PROFILES / "rail" / "head.toml").unlink()
+    (folder / PROFILES_FOLDER / "rail" / "head.toml").unlink()
     assert_identical(result, load(folder))
 
 
@@ -379,7 +379,7 @@ def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path,
     strict = Criteria(p_max=1e-6, judged_by=("strength", "area"))
     strict_cases = tuple(replace(case, criteria=strict) for case in study.cases)
     outcome = study_by(Study(name="mine", cases=strict_cases), out, crew=inline_crew())
-    assert set(outcome.recomputed) == {case_id(case) for case in study.cases}
+    assert set(outcome.recomputed) == {make_case_id(case) for case in study.cases}
     assert [row["verdict_answer"] for row in outcome.rows] == ["UNRESOLVED", "UNRESOLVED"]
     assert {path: path.read_bytes() for path in out.rglob("*.vtu")} == meshes
     # what was written again is whole, and judged by the criteria that it says

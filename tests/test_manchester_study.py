@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fecontact.judging.measures import measures_of, patch_of
+from fecontact.judging.measures import read_measures, read_patch
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -19,7 +19,7 @@ def row_of(case):
     """Columns that the checks read from a row, from the true gap on a half-space."""
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
-    patch, measures = patch_of(expected.half_space), measures_of(expected.half_space)
+    patch, measures = read_patch(expected.half_space), read_measures(expected.half_space)
     return {
         "lateral_shift_mm": case.lateral_shift_mm,
         "fe_p_max_MPa": measures.p_max_MPa,

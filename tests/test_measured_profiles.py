@@ -15,36 +15,36 @@ from scipy.interpolate import make_smoothing_spline
 from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.outputs.figures.position import preview_figure
+from fecontact.outputs.figures.position import draw_preview
 from fecontact.outputs.preview import preview_lines, preview_record
-from fecontact.outputs.profiles import nearest_text, profile_figure
+from fecontact.outputs.profiles import draw_profile, nearest_text
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import load, names
-from fecontact.profiles.point_noise import missed_by_neighbours, noise_of
+from fecontact.profiles.library import list_names, load_library_profile
+from fecontact.profiles.point_noise import compare_with_neighbours, estimate_noise_mm
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.recognition import _choices, _lost_on_field_side_mm, nearest
+from fecontact.profiles.recognition import _describe_choices, _measure_field_side_loss_mm, find_nearest_profiles
 from fecontact.profiles.registration import (
     FootPoints,
-    Lines,
-    _foot_points,
-    _to_references,
-    first_shift,
-    foot_points,
+    ProfileChain,
+    _find_foot_points,
+    _move_to_references,
+    estimate_shift,
+    find_foot_points,
     register,
     register_all,
 )
 from fecontact.profiles.segments import Polynomial, Registration
-from fecontact.profiles.smoothing_splines import least_bending, smoothed_by
-from fecontact.profiles.variants import _ByContent, _length, scaled
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.profiles.smoothing_splines import fit_smoothing_spline, minimise_bending
+from fecontact.profiles.variants import _ContentKey, _measure_length_mm, scale_deviation
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.solving.preview import preview
+from fecontact.solving.preview import preview_case
 
 
 def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, registration=None):
     """Points along an exact line: worn by a depth over y below the line, with noise across it, and moved."""
-    profile = load(name)
+    profile = load_library_profile(name)
     s = np.arange(0.0, profile.length_mm, step_mm)
     p = profile.evaluate(profile.at_arc_length(s))
     normal = np.column_stack((-np.sin(p.angle_rad), np.cos(p.angle_rad)))
@@ -67,9 +67,9 @@ def corner_wear(y):
 
 
 def test_foot_points_are_at_right_angles():
-    line = load("60E1")
+    line = load_library_profile("60E1")
     points = sampled("60E1", wear=lambda y: 0.3 + 0.0 * y)
-    feet = foot_points(line, points)
+    feet = find_foot_points(line, points)
     inside = feet.inside
     assert np.count_nonzero(inside) > 0.97 * inside.size
     # 0.3 mm below the line, everywhere
@@ -83,7 +83,7 @@ def test_foot_points_are_at_right_angles():
 )
 @pytest.mark.parametrize("name", ["60E1", "54E1", "S1002"])
 def test_a_moved_line_is_found_where_it_lies(name, expected):
-    registration, usual = register(load(name), sampled(name, registration=expected))
+    registration, usual = register(load_library_profile(name), sampled(name, registration=expected))
     assert registration.turn_rad == pytest.approx(expected.turn_rad, abs=1e-7)
     assert registration.shift == pytest.approx(expected.shift, abs=1e-6)
     assert usual < 1e-6
@@ -100,20 +100,20 @@ def test_lines_together_are_found_where_each_is_by_itself(kind, name, wear):
     """
     displacement = Registration(turn_rad=0.02, shift=(1.0, -0.7))
     points = sampled(name, 0.01, 1.7, wear=wear, registration=displacement)
-    lines = [load(one) for one in names(kind)]
-    begin = [Registration(shift=first_shift(one, points)) for one in lines]
+    lines = [load_library_profile(one) for one in list_names(kind)]
+    begin = [Registration(shift=estimate_shift(one, points)) for one in lines]
     for steps in (1, 6):
-        together, usuals, _ = register_all(Lines.of(*lines), points, begin, steps=steps)
+        together, usuals, _ = register_all(ProfileChain.of(*lines), points, begin, steps=steps)
         for one, begun, registration, usual in zip(lines, begin, together, usuals, strict=True):
-            (alone,), (usual_alone,), _ = register_all(Lines.of(one), points, [begun], steps=steps)
+            (alone,), (usual_alone,), _ = register_all(ProfileChain.of(one), points, [begun], steps=steps)
             assert registration.turn_rad == pytest.approx(alone.turn_rad, abs=1e-9)
             assert registration.shift == pytest.approx(alone.shift, abs=1e-9)
             assert usual == pytest.approx(usual_alone, abs=1e-9)
     # registered, on a part that some lines do not reach to
-    feet = _foot_points(Lines.of(*lines), _to_references(together, points))
+    feet = _find_foot_points(ProfileChain.of(*lines), _move_to_references(together, points))
     assert not feet.inside.all()
     for number, (line, registered) in enumerate(zip(lines, together, strict=True)):
-        alone = foot_points(line, registered.to_reference(points))
+        alone = find_foot_points(line, registered.to_reference(points))
         registration_feet = feet.of(number)
         assert np.array_equal(registration_feet.inside, alone.inside)
         for was, now in (
@@ -129,7 +129,9 @@ def test_two_drawings_of_one_profile_are_told_in_the_order_of_the_library(is_tur
     """Both are as near, but for rounding."""
     points = sampled("S1002", 0.01, seed=int(is_turned), registration=Registration(turn_rad=0.01 * is_turned))
     points = points[points[:, 0] < 30.0]
-    drawings = [candidate for candidate in nearest(points, "wheel") if candidate.name in ("S1002", "MBench_S1002")]
+    drawings = [
+        candidate for candidate in find_nearest_profiles(points, "wheel") if candidate.name in ("S1002", "MBench_S1002")
+    ]
     assert [candidate.name for candidate in drawings] == ["MBench_S1002", "S1002"]
     assert drawings[0].usual_mm == pytest.approx(drawings[1].usual_mm, abs=1e-9)
 
@@ -145,8 +147,8 @@ def test_the_way_back_is_the_way_back():
 
 @pytest.mark.parametrize("name", ["60E1", "54E1", "49E1", "60E2", "46E1", "S1002"])
 def test_a_noisy_profile_is_recognised(name):
-    kind = load(name).kind
-    candidates = nearest(sampled(name, 0.01), kind)
+    kind = load_library_profile(name).kind
+    candidates = find_nearest_profiles(sampled(name, 0.01), kind)
     # the benchmark's wheel is the S1002 without its chamfer
     assert candidates[0].name in (name, f"MBench_{name}")
     assert candidates[0].usual_mm == pytest.approx(0.01, rel=0.25)
@@ -154,19 +156,19 @@ def test_a_noisy_profile_is_recognised(name):
 
 def test_a_worn_rail_is_its_rail_and_its_wear():
     points = sampled("60E1", 0.01, wear=corner_wear)
-    assert nearest(points, "rail")[0].name == "60E1"
+    assert find_nearest_profiles(points, "rail")[0].name == "60E1"
     measured = read(points).measured
     assert measured.nominal == "60E1"
-    text = nearest_text(nearest(points, "rail"), "54E1")
+    text = nearest_text(find_nearest_profiles(points, "rail"), "54E1")
     assert "nearest library profile over the whole line: 60E1" in text
     # another one than it is smoothed from is no riddle
     assert text.endswith("; what is smoothed is the deviation from 54E1")
-    assert "smoothed" not in nearest_text(nearest(points, "rail"), "60E1")
+    assert "smoothed" not in nearest_text(find_nearest_profiles(points, "rail"), "60E1")
     # of points that lie on it no rounding is told
-    assert "all points are within 0.001 mm of it" in nearest_text(nearest(sampled("60E1", 0.0), "rail"))
+    assert "all points are within 0.001 mm of it" in nearest_text(find_nearest_profiles(sampled("60E1", 0.0), "rail"))
     # the wear that was planted, to some of the noise, where both lines are registered by the sides of the head
     line = read(points, nominal="60E1")
-    feet = foot_points(replace(load("60E1"), outline=()), line.points)
+    feet = find_foot_points(replace(load_library_profile("60E1"), outline=()), line.points)
     assert feet.off_mm.min() == pytest.approx(-0.6, abs=0.05)
 
 
@@ -184,8 +186,8 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
 )
 def test_a_profile_that_points_are_too_far_off_is_not_theirs(planted, nominal, monkeypatch):
     monkeypatch.setattr(
-        "fecontact.profiles.recognition.nearest",
-        lambda *arguments: [replace(candidate, **planted) for candidate in nearest(*arguments)],
+        "fecontact.profiles.recognition.find_nearest_profiles",
+        lambda *arguments: [replace(candidate, **planted) for candidate in find_nearest_profiles(*arguments)],
     )
     assert read(sampled("60E1", 0.01, wear=corner_wear)).measured.nominal == nominal
 
@@ -224,7 +226,7 @@ def test_a_deviation_is_told_across_the_line_as_the_nearest_profile_is():
     worn = read(sampled("60E1", 0.005, step_mm=0.25, wear=lambda y: 0.4 * np.exp(-(((y + 20.0) / 12.0) ** 2))))
     (note,) = [text for text in worn.notes if "its deviation from 60E1" in text]
     deviation_mm = float(re.search(r"at most (\S+) mm across it", note)[1])
-    (same,) = nearest(worn.points, "rail", ("60E1",))
+    (same,) = find_nearest_profiles(worn.points, "rail", ("60E1",))
     # two digits of it are told
     assert deviation_mm == pytest.approx(same.farthest_mm, rel=0.06)
 
@@ -257,7 +259,7 @@ def test_exact_points_are_not_smoothed():
 def test_half_of_a_wave_of_the_width_is_left(wave_mm):
     s = np.linspace(0.0, 200.0, 2001)
     wave = np.cos(2.0 * math.pi * s / wave_mm)
-    left = smoothed_by(s, wave[:, None], wave_mm)(s)[:, 0]
+    left = fit_smoothing_spline(s, wave[:, None], wave_mm)(s)[:, 0]
     middle = slice(600, 1400)
     assert left[middle] @ wave[middle] / (wave[middle] @ wave[middle]) == pytest.approx(0.5, abs=2e-3)
 
@@ -273,7 +275,7 @@ def test_the_smoothing_spline_is_that_of_scipy(filter_mm):
     values = np.column_stack((s, 20.0 * np.sin(s / 30.0))) + rng.normal(0.0, 0.01, (150, 2))
     weights = 0.5 * (np.diff(s, append=s[-1]) + np.diff(s, prepend=s[0]))
     expected = make_smoothing_spline(s, values, w=weights, lam=(filter_mm / math.tau) ** 4)
-    smoothed, places = smoothed_by(s, values, filter_mm), np.linspace(s[0] - 0.5, s[-1] + 0.5, 1000)
+    smoothed, places = fit_smoothing_spline(s, values, filter_mm), np.linspace(s[0] - 0.5, s[-1] + 0.5, 1000)
     for order, tolerance in ((0, 1e-9), (1, 1e-10), (2, 1e-11)):
         assert smoothed(places, order) == pytest.approx(expected(places, order), rel=0.0, abs=tolerance)
 
@@ -282,13 +284,13 @@ def test_a_straight_line_stays_where_it_is_over_the_longest_waves():
     """Where the equations of scipy's spline are 0.0002 mm off, for points 0.2 mm apart."""
     s = np.linspace(0.0, 160.0, 801)
     line = np.column_stack((s, 3.0 + 0.1 * s))
-    assert smoothed_by(s, line, 500.0)(s) == pytest.approx(line, rel=0.0, abs=1e-12)
+    assert fit_smoothing_spline(s, line, 500.0)(s) == pytest.approx(line, rel=0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("noise_mm", [0.002, 0.01, 0.02])
 @pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5])
 def test_the_noise_is_told_from_the_points(noise_mm, step_mm):
-    noises = [noise_of(sampled("60E1", noise_mm, step_mm, seed)) for seed in range(8)]
+    noises = [estimate_noise_mm(sampled("60E1", noise_mm, step_mm, seed)) for seed in range(8)]
     assert np.mean(noises) == pytest.approx(noise_mm, rel=0.1)
 
 
@@ -307,7 +309,9 @@ def test_the_stated_curvature_noise_is_the_one_that_arises():
 
 def test_a_smoothed_line_keeps_the_junctions_and_has_no_steps():
     line = read(sampled("60E1", 0.01))
-    assert [j.y_mm for j in line.junctions] == pytest.approx([j.y_mm for j in load("60E1").junctions], abs=0.02)
+    assert [j.y_mm for j in line.junctions] == pytest.approx(
+        [j.y_mm for j in load_library_profile("60E1").junctions], abs=0.02
+    )
     assert not any(junction.is_corner for junction in line.junctions)
     u = np.arange(1.0, len(line.segments))
     left, right = line.evaluate(u, "left"), line.evaluate(u, "right")
@@ -331,16 +335,18 @@ def test_derivatives_of_a_smoothed_line_are_those_of_its_points():
 def test_the_deviation_from_the_nominal_scales():
     line = read(sampled("60E1", 0.005, wear=corner_wear), nominal="60E1")
     y = np.linspace(-20.0, 20.0, 81)
-    without_deviation, half, with_deviation = (scaled(line, fraction).height(y) for fraction in (0.0, 0.5, 1.0))
+    without_deviation, half, with_deviation = (
+        scale_deviation(line, fraction).height(y) for fraction in (0.0, 0.5, 1.0)
+    )
     assert with_deviation == pytest.approx(line.height(y), abs=1e-12)
     # a displacement across the line: its height is linear in it to the square of 0.6 mm over the radii of 80 mm
     assert half == pytest.approx(0.5 * (without_deviation + with_deviation), abs=1e-3)
     registration = line.measured.held.registration
-    assert foot_points(
-        load("60E1"), registration.to_reference(np.column_stack((y, without_deviation)))
+    assert find_foot_points(
+        load_library_profile("60E1"), registration.to_reference(np.column_stack((y, without_deviation)))
     ).off_mm == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match="not known by its deviation"):
-        scaled(load("60E1"), 0.5)
+        scale_deviation(load_library_profile("60E1"), 0.5)
 
 
 @pytest.mark.parametrize("spacing_mm", [0.5, 2.0])
@@ -351,7 +357,7 @@ def test_three_points_are_bent_as_their_one_second_difference_says(spacing_mm):
     """
     width, v = 3.0, np.array([0.0, 0.4, 0.1])
     values = np.column_stack((np.zeros(3), v))
-    smoothed = least_bending(spacing_mm * np.arange(3.0), values, np.tile([0.0, 1.0], (3, 1)), width)
+    smoothed = minimise_bending(spacing_mm * np.arange(3.0), values, np.tile([0.0, 1.0], (3, 1)), width)
     bent = np.array([1.0, -2.0, 1.0]) / spacing_mm**2
     much = (width / (2.0 * math.pi)) ** 4
     np.testing.assert_allclose(smoothed[:, 1], v - bent * (much * bent @ v / (1.0 + much * bent @ bent)), atol=1e-9)
@@ -360,7 +366,7 @@ def test_three_points_are_bent_as_their_one_second_difference_says(spacing_mm):
 def test_a_parabola_is_as_long_as_its_closed_form():
     """z = y^2 / 2 from 0 to 2: (y sqrt(1 + y^2) + asinh y) / 2."""
     closed_form = 0.5 * (2.0 * math.sqrt(5.0) + math.asinh(2.0))
-    assert _length(Polynomial(coefficients=(0.0, 0.0, 0.5), y_from=0.0, y_to=2.0)) == pytest.approx(
+    assert _measure_length_mm(Polynomial(coefficients=(0.0, 0.0, 0.5), y_from=0.0, y_to=2.0)) == pytest.approx(
         closed_form, rel=1e-12
     )
 
@@ -370,7 +376,7 @@ def test_smoothed_profiles_are_equal_by_their_points():
         measured = SimpleNamespace(
             filter_mm=4.0, nominal="", noise_mm=0.01, points=np.array(points), s_mm=np.arange(2.0)
         )
-        return _ByContent(SimpleNamespace(kind="rail", name="one", measured=measured))
+        return _ContentKey(SimpleNamespace(kind="rail", name="one", measured=measured))
 
     reference = profile([1.0, 2.0])
     assert reference == profile([1.0, 2.0])
@@ -381,7 +387,7 @@ def test_smoothed_profiles_are_equal_by_their_points():
 @pytest.mark.parametrize("cant", [20, 30, 40])
 def test_a_rail_that_lies_canted_in_its_file_is_asked_for(cant):
     nominal_held = SimpleNamespace(registration=SimpleNamespace(turn_rad=-1.0 / cant))
-    (*_, said) = _choices(SimpleNamespace(nominal="60E1", held=nominal_held), "rail")
+    (*_, said) = _describe_choices(SimpleNamespace(nominal="60E1", held=nominal_held), "rail")
     assert f"near 1:{cant}: is the rail canted" in said
 
 
@@ -395,7 +401,7 @@ def test_what_a_head_has_lost_of_its_field_side_counts_beside_its_gauge_side(gau
         off_mm=np.where(y < 0.0, -gauge_mm, -field_mm),
         inside=np.ones(y.size, dtype=bool),
     )
-    assert _lost_on_field_side_mm(feet) == pytest.approx(field_mm - gauge_mm, abs=1e-12)
+    assert _measure_field_side_loss_mm(feet) == pytest.approx(field_mm - gauge_mm, abs=1e-12)
 
 
 # --- a case before it is solved -------------------------------------------------------------------------------------
@@ -403,7 +409,7 @@ def test_what_a_head_has_lost_of_its_field_side_counts_beside_its_gauge_side(gau
 
 def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     case = Case(lateral_shift_mm=3.0, roll="given")
-    previewed = preview(case)
+    previewed = preview_case(case)
     _, expected = expect_on_half_space(case, place_case(case))
     assert previewed.expected.semi_axis_x_mm == expected.semi_axis_x_mm
     assert previewed.hertz_uncertainty is None
@@ -414,7 +420,7 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     assert "curvature junctions below it: rail at +2.35 mm" in text
     record = json.loads(json.dumps(preview_record(previewed)))
     assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)
-    assert preview_figure(previewed, tmp_path / "seen.png").stat().st_size > 10_000
+    assert draw_preview(previewed, tmp_path / "seen.png").stat().st_size > 10_000
     assert "vertical scale exaggerated" in (tmp_path / "seen.svg").read_text("utf-8")
 
 
@@ -426,9 +432,9 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert "the measured profiles leave ±" in out
     assert (tmp_path / "seen.png").exists()
     # the contact is found on each line that the points allow, some eight
-    previewed = preview(Case(rail="mine.csv", lateral_shift_mm=-4.0))
+    previewed = preview_case(Case(rail="mine.csv", lateral_shift_mm=-4.0))
     assert 2.0 < previewed.lines_seconds < 8.0
-    assert previewed.cpu_seconds > preview(Case(lateral_shift_mm=-4.0)).cpu_seconds + 2.0
+    assert previewed.cpu_seconds > preview_case(Case(lateral_shift_mm=-4.0)).cpu_seconds + 2.0
     assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     # which body a note is about
@@ -447,7 +453,7 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     # the scatter that was planted, and the junctions of 60E1 between arcs of 300, 80 and 13 mm
     assert profile["smoothed"]["noise_mm"] == pytest.approx(0.01, rel=0.25)
     assert [junction["y_mm"] for junction in profile["junctions"]] == pytest.approx(
-        [junction.y_mm for junction in load("60E1").junctions], abs=0.05
+        [junction.y_mm for junction in load_library_profile("60E1").junctions], abs=0.05
     )
     assert call(["profiles", "again.csv", "--kind", "rail"]) == 0
     (tmp_path / "mine.prr").write_text(simpack(*sampled("60E1", 0.01).T), "utf-8")
@@ -460,7 +466,7 @@ def test_the_labels_of_the_picture_of_a_measured_line_are_apart(monkeypatch):
     monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: figures.append(figure))
     line = read(sampled("60E1", 0.01))
     assert isinstance(line, Profile)
-    profile_figure(line, "line.png")
+    draw_profile(line, "line.png")
     figures[0].canvas.draw()
     ends = [ax.yaxis.label.get_window_extent() for ax in figures[0].axes]
     assert all(upper.y0 > lower.y1 for upper, lower in pairwise(ends))
@@ -481,10 +487,10 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
     as_is = read(exact, repair=True)
     path = tmp_path / "rail.txt"
     np.savetxt(path, exact, fmt="%.9f")
-    previewed = preview(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0, roll="given"))
-    profile_figure(line, tmp_path / "a.png")
-    profile_figure(as_is, tmp_path / "b.png")
-    preview_figure(previewed, tmp_path / "c.png")
+    previewed = preview_case(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0, roll="given"))
+    draw_profile(line, tmp_path / "a.png")
+    draw_profile(as_is, tmp_path / "b.png")
+    draw_preview(previewed, tmp_path / "c.png")
     for figure, (y, z) in zip(
         figures, (points[200], exact[80], previewed.placement.rail.point(*exact[80])), strict=True
     ):
@@ -498,7 +504,7 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
 def test_a_profile_without_problems_has_no_marks(monkeypatch):
     figures = []
     monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: figures.append(figure))
-    profile_figure(load("60E1"), "none.png")
+    draw_profile(load_library_profile("60E1"), "none.png")
     assert figures[0].axes[0].get_legend() is None
 
 
@@ -517,7 +523,7 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
     with pytest.raises(
         InputError, match="the line of noisy goes through its points as they are: give --rail-filter-mm or"
     ):
-        hertz_of_case(case, placement)
+        compute_hertz(case, placement)
 
 
 @pytest.mark.parametrize("place", [0, 2, 4])
@@ -526,9 +532,9 @@ def test_a_cubic_misses_no_neighbour_and_four_points_have_none_to_miss(place):
     points = np.column_stack([x, 1e-9 * x**3])
     points[3, 1] += 0.01
     for count in (4, 5, 7):
-        missed, weight = missed_by_neighbours(points[:count], place)
+        missed, weight = compare_with_neighbours(points[:count], place)
         assert missed.size == weight.size == count - 4
     # the point that lies aside is in the middle of the second five
-    missed, weight = missed_by_neighbours(points, 2)
+    missed, weight = compare_with_neighbours(points, 2)
     assert missed[1] == pytest.approx(0.01, rel=1e-3)
     assert np.all(weight > 1.0)

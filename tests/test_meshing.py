@@ -23,20 +23,20 @@ from fecontact.fe.body_mesh import (
     shape_gradients,
     surface_normals,
 )
-from fecontact.fe.meshing import FineZone, _sweep_positions, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import FineZone, _sweep_positions, estimate_least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.fe.section import (
     Stretch,
     Zone,
-    _all_convex,
-    _graded,
-    _on_segment,
+    _has_convex_quads,
+    _is_on_segment,
+    _place_graded_nodes,
     layer_depths,
     mesh_section,
     polygon_area,
 )
 from fecontact.placement.wheel_on_rail import Placement, place
-from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
-from fecontact.profiles.library import load
+from fecontact.profiles.curve import make_circular_rail_head, make_cylinder_wheel
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.solve import solve
 
@@ -271,7 +271,7 @@ def test_section_area_of_a_head_without_outline(key):
 
 
 def test_section_area_of_a_rail_with_its_outline():
-    rail = load("60E1")
+    rail = load_library_profile("60E1")
     outline = np.vstack(
         [np.column_stack([p.y, p.z]) for p in (seg.evaluate(np.linspace(0, 1, 2001)) for seg in rail.outline)]
     )
@@ -316,7 +316,7 @@ def test_the_memory_that_is_asked_for_first_is_a_lower_bound(key):
     """Of 8 kB a node: on these small zones 7 % of all nodes lie in the two blocks that it counts."""
     _, zone, meshes = position_meshes(key)
     nodes = sum(len(mesh.points) for mesh in meshes.values())
-    assert 0.06 < least_memory_bytes(zone) / (8e3 * nodes) < 0.08
+    assert 0.06 < estimate_least_memory_bytes(zone) / (8e3 * nodes) < 0.08
 
 
 def test_section_reports_its_areas():
@@ -345,7 +345,7 @@ def test_section_that_recombination_turns_inside_out():
         depth_step_mm=0.3961904761904764,
         depth_mm=np.full(21, 4.457142857142857),
     )
-    rail = load("MBench_UIC60")
+    rail = load_library_profile("MBench_UIC60")
     (y_low, _), (y_high, _) = ((float(p.y), float(p.z)) for p in (rail.evaluate(0.0), rail.evaluate(7.0)))
     section = mesh_section(rail, np.array([[y_high, -60.0], [y_low, -60.0]]), (0, 1), zone)
     p = section.points[section.quads]
@@ -384,12 +384,12 @@ BOW_TIE = SQUARE[[0, 2, 1, 3]]
 def test_cells_that_fold_are_seen_in_any_direction_and_order(turn):
     axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
     square, dart, tie = (3.0 * shape @ axes + 50.0 for shape in (SQUARE, DART, BOW_TIE))
-    assert _all_convex(np.array([square, square + 1.0]))
-    assert _all_convex(square[None, ::-1])
+    assert _has_convex_quads(np.array([square, square + 1.0]))
+    assert _has_convex_quads(square[None, ::-1])
     for wrong in (dart, tie, dart[::-1]):
-        assert not _all_convex(np.array([square, wrong]))
+        assert not _has_convex_quads(np.array([square, wrong]))
     # two cells of unlike order overlap
-    assert not _all_convex(np.array([square, square[::-1]]))
+    assert not _has_convex_quads(np.array([square, square[::-1]]))
 
 
 @pytest.mark.parametrize(("first", "total", "ratio"), [(0.5, 6.0, 1.2), (1.0, 1.5, 1.2), (0.1, 20.0, 1.35)])
@@ -405,7 +405,7 @@ def test_layer_depths(first, total, ratio):
 
 def test_nodes_along_a_polyline_have_its_corners_and_steps_that_grow_from_its_ends():
     trace = np.array([[0.0, 0.0], [12.0, 16.0], [18.0, 16.0], [18.0, 46.0]])
-    nodes = _graded(trace, (0.5, 2.0))
+    nodes = _place_graded_nodes(trace, (0.5, 2.0))
     np.testing.assert_allclose(nodes[[0, -1]], trace[[0, -1]], atol=1e-12)
     corners = [int(np.argmin(np.hypot(*(nodes - corner).T))) for corner in trace[1:3]]
     np.testing.assert_allclose(nodes[corners], trace[1:3], atol=1e-12)
@@ -482,7 +482,7 @@ def test_only_edges_within_a_segment_lie_on_it():
         return np.array([start + first * along, start + last * along + aside * np.array([-along[1], along[0]])])
 
     edges = np.array([edge(0.0, 1.0), edge(5.0, 4.0), edge(4.0, 5.1), edge(-0.1, 1.0), edge(1.0, 2.0, 0.01)])
-    assert list(_on_segment(edges, start, end)) == [True, True, False, False, False]
+    assert list(_is_on_segment(edges, start, end)) == [True, True, False, False, False]
 
 
 # --- refusals ----------------------------------------------------------------------------------------------------
@@ -540,8 +540,8 @@ def test_rim_thinner_than_the_tread_is_high_is_refused(rim):
 
 def test_cut_through_the_uniform_block_is_refused():
     # a zone 14 mm wide is meshed 6.3 mm deep, this rail has 4 mm below its crown
-    rail = circular_rail_head(300.0, 20.0)
-    pair = place(rail, cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
+    rail = make_circular_rail_head(300.0, 20.0)
+    pair = place(rail, make_cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
     with pytest.raises(InputError, match=r"rail circle:300: the body is cut too close .* 14\.00 mm, .* 6\.30 mm deep"):
         rail_mesh(pair, ZONE, half=True, size=BodySize(rail_depth_mm=4.0))
 
@@ -599,8 +599,8 @@ def test_elements_of_the_sweep_grow_to_three_tenths_of_its_length_at_most(end_mm
 @pytest.mark.parametrize("radius_mm", [12.0, 30.0, 65.0, 460.0])
 def test_default_cuts_follow_a_small_wheel(radius_mm):
     wheel = place(
-        circular_rail_head(radius_mm),
-        cylinder_wheel(),
+        make_circular_rail_head(radius_mm),
+        make_cylinder_wheel(),
         inclination_rad=0.0,
         rolling_radius_mm=radius_mm,
         track=Track(rail_crown_y_mm=750.0),

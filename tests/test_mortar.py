@@ -13,12 +13,12 @@ from fecontact.case import BodySize, Case
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import InputError
-from fecontact.fe.body import ElasticBody, elastic_body
+from fecontact.fe.body import ElasticBody, make_elastic_body
 from fecontact.fe.body_mesh import BodyMesh
-from fecontact.fe.coupling import CoupledBodies, _clip, _triangle_rule, mortar_matrix
+from fecontact.fe.coupling import CoupledBodies, _clip_to_boxes, _triangle_rule, mortar_matrix
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
-from fecontact.fe.stiffness import stiffness
+from fecontact.fe.stiffness import assemble_stiffness
 from fecontact.solving.placing import place_case
 
 GRID = ContactGrid(x_mm=np.linspace(-3.0, 5.0, 9), s_mm=np.linspace(-2.0, 1.0, 6), half=False)
@@ -139,7 +139,7 @@ def test_clipping_against_half_plane_intersection():
     quads = rng.uniform(-1.0, 1.0, (150, 1, 2)) + 0.9 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     low = np.tile([-0.6, -0.4], (150, 1))
     high = np.tile([0.5, 0.7], (150, 1))
-    polygons, count = _clip(quads, low, high)
+    polygons, count = _clip_to_boxes(quads, low, high)
     _, weights, index = _triangle_rule(polygons, count)
     areas = np.bincount(index, weights, minlength=150)
     exact = np.array([exact_area(q, a, b) for q, a, b in zip(quads, low, high, strict=True)])
@@ -160,7 +160,7 @@ def test_clipping_edges_that_lie_on_the_box():
         ],
         dtype=float,
     )
-    polygons, count = _clip(quads, np.zeros((4, 2)), np.ones((4, 2)))
+    polygons, count = _clip_to_boxes(quads, np.zeros((4, 2)), np.ones((4, 2)))
     _, weights, index = _triangle_rule(polygons, count)
     np.testing.assert_allclose(np.bincount(index, weights, minlength=4), [1.0, 0.0, 0.5, 1.0], atol=1e-15)
 
@@ -226,7 +226,7 @@ def body_on_rollers(mesh: BodyMesh, material: Material) -> ElasticBody:
     is_fixed[corner, :2] = True
     is_fixed[along, 1] = True
     free = np.flatnonzero(~is_fixed.ravel())
-    factor = splu(stiffness(mesh, material).tocsr()[free][:, free].tocsc())
+    factor = splu(assemble_stiffness(mesh, material).tocsr()[free][:, free].tocsc())
 
     def solve(forces, tolerance):
         u = np.zeros_like(forces)
@@ -274,7 +274,7 @@ def test_contact_patch_test_on_flat_blocks(clamped, distortion, tolerance):
     if clamped:
         # clamped faces leave the stress uniaxial only without lateral strain: this path is the product's own
         materials = [Material(young_MPa=e, poisson=0.0) for e in (210_000.0, 70_000.0)]
-        bodies = [elastic_body(m, e, choose_solver("auto")) for m, e in zip(meshes, materials, strict=True)]
+        bodies = [make_elastic_body(m, e, choose_solver("auto")) for m, e in zip(meshes, materials, strict=True)]
     else:
         materials = [STEEL, SOFT]
         bodies = [body_on_rollers(m, e) for m, e in zip(meshes, materials, strict=True)]
@@ -322,8 +322,8 @@ def curved_pair(half: bool) -> tuple[CoupledBodies, np.ndarray, np.ndarray]:
     _, normals = placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
     path = choose_solver("auto")
     bodies = CoupledBodies(
-        rail=elastic_body(rail, STEEL, path),
-        wheel=elastic_body(wheel, STEEL, path),
+        rail=make_elastic_body(rail, STEEL, path),
+        wheel=make_elastic_body(wheel, STEEL, path),
         grid=grid,
         normals=normals.reshape(-1, 3),
         rail_nodes=rail.contact_nodes.ravel(),

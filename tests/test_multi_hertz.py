@@ -12,21 +12,21 @@ from rungs import on_half_space
 
 from fecontact.case import Case, Track
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact.patch import area_between
-from fecontact.contact_theories.approximation import Approximation, ellipse
+from fecontact.contact.patch import measure_area_between
+from fecontact.contact_theories.approximation import TheoryContact, patch_from_ellipse
 from fecontact.contact_theories.hertz import hertz_ellipse
-from fecontact.contact_theories.registry import MULTI_HERTZ, THEORIES, Loaded
+from fecontact.contact_theories.registry import MULTI_HERTZ, THEORIES, LoadedPlacement
 from fecontact.judging.judge import judge_load
-from fecontact.judging.lobes import judge_lobes, parts_of
-from fecontact.judging.measures import MEASURES, measures_of, measures_of_theory, patch_of
+from fecontact.judging.lobes import judge_lobes, split_lobes
+from fecontact.judging.measures import MEASURES, read_measures, read_patch, read_theory_measures
 from fecontact.judging.theory import judge_theory
 from fecontact.placement.wheel_on_rail import place
-from fecontact.profiles.curve import Profile, cylinder_wheel
+from fecontact.profiles.curve import Profile, make_cylinder_wheel
 from fecontact.profiles.segments import Arc
-from fecontact.solving.expected_patch import expected_patch
-from fecontact.solving.hertz import hertz_points_of_case
+from fecontact.solving.expected_patch import find_expected_patch
+from fecontact.solving.hertz import compute_hertz_points
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, true_gap_of_case
+from fecontact.solving.position import expect_on_half_space, make_true_gap
 
 RADIUS, APART = 80.0, 40.0
 
@@ -54,8 +54,8 @@ def two_heads() -> Profile:
 @pytest.fixture(scope="module")
 def two_patches():
     case = Case(wheel="cylinder:460", rail="circle:80", inclination_rad=0.0, load_N=20e3)
-    placement = place(two_heads(), cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
-    rung = expected_patch(true_gap_of_case(case, placement), case.load_N, half=True, nodes=32).half_space
+    placement = place(two_heads(), make_cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
+    rung = find_expected_patch(make_true_gap(case, placement), case.load_N, half=True, nodes=32).half_space
     return case, placement, judged(case, placement, rung)
 
 
@@ -96,7 +96,7 @@ def test_a_patch_that_no_ellipse_knows_is_separate_load(two_patches):
     assert judgement_of(load, single).verdict.answer == "FAILS"
     # and an ellipse where there is none
     x, s = contact.patches[1].centre_mm
-    third = replace(contact, patches=(*contact.patches, ellipse(contact.patches[1].hertz, (x, s - 60.0))))
+    third = replace(contact, patches=(*contact.patches, patch_from_ellipse(contact.patches[1].hertz, (x, s - 60.0))))
     assert judgement_of(load, third).deviation["separate_load"] == pytest.approx(1.0 / 3.0, abs=1e-3)
 
 
@@ -107,7 +107,7 @@ def test_one_ellipse_has_one_patch_however_wide_it_is(two_patches):
         0.5 / 460, 0.5 / 1e6, normal_force_N=case.load_N, contact_modulus_MPa=case.contact_modulus_MPa
     )
     assert flat_ellipse.extent_y_mm > 4.0 * APART
-    wide = ellipse(flat_ellipse, contact.patches[0].centre_mm)
+    wide = patch_from_ellipse(flat_ellipse, contact.patches[0].centre_mm)
     alone = judgement_of(load, replace(contact, patches=(wide,)))
     # as Hertz is judged, who has one ellipse too
     assert alone.deviation["separate_load"] == pytest.approx(load.deviation["separate_load"], abs=1e-12)
@@ -144,11 +144,13 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
     # what the springs would say is Hertz, and is not told twice
     assert MULTI_HERTZ not in load.judgements
     assert (
-        THEORIES[MULTI_HERTZ].approximate(Loaded(placement=placement, case=case, normal_force_N=load.normal_force_N))
+        THEORIES[MULTI_HERTZ].approximate(
+            LoadedPlacement(placement=placement, case=case, normal_force_N=load.normal_force_N)
+        )
         is None
     )
-    (point,) = hertz_points_of_case(case, placement).points
-    multi = judgement_of(load, Approximation.of(point.shared))
+    (point,) = compute_hertz_points(case, placement).points
+    multi = judgement_of(load, TheoryContact.of(point.shared))
     # the normal force of one is that of the pressures, of the other one that of the load: curved bodies, 1e-5 apart
     assert multi.deviation == pytest.approx(dict(load.deviation), abs=2e-4)
     assert multi.verdict.answer == load.verdict.answer == "HOLDS"
@@ -171,8 +173,8 @@ def ellipses(two_patches):
     )
 
     def made(apart):
-        contact = Approximation(
-            patches=(ellipse(large), ellipse(small, (0.0, apart))),
+        contact = TheoryContact(
+            patches=(patch_from_ellipse(large), patch_from_ellipse(small, (0.0, apart))),
             approach_mm=0.1,
             overlapping=apart < 0.5 * (large.extent_y_mm + small.extent_y_mm),
         )
@@ -186,33 +188,33 @@ def ellipses(two_patches):
 
 def test_measures_of_ellipses_are_what_is_read_off_their_pressures(ellipses):
     contact, rung = ellipses(9.0)
-    rung_measures, theory_measures = measures_of(rung).as_dict(), measures_of_theory(contact).as_dict()
+    rung_measures, theory_measures = read_measures(rung).as_dict(), read_theory_measures(contact).as_dict()
     for name in MEASURES:
         if name != "approach_mm":
             # readings of exact pressures with 24 nodes on the narrow semi-axis
             assert rung_measures[name] == pytest.approx(theory_measures[name], rel=0.005), name
-    assert patch_of(rung).centre_y_mm == pytest.approx(contact.centre_mm[1], abs=2e-3)
-    assert patch_of(rung).separate_load == pytest.approx(8.0 / 38.0, abs=1e-3)
+    assert read_patch(rung).centre_y_mm == pytest.approx(contact.centre_mm[1], abs=2e-3)
+    assert read_patch(rung).separate_load == pytest.approx(8.0 / 38.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("apart", [4.0, 9.0])
 def test_lobes_add_up_to_the_whole(ellipses, apart):
     _, rung = ellipses(apart)
-    parts, patch = parts_of(rung), patch_of(rung)
+    parts, patch = split_lobes(rung), read_patch(rung)
     assert len(parts) == 2 == len(patch.lobes)
     assert sum(lobe.area_mm2 for lobe in parts) == pytest.approx(patch.area_mm2, rel=1e-9)
     total_N = float(np.sum(rung.pressure_MPa.ravel() * rung.grid.whole_area_mm2()))
     assert sum(lobe.rung.normal_force_N for lobe in parts) == pytest.approx(total_N, rel=1e-12)
-    assert max(measures_of(lobe.rung).p_max_MPa for lobe in parts) == pytest.approx(patch.p_max_MPa, rel=1e-12)
+    assert max(read_measures(lobe.rung).p_max_MPa for lobe in parts) == pytest.approx(patch.p_max_MPa, rel=1e-12)
     assert [lobe.separate for lobe in parts] == [apart > 6.0] * 2
 
 
 def test_an_area_is_cut_where_it_is_said(ellipses):
     contact, rung = ellipses(9.0)
     large, small = (lobe.hertz for lobe in contact.patches)
-    half = area_between(rung.pressure, -np.inf, 0.0)
+    half = measure_area_between(rung.pressure, -np.inf, 0.0)
     assert half == pytest.approx(0.5 * large.area_mm2, rel=0.005)
     # nothing lies there
     gap = 0.5 * large.extent_y_mm + 0.5, 9.0 - 0.5 * small.extent_y_mm - 0.5
     assert gap[0] < gap[1]
-    assert area_between(rung.pressure, *gap) == 0.0
+    assert measure_area_between(rung.pressure, *gap) == 0.0

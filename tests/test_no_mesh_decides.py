@@ -9,11 +9,11 @@ import pytest
 
 from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
-from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON
-from fecontact.judging.theory import no_mesh_decides
-from fecontact.judging.uncertainty import unmeshed
+from fecontact.judging.measures import COMMON_MESH_ERROR, CUT_PLANE_UNCERTAINTY, READING_UNCERTAINTY
+from fecontact.judging.theory import is_undecidable_by_refinement
+from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
 from fecontact.outputs.records.results import result_record
-from fecontact.outputs.verdict_words import what_would_decide
+from fecontact.outputs.verdict_words import remedy_text
 from fecontact.solving.meshes import is_open
 
 
@@ -23,7 +23,9 @@ def solved_with_limit(result, share):
     The distance of the limit from the deviation is `share` times the errors that no mesh removes.
     """
     off = result.load.judgements["hertz"].deviation["area_mm2"]
-    left = (FLOORS["area_mm2"] + CUT_PLANES["area_mm2"] + IN_COMMON["area_mm2"]) * (1.0 + off)
+    left = (READING_UNCERTAINTY["area_mm2"] + CUT_PLANE_UNCERTAINTY["area_mm2"] + COMMON_MESH_ERROR["area_mm2"]) * (
+        1.0 + off
+    )
     criteria = Criteria(area=abs(off) + share * left, judged_by=("area",))
     return replace(result.load.solved, case=replace(result.load.case, criteria=criteria))
 
@@ -32,7 +34,7 @@ def solved_with_limit(result, share):
 def test_a_limit_nearer_than_what_no_mesh_takes_away_is_decided_by_none(elliptic_quick, share, hopeless):
     solved_load, placement = solved_with_limit(elliptic_quick, share), elliptic_quick.placement
     assert judge_load(solved_load, placement).verdict.answer == "UNRESOLVED"
-    assert no_mesh_decides(solved_load.case, solved_load.levels, placement, None) is hopeless
+    assert is_undecidable_by_refinement(solved_load.case, solved_load.levels, placement, None) is hopeless
     assert is_open(solved_load.case, solved_load.levels, placement, None, solved_load.half_space) is not hopeless
 
 
@@ -42,7 +44,7 @@ def test_what_meshes_know_badly_may_be_decided_by_finer_ones(elliptic_quick):
     # the area on the coarser meshes is 3 % larger
     wide = replace(coarse.fe, grid=replace(coarse.fe.grid, x_mm=1.03 * coarse.fe.grid.x_mm))
     levels = (fine, replace(coarse, fe=wide))
-    assert not no_mesh_decides(solved_load.case, levels, placement, None)
+    assert not is_undecidable_by_refinement(solved_load.case, levels, placement, None)
     assert is_open(solved_load.case, levels, placement, None, solved_load.half_space)
 
 
@@ -50,15 +52,15 @@ def test_a_verdict_that_no_mesh_decides_says_so_and_names_no_resolution(elliptic
     solved_load = solved_with_limit(elliptic_quick, 0.5)
     load = judge_load(solved_load, elliptic_quick.placement)
     record = result_record(replace(elliptic_quick, load=load))
-    remedy = what_would_decide(record)
+    remedy = remedy_text(record)
     # half of the errors of reading (0.2 %) and of cut planes (0.19 %)
     assert remedy.startswith("no finer mesh decides it: it is 0.19 % beside its limit")
     assert "leave 0.39 % open" in remedy
     load = judge_load(solved_with_limit(elliptic_quick, 1.03), elliptic_quick.placement)
-    assert "--resolution" in what_would_decide(result_record(replace(elliptic_quick, load=load)))
+    assert "--resolution" in remedy_text(result_record(replace(elliptic_quick, load=load)))
 
 
 def test_what_no_mesh_takes_away_is_what_one_value_alone_leaves():
-    assert unmeshed("area_mm2", 100.0, shared=False) == pytest.approx(0.002 + 0.0019)
-    assert unmeshed("p_max_MPa", 1000.0, shared=True) == pytest.approx(0.0006 + 0.0006 + 0.006)
-    assert unmeshed("approach_mm", 0.1, shared=False) is None
+    assert estimate_irreducible_uncertainty("area_mm2", 100.0, shared=False) == pytest.approx(0.002 + 0.0019)
+    assert estimate_irreducible_uncertainty("p_max_MPa", 1000.0, shared=True) == pytest.approx(0.0006 + 0.0006 + 0.006)
+    assert estimate_irreducible_uncertainty("approach_mm", 0.1, shared=False) is None

@@ -13,8 +13,8 @@ from fecontact.case import Case
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import FecontactError
 from fecontact.outputs.alone import table_row
-from fecontact.profiles.library import names
-from fecontact.solving.alone import table_lines
+from fecontact.profiles.library import list_names
+from fecontact.solving.alone import iterate_table_rows
 from fecontact.solving.placing import place_case
 from fecontact.solving.wheelset_geometry import geometry
 
@@ -26,8 +26,8 @@ def draw_cases(seed: int, count: int) -> list[Case]:
     draw = random.Random(seed)
     return [
         Case(
-            rail=draw.choice(names("rail")),
-            wheel=draw.choice(names("wheel")),
+            rail=draw.choice(list_names("rail")),
+            wheel=draw.choice(list_names("wheel")),
             inclination_rad=draw.choice([0.0, *(math.atan(1.0 / gradient) for gradient in (20, 25, 30, 35, 40))]),
             lateral_shift_mm=round(draw.uniform(-8.0, 8.0), 2),
             load_N=draw.choice([10e3, 20e3, 60e3, 100e3, 160e3]),
@@ -43,7 +43,7 @@ def evaluate_all(case: Case, draw: random.Random) -> int:
     """Evaluate all that needs no mesh; returns the number of answers. A position may be refused, but not warn."""
     calls = {
         "hertz": lambda: fecontact.hertz(case),
-        "table": lambda: [table_row(line) for line in table_lines(case, [case.lateral_shift_mm], [case.load_N])],
+        "table": lambda: [table_row(line) for line in iterate_table_rows(case, [case.lateral_shift_mm], [case.load_N])],
         "place": lambda: fecontact.place(case),
         "geometry": lambda: geometry(case, [-3.0, 0.0, 3.0]),
         **{name: (lambda name=name: fecontact.theory(case, name)) for name in THEORIES},

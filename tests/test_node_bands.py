@@ -11,15 +11,20 @@ from rungs import rung_with
 
 from fecontact.case import Case
 from fecontact.contact import halfspace
-from fecontact.contact.grid import ContactGrid, Field, _growing, in_bands, misfit
-from fecontact.contact.halfspace import half_space_below, half_space_problem
+from fecontact.contact.grid import ContactGrid, Field, _grow_cells, build_banded_grid, calculate_misplaced_load
+from fecontact.contact.halfspace import build_half_space_compliance, build_half_space_problem
 from fecontact.contact.patch import measure_patch
-from fecontact.contact.solver import inner, solve_contact
-from fecontact.contact_theories.approximation import CellPressure, ellipse, mean_pressure, of_rung
+from fecontact.contact.solver import inner_product, solve_contact
+from fecontact.contact_theories.approximation import (
+    CellPressure,
+    average_pressure_over_cells,
+    patch_from_ellipse,
+    theory_contact_from_rung,
+)
 from fecontact.contact_theories.hertz import hertz_from_hessian
-from fecontact.judging.measures import measures_of
+from fecontact.judging.measures import read_measures
 from fecontact.solving import expected_patch
-from fecontact.solving.meshes import grid_over
+from fecontact.solving.meshes import make_covering_grid
 from fecontact.solving.position import expect_on_half_space
 
 MODULUS_MPa = 115e3
@@ -33,9 +38,9 @@ def x_nodes(half):
 def test_cells_between_bands_grow_by_two_fifths_from_both_and_none_is_left_out():
     # computed by hand: the smaller of the two next cells is added first
     expected = np.cumsum([0.0, 1.4, 1.4**2, 1.4**3, 1.4**4])
-    assert _growing(0.0, 20.0, 1.0, 2.0) == pytest.approx([*expected, 20.0 - 2.8, 20.0])
+    assert _grow_cells(0.0, 20.0, 1.0, 2.0) == pytest.approx([*expected, 20.0 - 2.8, 20.0])
     for length, first, last in ((300.0, 1.0, 1.1), (57.0, 0.3, 4.0), (3.0, 1.0, 2.0)):
-        ends, mirrored = _growing(5.0, 5.0 + length, first, last), _growing(0.0, length, last, first)
+        ends, mirrored = _grow_cells(5.0, 5.0 + length, first, last), _grow_cells(0.0, length, last, first)
         assert ends - 5.0 == pytest.approx(length - mirrored[::-1])
         widths = np.array([first, *np.diff(ends), last])
         steps = widths[1:] / widths[:-1]
@@ -80,15 +85,17 @@ def test_bands_open_as_one_grid_does(half, between, has_turned_normals):
     angle = 0.02 * grid.s_mm if has_turned_normals else None
     pressure = np.zeros(grid.shape)
     pressure[:, columns_of_bands] = np.random.default_rng(3).uniform(size=bands.shape)
-    gap_on_grid = half_space_below(grid, MODULUS_MPa, angle)(pressure.ravel()).reshape(grid.shape)[:, columns_of_bands]
-    gap_on_bands = half_space_below(bands, MODULUS_MPa, angle if angle is None else angle[columns_of_bands])(
+    gap_on_grid = build_half_space_compliance(grid, MODULUS_MPa, angle)(pressure.ravel()).reshape(grid.shape)[
+        :, columns_of_bands
+    ]
+    gap_on_bands = build_half_space_compliance(bands, MODULUS_MPa, angle if angle is None else angle[columns_of_bands])(
         pressure[:, columns_of_bands].ravel()
     )
     assert np.abs(gap_on_bands.reshape(bands.shape) - gap_on_grid).max() <= 1e-10 * gap_on_grid.max()
 
 
 def test_too_few_places_between_bands_are_seen(monkeypatch):
-    monkeypatch.setattr(halfspace, "_PARTS_OF_BETWEEN", 10.0)
+    monkeypatch.setattr(halfspace, "_INVERSE_INTERPOLATION_ERROR", 10.0)
     with pytest.raises(AssertionError):
         test_bands_open_as_one_grid_does(False, 15, False)
 
@@ -97,21 +104,23 @@ def three_bands(half=False):
     """Three bands with steps of 1, 3 and 2 times the smallest step."""
     x = x_nodes(half)
     lines = [STEP_MM * k * np.arange(n) + s for k, n, s in ((1, 30, -3.0), (3, 60, 0.0), (2, 30, 12.0))]
-    return in_bands(x, lines, half=half)
+    return build_banded_grid(x, lines, half=half)
 
 
 @pytest.mark.parametrize("has_turned_normals", [False, True])
 def test_bands_of_unequal_steps_are_symmetric_and_positive(has_turned_normals):
     grid, rng = three_bands(), np.random.default_rng(5)
-    compliance = half_space_below(grid, MODULUS_MPa, 0.02 * grid.s_mm if has_turned_normals else None)
+    compliance = build_half_space_compliance(grid, MODULUS_MPa, 0.02 * grid.s_mm if has_turned_normals else None)
     area = grid.whole_area_mm2()
     for _ in range(3):
         p, q = rng.normal(size=(2, *grid.shape))
         # only where nodes have complete cells
         p[[0, -1]] = q[[0, -1]] = 0.0
         p, q = p.ravel(), q.ravel()
-        assert inner(area * p, compliance(q)) == pytest.approx(inner(area * q, compliance(p)), rel=1e-9, abs=1e-9)
-        assert inner(area * p, compliance(p)) > 0.0
+        assert inner_product(area * p, compliance(q)) == pytest.approx(
+            inner_product(area * q, compliance(p)), rel=1e-9, abs=1e-9
+        )
+        assert inner_product(area * p, compliance(p)) > 0.0
 
 
 def test_a_force_on_a_wide_cell_opens_another_band_as_point_forces_do():
@@ -120,7 +129,7 @@ def test_a_force_on_a_wide_cell_opens_another_band_as_point_forces_do():
     pressure = np.zeros(grid.shape)
     i, j = 39, 60
     pressure[i, j] = 100.0
-    opening = half_space_below(grid, MODULUS_MPa)(pressure.ravel()).reshape(grid.shape)
+    opening = build_half_space_compliance(grid, MODULUS_MPa)(pressure.ravel()).reshape(grid.shape)
     force = 100.0 * grid.nodal_area_mm2().reshape(grid.shape)[i, j]
     is_far = grid.s_mm > 11.0
     away = np.hypot(grid.x_mm[:, None] - grid.x_mm[i], grid.s_mm[is_far] - grid.s_mm[j])
@@ -129,7 +138,7 @@ def test_a_force_on_a_wide_cell_opens_another_band_as_point_forces_do():
 
 def test_bands_that_come_together_are_one_grid():
     x = x_nodes(True)
-    near = in_bands(x, [0.1 * np.arange(20), 2.0 + 0.2 * np.arange(20)], half=True)
+    near = build_banded_grid(x, [0.1 * np.arange(20), 2.0 + 0.2 * np.arange(20)], half=True)
     assert near.widths_mm is None
     np.testing.assert_allclose(np.diff(near.s_mm), 0.1)
     assert near.s_mm[-1] == pytest.approx(5.8)
@@ -139,7 +148,7 @@ def test_bands_that_come_together_are_one_grid():
 def test_bands_lie_four_of_both_their_steps_apart(apart, bands):
     # closer bands leave no room for cells that grow on both sides, by a factor of 1.4 per cell
     first = 0.1 * np.arange(20)
-    grid = in_bands(x_nodes(True), [first, first[-1] + 0.3 * apart + 0.2 * np.arange(20)], half=True)
+    grid = build_banded_grid(x_nodes(True), [first, first[-1] + 0.3 * apart + 0.2 * np.arange(20)], half=True)
     assert (1 if grid.widths_mm is None else 2) == bands
 
 
@@ -184,14 +193,14 @@ def test_a_contact_on_bands_is_a_theory_of_itself():
     """Pressures of cells, forces, and a theory with a patch between the nodes."""
     grid = three_bands()
     rung = rung_with(grid, ellipsoids(grid, PATCHES))
-    theory = of_rung(rung)
+    theory = theory_contact_from_rung(rung)
     assert theory.normal_force_N == pytest.approx(rung.normal_force_N, rel=1e-12)
     pressure, again, weights = theory.beside(rung)
     np.testing.assert_allclose(again, pressure, atol=1e-9)
     assert (pressure * weights).sum() * np.diff(grid.x_mm)[0] * STEP_MM == pytest.approx(rung.normal_force_N, rel=1e-9)
     # this patch is in the strip from 8.925 to 11.95 mm, which has no nodes
     hertz = hertz_from_hessian(np.diag([0.01, 0.05]), normal_force_N=3e3, contact_modulus_MPa=MODULUS_MPa)
-    elsewhere = replace(theory, patches=(ellipse(hertz, (0.0, 10.4)),))
+    elsewhere = replace(theory, patches=(patch_from_ellipse(hertz, (0.0, 10.4)),))
     _, between, weights = elsewhere.beside(rung)
     assert (between * weights).sum() * np.diff(grid.x_mm)[0] * STEP_MM == pytest.approx(3e3, rel=0.02)
 
@@ -200,12 +209,12 @@ def test_theories_are_read_where_their_patches_are_to_the_last_bit():
     """Not all over the grid, where they have no pressure."""
     grid = three_bands()
     hertz = hertz_from_hessian(np.diag([0.01, 0.02]), normal_force_N=2e3, contact_modulus_MPa=MODULUS_MPa)
-    theory = of_rung(rung_with(grid, ellipsoids(grid, PATCHES)))
-    for patch in (ellipse(hertz, (0.0, 4.0)), *theory.patches):
+    theory = theory_contact_from_rung(rung_with(grid, ellipsoids(grid, PATCHES)))
+    for patch in (patch_from_ellipse(hertz, (0.0, 4.0)), *theory.patches):
         offset = (0.123, -0.077)
         origin = tuple(at + step for at, step in zip(patch.origin_mm, offset, strict=True))
         np.testing.assert_array_equal(
-            replace(theory, patches=(patch,)).on(grid, offset), mean_pressure(grid, patch.shape, origin)
+            replace(theory, patches=(patch,)).on(grid, offset), average_pressure_over_cells(grid, patch.shape, origin)
         )
 
 
@@ -226,7 +235,7 @@ def test_outputs_have_equal_steps_with_the_same_force():
     np.testing.assert_allclose(even.pressure_MPa[:, nodes], rung.pressure_MPa, rtol=1e-9, atol=1e-7)
     # strips between bands carry no pressure
     # (measured 0.005, compared with 0.002 on equal steps; at least 0.1 if the cell of a strip belongs to a band)
-    assert misfit(even, rung) < 8e-3
+    assert calculate_misplaced_load(even, rung) < 8e-3
 
 
 def two_bodies(grid, narrower=1.0):
@@ -234,7 +243,7 @@ def two_bodies(grid, narrower=1.0):
     x, s = grid.x_mm[:, None], grid.s_mm[None, :]
     wide, narrow = s**2 / 600.0, 0.004 + narrower**2 * (s - 12.0) ** 2 / 40.0
     gap_mm = (x**2 / 900.0 + np.minimum(wide, narrow)).ravel()
-    return half_space_problem(grid, gap_mm, contact_modulus_MPa=MODULUS_MPa)
+    return build_half_space_problem(grid, gap_mm, contact_modulus_MPa=MODULUS_MPa)
 
 
 def solve_two_bodies(problem):
@@ -263,7 +272,7 @@ def test_a_narrow_patch_on_nodes_of_its_own_costs_no_iterations():
     The pressure is the same.
     """
     lines = [0.08 * np.arange(-60, 61), 12.0 + 0.01 * np.arange(-16, 17)]
-    problem = two_bodies(in_bands(0.12 * np.arange(45), lines, half=True), narrower=8.0)
+    problem = two_bodies(build_banded_grid(0.12 * np.arange(45), lines, half=True), narrower=8.0)
     solution, plain = solve_two_bodies(problem), solve_two_bodies(replace(problem, stiffness=None))
     assert solution.iterations < 25 < 110 < plain.iterations
     np.testing.assert_allclose(solution.pressure_MPa, plain.pressure_MPa, atol=1e-6 * plain.pressure_MPa.max())
@@ -280,11 +289,11 @@ def test_patches_far_apart_are_solved_in_bands_as_on_one_grid(monkeypatch):
     All measures agree within the error of reading.
     """
     _, bands = expect_on_half_space(FAR_APART)
-    monkeypatch.setattr(expected_patch, "_ONE_BAND", np.inf)
+    monkeypatch.setattr(expected_patch, "_SINGLE_BAND_FRACTION", np.inf)
     _, single_grid = expect_on_half_space(FAR_APART)
     assert (len(bands.half_space.grid.bands), len(single_grid.half_space.grid.bands)) == (2, 1)
     assert bands.half_space.grid.s_mm.size < 0.4 * single_grid.half_space.grid.s_mm.size
-    measures, measures_on_grid = (measures_of(expected.half_space).as_dict() for expected in (bands, single_grid))
+    measures, measures_on_grid = (read_measures(expected.half_space).as_dict() for expected in (bands, single_grid))
     # other nodes change the area by 5.6e-4; the error of reading the area is 2.5e-3
     for name, limit in {"p_max_MPa": 6e-5, "area_mm2": 1e-3, "a_mm": 1e-4, "b_mm": 1e-5, "extent_x_mm": 3e-3}.items():
         assert measures[name] == pytest.approx(measures_on_grid[name], rel=limit)
@@ -295,7 +304,7 @@ def test_a_narrow_patch_far_away_has_all_of_its_nodes(monkeypatch):
     step = expect_on_half_space(FAR_APART)[1].half_space.grid.steps_mm[1]
     monkeypatch.setattr(expected_patch, "MOST_NODES", 10_000)
     assert expect_on_half_space(FAR_APART)[1].half_space.grid.steps_mm[1] == pytest.approx(step)
-    monkeypatch.setattr(expected_patch, "_ONE_BAND", np.inf)
+    monkeypatch.setattr(expected_patch, "_SINGLE_BAND_FRACTION", np.inf)
     assert expect_on_half_space(FAR_APART)[1].half_space.grid.steps_mm[1] > 1.2 * step
 
 
@@ -314,7 +323,7 @@ def test_bands_follow_what_elements_carry_beside_them():
     pressure = np.zeros(coarse.shape)
     pressure[6:11, (coarse.s_mm > -2.6) & (coarse.s_mm < -1.9)] = 1.0
     pressure[6:11, (coarse.s_mm > 12.4) & (coarse.s_mm < 16.1)] = 1.0
-    over = grid_over(grid, rung_with(coarse, pressure))
+    over = make_covering_grid(grid, rung_with(coarse, pressure))
     ends = [(band.s_mm[0], band.s_mm[-1]) for band in over.bands]
     # a band extends by at most its width, ends two elements beyond the contact, and continues the places of its nodes
     np.testing.assert_allclose(ends, [(-3.5, -1.05), (0.0, 8.85), (11.5, 17.0)], atol=0.11)

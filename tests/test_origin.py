@@ -13,15 +13,15 @@ from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.placement.poses import place_rail
-from fecontact.placement.wheel_on_rail import pair_of
-from fecontact.profiles.library import load, names
+from fecontact.placement.wheel_on_rail import set_up_pair
+from fecontact.profiles.library import list_names, load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.placing import place_case
 
 
 def points_of(name: str, step_mm: float = 0.3) -> np.ndarray:
-    line = load(name)
+    line = load_library_profile(name)
     points = line.evaluate(line.spread(step_mm))
     return np.column_stack((points.y, points.z))
 
@@ -75,7 +75,9 @@ def test_a_wheel_counted_from_the_back_of_its_flange_is_refused_until_its_tape_c
     settled = resolve_wheel(path, Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
     y = np.linspace(-30.0, 40.0, 29)
     # TOML: error of chords of 0.3 mm; other formats: digits of 1e-6 mm
-    assert settled.height(y) == pytest.approx(load("S1002").height(y), abs=1e-3 if ending == ".toml" else 2e-5)
+    assert settled.height(y) == pytest.approx(
+        load_library_profile("S1002").height(y), abs=1e-3 if ending == ".toml" else 2e-5
+    )
 
 
 @pytest.mark.parametrize("ending", FORMATS)
@@ -166,24 +168,26 @@ def test_the_given_place_of_a_crown_is_that_of_the_crown_and_not_of_the_origin(t
     displaced = resolve_rail(str(tmp_path / "beside.csv"), Reading(filter_mm=0.0))
     for inclination in (0.0, 0.025):
         track = Track(rail_crown_y_mm=750.0)
-        from_file, library = (place_rail(profile, inclination, track) for profile in (displaced, load("60E1")))
+        from_file, library = (
+            place_rail(profile, inclination, track) for profile in (displaced, load_library_profile("60E1"))
+        )
         across = np.linspace(725.0, 775.0, 26)
         # the position of the crown is accurate to 0.02 mm
         assert from_file.height_at_y(across) == pytest.approx(library.height_at_y(across), abs=0.02)
 
 
 def test_profiles_of_the_library_and_flangeless_ones_are_not_doubtful(tmp_path):
-    for name in names("wheel"):
+    for name in list_names("wheel"):
         path = tmp_path / "wheel.csv"
         save_csv(path, *points_of(name).T)
         assert not any(
             "tape circle" in note for note in resolve_wheel(str(path), Reading(filter_mm=0.0)).profile.notes[1:]
         )
-    for name in names("rail"):
+    for name in list_names("rail"):
         save_csv(tmp_path / "rail.csv", *points_of(name).T)
         rail = resolve_rail(str(tmp_path / "rail.csv"), Reading(filter_mm=0.0))
         assert not any("mirrored" in note for note in rail.notes)
-        pair_of(rail, load("S1002"), inclination_rad=0.025)
+        set_up_pair(rail, load_library_profile("S1002"), inclination_rad=0.025)
 
 
 def test_own_profiles_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys):
@@ -216,7 +220,7 @@ def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
     assert any("out of reach of a contact: a straight piece" in note for note in wheel.notes)
     # the points miss the corner at 60 mm
     across = np.append(np.linspace(-30.0, 59.0, 64), np.linspace(61.0, 64.5, 8))
-    assert wheel.height(across) == pytest.approx(load("S1002").height(across), abs=2e-3)
+    assert wheel.height(across) == pytest.approx(load_library_profile("S1002").height(across), abs=2e-3)
     y, z = points_of("60E1", 0.5).T
     is_measured = ~((z < -17.0) & (z > -30.0) & (y < 0.0))
     save_csv(tmp_path / "rail.csv", y[is_measured], z[is_measured])

@@ -21,28 +21,28 @@ from rich.console import Console
 from scipy.interpolate import LinearNDInterpolator
 
 from fecontact.bodies import Material
-from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
+from fecontact.case import BodySize, Case, Criteria, Opposite, Track, make_case_record, read_case_record
 from fecontact.contact.grid import Field, Rung
-from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Creep
-from fecontact.errors import CONVERGED, UNUSABLE, InputError
+from fecontact.errors import CONVERGED, UNUSABLE_STATUSES, InputError
 from fecontact.fe.body_mesh import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
-from fecontact.files import json_text, write_atomically, write_json, write_text
+from fecontact.files import format_json, write_atomically, write_json, write_text
 from fecontact.judging.judge import judge_load
 from fecontact.judging.solved_load import Status
 from fecontact.outputs import tables
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.cases import ReportedCase, lobes_table, solver_table
-from fecontact.outputs.figures.case import case_figure, case_inches, draw_case
+from fecontact.outputs.figures.case import case_inches, draw_case, write_case_figure
 from fecontact.outputs.figures.pressure_maps import PressureFields
-from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.figures.study import draw_study
 from fecontact.outputs.hertz_terminal import hertz_lines
 from fecontact.outputs.mesh_files import write_mesh
 from fecontact.outputs.paraview.contact_surface import contact_surface
 from fecontact.outputs.paraview.vtk import write_case_vtk, write_contact_vtk, write_pvd
-from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines
+from fecontact.outputs.profiles import draw_profile, library_lines, library_record, profile_lines
 from fecontact.outputs.records.results import (
     ROW_SCHEMA,
     case_inputs,
@@ -60,17 +60,17 @@ from fecontact.outputs.records.stored import (
     solved_record,
     write_arrays,
 )
-from fecontact.outputs.series import series
+from fecontact.outputs.series import split_into_series
 from fecontact.outputs.study_files import _write_collections, study_figures
-from fecontact.outputs.study_report import rows_parts
+from fecontact.outputs.study_report import parts_of_rows
 from fecontact.outputs.style import blank_figure
-from fecontact.outputs.terminal import show
-from fecontact.outputs.words import WORDS, criteria_text
+from fecontact.outputs.terminal import print_parts
+from fecontact.outputs.words import MEASURE_WORDS, criteria_text
 from fecontact.placement.irregularity import Irregularity
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.solving.hertz_alone import evaluate_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
@@ -98,7 +98,7 @@ def change_fe(result: CaseResult, **changes) -> CaseResult:
 def change_hertz(result: CaseResult, **changes) -> CaseResult:
     """A result with another ellipse, compared as before."""
     judgement = result.load.judgements[HERTZ]
-    changed = replace(judgement, approximation=Approximation.of(replace(judgement.hertz, **changes)))
+    changed = replace(judgement, approximation=TheoryContact.of(replace(judgement.hertz, **changes)))
     return replace(result, load=replace(result.load, judgements={**result.load.judgements, HERTZ: changed}))
 
 
@@ -208,7 +208,7 @@ CASES = [
 
 @pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default", "wheelset", "loaded wheelset"])
 def test_a_case_survives_json(case):
-    assert case_from_record(json.loads(json_text(case_record(case)))) == case
+    assert read_case_record(json.loads(format_json(make_case_record(case)))) == case
 
 
 def test_these_cases_differ_from_the_defaults_in_every_field():
@@ -230,7 +230,7 @@ def test_these_cases_differ_from_the_defaults_in_every_field():
 )
 def test_a_wrong_case_record_is_refused(change):
     with pytest.raises(InputError):
-        case_from_record(case_record(Case()) | change)
+        read_case_record(make_case_record(Case()) | change)
 
 
 def test_a_result_record_is_plain_and_has_the_inputs(record, elliptic_quick):
@@ -243,13 +243,13 @@ def test_a_result_record_is_plain_and_has_the_inputs(record, elliptic_quick):
     measures = [name for name in (*MEASURES, *MISFITS) if name != "approach_mm"]
     assert list(record["theories"]["hertz"]["uncertainty"]) == measures
     # json_text refuses values that are not plain; infinity (no junction on this head) becomes null
-    plain = json.loads(json_text(record), parse_constant=pytest.fail)
+    plain = json.loads(format_json(record), parse_constant=pytest.fail)
     assert plain["geometry"].pop("junction_distance_mm") is None
     assert plain["fe"] == record["fe"]
     # besides the inputs, the record has the actual roll
     inputs = dict(record["case"])
     assert inputs.pop("roll_mrad") == 0.0
-    assert case_from_record(inputs) == elliptic_quick.case
+    assert read_case_record(inputs) == elliptic_quick.case
     assert record["versions"]["numpy"] == np.__version__
 
 
@@ -258,7 +258,9 @@ def test_a_stored_result_says_the_same_to_the_last_bit(record, elliptic_row, ell
     result, arrays = elliptic_quick, {}
     case = result.case
     stored = json.loads(
-        json_text({"load": solved_record(result.load.solved, arrays), "placement": placement_record(result.placement)})
+        format_json(
+            {"load": solved_record(result.load.solved, arrays), "placement": placement_record(result.placement)}
+        )
     )
     placement = placement_from_record(stored["placement"], resolve_rail(case.rail), resolve_wheel(case.wheel).profile)
     stored_load = solved_from_record(stored["load"], read_arrays(write_arrays(tmp_path / "fields.npz", arrays)), case)
@@ -268,7 +270,7 @@ def test_a_stored_result_says_the_same_to_the_last_bit(record, elliptic_row, ell
     for name in ("half_space", "quadratic"):
         assert_same_rung(getattr(stored_load, name), getattr(result.load.solved, name))
     again = replace(result, load=judge_load(stored_load, placement), placement=placement, bodies=None)
-    assert json_text(result_record(again)) == json_text(record)
+    assert format_json(result_record(again)) == format_json(record)
     assert case_row(again) == elliptic_row
 
 
@@ -292,7 +294,7 @@ def test_results_name_a_profile_s_file_and_not_its_folder(tmp_path):
     inputs = case_inputs(Case(rail=str(path)))
     assert inputs["rail"].startswith("head.txt@")
     assert inputs["wheel"] == "S1002"
-    assert "secret" not in json_text(inputs)
+    assert "secret" not in format_json(inputs)
     before = inputs["rail"]
     path.write_text("0 1\n")
     assert case_inputs(Case(rail=str(path)))["rail"] != before
@@ -355,8 +357,8 @@ def test_hertz_alone_names_every_touch_point_of_a_position():
 
     They touch at 0.2 mm; the second place, beyond the junction, is 8.5 um higher.
     """
-    record = hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))
-    assert json.loads(json_text(record))["schema"] == "fecontact/hertz/2"
+    record = hertz_record(evaluate_hertz(Case(lateral_shift_mm=0.0)))
+    assert json.loads(format_json(record))["schema"] == "fecontact/hertz/2"
     assert [e["touch_point"] for e in record["ellipses"]] == [0, 1]
     for e, touch in zip(record["ellipses"], record["touch_points"], strict=True):
         assert e["normal_force_N"] == pytest.approx(100e3 / math.cos(touch["contact_angle_rad"]))
@@ -780,7 +782,7 @@ def test_csv_has_a_column_for_every_key_in_a_stable_order(record, elliptic_row, 
 
 def table_text(rows: list[dict], width: int) -> list[str]:
     text = io.StringIO()
-    show(rows_parts(rows), Console(file=text, width=width, no_color=True))
+    print_parts(parts_of_rows(rows), Console(file=text, width=width, no_color=True))
     return text.getvalue().splitlines()
 
 
@@ -825,14 +827,16 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(record, elli
     )
     heads = "".join(lines[1:3])
     # each measure that may decide has a column if there is room
-    assert width < 160 or all(words.short[:5] in heads for name, words in WORDS.items() if name in Criteria().limits)
+    assert width < 160 or all(
+        words.short[:5] in heads for name, words in MEASURE_WORDS.items() if name in Criteria().limits
+    )
     assert ("valley" in heads, "centre" in heads, "time" in heads) == (width > 80, width > 80, width > 120)
     assert all(head in heads for head in ("shift", "load", "area", "mispl.", "verdict", "fails by"))
 
 
 def test_every_status_of_what_must_not_be_used_has_a_word_that_a_table_has_room_for():
-    assert {CONVERGED, *UNUSABLE} == set(get_args(Status))
-    assert all(len(status.short) <= 12 for status in UNUSABLE.values())
+    assert {CONVERGED, *UNUSABLE_STATUSES} == set(get_args(Status))
+    assert all(len(status.short) <= 12 for status in UNUSABLE_STATUSES.values())
 
 
 def test_a_row_of_the_table_says_the_verdict_or_why_there_is_none(record, elliptic_row):
@@ -871,7 +875,7 @@ def test_the_list_of_failing_measures_has_the_room_that_there_is(elliptic_row):
 
 def print_case(record: dict, width: int = 120, *, long: bool = True) -> list[str]:
     text = io.StringIO()
-    show(case_parts(record), Console(file=text, width=width, no_color=True), long=long)
+    print_parts(case_parts(record), Console(file=text, width=width, no_color=True), long=long)
     return [" ".join(line.split()) for line in text.getvalue().splitlines()]
 
 
@@ -1003,8 +1007,8 @@ def test_a_case_that_did_not_converge_is_not_called_decided(elliptic_quick):
 
 
 def test_the_worse_side_of_a_junction_is_shown_and_both_at_length(record):
-    changed = json.loads(json_text(record))
-    gauge = json.loads(json_text(changed["theories"][HERTZ]))
+    changed = json.loads(format_json(record))
+    gauge = json.loads(format_json(changed["theories"][HERTZ]))
     gauge["verdict"] |= {"answer": "FAILS", "measure": "area_mm2", "failing": ["area_mm2"]}
     gauge["verdict"]["each"]["area_mm2"], gauge["deviation"]["area_mm2"] = "FAILS", -0.5
     changed["theories"] = {HERTZ_GAUGE: gauge} | changed["theories"]
@@ -1051,10 +1055,10 @@ def test_every_table_fits_a_terminal(record, elliptic_row, width):
     """A terminal draws lines and spaces, which a pipe does not get."""
     text = io.StringIO()
     console = Console(file=text, width=width, no_color=True, force_terminal=True)
-    show(rows_parts([elliptic_row | {"hertz_deviation_p_max_percent": -43.21}]), console)
-    show(case_parts(record), console, long=True)
-    show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))), console)
-    show(profile_lines(load("60E1"), []), console)
+    print_parts(parts_of_rows([elliptic_row | {"hertz_deviation_p_max_percent": -43.21}]), console)
+    print_parts(case_parts(record), console, long=True)
+    print_parts(hertz_lines(hertz_record(evaluate_hertz(Case(lateral_shift_mm=0.0)))), console)
+    print_parts(profile_lines(load_library_profile("60E1"), []), console)
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
     assert "…" not in plain
     assert max(len(line.rstrip()) for line in plain.splitlines()) <= width
@@ -1063,9 +1067,9 @@ def test_every_table_fits_a_terminal(record, elliptic_row, width):
 
 
 def test_hertz_and_profiles_print_their_numbers(capsys):
-    show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))))
-    show(library_lines(library_record()))
-    show(profile_lines(load("60E1"), []))
+    print_parts(hertz_lines(hertz_record(evaluate_hertz(Case(lateral_shift_mm=0.0)))))
+    print_parts(library_lines(library_record()))
+    print_parts(profile_lines(load_library_profile("60E1"), []))
     text = capsys.readouterr().out
     for number in ("straight", "-10.425", "1722.", "S1002", "-26.0265"):
         assert number in text
@@ -1075,12 +1079,12 @@ def test_hertz_and_profiles_print_their_numbers(capsys):
 
 
 def test_every_measure_has_words_and_every_limit_its_unit():
-    assert list(WORDS) == [*MEASURES, *MISFITS]
+    assert list(MEASURE_WORDS) == [*MEASURES, *MISFITS]
     assert criteria_text(Criteria()) == (
         "p_max ±5 %, area ±10 %, a ±10 %, b ±10 %, centre ±0.15 b, valley < 10 %, separate < 0.1 %, misplaced < 10 %"
     )
     # users choose measures by these short names
-    chosen = Criteria(judged_by=tuple(WORDS[name].short for name in Criteria().limits))
+    chosen = Criteria(judged_by=tuple(MEASURE_WORDS[name].short for name in Criteria().limits))
     assert chosen.limits == Criteria().limits
     assert criteria_text(Criteria(judged_by=("valley", "a"), a=1.25e-3)) == "a ±0.125 %, valley < 10 %"
 
@@ -1090,7 +1094,7 @@ def test_every_measure_has_words_and_every_limit_its_unit():
 
 @pytest.mark.slow
 def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quick, tmp_path):
-    first, second = (case_figure(elliptic_quick, tmp_path / f"{k}.png") for k in (1, 2))
+    first, second = (write_case_figure(elliptic_quick, tmp_path / f"{k}.png") for k in (1, 2))
     assert first.read_bytes() == second.read_bytes()
     assert size_of_png(first)[0] > 1500
     assert b"Software" not in first.read_bytes()
@@ -1105,7 +1109,7 @@ def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quic
 
 def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(elliptic_quick, tmp_path):
     large = change_hertz(elliptic_quick, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
-    case_figure(large, tmp_path / "large.png")
+    write_case_figure(large, tmp_path / "large.png")
     assert size_of_png(tmp_path / "large.png")[0] > 1500
 
 
@@ -1114,7 +1118,7 @@ def draw_study_axes(monkeypatch, rows: list[dict], rail=None, criteria=None) -> 
 
     figures = []
     monkeypatch.setattr(module, "save_figure", lambda figure, path: figures.append(figure))
-    study_figure(rows, "unused.png", rail, criteria)
+    draw_study(rows, "unused.png", rail, criteria)
     return figures[0].axes
 
 
@@ -1122,7 +1126,9 @@ def test_a_study_figure_never_connects_bad_rows(record, elliptic_row, monkeypatc
     base = {"id": "x", **elliptic_row, "rail": "60E1"}
     rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -4.0 * k} for k in range(4)]
     rows[1]["status"] = "not converged"
-    peak, _, touch = draw_study_axes(monkeypatch, [*rows, failed_row(record) | {"rail": "60E1"}], load("60E1"))
+    peak, _, touch = draw_study_axes(
+        monkeypatch, [*rows, failed_row(record) | {"rail": "60E1"}], load_library_profile("60E1")
+    )
     lines = [line for line in peak.get_lines() if line.get_linestyle() != "None"]
     assert len(lines) == 2
     good = next(line for line in lines if np.isfinite(line.get_ydata()).any())
@@ -1140,9 +1146,9 @@ def test_a_study_figure_knows_no_junctions_without_the_rail(elliptic_row, monkey
 
 def test_figures_of_a_study_draw_the_rail_and_the_limits_they_are_given(elliptic_row, monkeypatch, tmp_path):
     calls = []
-    monkeypatch.setattr("fecontact.outputs.figures.study.study_figure", lambda *arguments: calls.append(arguments))
+    monkeypatch.setattr("fecontact.outputs.figures.study.draw_study", lambda *arguments: calls.append(arguments))
     monkeypatch.setattr("fecontact.outputs.paraview.vtk.write_pvd", lambda path, cases: path)
-    rail, rows, criteria = load("60E1"), [{"id": "x", **elliptic_row}], Criteria(p_max=0.03)
+    rail, rows, criteria = load_library_profile("60E1"), [{"id": "x", **elliptic_row}], Criteria(p_max=0.03)
     assert study_figures(rows, tmp_path, rail, criteria) == ("study.pvd",)
     assert calls == [(rows, tmp_path / "study.png", rail, criteria)]
 
@@ -1215,7 +1221,7 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened_
     lines = [line.split() for line in text.splitlines()]
     judged_lines = {line[0]: line for line in lines if line and line[-1] in ("HOLDS", "UNRESOLVED", "FAILS")}
     assert {name: line[-1] for name, line in judged_lines.items()} == {
-        WORDS[name].short: answer for name, answer in verdict.each.items()
+        MEASURE_WORDS[name].short: answer for name, answer in verdict.each.items()
     }
     assert judged_lines["p_max"][-3:-1] == ["±5", "%"]
     assert judged_lines["centre"][-3:-1] == ["±0.15", "b"]
@@ -1328,13 +1334,13 @@ def luminance(colour: str) -> float:
 
 def test_verdicts_are_told_apart_in_grey():
     from fecontact.outputs.figures.study import ANSWER_MARKS
-    from fecontact.outputs.style import ANSWERS, SERIES
+    from fecontact.outputs.style import ANSWER_COLOURS, SERIES_COLOURS
 
-    levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
+    levels = sorted(luminance(ANSWER_COLOURS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
     # relative steps (Weber) above 40 %: many times the smallest step that the eye can distinguish (2 %)
     assert all(light / dark > 1.4 for dark, light in pairwise(levels))
     assert len(set(ANSWER_MARKS.values())) == len(ANSWER_MARKS)
-    assert len(set(SERIES)) == len(SERIES)
+    assert len(set(SERIES_COLOURS)) == len(SERIES_COLOURS)
 
 
 def test_error_bars_of_a_study_are_its_uncertainties(elliptic_row, monkeypatch):
@@ -1367,8 +1373,8 @@ def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, mon
         elliptic_row | {"id": name, "resolution": name, "varied": f"resolution {name}"} for name in ("quick", "fine")
     ]
     text = io.StringIO()
-    for table_part in rows_parts(rows):
-        show([table_part], Console(file=text, width=200))
+    for table_part in parts_of_rows(rows):
+        print_parts([table_part], Console(file=text, width=200))
     printed = text.getvalue()
     assert all(f" resolution {name} " in printed for name in ("quick", "fine"))
     peak, _, touch = draw_study_axes(monkeypatch, rows)
@@ -1377,15 +1383,15 @@ def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, mon
     (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
     assert list(line.get_xdata()) == [0.0, 1.0]
     moduli = [elliptic_row | {"id": str(number), "varied": f"young_MPa {number}"} for number in (200000, 210000)]
-    assert [one_series.label for one_series in series(moduli)] == ["young_MPa 200000", "young_MPa 210000"]
+    assert [one_series.label for one_series in split_into_series(moduli)] == ["young_MPa 200000", "young_MPa 210000"]
 
 
 def test_study_and_profile_figures_are_pngs(record, elliptic_row, tmp_path):
-    study_figure([{"id": "x", **elliptic_row}, failed_row(record)], tmp_path / "study.png", criteria=Criteria())
-    profile_figure(load("S1002"), tmp_path / "profile.png")
+    draw_study([{"id": "x", **elliptic_row}, failed_row(record)], tmp_path / "study.png", criteria=Criteria())
+    draw_profile(load_library_profile("S1002"), tmp_path / "profile.png")
     assert min(size_of_png(tmp_path / "study.png") + size_of_png(tmp_path / "profile.png")) > 900
     with pytest.raises(InputError, match="no rows"):
-        study_figure([], tmp_path / "none.png")
+        draw_study([], tmp_path / "none.png")
 
 
 # Weight
@@ -1445,7 +1451,7 @@ def rows_with(*rows):
 )
 def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
     unique = list({row["id"]: row for row in rows}.values())
-    all_series = series(unique)
+    all_series = split_into_series(unique)
     assert [f"study{one_series.file_suffix}" for one_series in all_series] == names
     assert sum(len(one_series.rows) for one_series in all_series) == len(unique)
     for one_series in all_series:
@@ -1456,7 +1462,7 @@ def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
 def test_a_series_is_named_by_what_others_do_not_share():
     rows = rows_with({"rail": "worn.toml@0123abcd"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
     del rows[-1]["load_kN"]
-    assert [one_series.label for one_series in series(rows)] == [
+    assert [one_series.label for one_series in split_into_series(rows)] == [
         "worn",
         "arcs:300/80@-2",
         "60E1, 50 kN",
@@ -1476,5 +1482,5 @@ def test_more_series_than_colours_are_drawn_without_names(elliptic_row, tmp_path
     # matplotlib warns if a legend leaves no room for the axes; here a warning is an error
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        study_figure(rows, tmp_path / "study.png")
+        draw_study(rows, tmp_path / "study.png")
     assert size_of_png(tmp_path / "study.png")[1] < 2000

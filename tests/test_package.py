@@ -19,16 +19,16 @@ from flit_core import buildapi
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.fe.linear_solver import pardiso_available
-from fecontact.guide.pages import titles
-from fecontact.profiles.library import names
+from fecontact.fe.linear_solver import is_pardiso_available
+from fecontact.guide.pages import read_titles
+from fecontact.profiles.library import list_names
 
 ROOT = Path(__file__).parents[1]
 # Without the marker, type checkers ignore the annotations of the package where it is imported.
 WANTED = {
     "fecontact/py.typed",
-    *(f"fecontact/profiles/data/{name}.toml" for name in names()),
-    *(f"fecontact/guide/{topic}.md" for topic in titles()),
+    *(f"fecontact/profiles/data/{name}.toml" for name in list_names()),
+    *(f"fecontact/guide/{topic}.md" for topic in read_titles()),
 }
 
 
@@ -182,7 +182,7 @@ def test_multigrid_without_mkl_solves_the_same(solved):
     result = solved(Case(**shape, resolution=(2.0, 1.8), refine="never"))
     assert without["solver"]["path"] == "amg"
     # if MKL is not installed, both results are from multigrid
-    assert result.effort.path == ("pardiso" if pardiso_available() else "amg")
+    assert result.effort.path == ("pardiso" if is_pardiso_available() else "amg")
     # multigrid stops at residuals of 1e-10
     for measure, value in result.comparison.fe.as_dict().items():
         assert without["fe"][measure] == pytest.approx(value, rel=1e-7), measure

@@ -11,36 +11,42 @@ import pytest
 from rungs import rung_with
 from scipy.signal import find_peaks, peak_prominences
 
-from fecontact.bodies import STEEL, contact_modulus_MPa
+from fecontact.bodies import STEEL, combine_moduli_MPa
 from fecontact.case import Case, Criteria
 from fecontact.contact.grid import ContactGrid, Field, Rung
-from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.patch import area_between, lobe_windows, measure_patch, signed_square, standing_peaks
+from fecontact.contact.halfspace import build_half_space_problem
+from fecontact.contact.patch import (
+    build_signed_square,
+    find_lobe_windows,
+    find_ridge_peaks,
+    measure_area_between,
+    measure_patch,
+)
 from fecontact.contact.solver import solve_contact
-from fecontact.contact_theories.approximation import Approximation, mean_pressure
+from fecontact.contact_theories.approximation import TheoryContact, average_pressure_over_cells
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 from fecontact.errors import InputError
 from fecontact.judging import comparison
 from fecontact.judging.comparison import compare
 from fecontact.judging.measures import (
-    FLOORS,
     MEASURES,
     MISFITS,
+    READING_UNCERTAINTY,
     Measures,
     Misfit,
-    deviations,
-    hertz_measures,
-    measures_of,
-    misfit_of,
-    patch_of,
+    compute_hertz_deviations,
+    read_hertz_measures,
+    read_hertz_misfit,
+    read_measures,
+    read_patch,
 )
 from fecontact.profiles.library import toml_text
-from fecontact.solving.expected_patch import ExpectedPatch, expected_patch
-from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm
+from fecontact.solving.expected_patch import ExpectedPatch, find_expected_patch
+from fecontact.solving.lobe_sizes import measure_narrowest_semi_axes_mm
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import true_gap_of_case
+from fecontact.solving.position import make_true_gap
 
-MODULUS = contact_modulus_MPa(STEEL, STEEL)
+MODULUS = combine_moduli_MPa(STEEL, STEEL)
 A, B, P0 = 7.0, 4.0, 1000.0
 
 
@@ -147,7 +153,7 @@ def test_a_patch_that_goes_on_beyond_its_grid_ends_with_the_last_cells(low, high
     assert extent == pytest.approx(axis * (ends[1] - ends[0]), rel=1e-3)
     if not along_x:
         cuts = (-np.inf, 0.3 * B), (0.3 * B, np.inf)
-        assert sum(area_between(cut_field, *cut) for cut in cuts) == pytest.approx(patch.area_mm2, rel=1e-9)
+        assert sum(measure_area_between(cut_field, *cut) for cut in cuts) == pytest.approx(patch.area_mm2, rel=1e-9)
 
 
 def test_a_patch_that_reaches_the_end_of_its_grid_is_measured_alike_wherever_that_lies():
@@ -177,8 +183,8 @@ def test_patches_of_a_few_nodes():
 
 def test_signed_square_continues_a_paraboloid():
     x, s, p = sample_ellipsoid(6, offset=(0.2, 0.4))
-    q = signed_square(p)[1:-1, 1:-1]
-    core = signed_square(p, without_edge=True)[1:-1, 1:-1]
+    q = build_signed_square(p)[1:-1, 1:-1]
+    core = build_signed_square(p, without_edge=True)[1:-1, 1:-1]
     exact = P0**2 * (1.0 - (x[:, None] / A) ** 2 - (s[None, :] / B) ** 2)
     inside = p > 0.0
     np.testing.assert_allclose(q[inside], exact[inside], rtol=1e-12)
@@ -210,16 +216,16 @@ def solve_hertz(
     s = steps[1] * (np.arange(-k[1], k[1] + 1) + offset[1])
     grid = ContactGrid(x_mm=x, s_mm=s, half=half)
     gap = 0.5 * xx * x[:, None] ** 2 + xy * x[:, None] * s + 0.5 * yy * s**2
-    solution = solve_contact(half_space_problem(grid, gap.ravel(), contact_modulus_MPa=MODULUS), 100e3)
+    solution = solve_contact(build_half_space_problem(grid, gap.ravel(), contact_modulus_MPa=MODULUS), 100e3)
     assert solution.status == "converged"
     return Rung.of(grid, solution, approach_mm=solution.approach_mm), hertz
 
 
 def check_exact(rung: Rung, hertz: HertzContact, limits: dict[str, float]) -> None:
-    deviation = deviations(rung, hertz)
+    deviation = compute_hertz_deviations(rung, hertz)
     assert {name: value for name, value in deviation.items() if abs(value) > limits[name]} == {}
-    assert (deviation["valley"], deviation["separate_load"], patch_of(rung).pieces) == (0.0, 0.0, 1)
-    assert len(patch_of(rung).lobes) == 1
+    assert (deviation["valley"], deviation["separate_load"], read_patch(rung).pieces) == (0.0, 0.0, 1)
+    assert len(read_patch(rung).lobes) == 1
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -270,8 +276,8 @@ def test_readings_of_exact_turned_ellipses(seed):
     assert abs(hertz.orientation_rad) > 0.05
     check_exact(rung, hertz, limits)
     # a is half the extent along x, not the principal axis close to x
-    assert measures_of(rung).a_mm == pytest.approx(0.5 * hertz.extent_x_mm, rel=9e-4)
-    assert abs(hertz_measures(hertz).a_mm / hertz.a_mm - 1.0) > 9e-4
+    assert read_measures(rung).a_mm == pytest.approx(0.5 * hertz.extent_x_mm, rel=9e-4)
+    assert abs(read_hertz_measures(hertz).a_mm / hertz.a_mm - 1.0) > 9e-4
 
 
 def turned_curvatures(along: float, across: float, angle: float) -> tuple[float, float, float]:
@@ -297,7 +303,7 @@ def test_standing_peaks_are_those_of_scipy():
         ranked = ridge.copy()
         ranked[peaks] *= 1.0 + 1e-9 * np.arange(peaks.size)
         prominences = peak_prominences(ranked, peaks)[0] / ridge.max()
-        tops, valley = standing_peaks(ridge, 0.05)
+        tops, valley = find_ridge_peaks(ridge, 0.05)
         assert tops.tolist() == peaks[prominences >= 0.05].tolist()
         assert valley == np.sort(prominences)[:-1].max(initial=0.0)
 
@@ -393,7 +399,7 @@ def test_planted_lobes(lobes, seed):
     assert patch.centre_x_mm == pytest.approx(0.0, abs=2e-3)
     assert (patch.a_mm, patch.b_mm) == pytest.approx((a, b), rel=1e-3)
     hertz, ellipsoid = hertz_of_lobes(lobes)
-    misfit = misfit_of(rung, hertz)
+    misfit = read_hertz_misfit(rung, hertz)
     assert misfit.misplaced_load == pytest.approx(misplaced_by_quadrature(lobes, ellipsoid), abs=2e-3)
     assert misfit.centre_over_b == patch.centre_y_mm / hertz.b_mm
     assert (misfit.valley, misfit.separate_load) == (patch.valley, patch.separate_load)
@@ -467,7 +473,7 @@ def test_lobes_with_the_moments_of_one_ellipse_are_told_from_it(offset):
     lobes = (Ellipsoid(-b, hertz.a_mm, b, p0), Ellipsoid(b, hertz.a_mm, b, p0))
     assert moments_of(lobes) == pytest.approx((0.0, hertz.a_mm, hertz.b_mm), rel=1e-12)
     rung = rung_of(cell_means(lobes, (hertz.a_mm / 16.3, b / 16.6), offset, 1.2 * hertz.a_mm))
-    deviation = deviations(rung, hertz)
+    deviation = compute_hertz_deviations(rung, hertz)
     assert abs(deviation["a_mm"]) < 1e-3
     assert abs(deviation["b_mm"]) < 1e-3
     assert abs(deviation["centre_over_b"]) < 1e-3
@@ -484,7 +490,7 @@ def test_a_shifted_ellipse_is_off_centre_and_not_misplaced():
     hertz = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=100e3, contact_modulus_MPa=MODULUS)
     lobes = (Ellipsoid(0.4 * hertz.b_mm, hertz.a_mm, hertz.b_mm, hertz.p0_MPa),)
     rung = rung_of(cell_means(lobes, (hertz.a_mm / 16.3, hertz.b_mm / 16.6), (0.2, 0.4), 10.0))
-    misfit = misfit_of(rung, hertz)
+    misfit = read_hertz_misfit(rung, hertz)
     assert misfit.centre_over_b == pytest.approx(0.4, abs=3e-4)
     assert misfit.misplaced_load < 2e-3
     assert misfit.valley == misfit.separate_load == 0.0
@@ -497,12 +503,14 @@ def test_the_load_of_a_wider_ellipse_is_misplaced_by_what_quadrature_says(ratio)
     rung = rung_of(cell_means(wider, (hertz.a_mm / 16.3, hertz.b_mm / 16.6), (0.2, 0.4), 10.0))
     exact = misplaced_by_quadrature(wider, Ellipsoid(0.0, hertz.a_mm, hertz.b_mm, hertz.p0_MPa))
     assert exact > 0.01
-    assert misfit_of(rung, hertz).misplaced_load == pytest.approx(exact, abs=2e-3)
+    assert read_hertz_misfit(rung, hertz).misplaced_load == pytest.approx(exact, abs=2e-3)
     # same value from a grid that ends close to the contact, inside or outside Hertz's ellipse
     columns = np.flatnonzero(rung.pressure_MPa.any(axis=0))
     near = slice(columns[0] - 1, columns[-1] + 2)
     trimmed = rung_of(field(rung.grid.x_mm, rung.grid.s_mm[near], rung.pressure_MPa[:, near]))
-    assert misfit_of(trimmed, hertz).misplaced_load == pytest.approx(misfit_of(rung, hertz).misplaced_load, abs=1e-9)
+    assert read_hertz_misfit(trimmed, hertz).misplaced_load == pytest.approx(
+        read_hertz_misfit(rung, hertz).misplaced_load, abs=1e-9
+    )
 
 
 def test_hertz_on_cells_carries_his_force_wherever_the_grid_lies():
@@ -513,7 +521,7 @@ def test_hertz_on_cells_carries_his_force_wherever_the_grid_lies():
         grid = ContactGrid(
             x_mm=0.45 * (np.arange(-30, 31) + offset[0]), s_mm=0.33 * (np.arange(-40, 41) + offset[1]), half=False
         )
-        p = mean_pressure(grid, hertz, tuple(middle))
+        p = average_pressure_over_cells(grid, hertz, tuple(middle))
         force = 0.45 * 0.33 * p.sum()
         # 25 points per cell; from the nodes alone: measured 0.2 %
         assert force == pytest.approx(100e3, rel=2e-4)
@@ -543,7 +551,7 @@ def solve_ellipse() -> tuple[Rung, HertzContact]:
 def test_a_measure_is_one_entry():
     """Everything that reads measures follows the fields of `Measures` and of `Misfit`, in their order."""
     rung, hertz = solve_ellipse()
-    patch = patch_of(rung)
+    patch = read_patch(rung)
     assert patch == measure_patch(rung.pressure)
     names, misfit_names = (tuple(measure_field.name for measure_field in fields(kind)) for kind in (Measures, Misfit))
     assert tuple(READINGS) == MEASURES == names
@@ -553,11 +561,11 @@ def test_a_measure_is_one_entry():
     assert all(set(measure_field.metadata) == keys for measure_field in (*fields(Measures), *fields(Misfit)))
     assert {
         measure_field.name: measure_field.metadata["floor"] for measure_field in (*fields(Measures), *fields(Misfit))
-    } == FLOORS
-    fe, analytic, misfit = measures_of(rung), hertz_measures(hertz), misfit_of(rung, hertz)
+    } == READING_UNCERTAINTY
+    fe, analytic, misfit = read_measures(rung), read_hertz_measures(hertz), read_hertz_misfit(rung, hertz)
     assert tuple(fe.as_dict()) == tuple(analytic.as_dict()) == names
     assert tuple(misfit.as_dict()) == misfit_names
-    deviation = deviations(rung, hertz)
+    deviation = compute_hertz_deviations(rung, hertz)
     assert tuple(deviation) == (*names, *misfit_names)
     for measure_field in fields(Measures):
         of_contact, of_hertz = READINGS[measure_field.name]
@@ -570,7 +578,7 @@ def test_a_measure_is_one_entry():
         assert (
             deviation[measure_field.name]
             == getattr(misfit, measure_field.name)
-            == measure_field.metadata["of_contact"](patch, rung, Approximation.of(hertz))
+            == measure_field.metadata["of_contact"](patch, rung, TheoryContact.of(hertz))
         )
 
 
@@ -578,11 +586,11 @@ def test_comparison_is_made_of_the_same_readings():
     rung, hertz = solve_ellipse()
     comparison = compare(rung, hertz)
     assert (comparison.fe, comparison.hertz, comparison.patch) == (
-        measures_of(rung),
-        hertz_measures(hertz),
-        patch_of(rung),
+        read_measures(rung),
+        read_hertz_measures(hertz),
+        read_patch(rung),
     )
-    assert comparison.deviation == deviations(rung, hertz)
+    assert comparison.deviation == compute_hertz_deviations(rung, hertz)
     # 6 nodes per semi-axis: measured 3.5 %
     assert comparison.pressure_l2 < 0.045
     assert comparison.overlap > 0.97
@@ -606,7 +614,7 @@ def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatc
         line = np.linspace(-3.2, 3.2, nodes)
         p = 1000.0 * np.sqrt(np.maximum(1.0 - (line[:, None] ** 2 + line**2) / 9.0, 0.0))
         pressure = Field(grid=ContactGrid(x_mm=line, s_mm=line, half=False), values=p)
-        assert comparison._overlap(pressure, hertz) == pytest.approx(4.0 / 9.0, rel=2e-3)
+        assert comparison._compute_overlap(pressure, hertz) == pytest.approx(4.0 / 9.0, rel=2e-3)
     assert sizes[0] > 50 * 121**2
     assert sizes[1] < 4.2e6
 
@@ -615,7 +623,7 @@ def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatc
 
 
 def expect_patch(case: Case) -> ExpectedPatch:
-    return expected_patch(true_gap_of_case(case, place_case(case)), case.load_N, half=case.half)
+    return find_expected_patch(make_true_gap(case, place_case(case)), case.load_N, half=case.half)
 
 
 @pytest.mark.parametrize("radius", [300.0, 80.0, 13.0])
@@ -630,8 +638,8 @@ def test_expected_patch_of_a_closed_form_pair(radius):
     assert patch.semi_axis_x_mm == pytest.approx(hertz.a_mm, rel=1.5 / 16.0)
     assert patch.semi_axis_s_mm == pytest.approx(hertz.b_mm, rel=1.5 / 16.0)
     assert (patch.s_high_mm - patch.s_low_mm) == pytest.approx(2.0 * hertz.b_mm, rel=1.5 / 16.0)
-    assert measures_of(patch.half_space).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.01)
-    assert measures_of(patch.half_space).approach_mm == pytest.approx(hertz.approach_mm, rel=0.01)
+    assert read_measures(patch.half_space).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.01)
+    assert read_measures(patch.half_space).approach_mm == pytest.approx(hertz.approach_mm, rel=0.01)
 
 
 def test_nodes_follow_the_narrowest_lobe_and_elements_the_one_that_carries_most():
@@ -640,12 +648,12 @@ def test_nodes_follow_the_narrowest_lobe_and_elements_the_one_that_carries_most(
     assert patch.s_high_mm - patch.s_low_mm > 14.0
     assert patch.s_low_mm < -10.6 < patch.s_high_mm
     # frozen values: half widths 2.0 and 5.7 mm, to the spacing of the nodes
-    assert narrowest_semi_axes_mm(patch.half_space)[1] == pytest.approx(2.0, abs=0.3)
+    assert measure_narrowest_semi_axes_mm(patch.half_space)[1] == pytest.approx(2.0, abs=0.3)
     assert patch.half_space.grid.steps_mm[1] < 2.0 / 14.0
     # 2.5 times the narrow half-width is smaller than the wide half-width
-    assert patch.semi_axis_s_mm == pytest.approx(2.5 * narrowest_semi_axes_mm(patch.half_space)[1], rel=1e-12)
+    assert patch.semi_axis_s_mm == pytest.approx(2.5 * measure_narrowest_semi_axes_mm(patch.half_space)[1], rel=1e-12)
     # half-space on the true gap: 995 MPa by an independent program; 6 nodes across the narrow lobe: measured 0.9 %
-    assert measures_of(patch.half_space).p_max_MPa == pytest.approx(995.0, rel=0.02)
+    assert read_measures(patch.half_space).p_max_MPa == pytest.approx(995.0, rel=0.02)
 
 
 def test_elements_are_not_made_for_the_step_of_a_line(monkeypatch, tmp_path):
@@ -659,8 +667,8 @@ def test_elements_are_not_made_for_the_step_of_a_line(monkeypatch, tmp_path):
     wheel = str(tmp_path / "stepped.toml")
     case = Case(rail="54E1", wheel=wheel, inclination_rad=0.0, lateral_shift_mm=4.07, load_N=50e3, roll="given")
     case = replace(case, resolution="standard")
-    true_gap = true_gap_of_case(case, place_case(case))
-    patch = expected_patch(true_gap, case.load_N, half=True, nodes=case.nodes_a_semi_axis)
+    true_gap = make_true_gap(case, place_case(case))
+    patch = find_expected_patch(true_gap, case.load_N, half=True, nodes=case.nodes_a_semi_axis)
     ridge = patch.half_space.pressure_MPa.max(axis=0)
     top = int(ridge.argmax())
     step = top + int(np.diff(ridge[top:]).argmax())
@@ -668,15 +676,15 @@ def test_elements_are_not_made_for_the_step_of_a_line(monkeypatch, tmp_path):
     # the half-width is the distance from the peak to the closer edge of the patch
     width = (top - np.flatnonzero(ridge)[0] + 1) * patch.half_space.grid.steps_mm[1]
     assert patch.semi_axis_s_mm == pytest.approx(width, rel=1e-9)
-    assert narrowest_semi_axes_mm(patch.half_space)[1] == pytest.approx(width, rel=1e-9)
+    assert measure_narrowest_semi_axes_mm(patch.half_space)[1] == pytest.approx(width, rel=1e-9)
 
 
 @pytest.mark.parametrize(("shift", "peak"), [(-4.0, 1134.0), (2.0, 1504.0)])
 def test_expected_peak_of_the_standard_pair(shift, peak):
     # half-space on the true gap by an independent program; a coarse solution is accurate to 0.5 %
-    assert measures_of(expect_patch(Case(lateral_shift_mm=shift, roll="given")).half_space).p_max_MPa == pytest.approx(
-        peak, rel=0.01
-    )
+    assert read_measures(
+        expect_patch(Case(lateral_shift_mm=shift, roll="given")).half_space
+    ).p_max_MPa == pytest.approx(peak, rel=0.01)
 
 
 def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
@@ -687,18 +695,20 @@ def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
     assert patch.x_low_mm == pytest.approx(-opposite.x_high_mm, abs=step)
     assert patch.x_high_mm == pytest.approx(-opposite.x_low_mm, abs=step)
     assert patch.s_low_mm == pytest.approx(opposite.s_low_mm, abs=patch.semi_axis_s_mm / 16.0)
-    assert measures_of(patch.half_space).p_max_MPa == pytest.approx(
-        measures_of(opposite.half_space).p_max_MPa, rel=5e-3
+    assert read_measures(patch.half_space).p_max_MPa == pytest.approx(
+        read_measures(opposite.half_space).p_max_MPa, rel=5e-3
     )
 
 
 def test_first_guess_does_not_matter():
     case = Case(lateral_shift_mm=-4.0, roll="given")
-    true_gap = true_gap_of_case(case, place_case(case))
-    small, large = (expected_patch(true_gap, case.load_N, half=True, guess_mm=g) for g in (0.005, 0.3))
+    true_gap = make_true_gap(case, place_case(case))
+    small, large = (find_expected_patch(true_gap, case.load_N, half=True, guess_mm=g) for g in (0.005, 0.3))
     # the grids are fitted to slightly different boxes
     assert small.s_low_mm == pytest.approx(large.s_low_mm, abs=0.5)
-    assert measures_of(small.half_space).p_max_MPa == pytest.approx(measures_of(large.half_space).p_max_MPa, rel=0.01)
+    assert read_measures(small.half_space).p_max_MPa == pytest.approx(
+        read_measures(large.half_space).p_max_MPa, rel=0.01
+    )
 
 
 def test_patch_past_the_end_of_the_rail_is_refused():
@@ -717,7 +727,7 @@ def test_a_valley_is_shared_where_it_is_lowest(offset, hollow):
     x, s = step * np.arange(-84, 85), step * (np.arange(-84, 85) + offset)
     p = np.sqrt(np.maximum(1.0 - x[:, None] ** 2 - s**2, 0.0)) * (1.0 + hollow * s**2)
     force = p.sum(axis=0)
-    first, last = lobe_windows(p)
+    first, last = find_lobe_windows(p)
     shares = [float(force[window.columns] @ window.parts / force.sum()) for window in (first, last)]
     assert sum(shares) == pytest.approx(1.0, rel=1e-12)
     assert shares[0] == pytest.approx(0.5, abs=1e-4)

@@ -12,10 +12,10 @@ from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.patch_loads import PATCH_LOADS_LIMIT, PatchLoads, free_strips_mm, load_parts
-from fecontact.judging.solved_load import ELEMENTS_OFF, compare_patch_loads
+from fecontact.judging.patch_loads import PATCH_LOADS_LIMIT, PatchLoads, compute_load_fractions, find_free_strips_mm
+from fecontact.judging.solved_load import ELEMENTS_STATUS, compare_patch_loads
 from fecontact.solving.meshes import Meshes
-from fecontact.solving.position import Position, position_of
+from fecontact.solving.position import Position, expect_position
 from fecontact.solving.true_gap import TrueGap
 
 TWO_PATCHES = Case(lateral_shift_mm=5.0, load_N=100e3, resolution="quick", refine="never")
@@ -23,7 +23,7 @@ TWO_PATCHES = Case(lateral_shift_mm=5.0, load_N=100e3, resolution="quick", refin
 
 @pytest.fixture(scope="module")
 def position() -> Position:
-    return position_of(TWO_PATCHES)
+    return expect_position(TWO_PATCHES)
 
 
 def judge_case(position: Position) -> JudgedLoad:
@@ -60,7 +60,7 @@ def test_a_wrong_part_of_the_bodies_is_seen_by_the_loads_on_patches(position, mo
     load = judge_case(position)
     (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference == pytest.approx(difference, rel=0.15)
-    assert (load.status, load.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")
+    assert (load.status, load.verdict.answer) == (ELEMENTS_STATUS, "UNRESOLVED")
     (warning,) = (text for text in load.warnings if text.startswith("separate patches"))
     assert f"{loads.on_elements:.2%}" in warning
     assert f"{loads.on_finer_nodes:.2%}" in warning
@@ -94,17 +94,19 @@ def rung_of(columns: list[float], *, widths_mm: np.ndarray | None = None) -> Run
 def test_strips_lie_between_patches_and_loads_before_them():
     rung = rung_of([0.0, 1.0, 3.0, 0.0, 0.0, 4.0, 0.0, 2.0, 0.0])
     # loaded at -1 and 0, at 3, and at 5 mm
-    assert free_strips_mm(rung) == [1.5, 4.0]
-    assert load_parts(rung, [1.5, 4.0]) == pytest.approx([0.4, 0.8])
+    assert find_free_strips_mm(rung) == [1.5, 4.0]
+    assert compute_load_fractions(rung, [1.5, 4.0]) == pytest.approx([0.4, 0.8])
 
 
 def test_a_single_patch_has_no_strip():
-    assert free_strips_mm(rung_of([0.0, 1.0, 3.0, 2.0, 0.0])) == []
+    assert find_free_strips_mm(rung_of([0.0, 1.0, 3.0, 2.0, 0.0])) == []
 
 
 def test_cells_of_other_widths_count_by_their_widths():
     widths = np.array([1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-    assert load_parts(rung_of([0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0], widths_mm=widths), [0.5]) == pytest.approx([0.5])
+    assert compute_load_fractions(
+        rung_of([0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0], widths_mm=widths), [0.5]
+    ) == pytest.approx([0.5])
 
 
 def test_difference_is_relative_to_the_uncertainty():

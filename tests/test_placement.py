@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.case import Case, Track
 from fecontact.errors import InputError
-from fecontact.placement.carrying import climbs_at
+from fecontact.placement.carrying import is_beyond_flank
 from fecontact.placement.poses import RailPose, WheelPose, place_rail
 from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement, describe_possible_shifts, place
-from fecontact.profiles.curve import Profile, circular_rail_head, cylinder_wheel
-from fecontact.profiles.library import load
-from fecontact.profiles.segments import Line, Polynomial
+from fecontact.profiles.curve import Profile, make_circular_rail_head, make_cylinder_wheel
+from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.segments import Polynomial, StraightSegment
 from fecontact.solving.placing import place_case
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
@@ -26,7 +26,13 @@ CENTRED = Track(rail_crown_y_mm=750.0)
 
 
 def standard_pair(shift: float, **motion: float) -> Placement:
-    return place(load("60E1"), load("S1002"), inclination_rad=INCLINATION_40, lateral_shift_mm=shift, **motion)
+    return place(
+        load_library_profile("60E1"),
+        load_library_profile("S1002"),
+        inclination_rad=INCLINATION_40,
+        lateral_shift_mm=shift,
+        **motion,
+    )
 
 
 def highest_point(rail: RailPose) -> tuple[float, float]:
@@ -57,7 +63,7 @@ def highest_point(rail: RailPose) -> tuple[float, float]:
     ],
 )
 def test_rail_is_set_to_gauge(name, inclination, crown, crown_beyond):
-    rail = place_rail(load(name), inclination, Track())
+    rail = place_rail(load_library_profile(name), inclination, Track())
     top_y, top_z = highest_point(rail)
     # published to 0.001 mm
     assert rail.crown_y_mm == pytest.approx(crown, abs=6e-4)
@@ -69,14 +75,14 @@ def test_rail_is_set_to_gauge(name, inclination, crown, crown_beyond):
 
 @pytest.mark.parametrize(("name", "radius"), [("60E1", 300.0), ("60E2", 200.0)])
 def test_highest_point_lies_below_the_centre_of_the_crown_arc(name, radius):
-    rail = place_rail(load(name), INCLINATION_40, Track())
+    rail = place_rail(load_library_profile(name), INCLINATION_40, Track())
     # closed form on the crown arc; the search stops at the square root of rounding
     assert highest_point(rail)[0] - rail.crown_y_mm == pytest.approx(radius * math.sin(INCLINATION_40), abs=1e-4)
 
 
 def test_gauge_plane_cuts_the_gauge_face():
     track = Track(gauge_mm=1432.0, gauge_depth_mm=16.0)
-    rail = place_rail(load("60E1"), INCLINATION_40, track)
+    rail = place_rail(load_library_profile("60E1"), INCLINATION_40, track)
     u = np.linspace(0.0, len(rail.profile.segments), 200001)
     y, z, _ = rail.section(u)
     gauge_side = y < rail.crown_y_mm
@@ -86,8 +92,8 @@ def test_gauge_plane_cuts_the_gauge_face():
 
 def test_head_without_gauge_face_is_refused_or_placed_by_its_crown():
     with pytest.raises(InputError, match=r"14 mm below it; .* position of the rail's crown"):
-        place_rail(circular_rail_head(300.0), 0.0, Track())
-    assert place_rail(circular_rail_head(300.0), 0.0, CENTRED).crown_y_mm == 750.0
+        place_rail(make_circular_rail_head(300.0), 0.0, Track())
+    assert place_rail(make_circular_rail_head(300.0), 0.0, CENTRED).crown_y_mm == 750.0
 
 
 # --- touch points -----------------------------------------------------------------------------------------------
@@ -103,8 +109,8 @@ def test_touch_points_of_the_standard_pair(shift, rail_y):
 def test_tangents_are_equal_at_touch(shift):
     pair = standard_pair(shift)
     for touch in pair.touch_points:
-        rail_angle = math.atan(float(load("60E1").slope(touch.rail_y_mm))) + INCLINATION_40
-        wheel_angle = math.atan(float(load("S1002").slope(touch.wheel_y_mm)))
+        rail_angle = math.atan(float(load_library_profile("60E1").slope(touch.rail_y_mm))) + INCLINATION_40
+        wheel_angle = math.atan(float(load_library_profile("S1002").slope(touch.wheel_y_mm)))
         # without roll and yaw, both tangents are tangents of the plane profiles; the root is exact to 1e-14 in u
         assert rail_angle == pytest.approx(touch.contact_angle_rad, abs=1e-9)
         assert wheel_angle == pytest.approx(touch.contact_angle_rad, abs=1e-9)
@@ -219,8 +225,8 @@ def wheelset(shift_right: float, yaw: float) -> tuple[Placement, Placement]:
         # the right pair is a mirror image: shift, roll and yaw change their signs
         return tuple(
             place(
-                load("MBench_UIC60"),
-                load("S1002"),
+                load_library_profile("MBench_UIC60"),
+                load_library_profile("S1002"),
                 inclination_rad=INCLINATION_40,
                 lateral_shift_mm=sign * shift_right,
                 roll_rad=-sign * roll,
@@ -276,7 +282,7 @@ def gap_over_plane(pair: Placement):
 
 
 def test_gap_of_a_circle_under_a_cylinder_in_closed_form():
-    pair = place(circular_rail_head(300.0), cylinder_wheel(), inclination_rad=0.0, track=CENTRED)
+    pair = place(make_circular_rail_head(300.0), make_cylinder_wheel(), inclination_rad=0.0, track=CENTRED)
     x, s = np.meshgrid(np.linspace(-20.0, 20.0, 21), np.linspace(-20.0, 20.0, 17), indexing="ij")
     phi = s / 300.0
     # distance along the normal of the rail, from the circle to the cylinder with its axis along y
@@ -364,19 +370,21 @@ def test_curvatures_of_the_parts():
     touch = standard_pair(-4.0).first
     (c,) = touch.curvatures
     assert c.rail_per_mm == pytest.approx(1.0 / 300.0, rel=1e-9)
-    assert c.wheel_lateral_per_mm == pytest.approx(float(load("S1002").curvature(touch.wheel_y_mm)), rel=1e-9)
+    assert c.wheel_lateral_per_mm == pytest.approx(
+        float(load_library_profile("S1002").curvature(touch.wheel_y_mm)), rel=1e-9
+    )
     # Meusnier: the rolling curvature is the curvature of the circle of latitude times the cosine of the contact angle
-    latitude = 460.0 - float(load("S1002").height(touch.wheel_y_mm))
+    latitude = 460.0 - float(load_library_profile("S1002").height(touch.wheel_y_mm))
     assert c.xx_per_mm == pytest.approx(math.cos(touch.contact_angle_rad) / latitude, rel=1e-12)
     assert c.yy_per_mm == pytest.approx(c.rail_per_mm + c.wheel_lateral_per_mm, rel=1e-12)
     assert c.xy_per_mm == 0.0
 
 
 def test_touch_at_a_junction_has_a_curvature_for_each_side():
-    rail = load("60E1")
+    rail = load_library_profile("60E1")
     junction = next(j for j in rail.junctions if j.y_mm > 0.0)
     # the head is turned until the junction of R 300 and R 80 is its highest point, below a straight tread
-    pair = place(rail, cylinder_wheel(), inclination_rad=-junction.angle_left_rad)
+    pair = place(rail, make_cylinder_wheel(), inclination_rad=-junction.angle_left_rad)
     touch = pair.first
     assert touch.rail_y_mm == pytest.approx(junction.y_mm, abs=1e-3)
     assert touch.at_junction
@@ -417,8 +425,8 @@ def test_moving_wheelset_and_rail_together_changes_nothing():
     x, s = np.linspace(-15.0, 15.0, 7)[:, None], np.linspace(-4.0, 4.0, 9)[None, :]
     near = standard_pair(2.0)
     far = place(
-        load("60E1"),
-        load("S1002"),
+        load_library_profile("60E1"),
+        load_library_profile("S1002"),
         inclination_rad=INCLINATION_40,
         lateral_shift_mm=2.0 - 10.0,
         track=Track(gauge_mm=1435.0 + 14.0, back_to_back_mm=1360.0 + 34.0),
@@ -430,7 +438,11 @@ def test_moving_wheelset_and_rail_together_changes_nothing():
 def test_shift_of_a_cylinder_over_a_circle_changes_nothing():
     gaps = [
         place(
-            circular_rail_head(300.0), cylinder_wheel(), inclination_rad=0.0, lateral_shift_mm=shift, track=CENTRED
+            make_circular_rail_head(300.0),
+            make_cylinder_wheel(),
+            inclination_rad=0.0,
+            lateral_shift_mm=shift,
+            track=CENTRED,
         ).gap(np.linspace(-9.0, 9.0, 7)[:, None], np.linspace(-9.0, 9.0, 7)[None, :])
         for shift in (0.0, 11.0)
     ]
@@ -472,7 +484,11 @@ def test_points_off_the_running_surface_do_not_project():
 def test_points_beside_a_head_project_on_its_corner_and_side(side):
     # a wheel is wider than a thin head: A100 ends 50 mm from its middle, and the centre of its corner is at 40 mm
     pair = place(
-        load("A100"), cylinder_wheel(), inclination_rad=0.0, rolling_radius_mm=400.0, track=Track(rail_crown_y_mm=750.0)
+        load_library_profile("A100"),
+        make_cylinder_wheel(),
+        inclination_rad=0.0,
+        rolling_radius_mm=400.0,
+        track=Track(rail_crown_y_mm=750.0),
     )
     z_centre = math.sqrt(490.0**2 - 40.0**2) - 500.0
     points = np.array([[0.0, 750.0 + side * 52.0, 0.0]])
@@ -483,8 +499,8 @@ def test_points_beside_a_head_project_on_its_corner_and_side(side):
 
 
 def test_gap_is_open_where_the_wheel_is_missing():
-    narrow = cylinder_wheel(-10.0, 10.0)
-    pair = place(circular_rail_head(300.0), narrow, inclination_rad=0.0, track=CENTRED)
+    narrow = make_cylinder_wheel(-10.0, 10.0)
+    pair = place(make_circular_rail_head(300.0), narrow, inclination_rad=0.0, track=CENTRED)
     assert pair.gap(0.0, 15.0) == OPEN_GAP_MM
     assert pair.gap(0.0, 9.0) < 1.0
 
@@ -517,7 +533,11 @@ def test_wheel_that_leaves_the_rail_is_refused_with_the_possible_range(shift):
 def test_no_position_at_all():
     with pytest.raises(InputError, match="no shift between -40 and 40 mm is possible"):
         place(
-            load("60E1"), load("S1002"), inclination_rad=0.0, track=Track(rail_crown_y_mm=1500.0), lateral_shift_mm=0.0
+            load_library_profile("60E1"),
+            load_library_profile("S1002"),
+            inclination_rad=0.0,
+            track=Track(rail_crown_y_mm=1500.0),
+            lateral_shift_mm=0.0,
         )
 
 
@@ -537,10 +557,13 @@ def test_an_upright_flange_is_a_flange():
     wheel = Profile(
         name="upright",
         kind="wheel",
-        segments=(Line(start=(-35.0, -28.0), end=(-35.0, 0.0)), Line(start=(-35.0, 0.0), end=(60.0, 0.0))),
+        segments=(
+            StraightSegment(start=(-35.0, -28.0), end=(-35.0, 0.0)),
+            StraightSegment(start=(-35.0, 0.0), end=(60.0, 0.0)),
+        ),
     )
     track = Track()
-    rail = circular_rail_head(300.0, half_width_mm=30.0)
+    rail = make_circular_rail_head(300.0, half_width_mm=30.0)
     options = {"inclination_rad": 0.0, "rolling_radius_mm": 460.0}
     placement = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
     assert placement.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
@@ -548,7 +571,7 @@ def test_an_upright_flange_is_a_flange():
 
 def flat_wheel_on(*segments) -> Placement:
     rail = Profile(name="bumps", kind="rail", segments=segments)
-    return place(rail, cylinder_wheel(), inclination_rad=0.0, track=CENTRED)
+    return place(rail, make_cylinder_wheel(), inclination_rad=0.0, track=CENTRED)
 
 
 def test_three_points_touch_at_once():
@@ -567,10 +590,12 @@ def test_three_points_touch_at_once():
 def test_a_line_that_is_nowhere_steeper_than_45_degrees_has_no_flange(degrees, has_flange):
     top = -20.0 * math.tan(math.radians(degrees))
     points = ((-60.0, top), (-50.0, top), (-30.0, 0.0), (60.0, 0.0))
-    wheel = Profile(name="p", kind="wheel", segments=tuple(Line(start=a, end=b) for a, b in pairwise(points)))
+    wheel = Profile(
+        name="p", kind="wheel", segments=tuple(StraightSegment(start=a, end=b) for a, b in pairwise(points))
+    )
     # the top of the flange is beyond the straight flank; the tread is not
-    assert climbs_at(wheel, -55.0) is has_flange
-    assert not climbs_at(wheel, -20.0)
+    assert is_beyond_flank(wheel, -55.0) is has_flange
+    assert not is_beyond_flank(wheel, -20.0)
 
 
 # above R 1440, a circular head of 72 mm width is not horizontal anywhere at 1:40

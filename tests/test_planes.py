@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from rungs import on_half_space
 
-from fecontact.bodies import Material, contact_modulus_MPa
+from fecontact.bodies import Material, combine_moduli_MPa
 from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact.halfspace import along_normals, half_space_below, love_influence
+from fecontact.contact.halfspace import build_half_space_compliance, love_influence, project_on_normals
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.judging.judge import judge_load
-from fecontact.judging.lobes import parts_of
-from fecontact.judging.measures import measures_of
-from fecontact.solving.meshes import _turned
-from fecontact.solving.plane_angles import angle_of_normals, angle_of_patches
-from fecontact.solving.position import position_of
+from fecontact.judging.lobes import split_lobes
+from fecontact.judging.measures import read_measures
+from fecontact.solving.meshes import _solve_with_turned_normals
+from fecontact.solving.plane_angles import compute_normal_angles, compute_plane_angles
+from fecontact.solving.position import expect_position
 
 STEEL = Material(young_MPa=210e3, poisson=0.28)
 ALUMINIUM = Material(young_MPa=70e3, poisson=0.33)
@@ -41,7 +41,7 @@ RAILS = [UIC60.rail, pytest.param("60E1", marks=pytest.mark.slow)]
 @cache
 def place_on(rail):
     """Two patches on a rail, before any finite element."""
-    return position_of(replace(UIC60, rail=rail, roll_rad=UIC60.roll_rad if rail == UIC60.rail else 0.0))
+    return expect_position(replace(UIC60, rail=rail, roll_rad=UIC60.roll_rad if rail == UIC60.rail else 0.0))
 
 
 @cache
@@ -87,7 +87,7 @@ def test_a_far_force_opens_as_boussinesq_says(angle, offset_x):
     pressure[pressed] = 1.0 / step**2
 
     def opening(materials):
-        compliance = along_normals(half_space_below(grid, contact_modulus_MPa(*materials)), angles)
+        compliance = project_on_normals(build_half_space_compliance(grid, combine_moduli_MPa(*materials)), angles)
         return compliance(pressure.ravel()).reshape(grid.shape)[far_node]
 
     normal = np.array([0.0, -np.sin(angle), np.cos(angle)])
@@ -129,14 +129,14 @@ def test_a_circle_in_a_circle_opens_as_michell_says():
             [[-n * (n + 1), -(n + 2) * (n - 1)], [-n * (n + 1), -n * (n - 1)]], [-1.0, 0.0]
         ) @ [n, kappa + n - 1]  # fmt: skip
         exact = (hole - disc) / (2.0 * shear) * np.cos(n * turn)
-        np.testing.assert_allclose(along_normals(chords, turn)(np.cos(n * turn)), exact, atol=1e-12 * exact[0])
+        np.testing.assert_allclose(project_on_normals(chords, turn)(np.cos(n * turn)), exact, atol=1e-12 * exact[0])
 
 
 def test_equal_planes_are_one_plane():
     grid = ContactGrid(x_mm=0.2 * np.arange(12), s_mm=0.3 * np.arange(-20, 21), half=True)
-    compliance, pressure = half_space_below(grid, 115e3), np.random.default_rng(4).uniform(size=12 * 41)
+    compliance, pressure = build_half_space_compliance(grid, 115e3), np.random.default_rng(4).uniform(size=12 * 41)
     for angle in (0.0, 0.3, 1.2):
-        compliance_along_normals = along_normals(compliance, np.full(pressure.size, angle))
+        compliance_along_normals = project_on_normals(compliance, np.full(pressure.size, angle))
         np.testing.assert_allclose(compliance_along_normals(pressure), compliance(pressure), rtol=1e-12)
 
 
@@ -144,7 +144,7 @@ def test_it_is_symmetric_and_positive():
     """Whatever the angles: contacts are found by conjugate gradients."""
     grid = ContactGrid(x_mm=0.2 * np.arange(-6, 7), s_mm=0.3 * np.arange(-9, 10), half=False)
     rng = np.random.default_rng(5)
-    compliance = along_normals(half_space_below(grid, 115e3), rng.uniform(-1.5, 1.5, 13 * 19))
+    compliance = project_on_normals(build_half_space_compliance(grid, 115e3), rng.uniform(-1.5, 1.5, 13 * 19))
     matrix = np.stack([compliance(unit) for unit in np.eye(13 * 19)])
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * matrix.max())
     assert np.linalg.eigvalsh(0.5 * (matrix + matrix.T)).min() > 0.0
@@ -156,13 +156,13 @@ def test_it_is_symmetric_and_positive():
 def test_each_patch_has_the_plane_of_its_force():
     position = place_on(UIC60.rail)
     rung, placement = position.expected.half_space, position.placement
-    angle = angle_of_patches(placement, rung)
+    angle = compute_plane_angles(placement, rung)
     corner, head = position.expected.parts
     for patch, degrees in ((corner, 17.1), (head, 7.7)):
         is_in_patch = (rung.grid.s_mm >= patch.s_low_mm) & (rung.grid.s_mm <= patch.s_high_mm)
         assert np.ptp(angle[is_in_patch]) == 0.0
         assert np.degrees(angle[is_in_patch][0]) == pytest.approx(degrees, abs=0.1)
-        normals = angle_of_normals(placement, rung.grid.s_mm[is_in_patch])
+        normals = compute_normal_angles(placement, rung.grid.s_mm[is_in_patch])
         assert normals.min() < angle[is_in_patch][0] < normals.max()
     middle = 0.5 * (corner.s_high_mm + head.s_low_mm)
     assert np.array_equal(angle == angle[0], rung.grid.s_mm < middle)
@@ -173,10 +173,10 @@ def test_one_patch_has_one_plane():
 
     A single lobe has no normals to turn.
     """
-    position = position_of(Case(lateral_shift_mm=-4.0, roll="given", resolution="quick"))
+    position = expect_position(Case(lateral_shift_mm=-4.0, roll="given", resolution="quick"))
     rung = position.expected.half_space
-    assert np.ptp(angle_of_patches(position.placement, rung)) == 0.0
-    assert _turned(position) is None
+    assert np.ptp(compute_plane_angles(position.placement, rung)) == 0.0
+    assert _solve_with_turned_normals(position) is None
     again = position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure)
     np.testing.assert_allclose(again.pressure_MPa, rung.pressure_MPa, atol=1e-5 * rung.pressure_MPa.max())
 
@@ -184,7 +184,7 @@ def test_one_patch_has_one_plane():
 def test_planes_from_coarser_nodes_are_those_of_the_contact_that_is_found():
     """The contact stays as it is in its planes, and changes in a common plane."""
     true_gap, rung = place_on(UIC60.rail).true_gap, place_on(UIC60.rail).expected.half_space
-    angle = angle_of_patches(true_gap.placement, rung)
+    angle = compute_plane_angles(true_gap.placement, rung)
     again = true_gap.solve(rung.grid, UIC60.load_N, angle_rad=angle)
     peak = rung.pressure_MPa.max()
     assert np.abs(again.pressure_MPa - rung.pressure_MPa).max() < 3e-5 * peak
@@ -241,7 +241,7 @@ def _loads_on_coarse_grid(position, angle_of, first, *, chords):
 
 
 def read_patches(rung):
-    return np.array([[patch.normal_force_N, patch.rung.pressure_MPa.max()] for patch in parts_of(rung)])
+    return np.array([[patch.normal_force_N, patch.rung.pressure_MPa.max()] for patch in split_lobes(rung)])
 
 
 @pytest.mark.parametrize("rail", RAILS)
@@ -253,20 +253,22 @@ def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
     position, rung = place_on(rail), place_on(rail).expected.half_space
     corner, head = position.expected.parts
     middle = 0.5 * (corner.s_high_mm + head.s_low_mm)
-    planes = np.unique(angle_of_patches(position.placement, rung))[::-1]
+    planes = np.unique(compute_plane_angles(position.placement, rung))[::-1]
 
     def patch_angles(s):
         return np.where(s < middle, *planes)
 
     def node_angles(s):
-        return angle_of_normals(position.placement, s)
+        return compute_normal_angles(position.placement, s)
 
     in_one_plane = loads_by_matrix(position, np.zeros_like, chords=False)
     on_planes, along_nodes = (loads_by_matrix(position, angle, chords=False) for angle in (patch_angles, node_angles))
     np.testing.assert_allclose(
         read_patches(rung) / read_patches(solve_in_one_plane(rail)), on_planes / in_one_plane, atol=1e-4
     )
-    np.testing.assert_allclose(read_patches(_turned(position)) / read_patches(rung), along_nodes / on_planes, atol=1e-4)
+    np.testing.assert_allclose(
+        read_patches(_solve_with_turned_normals(position)) / read_patches(rung), along_nodes / on_planes, atol=1e-4
+    )
     # measured 0.04 % of the small patch's force and 0.01 % of its peak
     on_chords = loads_by_matrix(position, node_angles, chords=True)
     np.testing.assert_allclose(on_chords, along_nodes, rtol=6e-4)
@@ -288,14 +290,14 @@ def test_what_planes_move(rail, forces, peaks):
 def test_what_turned_normals_move_is_uncertain():
     """A part of the step from the half-space to the bodies, and of nothing else."""
     position = place_on(UIC60.rail)
-    rung, turned_rung = position.expected.half_space, _turned(position)
+    rung, turned_rung = position.expected.half_space, _solve_with_turned_normals(position)
     plain = on_half_space(UIC60, position.placement, rung)
     alone, with_turned = (
         judge_load(solved_load, position.placement) for solved_load in (plain, replace(plain, turned=turned_rung))
     )
     assert with_turned.uncertainty == alone.uncertainty
     assert with_turned.ladder == alone.ladder
-    changes = {k: v / measures_of(rung).as_dict()[k] - 1.0 for k, v in measures_of(turned_rung).as_dict().items()}
+    changes = {k: v / read_measures(rung).as_dict()[k] - 1.0 for k, v in read_measures(turned_rung).as_dict().items()}
     # the peak is on the corner, where the normals turn by 7 degrees
     assert changes["p_max_MPa"] == pytest.approx(-0.0017, abs=2e-4)
     for name in ("p_max_MPa", "area_mm2", "b_mm"):

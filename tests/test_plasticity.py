@@ -11,11 +11,11 @@ from fecontact.bodies import STEEL, Material
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.fe.body_mesh import BodyMesh
-from fecontact.fe.linear_solver import pardiso_available
-from fecontact.fe.stiffness import stiffness
+from fecontact.fe.linear_solver import is_pardiso_available
+from fecontact.fe.stiffness import assemble_stiffness
 from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
 from fecontact.judging import verdict
-from fecontact.judging.measures import measures_of
+from fecontact.judging.measures import read_measures
 from fecontact.judging.yielded import YieldedBody
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.records.stored import solved_from_record, solved_record
@@ -127,7 +127,7 @@ def test_a_uniform_plastic_strain_leaves_a_free_block_without_stress():
     np.testing.assert_allclose(np.cross(mesh.points, forces).sum(axis=0), 0.0, atol=1e-9 * size)
     # the displacement of the block is u = plastic . x
     u = mesh.points @ plastic
-    np.testing.assert_allclose(stiffness(mesh, YIELDS) @ u.ravel(), forces.ravel(), atol=1e-9 * size)
+    np.testing.assert_allclose(assemble_stiffness(mesh, YIELDS) @ u.ravel(), forces.ravel(), atol=1e-9 * size)
     np.testing.assert_allclose(zone.strains(u), np.broadcast_to(plastic, zone.strains(u).shape), atol=1e-15)
     state = PlasticState(strain=zone.strains(u), equivalent=np.zeros(zone.volumes_mm3.shape))
     assert zone.law.von_mises(zone.strains(u), state).max() < 1e-9 * YIELDS.yield_MPa
@@ -142,7 +142,7 @@ def test_a_block_that_is_stretched_flows_as_a_point_does():
     state = steel.flow(0.0 * total, total, zone.none())
     point_state = steel.flow(0.0 * gradient[None], gradient[None], PlasticState.none(1))
     np.testing.assert_allclose(state.strain, np.broadcast_to(point_state.strain[0], total.shape), atol=1e-16)
-    inner = stiffness(mesh, YIELDS) @ (mesh.points @ gradient).ravel() - zone.forces(state.strain).ravel()
+    inner = assemble_stiffness(mesh, YIELDS) @ (mesh.points @ gradient).ravel() - zone.forces(state.strain).ravel()
     stress = 2.0 * STEEL.shear_MPa * (gradient - point_state.strain[0]) + STEEL.lame_MPa * np.trace(gradient) * np.eye(
         3
     )
@@ -180,7 +180,7 @@ def loaded_sphere():
     return solve(sphere(2.5))
 
 
-needs_factors = pytest.mark.skipif(not pardiso_available(), reason="minutes by multigrid")
+needs_factors = pytest.mark.skipif(not is_pardiso_available(), reason="minutes by multigrid")
 
 
 # Peak, area and approach relative to elastic bodies, and largest plastic strain times E / Y, from axisymmetric
@@ -189,7 +189,7 @@ needs_factors = pytest.mark.skipif(not pardiso_available(), reason="minutes by m
 @needs_factors
 def test_a_sphere_at_two_and_a_half_times_its_yield_stress(loaded_sphere):
     level = loaded_sphere.load.level
-    before, after = measures_of(level.fe), measures_of(level.yielded.fe)
+    before, after = read_measures(level.fe), read_measures(level.yielded.fe)
     assert after.p_max_MPa / before.p_max_MPa == pytest.approx(0.780, rel=0.006)
     assert after.area_mm2 / before.area_mm2 == pytest.approx(1.073, rel=0.01)
     assert after.approach_mm / before.approach_mm == pytest.approx(1.023, rel=0.003)
@@ -222,7 +222,7 @@ def test_the_load_is_balanced_and_every_step_converges(loaded_sphere):
 @pytest.mark.slow
 @needs_factors
 def test_first_yield_that_is_not_found_is_said(monkeypatch):
-    monkeypatch.setattr(plastic_contact, "_SEARCHES", 0)
+    monkeypatch.setattr(plastic_contact, "_MOST_SEARCHES", 0)
     load = solve(replace(sphere(2.5), resolution="quick")).load
     assert (load.status, load.plastic.status, load.plastic.verdict.answer) == (
         "converged",
@@ -237,9 +237,9 @@ def test_first_yield_that_is_not_found_is_said(monkeypatch):
 def test_other_yield_stresses_that_do_not_converge_are_said(monkeypatch):
     climb = plastic_contact.YieldingBodies.climb
 
-    def variants_fail(self, start, load_N, steps=plastic_contact.STEPS):
+    def variants_fail(self, start, load_N, steps=plastic_contact.LOAD_STEPS):
         way = climb(self, start, load_N, steps)
-        if steps == plastic_contact.STEPS:
+        if steps == plastic_contact.LOAD_STEPS:
             return way
         return [*way[:-1], replace(way[-1], solution=replace(way[-1].solution, status="not converged"))]
 
@@ -277,15 +277,15 @@ def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
         yielded = SimpleNamespace(fe=change, fewer_steps=change_in_fewer_steps)
         return SimpleNamespace(yielded=yielded)
 
-    monkeypatch.setattr(verdict, "_step", lambda level, rung, theory: {"p_max_MPa": rung, "area_mm2": -rung})
-    monkeypatch.setattr(verdict, "_on_elements", lambda level: {"p_max_MPa": -0.203})
-    monkeypatch.setattr(verdict, "_elements_a_semi_axis", lambda level: 8.0)
+    monkeypatch.setattr(verdict, "_plastic_step", lambda level, rung, theory: {"p_max_MPa": rung, "area_mm2": -rung})
+    monkeypatch.setattr(verdict, "_plastic_step_on_elements", lambda level: {"p_max_MPa": -0.203})
+    monkeypatch.setattr(verdict, "_elements_per_semi_axis", lambda level: 8.0)
     # 1.6 of the step over the elements squared is 0.005 here
-    uncertainty = verdict._step_uncertainty([level(-0.2), level(-0.206, -0.2064)], None)
+    uncertainty = verdict._plastic_step_uncertainty([level(-0.2), level(-0.206, -0.2064)], None)
     assert uncertainty == pytest.approx({"p_max_MPa": 0.006 + 0.5 * 0.0004 + 0.003 + 1e-4, "area_mm2": 0.0063})
-    alike = verdict._step_uncertainty([level(-0.2), level(-0.2001)], None)
+    alike = verdict._plastic_step_uncertainty([level(-0.2), level(-0.2001)], None)
     assert alike == pytest.approx({"p_max_MPa": 0.005 + 0.003 + 1e-4, "area_mm2": 0.0051})
-    assert all(np.isnan(value) for value in verdict._step_uncertainty([level(-0.2)], None).values())
+    assert all(np.isnan(value) for value in verdict._plastic_step_uncertainty([level(-0.2)], None).values())
 
 
 @pytest.mark.slow
@@ -349,7 +349,7 @@ def test_a_variant_whose_first_yield_is_not_found_is_not_converged(yield_utilisa
     The stated uncertainty depends on each of them.
     """
     nodal = SimpleNamespace(status="converged")
-    monkeypatch.setattr(plastic_contact, "_steps", lambda *_: {})
+    monkeypatch.setattr(plastic_contact, "_plastic_changes", lambda *_: {})
     monkeypatch.setattr(
         plastic_contact, "replace", lambda instance, **changes: SimpleNamespace(**{**vars(instance), **changes})
     )
@@ -366,7 +366,7 @@ def test_a_variant_whose_first_yield_is_not_found_is_not_converged(yield_utilisa
     )
     bodies.with_yield = lambda _: bodies
     climbed = SimpleNamespace(contact=last, yielded=SimpleNamespace(nodal=nodal))
-    with_variants = plastic_contact.with_variants(climbed, bodies, (None, None, None), 1e5, lambda *_: (None, None))
+    with_variants = plastic_contact.add_variants(climbed, bodies, (None, None, None), 1e5, lambda *_: (None, None))
     assert with_variants.yielded.nodal.status == status
 
 

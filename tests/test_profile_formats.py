@@ -17,17 +17,17 @@ import fecontact
 from fecontact.case import Case, Opposite
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.files import toml_content
+from fecontact.files import read_toml_text
 from fecontact.outputs.records.results import case_inputs
 from fecontact.profiles.examples import NOISE_MM, WEAR_MM
-from fecontact.profiles.library import load, toml_text
-from fecontact.profiles.point_problems import out_of_order
+from fecontact.profiles.library import load_library_profile, toml_text
+from fecontact.profiles.point_problems import find_disorder
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import radius_of_file_mm, resolve_rail, resolve_wheel
-from fecontact.profiles.writers import csv_text, points_along, refuse_other_endings
-from fecontact.runs.identity import case_id, with_absolute_paths
-from fecontact.runs.toml_cases import toml_cases
-from fecontact.solving.placing import place_case, wheelset_of_case
+from fecontact.profiles.writers import csv_text, refuse_other_endings, sample_points
+from fecontact.runs.identity import make_case_id, make_paths_absolute
+from fecontact.runs.toml_cases import read_toml_cases
+from fecontact.solving.placing import make_wheelset, place_case
 
 REPAIRED = Reading(repair=True, filter_mm=0.0)
 EXACT = {"rail": "54E1", "wheel": "S1002"}
@@ -35,7 +35,7 @@ EXACT = {"rail": "54E1", "wheel": "S1002"}
 
 def head(step=0.5):
     y = np.arange(-34.0, 34.0 + step / 2, step)
-    return y, load("54E1").height(y)
+    return y, load_library_profile("54E1").height(y)
 
 
 @pytest.fixture
@@ -84,7 +84,7 @@ def test_simpack_shifts_rotates_bounds_mirrors_and_inverts_in_this_order(write):
         bound_y_min=-20.25, bound_y_max=30.25,
     )  # fmt: skip
     rail = resolve_rail(str(write("a.prr", text)), AS_IS)
-    points = points_along(rail)
+    points = sample_points(rail)
     assert points == pytest.approx(np.column_stack((y, z))[keep], abs=1e-9)
     for words in ("shifted by", "rotated by 30 mrad", "left out", "mirrored in y"):
         assert any(words in note for note in rail.notes)
@@ -121,7 +121,7 @@ def test_a_simpack_file_without_points_is_refused(write, points):
 
 def test_a_simpack_wheel_is_no_rail(write):
     y = np.arange(-69.0, 59.0, 0.5)
-    path = write("a.prw", simpack(y, load("S1002").height(y), "wheel"))
+    path = write("a.prw", simpack(y, load_library_profile("S1002").height(y), "wheel"))
     assert resolve_wheel(str(path)).profile.kind == "wheel"
     with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
         resolve_rail(str(path))
@@ -182,7 +182,7 @@ def instrument_text(kind, first="ProgramName=MiniProf for Windows\nProgramVer=2.
 
     The source of this format is named in the reader.
     """
-    points = points_along(load("S1002" if kind == "wheel" else "60E1"))
+    points = sample_points(load_library_profile("S1002" if kind == "wheel" else "60E1"))
     # Y grows into the body; the points of a wheel start at the field side, and X starts at the back of the flange
     x, y = (points[::-1, 0] + 70.0, -points[::-1, 1]) if kind == "wheel" else (points[:, 0], -points[:, 1])
     keys = [
@@ -197,13 +197,13 @@ def test_files_of_the_instrument_have_depth_and_the_back_of_the_flange(write):
     wheel = resolve_wheel(str(write("a.whl", instrument_text("wheel"))), AS_IS).profile
     y = np.linspace(-60.0, 59.0, 200)
     # with points 0.1 mm apart, the error at a junction from straight to R 13 mm is 0.04 / 13 * 0.1^2 mm
-    assert wheel.height(y) == pytest.approx(load("S1002").height(y), abs=3e-5)
+    assert wheel.height(y) == pytest.approx(load_library_profile("S1002").height(y), abs=3e-5)
     assert any("the tape circle at WheelDiameterTaperline = 70 mm is y = 0" in note for note in wheel.notes)
     assert "its Y grows into the body: z is -Y" in wheel.notes
     # no blank line before the points, as in some of the files
     rail = resolve_rail(str(write("a.ban", instrument_text("rail", taper="", blank=""))), AS_IS)
     y = np.linspace(-35.0, 35.0, 100)
-    assert rail.height(y) == pytest.approx(load("60E1").height(y), abs=1e-5)
+    assert rail.height(y) == pytest.approx(load_library_profile("60E1").height(y), abs=1e-5)
 
 
 def test_a_wheel_from_the_back_of_its_flange_needs_its_tape_circle(write):
@@ -299,7 +299,7 @@ def test_what_is_ambiguous_is_refused_with_the_option_that_settles_it(write, tex
 
 def test_a_mirrored_wheel_is_refused_with_its_option_and_read_with_it(write):
     y = np.arange(-69.0, 59.0, 0.5)
-    z = load("S1002").height(y)
+    z = load_library_profile("S1002").height(y)
     path = str(write("w.csv", "\n".join(f"{-a},{b}" for a, b in zip(y, z, strict=True))))
     with pytest.raises(InputError, match=r"give --wheel-mirror yes \(mirror = true in \[wheel_file\]\)"):
         resolve_wheel(path)
@@ -310,8 +310,8 @@ def test_a_mirrored_wheel_is_refused_with_its_option_and_read_with_it(write):
 
 
 def test_a_wheel_is_no_rail_and_a_rail_no_wheel(write):
-    wheel = str(write("w.csv", csv_text(load("S1002"))))
-    rail = str(write("r.csv", csv_text(load("60E1"))))
+    wheel = str(write("w.csv", csv_text(load_library_profile("S1002"))))
+    rail = str(write("r.csv", csv_text(load_library_profile("60E1"))))
     with pytest.raises(InputError, match=r"a rail is wanted: give the file as the wheel \(--wheel, or --kind wheel\)"):
         resolve_rail(wheel)
     with pytest.raises(InputError, match=r"a wheel is wanted: give the file as the rail \(--rail, or --kind rail\)"):
@@ -336,7 +336,7 @@ def test_a_spike_is_found_with_its_place_and_left_out_on_request(noise, times):
         profile_from_points(y, z, kind="rail", name="p")
     mended = profile_from_points(y, z, kind="rail", name="p", reading=REPAIRED)
     assert any("1 point left out: " in note for note in mended.notes)
-    assert len(points_along(mended)) == y.size - 1
+    assert len(sample_points(mended)) == y.size - 1
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.02])
@@ -368,11 +368,11 @@ def test_what_is_wrong_everywhere_is_not_repaired():
 
 @pytest.mark.parametrize("kind", ["rail", "wheel"])
 def test_what_is_written_is_read_back(write, kind):
-    profile = load(EXACT[kind])
+    profile = load_library_profile(EXACT[kind])
     path = str(write("back.csv", csv_text(profile)))
     stored = resolve_rail(path, AS_IS) if kind == "rail" else resolve_wheel(path, AS_IS).profile
     assert stored.kind == kind
-    assert points_along(stored) == pytest.approx(points_along(profile), abs=1e-9)
+    assert sample_points(stored) == pytest.approx(sample_points(profile), abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -407,7 +407,7 @@ def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, re
         ),
         "utf-8",
     )  # fmt: skip
-    assert points_along(resolve_rail(str(path), AS_IS)) == pytest.approx(np.column_stack((y, z)), abs=1e-9)
+    assert sample_points(resolve_rail(str(path), AS_IS)) == pytest.approx(np.column_stack((y, z)), abs=1e-9)
 
 
 @pytest.mark.parametrize("offset_mm", [(0.0, 0.0), (-50.0, 30.0), (50.0, -30.0)])
@@ -416,7 +416,7 @@ def test_whether_a_line_turns_back_does_not_hang_on_where_it_lies(offset_mm, bac
     """A dent of 0.5 mm may be there; the line turns to either side of the fold by 1.5 rad at most."""
     steps = [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (-back_mm, 0.9 * back_mm), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]
     points = np.cumsum([offset_mm, *steps], axis=0)
-    problems_of_points = out_of_order(points, np.full(len(points), 0.01))
+    problems_of_points = find_disorder(points, np.full(len(points), 0.01))
     assert len(problems_of_points) == problems
 
 
@@ -426,7 +426,7 @@ def test_whether_a_line_turns_back_does_not_hang_on_where_it_lies(offset_mm, bac
 def test_names_are_looked_up_in_a_folder_first(tmp_path):
     from fecontact.case import Case, Opposite
 
-    (tmp_path / "mine.csv").write_text(csv_text(load("54E1")), "utf-8")
+    (tmp_path / "mine.csv").write_text(csv_text(load_library_profile("54E1")), "utf-8")
     (tmp_path / "S1002.toml").write_text(toml_text("S1002"), "utf-8")
     case = Case(rail="mine", wheel="S1002", library=str(tmp_path))
     assert (Path(case.rail).name, Path(case.wheel).name) == ("mine.csv", "S1002.toml")
@@ -445,7 +445,7 @@ def test_names_are_looked_up_in_a_folder_first(tmp_path):
 
 @pytest.mark.parametrize(("first", "last"), [(39, 42), (40, 42), (30, 33), (60, 62)])
 def test_rows_that_are_there_twice_are_repaired(write, first, last):
-    points = points_along(load("60E1"), 0.6)
+    points = sample_points(load_library_profile("60E1"), 0.6)
     twice = np.insert(points, last, points[first:last], axis=0)
     text = "y,z\n" + "".join(f"{y:.4f},{z:.4f}\n" for y, z in twice)
     path = str(write("twice.csv", text))
@@ -481,7 +481,7 @@ def test_pipes_and_devices_are_refused_and_not_waited_for(tmp_path, ending):
 def test_toml_that_would_take_its_parser_minutes_is_refused_at_once(write, text):
     path = write("hostile.toml", text)
     started = time.process_time()
-    for reader, name in ((resolve_rail, str(path)), (toml_cases, path)):
+    for reader, name in ((resolve_rail, str(path)), (read_toml_cases, path)):
         with pytest.raises(InputError, match="allowed: "):
             reader(name)
     assert time.process_time() - started < 1.0
@@ -489,7 +489,7 @@ def test_toml_that_would_take_its_parser_minutes_is_refused_at_once(write, text)
 
 def test_long_lists_and_comments_in_toml_are_fine():
     numbers = ", ".join(f"{k}.25" for k in range(1000))
-    assert len(toml_content(f"# {'.' * 500}\nx = [{numbers}]\n", "t")["x"]) == 1000
+    assert len(read_toml_text(f"# {'.' * 500}\nx = [{numbers}]\n", "t")["x"]) == 1000
 
 
 def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, capsys):
@@ -501,7 +501,7 @@ def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, cap
         assert line.measured.noise_mm == pytest.approx(NOISE_MM, rel=0.1)
     # in the middle of the wear, the rail is lower along its normal, and the wheel surface is higher
     for line, name, y, side in zip(lines, ("60E1", "S1002"), (-12.0, 0.0), (-1.0, 1.0), strict=True):
-        new = load(name)
+        new = load_library_profile(name)
         angle = np.arctan(new.slope(y))
         worn = line.height(y - side * WEAR_MM * np.sin(angle))
         assert float(worn - new.height(y)) == pytest.approx(float(side * WEAR_MM * np.cos(angle)), abs=0.01)
@@ -551,10 +551,10 @@ def test_a_radius_that_nobody_gives_does_not_change_the_id_of_a_case(wheel_with_
     for wheel, radius in (("S1002", 460.0), (plain, 460.0), (wheel_with_diameter, OF_HEADER_MM)):
         case, case_with_radius = Case(wheel=wheel), Case(wheel=wheel, rolling_radius_mm=radius)
         assert case == case_with_radius
-        assert case_id(case) == case_id(case_with_radius)
+        assert make_case_id(case) == make_case_id(case_with_radius)
         # results identify a file by its content, and have the radius in use
         assert case_inputs(case)["rolling_radius_mm"] == radius
-        assert with_absolute_paths(case).rolling_radius_mm == radius
+        assert make_paths_absolute(case).rolling_radius_mm == radius
         assert replace(case.with_profiles({"wheel": "gone.whl@01234567"}), load_N=1e4).rolling_radius_mm == radius
     assert Case(wheel=wheel_with_diameter) != Case(wheel=wheel_with_diameter, rolling_radius_mm=460.0)
 
@@ -591,11 +591,11 @@ def test_the_wheel_of_the_other_side_has_the_radius_of_its_own_header(wheel_with
         (Opposite(wheel=wheel_with_diameter, rolling_radius_mm=450.0), 450.0),
         (Opposite(wheel=plain), 460.0),
     ):
-        wheelset = wheelset_of_case(Case(wheel=plain, opposite=opposite))
+        wheelset = make_wheelset(Case(wheel=plain, opposite=opposite))
         assert (wheelset.left.pair.rolling_radius_mm, wheelset.right.pair.rolling_radius_mm) == pytest.approx(
             (460.0, radius)
         )
-    wheelset = wheelset_of_case(Case(wheel=wheel_with_diameter, opposite=Opposite(rail="54E1")))
+    wheelset = make_wheelset(Case(wheel=wheel_with_diameter, opposite=Opposite(rail="54E1")))
     assert wheelset.left.pair.rolling_radius_mm == wheelset.right.pair.rolling_radius_mm == pytest.approx(OF_HEADER_MM)
 
 

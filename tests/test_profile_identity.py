@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.files import sha256
-from fecontact.profiles.library import load, names, profile_file, profile_identity, toml_text
+from fecontact.files import hash_file
+from fecontact.profiles.library import list_names, load_library_profile, profile_file, profile_identity, toml_text
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
-NO_FILES = [*names(), "60e1", "s1002", "circle:300", "CIRCLE:300", "arcs:300/80@2.5", "cylinder:460", "circle:abc"]
+NO_FILES = [*list_names(), "60e1", "s1002", "circle:300", "CIRCLE:300", "arcs:300/80@2.5", "cylinder:460", "circle:abc"]
 ODD = ["", ".", "..", "/", "~", "nul\0.toml", "x" * 5000, "\ud800.txt", "con", "C:", "a\nb", "/etc/passwd/x.txt"]
 
 
@@ -45,13 +45,13 @@ def test_a_file_of_the_same_name_does_not_hide_what_the_text_means(folder, spec)
     assert profile_identity(spec) == spec
     # with its folder, the text means the file, also on the command line
     assert profile_file(f"./{spec}") == Path(spec)
-    assert profile_identity(f"./{spec}") == f"{spec}@{sha256(folder / spec)[:8]}"
+    assert profile_identity(f"./{spec}") == f"{spec}@{hash_file(folder / spec)[:8]}"
 
 
 def test_a_file_named_like_a_library_profile_is_read_only_with_its_folder(folder):
-    z = load("54E1").height([y / 2 for y in range(-60, 61)])
+    z = load_library_profile("54E1").height([y / 2 for y in range(-60, 61)])
     write(folder / "60E1", "".join(f"{y / 2} {height}\n" for y, height in zip(range(-60, 61), z, strict=True)))
-    assert resolve_rail("60E1") is load("60E1")
+    assert resolve_rail("60E1") is load_library_profile("60E1")
     assert resolve_rail("./60E1").notes
 
 
@@ -75,7 +75,7 @@ def test_the_hash_is_that_of_the_bytes(folder):
     path = folder / "mine.toml"
     path.write_bytes(toml_text("60E1").encode())
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    assert sha256(path) == sha256(Path("mine.toml")) == digest
+    assert hash_file(path) == hash_file(Path("mine.toml")) == digest
     assert profile_identity("mine.toml") == f"mine.toml@{digest[:8]}"
     path.write_bytes(toml_text("60E1").replace("\n", "\r\n").encode())
     assert profile_identity("mine.toml") != f"mine.toml@{digest[:8]}"
@@ -87,7 +87,7 @@ def test_the_hash_is_that_of_the_bytes(folder):
 def test_names_of_every_kind(folder, name):
     path = write(folder / "some folder" / name)
     assert profile_file(str(path)) == path
-    assert profile_identity(str(path)) == f"{name}@{sha256(path)[:8]}"
+    assert profile_identity(str(path)) == f"{name}@{hash_file(path)[:8]}"
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_a_file_that_cannot_be_read_is_its_name(folder, monkeypatch):
     assert profile_file(str(path)) == path
     assert profile_identity(str(path)) == "mine.toml"
     with pytest.raises(OSError, match="Permission denied"):
-        sha256(path)
+        hash_file(path)
 
 
 @pytest.mark.parametrize("spec", ODD)

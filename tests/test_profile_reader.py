@@ -12,26 +12,26 @@ from points import profile_from_points, read_points
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import check_shape
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.origin import check_origin
 from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
-from fecontact.profiles.readers.columns import Source, columns_of
+from fecontact.profiles.readers.columns import ColumnSource, parse_columns
 from fecontact.profiles.readers.formats import parse_toml, read_toml
-from fecontact.profiles.reading import MM, Reading
+from fecontact.profiles.reading import MM_PER_UNIT, Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.segments import Line
-from fecontact.profiles.writers import points_along
+from fecontact.profiles.segments import StraightSegment
+from fecontact.profiles.writers import sample_points
 
 
 def rail_points(step=0.5):
     y = np.arange(-35.0, 35.0 + step / 2, step)
-    return y, load("60E1").height(y)
+    return y, load_library_profile("60E1").height(y)
 
 
 def wheel_points(step=0.5, y_to=60.0):
     y = np.arange(-69.5, y_to + step / 2, step)
-    return y, load("S1002").height(y)
+    return y, load_library_profile("S1002").height(y)
 
 
 def text_of(y, z, separator=" "):
@@ -71,7 +71,7 @@ def test_resolve_reads_a_file_of_points(write):
 
 
 def test_the_ending_chooses_the_reader(tmp_path):
-    assert formats.reader_of(Path("mine.toml")) is formats.reader_of(Path("a.b/MINE.TOML"))
+    assert formats.find_reader(Path("mine.toml")) is formats.find_reader(Path("a.b/MINE.TOML"))
     for name in ("mine.txt", "mine.CSV", "mine.2026", "mine", ".toml"):
         path = tmp_path / name
         path.write_text(text_of(*rail_points()), "utf-8")
@@ -83,11 +83,11 @@ def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
 
     def reader(path, kind, reading):
         paths.append((path, kind))
-        return load("S1002")
+        return load_library_profile("S1002")
 
     monkeypatch.setitem(formats.READERS, ".mini", reader)
     path = tmp_path / "worn.Mini"
-    assert resolve_wheel(str(path)).profile is load("S1002")
+    assert resolve_wheel(str(path)).profile is load_library_profile("S1002")
     with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
         resolve_rail(str(path))
     assert paths == [(path, "wheel"), (path, "rail")]
@@ -215,7 +215,7 @@ def test_any_bytes_end_in_an_input_error_or_a_profile(data):
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     with pytest.raises(InputError):  # noqa: PT012
-        table = columns_of(text, Source(what="file", kind="rail", reading=Reading()))
+        table = parse_columns(text, ColumnSource(what="file", kind="rail", reading=Reading()))
         profile_from_points(table.y, table.z, kind="rail", name="file")
 
 
@@ -257,7 +257,7 @@ def test_points_that_lie_on_each_other_are_one(tiny_mm):
 
 def test_a_wheel_that_lost_its_minus_signs_has_a_kink():
     """A tread that is reflected at the tape circle is smooth except for a point."""
-    y, z = points_along(load("S1002"), 0.5).T
+    y, z = sample_points(load_library_profile("S1002"), 0.5).T
     good, bad = (profile_from_points(y, line, kind="wheel", name="p").notes for line in (z, np.where(y > 0.0, -z, z)))
     assert not any("kink" in note for note in good)
     assert sum("a kink at (" in note for note in bad) == 1
@@ -266,7 +266,7 @@ def test_a_wheel_that_lost_its_minus_signs_has_a_kink():
 @pytest.mark.parametrize("kind", ["rail", "wheel"])
 def test_units_other_than_mm_are_refused(kind):
     y, z = rail_points() if kind == "rail" else wheel_points()
-    for unit, mm in MM.items():
+    for unit, mm in MM_PER_UNIT.items():
         if unit != "mm":
             with pytest.raises(InputError, match=rf"to 500 mm; .* looks like {unit}: give --{kind}-units {unit} "):
                 profile_from_points(y / mm, z / mm, kind=kind, name="p")
@@ -296,7 +296,7 @@ def test_a_long_flange_back_is_no_reason_to_refuse():
     )
     assert any("kept as a steep side" in note for note in wheel.notes)
     assert wheel.height(0.0) == pytest.approx(0.0, abs=1e-6)
-    assert wheel.height(-69.0) == pytest.approx(load("S1002").height(-69.0), abs=0.02)
+    assert wheel.height(-69.0) == pytest.approx(load_library_profile("S1002").height(-69.0), abs=0.02)
 
 
 def test_folded_and_unordered_lines_are_refused():
@@ -348,7 +348,7 @@ def test_corners_split_the_spline():
     assert wheel.curvature([59.0, 60.5, 64.0]) == pytest.approx(0.0, abs=1e-9)
     # a piece of two points is a line
     last = profile_from_points(np.append(y[y <= 60], 65.0), np.append(z[y <= 60], z[-1]), kind="wheel", name="p")
-    assert isinstance(last.segments[-1], Line)
+    assert isinstance(last.segments[-1], StraightSegment)
 
 
 @pytest.mark.parametrize(
@@ -363,7 +363,7 @@ def test_corners_split_the_spline():
     ],
 )
 def test_curvature_of_an_interpolated_s1002(y_from, y_to, tolerance_per_mm):
-    wheel = load("S1002")
+    wheel = load_library_profile("S1002")
     interpolated = profile_from_points(*wheel_points(), kind="wheel", name="p")
     y = np.linspace(y_from, y_to, 5001)
     assert np.abs(interpolated.curvature(y) - wheel.curvature(y)).max() < tolerance_per_mm
@@ -377,7 +377,7 @@ def test_the_noted_curvature_noise_is_the_one_that_arises(scatter_mm):
     profile = profile_from_points(y, noisy, kind="wheel", name="p")
     noted = float(profile.notes[-1].split("uncertain by about ")[1].split()[0])
     tread = y[(y > -20.0) & (y < 30.0)]
-    arisen = np.std(profile.curvature(tread) - load("S1002").curvature(tread))
+    arisen = np.std(profile.curvature(tread) - load_library_profile("S1002").curvature(tread))
     # one significant digit in the note, and a sample of a hundred points
     assert noted == pytest.approx(arisen, rel=0.5)
 

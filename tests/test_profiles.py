@@ -12,12 +12,12 @@ from scipy.integrate import quad
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.profiles.curve import JOINT_GAP_MM, Profile, circular_rail_head, cylinder_wheel
-from fecontact.profiles.library import ALIASES, find, load, names, toml_text
-from fecontact.profiles.pieces import Pieces
-from fecontact.profiles.readers.formats import joined, read_toml
+from fecontact.profiles.curve import JOINT_GAP_MM, Profile, make_circular_rail_head, make_cylinder_wheel
+from fecontact.profiles.library import ALIASES, find_library_name, list_names, load_library_profile, toml_text
+from fecontact.profiles.pieces import PiecewiseCurve
+from fecontact.profiles.readers.formats import close_small_steps, read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.segments import Arc, Line, Polynomial, Spline
+from fecontact.profiles.segments import Arc, Polynomial, Spline, StraightSegment
 from fecontact.solving.placing import place_case
 
 # S (mm), F (mm), dF/dS, radius of curvature (mm, positive where the wheel is concave); F is the depth below the tape
@@ -49,7 +49,7 @@ S1002_VALUES = [
     (32.1, -0.775683, -0.0664238, -239.24),
     (40.0, -1.302343, -0.0666667, None),
 ]
-RAILS = names("rail")
+RAILS = list_names("rail")
 # Steps between its published sections at -26 and at -35 mm: the sections beyond are lower by the first, then higher.
 S1002_CLOSED_MM = 3.655e-5
 S1002_FLANGE_MM = 1.1833e-4 - S1002_CLOSED_MM
@@ -57,7 +57,7 @@ S1002_FLANGE_MM = 1.1833e-4 - S1002_CLOSED_MM
 
 @pytest.mark.parametrize(("s", "depth", "slope", "radius"), S1002_VALUES)
 def test_s1002_reproduces_its_table(s, depth, slope, radius):
-    wheel = load("S1002")
+    wheel = load_library_profile("S1002")
     # two sections meet at -35 mm: the table has the value of the flange section
     u = wheel.snap(wheel.locate(s))
     z = wheel.evaluate(u, "left").z
@@ -72,7 +72,7 @@ def test_s1002_reproduces_its_table(s, depth, slope, radius):
 
 
 def test_s1002_inflection_and_tightest_convex_radius():
-    wheel = load("S1002")
+    wheel = load_library_profile("S1002")
     s = np.linspace(10.0, 31.0, 210001)
     curvature = wheel.curvature(s)
     assert s[np.flatnonzero(curvature > 0.0)[0]] == pytest.approx(14.0828, abs=1e-3)
@@ -89,10 +89,10 @@ def steps_of(wheel):
     return {float(y): dz for y, dz in zip(np.round(right.y, 3), right.z - left.z, strict=True)}
 
 
-@pytest.mark.parametrize("name", sorted({*names("wheel"), *names("rail")}))
+@pytest.mark.parametrize("name", sorted({*list_names("wheel"), *list_names("rail")}))
 def test_steps_of_rounded_digits_are_closed_from_the_tape_circle_outwards(name):
     """Published sections that miss each other by less than 0.2 um: a spike of pressure, the higher the finer nodes."""
-    line = load(name)
+    line = load_library_profile(name)
     assert not [step for step in steps_of(line).values() if 1e-9 < abs(step) < 2e-4]
     # the section at the origin stays as published
     assert line.height(0.0) == pytest.approx(0.0, abs=1e-5)
@@ -101,12 +101,12 @@ def test_steps_of_rounded_digits_are_closed_from_the_tape_circle_outwards(name):
 @given(st.lists(st.floats(-4e-4, 4e-4), min_size=3, max_size=3))
 def test_what_is_joined_keeps_its_slopes_and_its_larger_steps(steps):
     surface = [
-        Line(start=(-30.0, 1.0 + steps[0]), end=(-20.0, 1.0 + steps[0])),
+        StraightSegment(start=(-30.0, 1.0 + steps[0]), end=(-20.0, 1.0 + steps[0])),
         Arc(centre=(-20.0, 11.0 + steps[1]), radius=10.0, angle_from=-math.pi / 2, angle_to=-math.pi / 4),
         Polynomial(coefficients=(0.0, 0.1), y_from=-20.0 + 10.0 * math.sqrt(0.5), y_to=5.0),
-        Line(start=(5.0, 0.5 + steps[2]), end=(9.0, 0.7 + steps[2])),
+        StraightSegment(start=(5.0, 0.5 + steps[2]), end=(9.0, 0.7 + steps[2])),
     ]
-    joined_surface = joined(surface)
+    joined_surface = close_small_steps(surface)
     ends = [[segment.evaluate(np.array([0.0, 1.0])) for segment in segments] for segments in (surface, joined_surface)]
     for before, after in zip(*ends, strict=True):
         assert after.y == pytest.approx(before.y, abs=1e-12)
@@ -119,7 +119,7 @@ def test_what_is_joined_keeps_its_slopes_and_its_larger_steps(steps):
 
 
 def test_s1002_flange_tip():
-    wheel = load("S1002")
+    wheel = load_library_profile("S1002")
     assert wheel.height(-55.0) == pytest.approx(-28.0 + S1002_FLANGE_MM, abs=1e-7)
     assert wheel.slope(-55.0) == pytest.approx(0.0, abs=1e-12)
     assert wheel.curvature(-55.0) == pytest.approx(1 / 12, rel=1e-12)
@@ -128,7 +128,7 @@ def test_s1002_flange_tip():
 
 
 def test_60e1_junctions():
-    rail = load("60E1")
+    rail = load_library_profile("60E1")
     junctions = rail.junctions
     assert [j.y_mm for j in junctions] == pytest.approx(
         [-35.999811, -26.0265, -10.228, 10.228, 26.0265, 35.999811], abs=1e-6
@@ -159,7 +159,7 @@ def test_60e1_junctions():
     ],
 )
 def test_tangent_heads_reach_the_tangent_points(name, crown_end, last_end):
-    on_the_right = [(j.y_mm, j.z_mm) for j in load(name).junctions if j.y_mm > 0.0]
+    on_the_right = [(j.y_mm, j.z_mm) for j in load_library_profile(name).junctions if j.y_mm > 0.0]
     assert on_the_right[0] == pytest.approx(crown_end, abs=1e-6)
     assert on_the_right[-1] == pytest.approx(last_end, abs=1e-6)
 
@@ -167,13 +167,13 @@ def test_tangent_heads_reach_the_tangent_points(name, crown_end, last_end):
 @pytest.mark.parametrize(("name", "width", "corner", "crown"), [("A100", 100, 10, 500), ("A120", 120, 10, 600)])
 def test_crane_rails_have_the_dimensions_of_the_standard(name, width, corner, crown):
     # DIN 536-1; the junctions of arcs and vertical sides follow from similar triangles
-    inner, outer = (j for j in load(name).junctions if j.y_mm > 0.0)
+    inner, outer = (j for j in load_library_profile(name).junctions if j.y_mm > 0.0)
     assert inner.y_mm == pytest.approx(crown * (width / 2 - corner) / (crown - corner), abs=1e-9)
     assert outer.y_mm == pytest.approx(width / 2, abs=1e-9)
     radii = [1.0 / k for k in (inner.curvature_left_per_mm, inner.curvature_right_per_mm, outer.curvature_left_per_mm)]
     assert radii == pytest.approx([crown, corner, corner], rel=1e-12)
     assert outer.curvature_right_per_mm == 0.0
-    assert load(name).notes
+    assert load_library_profile(name).notes
 
 
 def section_properties(outline):
@@ -202,12 +202,14 @@ def section_properties(outline):
 )
 def test_whole_outline_has_the_published_section_properties(name, area_cm2, lateral_cm4, vertical_cm4):
     # the published values have four or five digits
-    assert section_properties(load(name).outline) == pytest.approx((area_cm2, lateral_cm4, vertical_cm4), rel=2e-4)
+    assert section_properties(load_library_profile(name).outline) == pytest.approx(
+        (area_cm2, lateral_cm4, vertical_cm4), rel=2e-4
+    )
 
 
 @pytest.mark.parametrize("name", RAILS)
 def test_rails_are_continuous_and_tangent(name):
-    rail = load(name)
+    rail = load_library_profile(name)
     joints = np.arange(1, len(rail.segments))
     left, right = rail.evaluate(joints, "left"), rail.evaluate(joints, "right")
     assert np.abs(left.y - right.y).max() < 1e-12
@@ -220,7 +222,7 @@ def test_rails_are_continuous_and_tangent(name):
 
 @pytest.mark.parametrize("name", ["60E1", "60E2"])
 def test_outlines_are_closed_and_tangent(name):
-    outline = load(name).outline
+    outline = load_library_profile(name).outline
     ends = [s.evaluate(np.array([0.0, 1.0])) for s in outline]
     for end, start in zip(ends, ends[1:] + ends[:1], strict=True):
         # the drawing's tangent points are rounded to 1e-6 mm, which tilts a fillet of 2 mm by 1e-6
@@ -230,7 +232,7 @@ def test_outlines_are_closed_and_tangent(name):
 
 @pytest.mark.parametrize("name", RAILS)
 def test_rails_are_mirror_symmetric(name):
-    rail = load(name)
+    rail = load_library_profile(name)
     u = np.linspace(0.0, len(rail.segments), 1001)
     points, mirrored = rail.evaluate(u), rail.evaluate(len(rail.segments) - u, "left")
     assert np.abs(points.y + mirrored.y).max() < 1e-12
@@ -239,7 +241,7 @@ def test_rails_are_mirror_symmetric(name):
 
 
 def test_arc_length_of_arcs_is_radius_times_angle():
-    rail = load("60E1")
+    rail = load_library_profile("60E1")
     lengths = [
         s.radius * abs(s.angle_to - s.angle_from) if isinstance(s, Arc) else math.dist(s.start, s.end)
         for s in rail.segments
@@ -250,7 +252,7 @@ def test_arc_length_of_arcs_is_radius_times_angle():
 
 
 def test_arc_length_of_s1002_by_quadrature_over_y():
-    wheel = load("S1002")
+    wheel = load_library_profile("S1002")
     reference, _ = quad(lambda y: math.hypot(1.0, wheel.slope(y)), -25.0, 32.0, epsabs=1e-12, epsrel=1e-12)
     first, last = wheel.arc_length(wheel.locate([-25.0, 32.0]))
     assert last - first == pytest.approx(reference, abs=1e-11)
@@ -258,7 +260,7 @@ def test_arc_length_of_s1002_by_quadrature_over_y():
 
 @pytest.mark.parametrize("name", ["60E1", "S1002"])
 def test_at_arc_length_inverts_arc_length(name):
-    profile = load(name)
+    profile = load_library_profile(name)
     u = np.linspace(0.0, len(profile.segments), 997)
     assert profile.at_arc_length(profile.arc_length(u)) == pytest.approx(u, abs=1e-12)
     outside = profile.at_arc_length([-1.0, profile.length_mm + 1.0])
@@ -266,13 +268,13 @@ def test_at_arc_length_inverts_arc_length(name):
 
 
 @given(
-    name=st.sampled_from(names()),
+    name=st.sampled_from(list_names()),
     fraction=st.floats(0.0, 1.0),
     angle=st.floats(-1.4, 1.4),
     origin=st.tuples(st.floats(-100.0, 100.0), st.floats(-100.0, 100.0)),
 )
 def test_locate_finds_what_it_answers(name, fraction, angle, origin):
-    profile = load(name)
+    profile = load_library_profile(name)
     u = np.array(fraction * len(profile.segments))
 
     def along(points):
@@ -295,7 +297,7 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
 @given(name=st.sampled_from(RAILS), fraction=st.floats(0.0, 1.0), angle=st.floats(-0.04, 0.04))
 def test_locate_inverts_evaluate_on_a_canted_rail(name, fraction, angle):
     # sides of 1:20 stay visible up to a tilt of 0.04 rad; vertical sides do not
-    rail = load(name)
+    rail = load_library_profile(name)
     vertical = name == "46E1" or name.startswith("A")
     u = fraction * len(rail.segments) if not vertical else 1.1 + fraction * (len(rail.segments) - 2.2)
     p = rail.evaluate(u)
@@ -306,7 +308,7 @@ def test_locate_inverts_evaluate_on_a_canted_rail(name, fraction, angle):
 
 
 def test_locate_is_nan_outside_and_on_folds():
-    rail = load("60E1")
+    rail = load_library_profile("60E1")
     assert np.isnan(rail.locate([-37.1, 37.1, math.nan])).all()
     assert np.isnan(rail.height(40.0))
     # Seen along an axis tilted by 60 degrees, everything steeper than -30 degrees turns away: the crown's right end.
@@ -320,7 +322,7 @@ def test_locate_is_nan_outside_and_on_folds():
 
 
 def test_locate_near_the_vertical_tangent_of_the_flange_back():
-    wheel = load("S1002")
+    wheel = load_library_profile("S1002")
     offset = np.array([0.0, 1e-12, 1e-9, 1e-6, 1e-3])
     z = wheel.height(-70.0 + offset)
     # circle of 20.5 mm; the published arc ends at its vertical tangent, where z moves by sqrt(2 * 20.5 * rounding)
@@ -328,7 +330,7 @@ def test_locate_near_the_vertical_tangent_of_the_flange_back():
 
 
 def test_any_shape_goes_through():
-    rail = load("60E1")
+    rail = load_library_profile("60E1")
     for shape in ((), (1,), (0,), (2, 3), (2, 1, 4)):
         y = np.full(shape, 12.0)
         for result in (rail.locate(y), rail.height(y), rail.slope(y), rail.curvature(y), rail.at_arc_length(y)):
@@ -340,7 +342,7 @@ def test_polynomial_keeps_its_digits_far_from_its_origin():
     # in powers of S, section C of the S1002 loses six digits by cancellation; the reference is rational arithmetic
     from fractions import Fraction
 
-    section = load("S1002").segments[5]
+    section = load_library_profile("S1002").segments[5]
     assert isinstance(section, Polynomial)
     for v in (0.0, 0.125, 0.5, 1.0):
         y = Fraction(-35) + 9 * Fraction(v)
@@ -349,16 +351,16 @@ def test_polynomial_keeps_its_digits_far_from_its_origin():
 
 
 def test_evaluate_is_nan_outside_the_line():
-    rail = load("60E1")
+    rail = load_library_profile("60E1")
     assert np.isnan(rail.evaluate([-0.1, 7.1, math.nan]).y).all()
 
 
 def test_profile_refuses_a_gap_and_the_wrong_direction():
-    first, far = Line(start=(0.0, 0.0), end=(1.0, 0.0)), Line(start=(1.0, 0.1), end=(2.0, 0.1))
+    first, far = StraightSegment(start=(0.0, 0.0), end=(1.0, 0.0)), StraightSegment(start=(1.0, 0.1), end=(2.0, 0.1))
     with pytest.raises(InputError, match=r"gap of 0\.1 mm may be at most 0\.001 mm"):
         Profile(name="broken", kind="rail", segments=(first, far))
     with pytest.raises(InputError, match="small to large y"):
-        Profile(name="backwards", kind="rail", segments=(Line(start=(1.0, 0.0), end=(0.0, 0.0)),))
+        Profile(name="backwards", kind="rail", segments=(StraightSegment(start=(1.0, 0.0), end=(0.0, 0.0)),))
     with pytest.raises(InputError, match="outline"):
         Profile(name="open", kind="rail", segments=(first,), outline=(first,))
 
@@ -374,28 +376,28 @@ def test_spline_through_an_arc():
 
 
 def test_circle_and_cylinder():
-    rail = circular_rail_head(300.0)
+    rail = make_circular_rail_head(300.0)
     assert rail.y_range_mm == pytest.approx((-36.0, 36.0), abs=1e-12)
     assert rail.height(20.0) == pytest.approx(math.sqrt(300.0**2 - 20.0**2) - 300.0, abs=1e-12)
     assert rail.curvature([-20.0, 0.0, 35.0]) == pytest.approx(1 / 300)
-    assert circular_rail_head(13.0).y_range_mm == pytest.approx((-12.35, 12.35), abs=1e-12)
-    wheel = cylinder_wheel()
+    assert make_circular_rail_head(13.0).y_range_mm == pytest.approx((-12.35, 12.35), abs=1e-12)
+    wheel = make_cylinder_wheel()
     assert wheel.y_range_mm == (-70.0, 65.0)
     assert (wheel.curvature([-50.0, 0.0]) == 0.0).all()
     with pytest.raises(InputError, match="finite and > 0"):
-        circular_rail_head(-1.0)
+        make_circular_rail_head(-1.0)
 
 
 def test_names():
-    assert "60E1" in names("rail")
+    assert "60E1" in list_names("rail")
     reference = ("EN15302_A", "EN15302_B", "EN15302_C", "EN15302_H")
-    assert names("wheel") == ("CONE20", "CONE40", "EN13715_1in40", *reference, "MBench_S1002", "S1002")
-    assert len(names("rail")) == 17
-    assert set(names()) == {*names("rail"), *names("wheel")}
-    for name in names():
-        assert load(name).name == name
-        assert load(name).source
-        assert load(name).certainty in ("exact", "good", "fair", "doubtful")
+    assert list_names("wheel") == ("CONE20", "CONE40", "EN13715_1in40", *reference, "MBench_S1002", "S1002")
+    assert len(list_names("rail")) == 17
+    assert set(list_names()) == {*list_names("rail"), *list_names("wheel")}
+    for name in list_names():
+        assert load_library_profile(name).name == name
+        assert load_library_profile(name).source
+        assert load_library_profile(name).certainty in ("exact", "good", "fair", "doubtful")
 
 
 def test_resolve_takes_names_in_any_case_and_short_forms():
@@ -437,11 +439,11 @@ def test_resolve_explains_what_it_cannot_find(resolve, spec, message):
 
 def test_a_copied_file_is_the_same_profile_until_it_is_changed(tmp_path):
     path = tmp_path / "mine.toml"
-    for name in names():
+    for name in list_names():
         path.write_text(toml_text(name), "utf-8")
         copy = read_toml(path)
         assert copy.name == "mine"
-        original = load(name)
+        original = load_library_profile(name)
         for attribute in ("kind", "segments", "outline", "source", "certainty", "notes"):
             # 300 and 300.0 must differ too
             assert repr(getattr(copy, attribute)) == repr(getattr(original, attribute))
@@ -510,7 +512,7 @@ def test_segment_errors_name_the_segment(tmp_path, old, new, message):
 def test_a_byte_order_mark_is_no_part_of_a_toml_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(toml_text("60E1"), "utf-8-sig")
-    assert read_toml(path).segments == load("60E1").segments
+    assert read_toml(path).segments == load_library_profile("60E1").segments
 
 
 def test_segments_without_a_crown_at_the_origin_are_said_to_be(tmp_path):
@@ -535,25 +537,25 @@ def test_a_binary_toml_file_is_refused(tmp_path):
 
 def test_rails_are_found_by_the_names_that_they_had_before(capsys):
     for alias, name in ALIASES.items():
-        assert find(alias.lower()) == name
+        assert find_library_name(alias.lower()) == name
         # the file states the alias
         assert f"also called {alias}" in toml_text(name)
-        assert resolve_rail(alias) is load(name)
+        assert resolve_rail(alias) is load_library_profile(name)
     # the rail of the benchmark is a different rail
-    assert find("MBench_UIC60") == "MBench_UIC60"
+    assert find_library_name("MBench_UIC60") == "MBench_UIC60"
     assert call(["hertz", "--rail", "UIC60", "--json"]) == 0
 
 
 def test_a_rail_that_ends_above_the_gauge_names_the_options(tmp_path):
     y = np.arange(-20.0, 20.2, 0.2)
-    np.savetxt(tmp_path / "head.csv", np.column_stack([y, load("60E1").height(y)]), delimiter=",")
+    np.savetxt(tmp_path / "head.csv", np.column_stack([y, load_library_profile("60E1").height(y)]), delimiter=",")
     with pytest.raises(InputError, match=r"--gauge-depth-mm.*--rail-crown-y-mm"):
         place_case(Case(rail=str(tmp_path / "head.csv")))
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", list_names())
 def test_pieces_are_the_segments(name):
-    profile, v = load(name), np.random.default_rng(3).random(400)
+    profile, v = load_library_profile(name), np.random.default_rng(3).random(400)
     for k, segment in enumerate(profile.segments):
         exact, on_profile = segment.evaluate(v), profile.evaluate(k + v)
         assert np.hypot(exact.y - on_profile.y, exact.z - on_profile.z).max() < 5e-13
@@ -576,7 +578,7 @@ def test_places_along_a_noisy_line_are_found_exactly(seed):
     number = int(random.integers(30, 400))
     y = np.sort(random.uniform(-35.0, 35.0, number)) + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.7), number)
     z = -(y**2) / 600.0 + random.normal(0.0, 10.0 ** random.uniform(-4.0, -0.3), number)
-    pieces = Pieces.of([Spline(points=np.column_stack((y, z)))])
+    pieces = PiecewiseCurve.of([Spline(points=np.column_stack((y, z)))])
     lines = [along for angle in (0.0, 0.05, -0.4, 1.2) if (along := pieces.along(angle)) is not None]
     assert lines
     for line in (pieces.arc, *lines):

@@ -23,7 +23,7 @@ import fecontact
 from fecontact.case import PARTS, Case
 from fecontact.cli import app
 from fecontact.errors import InputError
-from fecontact.guide.pages import page
+from fecontact.guide.pages import read_page
 from fecontact.outputs.paraview.vtk import write_case_vtk
 from fecontact.solving.solve import CaseResult
 
@@ -192,7 +192,7 @@ def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, c
 @pytest.mark.slow
 def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
     """The example, unchanged except for stored results in place of four solved cases."""
-    code = example(page("python"))
+    code = example(read_page("python"))
     calls = []
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(fecontact, "solve", lambda case: elliptic_quick, raising=False)

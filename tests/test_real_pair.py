@@ -11,24 +11,24 @@ import pytest
 from points import simpack
 from scipy.optimize import brentq
 
-from fecontact.bodies import Material, contact_modulus_MPa
+from fecontact.bodies import Material, combine_moduli_MPa
 from fecontact.case import BodySize, Case
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.halfspace import build_half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.fe.coupling import CoupledBodies
-from fecontact.fe.linear_solver import pardiso_available
-from fecontact.judging.measures import Measures, measures_of
+from fecontact.fe.linear_solver import is_pardiso_available
+from fecontact.judging.measures import Measures, read_measures
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.profiles.library import load
-from fecontact.profiles.writers import points_along
-from fecontact.solving.expected_patch import expected_patch
-from fecontact.solving.fine_zone import fine_zone
-from fecontact.solving.meshes import couple, coupled_problem
+from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.writers import sample_points
+from fecontact.solving.expected_patch import find_expected_patch
+from fecontact.solving.fine_zone import make_fine_zone
+from fecontact.solving.meshes import couple_bodies, make_coupled_problem
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import expect_on_half_space, position_of, true_gap_of_case
-from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
+from fecontact.solving.position import expect_on_half_space, expect_position, make_true_gap
+from fecontact.solving.solve import CaseResult, measure_peak_memory_MB, solve
 
-needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
+needs_pardiso = pytest.mark.skipif(not is_pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 
 
 # No refinement beyond the named sizes: the refinement steps depend on the speed of the machine.
@@ -111,7 +111,7 @@ def test_hertz_fails_between_the_lobes_though_his_peak_is_right(load_N):
 
 def check_corrections(case: Case, placement: Placement, bodies: CoupledBodies, most_calls: int) -> None:
     """Corrections of the calibrated half-space agree with conjugate gradients."""
-    problem = coupled_problem(true_gap_of_case(case, placement), bodies)
+    problem = make_coupled_problem(make_true_gap(case, placement), bodies)
     solution = problem.solve(100e3)
     exact = solve_contact(problem.bodies, 100e3, start_MPa=solution.pressure_MPa, tolerance=1e-9)
     assert solution.status == exact.status == "converged"
@@ -125,10 +125,10 @@ def check_corrections(case: Case, placement: Placement, bodies: CoupledBodies, m
 @pytest.mark.parametrize(("shift", "most_calls"), [(0.25, 5), pytest.param(6.5, 9, marks=pytest.mark.slow)])
 def test_corrections_are_few(shift, most_calls):
     """Beside a junction, and on the gauge corner, where bodies are least like a half-space; measured 4 and 7 calls."""
-    position = position_of(Case(lateral_shift_mm=shift, roll="given"))
+    position = expect_position(Case(lateral_shift_mm=shift, roll="given"))
     along_x, across = position.element_size_mm
-    zone = fine_zone(position.expected, (1.5 * along_x, 1.5 * across))
-    bodies = couple(position.case, position.placement, zone, position.clock)
+    zone = make_fine_zone(position.expected, (1.5 * along_x, 1.5 * across))
+    bodies = couple_bodies(position.case, position.placement, zone, position.clock)
     check_corrections(position.case, position.placement, bodies, most_calls)
 
 
@@ -182,7 +182,7 @@ def test_force_and_approach_of_a_rung_on_a_tilted_pair():
     assert rung.normal_force_N == pytest.approx(case.load_N / float(normal @ vertical), rel=1e-3)
     assert rung.normal_force_N > 1.0005 * case.load_N
     # the vertical approach of the bodies closes the gaps of the nodes in contact, each gap along its normal
-    problem = half_space_problem(
+    problem = build_half_space_problem(
         grid,
         placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]).ravel(),
         contact_modulus_MPa=case.contact_modulus_MPa,
@@ -221,7 +221,7 @@ def test_both_solver_paths_agree(solved):
 
 
 def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch):
-    memory_before_MB = peak_memory_MB()
+    memory_before_MB = measure_peak_memory_MB()
     # as on Windows
     monkeypatch.setitem(sys.modules, "resource", None)
     with pytest.raises(ImportError):
@@ -230,10 +230,10 @@ def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch)
     check_balance(result)
     # the resident memory now: less than its maximum so far, more than Python with NumPy and SciPy alone
     assert result.effort.peak_memory_MB > 50.0
-    assert peak_memory_MB() > 50.0
+    assert measure_peak_memory_MB() > 50.0
     monkeypatch.undo()
-    assert result.effort.peak_memory_MB <= 1.01 * peak_memory_MB()
-    assert memory_before_MB <= peak_memory_MB()
+    assert result.effort.peak_memory_MB <= 1.01 * measure_peak_memory_MB()
+    assert memory_before_MB <= measure_peak_memory_MB()
 
 
 def test_full_model_without_yaw_is_the_half_model(solved):
@@ -297,10 +297,10 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
 
 def solve_on_half_space(case: Case, placement: Placement) -> Measures:
     # for a normal load, with a separate first guess
-    true_gap = true_gap_of_case(case, placement)
+    true_gap = make_true_gap(case, placement)
     assert (true_gap.direction == placement.first.normal).all()
-    assert true_gap.contact_modulus_MPa == contact_modulus_MPa(BENCHMARK_STEEL, BENCHMARK_STEEL)
-    return measures_of(expected_patch(true_gap, case.load_N, half=case.half, guess_mm=0.025).half_space)
+    assert true_gap.contact_modulus_MPa == combine_moduli_MPa(BENCHMARK_STEEL, BENCHMARK_STEEL)
+    return read_measures(find_expected_patch(true_gap, case.load_N, half=case.half, guess_mm=0.025).half_space)
 
 
 @pytest.mark.parametrize(("wheel", "shift", "yaw", "force", "peak", "approach"), MANCHESTER)
@@ -346,7 +346,7 @@ def write_as_simpack(folder: Path) -> dict[str, str]:
     for body, name, ending in (("rail", "MBench_UIC60", ".prr"), ("wheel", "MBench_S1002", ".prw")):
         # 1:40 in rad, with z down
         rotation = {"rotate": -0.024994794} if body == "rail" else {}
-        text = simpack(*points_along(load(name), 0.25).T, body, **rotation)
+        text = simpack(*sample_points(load_library_profile(name), 0.25).T, body, **rotation)
         path = folder / f"{name}{ending}"
         path.write_text(text, "utf-8")
         files[body] = str(path)

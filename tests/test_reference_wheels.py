@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case, Opposite, Track
-from fecontact.placement.wheelset import radius_difference
-from fecontact.profiles.library import load
-from fecontact.solving.placing import wheelset_of_case
+from fecontact.placement.wheelset import compute_radius_difference
+from fecontact.profiles.library import load_library_profile
+from fecontact.solving.placing import make_wheelset
 from fecontact.solving.wheelset_geometry import geometry
 
 HERE = Path(__file__).parent
@@ -48,7 +48,7 @@ RAIL_A_ENDS = (-32.6340, -23.2401, -7.8749, 13.0989, 28.6709, 39.2705)
 def test_the_points_of_the_standard_lie_on_the_line(wheel):
     y, depth = (np.array(values) for values in (list(TABLES[wheel]), list(TABLES[wheel].values())))
     # formulas and tables differ by 5.6e-5 mm for wheel A (y = -29 to -11 mm), and by 3.2e-5 mm for wheel C
-    assert -load(f"EN15302_{wheel}").height(y) == pytest.approx(depth, rel=0.0, abs=6e-5)
+    assert -load_library_profile(f"EN15302_{wheel}").height(y) == pytest.approx(depth, rel=0.0, abs=6e-5)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_the_points_of_the_standard_lie_on_the_line(wheel):
     ],
 )
 def test_the_sections_are_tangent_but_for_the_corners_of_the_standard(wheel, corners_mm):
-    line = load(wheel)
+    line = load_library_profile(wheel)
     assert tuple(round(joint.y_mm, 4) for joint in line.junctions if joint.is_corner) == corners_mm
     jumps = [abs(joint.angle_right_rad - joint.angle_left_rad) for joint in line.junctions if not joint.is_corner]
     # the coefficients have four digits
@@ -71,7 +71,7 @@ def test_the_sections_are_tangent_but_for_the_corners_of_the_standard(wheel, cor
 
 def test_the_points_of_the_1_in_40_are_those_of_the_standard():
     """Solved from the radii: heights to the rounding of its points, which end its tangents to 0.004 mm."""
-    line = load("EN13715_1in40")
+    line = load_library_profile("EN13715_1in40")
     assert line.height([-32.696, -26.0, -15.640, 0.0, 35.0]) == pytest.approx(
         [-5.180, -2.187, -0.391, 0.0, 0.875], abs=1e-3
     )
@@ -95,7 +95,7 @@ def rail_a(tmp_path_factory):
 def test_rolling_radii_are_those_of_the_standard(rail_a, wheel):
     """Its results have three digits; 0.0025 mm at the junction of wheel A (3 mm), elsewhere 0.001 mm at most."""
     track = Track(gauge_depth_mm=GAUGE_DEPTH_MM)
-    wheelset = wheelset_of_case(Case(rail=rail_a, wheel=f"EN15302_{wheel}", inclination_rad=0.0, track=track))
+    wheelset = make_wheelset(Case(rail=rail_a, wheel=f"EN15302_{wheel}", inclination_rad=0.0, track=track))
     for shift, expected in RADIUS_DIFFERENCES[wheel].items():
         left, right = wheelset.left.standing(shift, 0.0, 0.0), wheelset.right.standing(-shift, 0.0, 0.0)
         assert left.radius_mm - right.radius_mm == pytest.approx(expected, abs=3e-3), shift
@@ -133,7 +133,7 @@ def test_equivalent_conicity_is_that_of_the_standard(rail_a, pair):
         **{"rail": rail_a, "wheel": left, "inclination_rad": 0.0, "track": Track(gauge_depth_mm=GAUGE_DEPTH_MM)},
         opposite=Opposite(wheel=right, rolling_radius_mm=radius_mm),
     )
-    difference = radius_difference(wheelset_of_case(case), -10.0, 10.0, rolls=False)
+    difference = compute_radius_difference(make_wheelset(case), -10.0, 10.0, rolls=False)
     for amplitude, expected in conicities_of(pair).items():
         # the first contact of wheel B jumps at 3.00005 mm. From there, the conicity rises as a square root: here 0.058
         # at 3.02 mm and 0.025 at 3 mm

@@ -21,9 +21,17 @@ from fecontact.outputs.records.results import case_row as row_of
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
-from fecontact.regression.checks import discretisation_check
+from fecontact.regression.checks import compare_discretisation
 from fecontact.regression.compare import compare_tables
-from fecontact.regression.tables import EFFORT, KINDS, LATER, TEXT, kind_of, load_table, read_tolerances
+from fecontact.regression.tables import (
+    EFFORT_KIND,
+    LATER_COLUMN_PREFIXES,
+    TEXT_KIND,
+    TOLERANCES_BY_KIND,
+    find_kind,
+    load_table,
+    read_tolerances,
+)
 
 BASELINES = Path(__file__).parents[1] / "studies" / "baselines"
 VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"}
@@ -717,7 +725,7 @@ def test_a_tolerance_file_widens_and_narrows(tmp_path):
         "fe_area_mm2"
     ]
     # tolerances that are not given stay unchanged
-    assert tolerances.of("fe_p_max_MPa").relative == KINDS["pressure"].relative
+    assert tolerances.of("fe_p_max_MPa").relative == TOLERANCES_BY_KIND["pressure"].relative
     assert tolerances.of("p_max_half_space_MPa").absolute == 0.0
 
 
@@ -1046,15 +1054,17 @@ def test_the_baselines_are_whole(path):
     assert "gmsh" in table.versions
     assert (BASELINES.parent / f"{path.stem}.py").is_file()
     assert set(table.rows.status) == {"converged"}
-    assert not [name for name in table.columns if kind_of(name) in (EFFORT, "default")]
+    assert not [name for name in table.columns if find_kind(name) in (EFFORT_KIND, "default")]
 
 
 def test_every_column_of_a_result_is_known_and_the_baselines_have_them_all(elliptic_quick):
     columns = list(row_of(elliptic_quick))
-    assert [name for name in columns if kind_of(name) == "default"] == []
-    compared_columns = tuple(name for name in columns if kind_of(name) != EFFORT)
+    assert [name for name in columns if find_kind(name) == "default"] == []
+    compared_columns = tuple(name for name in columns if find_kind(name) != EFFORT_KIND)
     baseline = load_table(BASELINES / "01_elliptic_hertz.csv").columns
-    assert baseline == [name for name in compared_columns if name in baseline or not name.startswith(LATER)]
+    assert baseline == [
+        name for name in compared_columns if name in baseline or not name.startswith(LATER_COLUMN_PREFIXES)
+    ]
 
 
 def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path):
@@ -1082,20 +1092,20 @@ def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):
     A row has the half-space under the true gap and the step to it, from which the half-space under Hertz's gap follows.
     """
     row = {"id": "one", **row_of(elliptic_quick)}
-    (check,) = discretisation_check([row], 1.0)
+    (check,) = compare_discretisation([row], 1.0)
     quadratic = elliptic_quick.load.ladder.rungs["half_space_quadratic"].p_max_MPa
     assert check.value == pytest.approx(quadratic, rel=1e-12)
     assert check.expected == elliptic_quick.hertz.p0_MPa
     assert check.passed
-    assert not discretisation_check([row], 1e-3)[0].passed
+    assert not compare_discretisation([row], 1e-3)[0].passed
 
 
 def test_every_kind_is_one_that_exists():
-    kinds = {kind_of(column) for column, *_ in LIMITS} | {kind_of(column) for column in TEXTS}
-    assert kinds <= {*KINDS, TEXT}
+    kinds = {find_kind(column) for column, *_ in LIMITS} | {find_kind(column) for column in TEXTS}
+    assert kinds <= {*TOLERANCES_BY_KIND, TEXT_KIND}
     # each kind of number is tested at its limit above; counts have a separate test
-    assert {*KINDS} - kinds == {"count"}
-    assert all(tolerance.reason for tolerance in KINDS.values())
+    assert {*TOLERANCES_BY_KIND} - kinds == {"count"}
+    assert all(tolerance.reason for tolerance in TOLERANCES_BY_KIND.values())
 
 
 def test_comparing_needs_no_finite_elements(tmp_path):

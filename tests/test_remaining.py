@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fecontact.jobs.engine import _Report
-from fecontact.jobs.remaining import duration, seconds_left, watched
-from fecontact.jobs.store import Origin, new_folder, part_done, tell_part
-from fecontact.jobs.workers import Done, Job
+from fecontact.jobs.engine import _JobProgress
+from fecontact.jobs.remaining import estimate_seconds_left, format_duration, report_progress
+from fecontact.jobs.store import Origin, read_job_progress, replace_folder, write_job_progress
+from fecontact.jobs.workers import Job, JobOutcome
 from fecontact.solving.meshes import Meshes
 
 
@@ -35,7 +35,7 @@ def remaining_times(durations: list[float], workers: int) -> list[tuple[float, f
     for now in sorted({end for _, end in spans})[:-1]:
         finished = [end - begin for begin, end in spans if end <= now]
         ages = [now - begin for begin, end in spans if begin <= now < end]
-        left = seconds_left(finished, ages, len(spans) - len(finished) - len(ages), workers)
+        left = estimate_seconds_left(finished, ages, len(spans) - len(finished) - len(ages), workers)
         assert left is not None
         lines.append((left, now / len(finished) * (len(spans) - len(finished)), last - now))
     return lines
@@ -67,9 +67,9 @@ def test_the_last_jobs_are_not_told_to_begin_anew():
 
 
 def test_a_job_that_takes_longer_than_all_others_is_not_told_to_be_over():
-    assert seconds_left([10.0, 12.0], [40.0], 0, 2) == 10.0
-    assert seconds_left([10.0, 12.0], [11.0], 0, 2) == 1.0
-    assert seconds_left([], [3.0], 5, 2) is None
+    assert estimate_seconds_left([10.0, 12.0], [40.0], 0, 2) == 10.0
+    assert estimate_seconds_left([10.0, 12.0], [11.0], 0, 2) == 1.0
+    assert estimate_seconds_left([], [3.0], 5, 2) is None
 
 
 def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
@@ -85,13 +85,13 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
     engine = SimpleNamespace(
         reused=["f"], recomputed={}, crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
     )
-    report = _Report(jobs, engine, None)
+    report = _JobProgress(jobs, engine, None)
     report.under_way(["a", "b"])
     now[0] += 10.0
-    report.done(Done(name="a", seconds=10.0))
+    report.done(JobOutcome(name="a", seconds=10.0))
     report.under_way(["b", "c"])
     now[0] += 10.0
-    report.done(Done(name="b", seconds=20.0))
+    report.done(JobOutcome(name="b", seconds=20.0))
     # a cluster has all jobs, and runs two at a time
     report.under_way(["c", "d", "e", "f"])
     assert heard == [
@@ -105,25 +105,25 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99.0, "99 s"), (150.0, "2 min"), (9000.0, "2.5 h")])
 def test_durations_are_short(seconds, text):
-    assert duration(seconds) == text
+    assert format_duration(seconds) == text
 
 
 def test_a_job_that_tells_its_parts_goes_on_as_it_went():
-    assert seconds_left([], [30.0], 0, 1) is None
+    assert estimate_seconds_left([], [30.0], 0, 1) is None
     # no job has ended: 3 of 4 parts took 30 s, and a second job waits
-    assert seconds_left([], [30.0], 1, 1, [0.75]) == pytest.approx(10.0 + 40.0)
+    assert estimate_seconds_left([], [30.0], 1, 1, [0.75]) == pytest.approx(10.0 + 40.0)
     # a job that does not report its progress takes as long as the finished jobs
-    assert seconds_left([20.0], [30.0, 5.0], 0, 2, [0.5, 0.0]) == pytest.approx(max(60.0 - 30.0, 40.0 - 5.0))
+    assert estimate_seconds_left([20.0], [30.0, 5.0], 0, 2, [0.5, 0.0]) == pytest.approx(max(60.0 - 30.0, 40.0 - 5.0))
 
 
 def test_what_a_job_says_is_beside_its_folder_until_it_ends(tmp_path):
     folder = tmp_path / "positions" / "one"
     origin = Origin(solved_by={}, evaluated_by={})
-    assert part_done(folder, "one") == (0.0, "")
-    with new_folder(folder, "one", origin) as temporary:
-        tell_part(temporary, "one", 0.25, "1 of 3 loads")
-        assert part_done(folder, "one") == (0.25, "(1 of 3 loads)")
-    assert part_done(folder, "one") == (0.0, "")
+    assert read_job_progress(folder, "one") == (0.0, "")
+    with replace_folder(folder, "one", origin) as temporary:
+        write_job_progress(temporary, "one", 0.25, "1 of 3 loads")
+        assert read_job_progress(folder, "one") == (0.25, "(1 of 3 loads)")
+    assert read_job_progress(folder, "one") == (0.0, "")
     assert [path.name for path in folder.parent.iterdir()] == ["one"]
 
 
@@ -131,10 +131,10 @@ def test_results_are_watched_with_the_time_that_is_left(monkeypatch):
     clock = iter([0.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("fecontact.jobs.remaining.time.monotonic", lambda: next(clock))
     calls = []
-    assert list(watched("abc", 3, lambda *arguments: calls.append(arguments), "lines")) == ["a", "b", "c"]
+    assert list(report_progress("abc", 3, lambda *arguments: calls.append(arguments), "lines")) == ["a", "b", "c"]
     assert calls == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]
     # without jobs, nothing is reported
-    assert list(watched("", 0, lambda *arguments: calls.append(arguments), "lines")) == []
+    assert list(report_progress("", 0, lambda *arguments: calls.append(arguments), "lines")) == []
     assert len(calls) == 3
 
 

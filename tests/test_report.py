@@ -21,12 +21,12 @@ from fecontact.outputs import style
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.figures.relief import relief_picture
 from fecontact.outputs.figures.report_pictures import ladder_figure, patches_figure
-from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.figures.study import draw_study
 from fecontact.outputs.report_words import answer_words
 from fecontact.outputs.study_files import write_tables
-from fecontact.outputs.study_report import ShownPair, reported_case, write_study_report
+from fecontact.outputs.study_report import DrawnCase, read_reported_case, write_study_report
 from fecontact.outputs.tables import write_csv
-from fecontact.outputs.words import WORDS
+from fecontact.outputs.words import MEASURE_WORDS
 from fecontact.solving.solve import CaseResult
 
 LOST = {
@@ -53,15 +53,15 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
         rows.append(keep_as(replace(elliptic_quick, load=load), out / "cases" / f"at{shift:g}"))
     assert [row["verdict_answer"] for row in rows] == ["HOLDS", "UNRESOLVED"]
     rows.append(LOST)
-    study_figure(rows, out / "study.png")
+    draw_study(rows, out / "study.png")
     write_tables("two", 3, rows, out / "study")
-    pair = ShownPair(row=rows[1], placement=elliptic_quick.placement)
+    pair = DrawnCase(row=rows[1], placement=elliptic_quick.placement)
     write_study_report("two <shifts>", report_cases(out, rows), out, shown=pair, conclusion="It is as expected.")
     return out
 
 
 def report_cases(out: Path, rows: list[dict[str, Any]]) -> list[ReportedCase]:
-    return [reported_case(row, out / "cases" / row["id"]) for row in rows]
+    return [read_reported_case(row, out / "cases" / row["id"]) for row in rows]
 
 
 def parse_page(path: Path) -> ElementTree.Element:
@@ -117,7 +117,7 @@ def test_the_picture_of_the_pair_says_which_case_it_shows(study):
 def test_every_measure_that_is_judged_is_defined(study):
     page = parse_page(study / "report.html")
     definitions = dict(zip(map(text_of, page.iter("dt")), map(text_of, page.iter("dd")), strict=True))
-    for words in WORDS.values():
+    for words in MEASURE_WORDS.values():
         meaning = definitions[f"{words.short}: {words.title}"]
         # the definition does not repeat the name
         assert len(meaning) > 25
@@ -152,7 +152,7 @@ def test_numbers_of_a_report_are_those_of_the_result(study):
         "HOLDS",
     ]
     # the deciding measures; the other measures are folded
-    assert list(lines) == [WORDS[measure].title for measure in record["verdict"]["limits"]]
+    assert list(lines) == [MEASURE_WORDS[measure].title for measure in record["verdict"]["limits"]]
     assert str(sum(record["solver"]["degrees_of_freedom"].values())) in [text_of(cell) for cell in solver.iter("td")]
 
 
@@ -226,7 +226,7 @@ def test_a_relief_turns_in_a_browser(elliptic_quick, tmp_path):
         document.title = "turned";
       }));
     })));</script></body>"""
-    page.write_text(style.page("relief", [picture]).replace("</body>", check), "utf-8")
+    page.write_text(style.render_page("relief", [picture]).replace("</body>", check), "utf-8")
     rendered = shown(page, 800, tmp_path)
     assert rendered["console"] == []
     assert rendered["requests"] == []
@@ -237,7 +237,7 @@ def test_the_browser_finds_what_is_wrong(tmp_path):
     """The test above can fail: a picture that is not there, a request, a word that sticks out, a console error."""
     page = tmp_path / "bad.html"
     page.write_text(
-        style.page("bad", ()).replace(
+        style.render_page("bad", ()).replace(
             "</body>",
             f'<img alt="x" src="http://127.0.0.1:9/no.png"/><pre>{"w" * 500}</pre>'
             "<script>console.error('planted')</script></body>",
@@ -272,8 +272,8 @@ def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    monkeypatch.setattr("fecontact.outputs.study_report.MOST_PICTURES", 1)
-    monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
+    monkeypatch.setattr("fecontact.outputs.study_report.MAX_PICTURES", 1)
+    monkeypatch.setattr("fecontact.outputs.study_report.REPORT_FILE", "few.html")
     page = parse_page(write_study_report("few", report_cases(study, rows), study))
     assert [text_of(heading) for heading in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"

@@ -14,16 +14,16 @@ from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES
-from fecontact.judging.verdict import answer_of, judge
-from fecontact.judging.yielded import PathPoint, Yielded, YieldedBody
+from fecontact.judging.verdict import compare_with_limit, judge
+from fecontact.judging.yielded import PathPoint, PlasticResult, YieldedBody
 from fecontact.outputs.case_parts import case_parts
-from fecontact.outputs.records.asked import asked_record, asked_row
-from fecontact.outputs.records.cheapest import theories_of
+from fecontact.outputs.records.asked import requested_record, requested_row
+from fecontact.outputs.records.cheapest import judgements_by_theory
 from fecontact.outputs.records.results import case_row, result_record
-from fecontact.outputs.study_report import rows_parts
-from fecontact.outputs.terminal import show
-from fecontact.outputs.verdict_words import BY_EACH_LINE, deciding, verdict_reason
-from fecontact.outputs.verdict_words import decided as decided_text
+from fecontact.outputs.study_report import parts_of_rows
+from fecontact.outputs.terminal import print_parts
+from fecontact.outputs.verdict_words import BY_EACH_VARIANT, deciding_hertz, verdict_reason
+from fecontact.outputs.verdict_words import deciding_measure_text as decided_text
 
 LIMITS = Criteria().limits
 # curvature of the rail on the gauge side; the field side has R 300, with which Hertz holds
@@ -59,7 +59,9 @@ def gauge_decides_in_yielding(elliptic_quick):
         PathPoint(load_N=100e3, steps=dict.fromkeys(MEASURES, 0.0), largest_strain=0.0, corrections=1, change=1e-9),
     )
     levels = tuple(
-        replace(level, yielded=Yielded(fe=level.fe, nodal=level.nodal, bodies={"rail": body}, path=path, by_band={}))
+        replace(
+            level, yielded=PlasticResult(fe=level.fe, nodal=level.nodal, bodies={"rail": body}, path=path, by_band={})
+        )
         for level in loaded.levels
     )
     result = junction_result(
@@ -71,14 +73,14 @@ def gauge_decides_in_yielding(elliptic_quick):
 
 def printed(parts) -> str:
     text = io.StringIO()
-    show(parts, Console(file=text, width=200, no_color=True))
+    print_parts(parts, Console(file=text, width=200, no_color=True))
     return text.getvalue()
 
 
 def check_one_side(result):
     """Compare deviations with the ellipse next to them, and with the verdict."""
-    row, record = asked_row(case_row(result)), asked_record(result_record(result))
-    hertz = deciding(record)
+    row, record = requested_row(case_row(result)), requested_record(result_record(result))
+    hertz = deciding_hertz(record)
     for of_hertz, of_fe, deviation in (
         (row["hertz_p_max_MPa"], row["fe_p_max_MPa"], 1e-2 * row["hertz_deviation_p_max_percent"]),
         (hertz["p_max_MPa"], record["fe"]["p_max_MPa"], hertz["deviation"]["p_max_MPa"]),
@@ -86,17 +88,17 @@ def check_one_side(result):
         assert of_hertz / of_fe - 1.0 == pytest.approx(deviation, rel=1e-9)
     measure, answer = record["verdict"]["measure"], record["verdict"]["answer"]
     assert (row["verdict_measure"], row["verdict_answer"]) == (measure, answer)
-    assert answer_of(hertz["deviation"][measure], hertz["uncertainty"][measure], LIMITS[measure]) == answer
+    assert compare_with_limit(hertz["deviation"][measure], hertz["uncertainty"][measure], LIMITS[measure]) == answer
     utilisation = max(abs(hertz["deviation"][name]) / limit for name, limit in LIMITS.items())
     assert row["verdict_limit_used"] == record["verdict"]["limit_used"] == pytest.approx(utilisation, rel=1e-12)
     # the text has these numbers too, and does not contradict itself
     text = decided_text(row, LIMITS)
-    assert BY_EACH_LINE not in text
+    assert BY_EACH_VARIANT not in text
     assert text in verdict_reason(result.load)
     assert "with the curvature of the gauge side" in verdict_reason(result.load)
     (line, *_) = [
         text_line
-        for text_line in printed(rows_parts([{"id": "one", **case_row(result)}])).splitlines()
+        for text_line in printed(parts_of_rows([{"id": "one", **case_row(result)}])).splitlines()
         if "FAILS" in text_line
     ]
     assert f"{1e2 * hertz['deviation']['p_max_MPa']:+.1f}" in line
@@ -115,9 +117,9 @@ def test_numbers_in_python_are_of_the_side_that_decides(gauge_decides):
     load = gauge_decides.load
     gauge = load.judgements[HERTZ_GAUGE]
     assert (load.deviation, load.uncertainty) == (gauge.deviation, gauge.uncertainty)
-    assert load.limit_used == theories_of(load)[HERTZ].limit_used == gauge.limit_used
+    assert load.limit_used == judgements_by_theory(load)[HERTZ].limit_used == gauge.limit_used
     for measure, answer in load.verdict.each.items():
-        assert answer_of(load.deviation[measure], load.uncertainty[measure], LIMITS[measure]) == answer
+        assert compare_with_limit(load.deviation[measure], load.uncertainty[measure], LIMITS[measure]) == answer
 
 
 def test_the_side_that_is_open_decides_although_the_other_one_uses_more_of_a_limit(gauge_decides):
@@ -132,7 +134,7 @@ def test_the_side_that_is_open_decides_although_the_other_one_uses_more_of_a_lim
     gauge, field = peak_record(HERTZ_GAUGE, 0.045, 0.001), peak_record(HERTZ, 0.04, 0.02)
     open_ = replace(load, judgements={HERTZ_GAUGE: gauge, HERTZ: field}, verdict=field.verdict)
     assert (open_.deciding_side, open_.verdict.answer) == ("field", "UNRESOLVED")
-    (hertz_record,) = [verdict_record for name, verdict_record in theories_of(open_).items() if name == HERTZ]
+    (hertz_record,) = [verdict_record for name, verdict_record in judgements_by_theory(open_).items() if name == HERTZ]
     assert (hertz_record.limit_used, hertz_record.verdict.answer) == (pytest.approx(0.8), "UNRESOLVED")
     assert hertz_record.limit_range == (pytest.approx(0.4), pytest.approx(1.2))
 
@@ -140,4 +142,4 @@ def test_the_side_that_is_open_decides_although_the_other_one_uses_more_of_a_lim
 def test_without_a_junction_a_row_is_shown_as_it_is(elliptic_quick):
     row = case_row(elliptic_quick)
     assert row["verdict_side"] == "both"
-    assert asked_row(row) is row
+    assert requested_row(row) is row

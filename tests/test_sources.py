@@ -13,13 +13,23 @@ import pytest
 from test_architecture import MODULES, PACKAGE, imported, room
 
 from fecontact.case import Case
-from fecontact.runs.sources import EVALUATE, INPUTS, JUDGES, SHOWN, SOLVE, _read, closure, digests, digests_of
+from fecontact.runs.sources import (
+    DISPLAY_MODULES,
+    EVALUATING_MODULES,
+    INPUT_MODULES,
+    JUDGING_MODULES,
+    SOLVING_MODULES,
+    _read_source,
+    collect_imports,
+    compute_digests,
+    read_digests,
+)
 from fecontact.solving import meshes
 from fecontact.solving.meshes import Meshes
-from fecontact.solving.position import position_of
+from fecontact.solving.position import expect_position
 
-SOLVING = closure(PACKAGE, SOLVE, (*JUDGES, *INPUTS))
-EVALUATING = closure(PACKAGE, EVALUATE, (*INPUTS, *SHOWN))
+SOLVING = collect_imports(PACKAGE, SOLVING_MODULES, (*JUDGING_MODULES, *INPUT_MODULES))
+EVALUATING = collect_imports(PACKAGE, EVALUATING_MODULES, (*INPUT_MODULES, *DISPLAY_MODULES))
 BOTH = {"solving", "evaluating"}
 
 
@@ -31,7 +41,7 @@ def within(module: str, names: tuple[str, ...]) -> bool:
 def package(tmp_path_factory) -> Path:
     copied = tmp_path_factory.mktemp("sources") / "fecontact"
     shutil.copytree(PACKAGE, copied, ignore=shutil.ignore_patterns("__pycache__"))
-    assert digests_of(copied) == digests()
+    assert compute_digests(copied) == read_digests()
     return copied
 
 
@@ -74,12 +84,12 @@ def test_each_digest_sees_its_own_sources_and_no_others(package, file, old, new,
     # features may not be there
     if file.startswith("features/"):
         pytest.importorskip(f"fecontact.features.{file.split('/')[1]}")
-    path, before = package / file, digests_of(package)
+    path, before = package / file, compute_digests(package)
     text = path.read_text("utf-8")
     assert old in text
     path.write_text(text.replace(old, new, 1) if old else text + new, "utf-8")
     try:
-        after = digests_of(package)
+        after = compute_digests(package)
     finally:
         path.write_text(text, "utf-8")
     assert {name for name in BOTH if getattr(after, name) != getattr(before, name)} == seen_by
@@ -99,30 +109,30 @@ def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkey
     sys.setprofile(note)
     try:
         case = Case(lateral_shift_mm=3.0, refine="never", resolution=(1.5, 1.5))
-        position = position_of(case)
+        position = expect_position(case)
         Meshes(position).solve(position)
     finally:
         sys.setprofile(None)
     modules_run = {module for module, path in MODULES.items() if str(path) in run}
     assert {"solving.meshes", "contact.patch", "fe.coupling", "placement.wheelset"} <= modules_run
     # both are values of the case that nothing asks for here
-    assert {module for module in modules_run - SOLVING if not within(module, INPUTS)} <= {"creep", "criteria"}
+    assert {module for module in modules_run - SOLVING if not within(module, INPUT_MODULES)} <= {"creep", "criteria"}
 
 
 def test_only_those_who_ask_for_a_verdict_import_the_judges():
     # the digest of solving does not look into them: what else they decided about a solution would be missed
-    asking = {module for module in SOLVING if any(within(user, JUDGES) for user in imported(module)[0])}
+    asking = {module for module in SOLVING if any(within(user, JUDGING_MODULES) for user in imported(module)[0])}
     assert asking == {"case", "solving.solve", "solving.meshes", "solving.profile_variants"}
     # what `solving.profile_variants` stores of the judges is of measured files alone, whose results both digests guard
     modules_used = imported("solving.profile_variants")[0]
-    assert {user for user in modules_used if within(user, JUDGES)} == {"judging.lobes"}
-    assert {user for user in imported("case")[0] if within(user, JUDGES)} == {"criteria"}
-    for name in (*JUDGES, *INPUTS, *SHOWN):
+    assert {user for user in modules_used if within(user, JUDGING_MODULES)} == {"judging.lobes"}
+    assert {user for user in imported("case")[0] if within(user, JUDGING_MODULES)} == {"criteria"}
+    for name in (*JUDGING_MODULES, *INPUT_MODULES, *DISPLAY_MODULES):
         assert any(within(module, (name,)) for module in MODULES), name
 
 
 def test_what_reads_inputs_knows_no_physics():
-    left_out = {module for module in MODULES if within(module, INPUTS)}
+    left_out = {module for module in MODULES if within(module, INPUT_MODULES)}
     modules_used = {target for module in left_out for target in imported(module)[0]} - left_out
     assert modules_used == {"errors"}
 
@@ -149,7 +159,7 @@ def test_digests_are_kept_beside_the_compiled_modules(tmp_path):
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment).stdout
         for _ in range(2)
     ]
-    expected_digests = [digests().solving, digests().evaluating]
+    expected_digests = [read_digests().solving, read_digests().evaluating]
     assert [digest_row.split()[:2] for digest_row in digest_rows] == [expected_digests, expected_digests]
     assert float(digest_rows[1].split()[2]) < 0.15
     (digest_file,) = tmp_path.rglob("sources*.json")
@@ -167,4 +177,4 @@ def test_the_digest_of_a_source_is_the_same_on_every_python():
     By `ast.dump`, Python 3.11, 3.12 and 3.13 had three different digests.
     """
     text = "def f(x, w, *, end=''):\n    return f'{x:{w}} ' if x else None\n"
-    assert _read(text) == ([], "03917d2e725c74af1920f35ba6e422fae4a0868438ec1395bedc1f967f6effbb")
+    assert _read_source(text) == ([], "03917d2e725c74af1920f35ba6e422fae4a0868438ec1395bedc1f967f6effbb")

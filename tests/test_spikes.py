@@ -9,20 +9,20 @@ from points import profile_from_points
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.profiles.library import load, names
-from fecontact.profiles.point_noise import noise_of
-from fecontact.profiles.point_problems import crossings
-from fecontact.profiles.points import spikes, unclear
+from fecontact.profiles.library import list_names, load_library_profile
+from fecontact.profiles.point_noise import estimate_noise_mm
+from fecontact.profiles.point_problems import find_crossings
+from fecontact.profiles.points import find_spikes, find_unclear_points
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.writers import points_along
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.profiles.writers import sample_points
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
-from fecontact.solving.profile_variants import hertz_uncertainty
+from fecontact.solving.profile_variants import estimate_hertz_uncertainty
 
 
 def along(name, step_mm, start_mm=0.0):
     """Points evenly along the line, and its normals."""
-    profile = load(name)
+    profile = load_library_profile(name)
     p = profile.evaluate(profile.at_arc_length(np.arange(start_mm, profile.length_mm, step_mm)))
     return np.column_stack((p.y, p.z)), np.column_stack((-np.sin(p.angle_rad), np.cos(p.angle_rad)))
 
@@ -32,7 +32,7 @@ def over_y(name, step_mm):
 
     On the sides they are many steps apart.
     """
-    profile = load(name)
+    profile = load_library_profile(name)
     low, high = profile.y_range_mm
     y = np.arange(low + 0.05, high - 0.05, step_mm)
     z = profile.height(y)
@@ -44,17 +44,21 @@ def over_y(name, step_mm):
 
 @pytest.mark.parametrize("digits", [12, 4, 3])
 @pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5, 1.0])
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", list_names())
 def test_no_exact_profile_has_any(name, step_mm, digits):
     """Exact profiles written as rounded points in three ways.
 
     Corners, junctions and short arcs are among them.
     """
-    lines = [points_along(load(name), step_mm), along(name, step_mm, 0.3 * step_mm)[0], over_y(name, step_mm)]
+    lines = [
+        sample_points(load_library_profile(name), step_mm),
+        along(name, step_mm, 0.3 * step_mm)[0],
+        over_y(name, step_mm),
+    ]
     for line in lines:
         points = np.round(line, digits)
-        assert spikes(points) == []
-        assert unclear(points) == []
+        assert find_spikes(points) == []
+        assert find_unclear_points(points) == []
 
 
 @pytest.mark.parametrize("noise_mm", [0.005, 0.01, 0.02])
@@ -64,8 +68,8 @@ def test_no_noise_is_any(name, step_mm, noise_mm):
     for seed in range(6):
         line, normals = along(name, step_mm)
         points = line + noise_mm * np.random.default_rng(seed).normal(size=len(line))[:, None] * normals
-        assert spikes(points) == []
-        assert unclear(points) == []
+        assert find_spikes(points) == []
+        assert find_unclear_points(points) == []
 
 
 @pytest.mark.parametrize("direction", [(0.0, 1.0), (1.0, 0.0)], ids=["height", "across"])
@@ -80,9 +84,9 @@ def test_no_noise_in_one_direction_is_any(name, step_mm, direction):
     for seed in range(6):
         line, _ = along(name, step_mm)
         points = line + 0.01 * np.random.default_rng(seed).normal(size=len(line))[:, None] * np.array(direction)
-        assert spikes(points) == []
-        assert unclear(points) == []
-        noises.append(noise_of(points))
+        assert find_spikes(points) == []
+        assert find_unclear_points(points) == []
+        noises.append(estimate_noise_mm(points))
     # points at 45 degrees have seven tenths of it, and 70 of a flange know theirs to a third: measured 0.80 to 1.01
     assert np.mean(noises) == pytest.approx(0.01, rel=0.25)
 
@@ -99,12 +103,12 @@ def test_one_wrong_point_of_an_exact_table_is_named(name, step_mm, size_mm):
     There the message is only that the cause is not clear.
     """
     points, normals = along(name, step_mm)
-    junctions = np.array([j.y_mm for j in load(name).junctions])
+    junctions = np.array([j.y_mm for j in load_library_profile(name).junctions])
     inner = np.flatnonzero(np.abs(points[:, 0]) < 25.0)
     for k in inner[:: max(1, len(inner) // 25)]:
         wrong = points.copy()
         wrong[k] += size_mm * normals[k]
-        named_spikes = spikes(wrong)
+        named_spikes = find_spikes(wrong)
         if named_spikes:
             assert [problem.index for problem in named_spikes] == [k]
             assert named_spikes[0].size_mm == pytest.approx(size_mm, rel=0.1)
@@ -117,7 +121,7 @@ def test_a_wrong_digit_is_refused_and_left_out_on_request():
 
     Hertz was wrong by 80 %, and there was no message.
     """
-    points = points_along(load("54E1"), 0.5)
+    points = sample_points(load_library_profile("54E1"), 0.5)
     k = int(np.argmin(np.abs(points[:, 0] + 14.0)))
     points[k, 0] -= 0.03
     with pytest.raises(InputError, match=rf"a spike of 0\.0025 mm at point {k + 1}, .*; correct the file, or give"):
@@ -125,12 +129,12 @@ def test_a_wrong_digit_is_refused_and_left_out_on_request():
     mended = profile_from_points(*points.T, kind="rail", name="p", reading=Reading(repair=True, filter_mm=0.0))
     # without it the spline has one gap of 1 mm on R 80 mm, whose cubic is 1e-5 mm off
     y = np.linspace(-15.0, -13.0, 41)
-    assert mended.height(y) == pytest.approx(load("54E1").height(y), abs=1e-4)
+    assert mended.height(y) == pytest.approx(load_library_profile("54E1").height(y), abs=1e-4)
 
 
 def test_a_wrong_point_beside_a_junction_is_told():
     points, normals = along("60E1", 0.5)
-    junction = next(j.y_mm for j in load("60E1").junctions if abs(j.y_mm) < 12.0)
+    junction = next(j.y_mm for j in load_library_profile("60E1").junctions if abs(j.y_mm) < 12.0)
     noted = 0
     for k in np.flatnonzero(np.abs(points[:, 0] - junction) < 1.2):
         wrong = points.copy()
@@ -153,13 +157,13 @@ def test_what_a_wrong_point_beside_a_junction_does_to_hertz_is_stated(name, shif
     One half of the points does not contain it, whichever half it is in.
     """
     case = Case(rail=name, wheel="S1002", lateral_shift_mm=shift_mm, roll="given")
-    true = hertz_of_case(case, place_case(case)).p0_MPa
-    points = points_along(load(name), step_mm)
+    true = compute_hertz(case, place_case(case)).p0_MPa
+    points = sample_points(load_library_profile(name), step_mm)
     k = int(np.argmin(np.abs(points[:, 0] - y_mm)))
     points[k, 1] += off_mm
     rail = profile_from_points(*points.T, kind="rail", name="p")
     placement = place_case(case, rail=rail)
-    hertz_MPa, stated = hertz_of_case(case, placement).p0_MPa, hertz_uncertainty(case, placement)["p_max_MPa"]
+    hertz_MPa, stated = compute_hertz(case, placement).p0_MPa, estimate_hertz_uncertainty(case, placement)["p_max_MPa"]
     assert 0.1 < abs(true - hertz_MPa) / hertz_MPa < stated
 
 
@@ -173,7 +177,7 @@ def test_a_line_crosses_itself_where_both_chords_do_however_near_to_their_ends(o
     """
     x, low = 10.0 * on_first, -4.0 * on_last
     line = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, -9.0], [-20.0, -9.0], [-20.0, low], [x, low], [x, low + 4.0]])
-    loops = [(crossing.what, crossing.size_mm) for crossing in crossings(line) if crossing.index == 0]
+    loops = [(crossing.what, crossing.size_mm) for crossing in find_crossings(line) if crossing.index == 0]
     is_on_both = 0.0 < on_first < 1.0 and 0.0 < on_last < 1.0
     assert loops == ([("crosses itself", pytest.approx(10.0))] if is_on_both else [])
 
@@ -189,11 +193,11 @@ def test_a_loop_is_found_wherever_it_lies_and_from_whichever_side_the_line_comes
     loop = y[at] + np.array([0.4, 1.5, 1.5, 0.6, 0.6])
     line = np.column_stack((np.insert(y, at + 1, loop), np.insert(np.zeros(61), at + 1, [0.0, 0.0, 2.0, 2.0, -2.0])))
     line[:, 0] *= side
-    assert [crossing.index for crossing in crossings(line)] == [at + 1]
+    assert [crossing.index for crossing in find_crossings(line)] == [at + 1]
 
 
 def test_few_points_say_nothing_of_their_noise():
     """Each point needs two neighbours on either side."""
     zigzag = np.column_stack([np.arange(5.0), 0.1 * (-1.0) ** np.arange(5)])
-    assert noise_of(zigzag[:4]) == 0.0
-    assert noise_of(zigzag) > 0.05
+    assert estimate_noise_mm(zigzag[:4]) == 0.0
+    assert estimate_noise_mm(zigzag) > 0.05

@@ -14,13 +14,13 @@ from rungs import on_half_space
 from fecontact.case import Case
 from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.judging.judge import judge_load
-from fecontact.outputs.records.cheapest import other_theories, theory_text
+from fecontact.outputs.records.cheapest import judgements_of_other_theories, theory_text
 from fecontact.outputs.records.results import load_row
-from fecontact.outputs.study_report import rows_parts
+from fecontact.outputs.study_report import parts_of_rows
 from fecontact.outputs.tables import write_csv
-from fecontact.outputs.terminal import show
+from fecontact.outputs.terminal import print_parts
 from fecontact.regression.compare import compare_tables
-from fecontact.regression.tables import LATER, kind_of, load_table
+from fecontact.regression.tables import LATER_COLUMN_PREFIXES, find_kind, load_table
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -64,19 +64,19 @@ def test_a_row_says_how_several_ellipses_do(two):
 
 def test_a_single_ellipse_has_no_columns_of_its_own(single):
     row = load_row(*single)
-    assert MULTI_HERTZ not in other_theories(single[0])
+    assert MULTI_HERTZ not in judgements_of_other_theories(single[0])
     assert not [name for name in row if name.startswith("multi_hertz_")]
     assert row["cheapest_theory"] == "hertz"
     assert theory_text(row) == ""
 
 
 def test_every_column_has_a_known_kind(two):
-    assert not [name for name in load_row(*two) if kind_of(name) == "default"]
+    assert not [name for name in load_row(*two) if find_kind(name) == "default"]
 
 
 def printed(rows, width=200):
     text = io.StringIO()
-    show(rows_parts(rows), Console(file=text, width=width))
+    print_parts(parts_of_rows(rows), Console(file=text, width=width))
     return text.getvalue()
 
 
@@ -110,11 +110,13 @@ def compared(old, new, tmp_path):
 
 def test_a_baseline_of_before_is_no_difference_and_one_of_today_is(two, single, tmp_path):
     rows = [load_row(*single), load_row(*two)]
-    before = [{name: value for name, value in row.items() if not name.startswith(LATER)} for row in rows]
+    before = [
+        {name: value for name, value in row.items() if not name.startswith(LATER_COLUMN_PREFIXES)} for row in rows
+    ]
     older = compared(before, rows, tmp_path)
     assert older.same
     assert older.one_sided["extra columns"] == []
-    assert set(older.later_columns) == {name for name in rows[1] if name.startswith(LATER)}
+    assert set(older.later_columns) == {name for name in rows[1] if name.startswith(LATER_COLUMN_PREFIXES)}
     # what a baseline has must not go
     lost = compared(rows, before, tmp_path)
     assert not lost.same

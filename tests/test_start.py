@@ -18,18 +18,18 @@ from fecontact import __version__
 from fecontact.bodies import STEEL, Material
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
-from fecontact.console.log import logged
-from fecontact.console.messages import log_only, print_reasons, say
-from fecontact.console.progress import many, solving
+from fecontact.console.log import log_command
+from fecontact.console.messages import print_reasons, print_result, write_to_log
+from fecontact.console.progress import show_job_progress, show_solution_progress
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.runs.casefile import load_study
 from fecontact.runs.check import check_study
-from fecontact.runs.cost import CASE_FILES_S, MAP_FILES_S, STUDY_FILES_S, cost_of
+from fecontact.runs.cost import CASE_FILES_S, MAP_FILES_S, STUDY_FILES_S, estimate_cost
 from fecontact.solving.case_meshes import mesh_pair
-from fecontact.solving.cost import START_SECONDS, memory_GB
-from fecontact.solving.preview import preview
+from fecontact.solving.cost import START_SECONDS, estimate_memory_GB
+from fecontact.solving.preview import preview_case
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
@@ -175,7 +175,7 @@ def test_checking_a_study_reads_its_profiles_as_the_study_says(tmp_path):
 def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
     pair = mesh_pair(case)
     unknowns = pair.rail.unknowns + pair.wheel.unknowns
-    assert preview(case).degrees_of_freedom == pytest.approx(unknowns, rel=0.12)
+    assert preview_case(case).degrees_of_freedom == pytest.approx(unknowns, rel=0.12)
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,7 @@ def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
 )
 def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, seconds, memory):
     """CPU seconds and largest memory (GB) of `solve --refine never`."""
-    expected_cost = preview(case)
+    expected_cost = preview_case(case)
     assert expected_cost.degrees_of_freedom == pytest.approx(unknowns, rel=0.12)
     # a whole model takes less than it is said to, since its halves have a factor each
     assert 1 / 1.2 < expected_cost.cpu_seconds / seconds < (1.2 if case.half else 1.3)
@@ -214,14 +214,16 @@ def test_bodies_that_yield_take_as_long_as_was_measured(shift, yield_MPa, resolu
     """
     steel = Material(young_MPa=210e3, poisson=0.3, yield_MPa=yield_MPa, tangent_MPa=4200.0)
     case = Case(lateral_shift_mm=shift, resolution=resolution, rail_material=steel, wheel_material=steel)
-    expected_s = preview(case).cpu_seconds
+    expected_s = preview_case(case).cpu_seconds
     assert 1 / 1.6 < expected_s / seconds < 1.15
     # from a patch on fewer nodes
-    assert cost_of([case], 1).seconds == pytest.approx(expected_s, rel=0.05)
+    assert estimate_cost([case], 1).seconds == pytest.approx(expected_s, rel=0.05)
     # a yield stress that is not reached takes nothing
     hard = replace(steel, yield_MPa=1200.0)
-    elastic = preview(replace(case, rail_material=STEEL, wheel_material=STEEL)).cpu_seconds
-    assert preview(replace(case, rail_material=hard, wheel_material=hard)).cpu_seconds == elastic < 0.6 * expected_s
+    elastic = preview_case(replace(case, rail_material=STEEL, wheel_material=STEEL)).cpu_seconds
+    assert (
+        preview_case(replace(case, rail_material=hard, wheel_material=hard)).cpu_seconds == elastic < 0.6 * expected_s
+    )
 
 
 @pytest.mark.parametrize(
@@ -233,14 +235,14 @@ def test_memory_grows_faster_than_unknowns_as_measured(unknowns, memory):
 
     The unknowns of the meshes are given too.
     """
-    assert memory_GB(unknowns) == pytest.approx(memory, rel=0.1)
+    assert estimate_memory_GB(unknowns) == pytest.approx(memory, rel=0.1)
 
 
 def test_memory_where_verdicts_stay_open_is_that_of_the_finest_meshes_allowed():
     # 433 thousand unknowns took 2.8 GB
     cells = [Case(lateral_shift_mm=6.0), Case(lateral_shift_mm=3.0)]
-    assert cost_of(cells, 1).most_memory_GB == pytest.approx(2.8 * 400.0 / 433.0, rel=0.1)
-    never = cost_of([replace(case, refine="never") for case in cells], 1)
+    assert estimate_cost(cells, 1).most_memory_GB == pytest.approx(2.8 * 400.0 / 433.0, rel=0.1)
+    never = estimate_cost([replace(case, refine="never") for case in cells], 1)
     assert never.most_memory_GB == never.memory_GB < 1.0
 
 
@@ -273,12 +275,12 @@ def test_expected_times_of_maps_and_studies_are_those_that_were_measured(shifts,
     They include all files, pictures and reports, on a busy machine.
     """
     cells = [Case(lateral_shift_mm=shift, load_N=1e3 * load) for shift in shifts for load in loads_kN]
-    assert 1 / 1.3 < cost_of(cells, 1, files=files).seconds / seconds < 1.3
+    assert 1 / 1.3 < estimate_cost(cells, 1, files=files).seconds / seconds < 1.3
 
 
 def test_the_expected_time_of_a_position_is_that_which_was_measured():
     """CPU seconds of `solve --shift 3` on one core."""
-    expected_cost = preview(Case(lateral_shift_mm=3.0))
+    expected_cost = preview_case(Case(lateral_shift_mm=3.0))
     # 2.9 s of the user, 0.5 s of the system; 0.34 GB at its peak
     assert 1 / 1.5 < expected_cost.cpu_seconds / 3.4 < 1.5
     assert 1 / 1.5 < expected_cost.memory_GB / 0.34 < 1.5
@@ -287,11 +289,13 @@ def test_the_expected_time_of_a_position_is_that_which_was_measured():
 def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypatch):
     """On new profiles these loads cost the time that shared meshes save."""
     cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 100e3)]
-    expected_cost = preview(cells[0])
+    expected_cost = preview_case(cells[0])
     for lines_seconds in (0.0, 4.5):
         changed_cost = replace(expected_cost, lines_seconds=lines_seconds)
-        monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _, changed_cost=changed_cost: changed_cost)
-        plain, searched = cost_of(cells, 2), cost_of(cells, 2, further=(5.0, 14.0))
+        monkeypatch.setattr(
+            "fecontact.runs.cost.preview_case_to_solve", lambda _, changed_cost=changed_cost: changed_cost
+        )
+        plain, searched = estimate_cost(cells, 2), estimate_cost(cells, 2, further=(5.0, 14.0))
         assert searched.seconds - plain.seconds == pytest.approx(5.0 * lines_seconds / 2)
         assert searched.most_seconds - plain.most_seconds == pytest.approx(14.0 * lines_seconds / 2)
 
@@ -299,9 +303,9 @@ def test_lines_of_measured_points_are_solved_at_the_loads_of_limits_too(monkeypa
 def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
     pytest.importorskip("fecontact.maps")
     cells = [Case(lateral_shift_mm=3.0, load_N=load) for load in (50e3, 80e3, 100e3)]
-    expected_cost = preview(cells[0])
-    monkeypatch.setattr("fecontact.runs.cost.preview_to_solve", lambda _: expected_cost)
-    plain, with_files = cost_of(cells, 2), cost_of(cells, 2, files=(1.5, 4.0))
+    expected_cost = preview_case(cells[0])
+    monkeypatch.setattr("fecontact.runs.cost.preview_case_to_solve", lambda _: expected_cost)
+    plain, with_files = estimate_cost(cells, 2), estimate_cost(cells, 2, files=(1.5, 4.0))
     # those of each case by two workers, those of all by one process
     for name in ("seconds", "most_seconds"):
         assert getattr(with_files, name) - getattr(plain, name) == pytest.approx(3 * 1.5 / 2 + 4.0)
@@ -311,7 +315,7 @@ def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
         requests.append(files)
         raise InputError("enough")
 
-    monkeypatch.setattr("fecontact.runs.cost.cost_of", note_files)
+    monkeypatch.setattr("fecontact.runs.cost.estimate_cost", note_files)
     study = tmp_path / "one.toml"
     study.write_text("load_kN = 100.0\n")
     map_words = ("map", "--shifts", "3", "--loads-kn", "100")
@@ -325,7 +329,7 @@ def test_files_pictures_and_reports_have_their_time(tmp_path, monkeypatch):
 
 
 def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watches(capsys):
-    with solving() as step:
+    with show_solution_progress() as step:
         for name in ("place", "first meshes: mesh", "first meshes: factorise", "coarser meshes: mesh", "ladder"):
             step(name)
     out, err = capsys.readouterr()
@@ -343,7 +347,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
         ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 lines: about 4 s"),
         (
             "geometry --shifts 1 --loaded-kn 60",
-            "fecontact.features.curves.loaded.loaded_conicities",
+            "fecontact.features.curves.loaded.compute_loaded_conicities",
             "takes about 15 s",
         ),
         ("judge folder --friction 0.3", "fecontact.runs.judging_again.judge", "40 cases: about "),
@@ -398,7 +402,7 @@ def test_progress_of_many_quick_cases_is_a_line_in_five_seconds_where_nobody_wat
     now = [100.0]
     monkeypatch.setattr("fecontact.console.progress.time.monotonic", lambda: now[0])
 
-    with logged(tmp_path / "run.log"), many("pairs") as show:
+    with log_command(tmp_path / "run.log"), show_job_progress("pairs") as show:
         for number in range(300):
             show(number, 300, f"solving {number}")
             now[0] += 0.25
@@ -411,7 +415,7 @@ def test_progress_of_many_quick_cases_is_a_line_in_five_seconds_where_nobody_wat
 
 def test_the_last_line_of_what_is_interrupted_is_printed(capsys):
     def interrupted():
-        with many("pairs") as show:
+        with show_job_progress("pairs") as show:
             show(0, 1000, "solving 0")
             show(1, 1000, "solving 1")
             raise KeyboardInterrupt
@@ -424,7 +428,7 @@ def test_the_last_line_of_what_is_interrupted_is_printed(capsys):
 def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypatch):
     now = [100.0]
     monkeypatch.setattr("fecontact.console.progress.time.monotonic", lambda: now[0])
-    with many("cases") as show:
+    with show_job_progress("cases") as show:
         show(2, 6, "solving one")
         show(2, 6, "solving one, two")
         now[0] += 30.0
@@ -450,18 +454,18 @@ def log_lines(path):
 def test_a_log_has_what_was_said_and_how_it_ended(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("fecontact.console.progress.sys.argv", ["fecontact", "run", "my study.toml"])
     path = tmp_path / "new" / "run.log"
-    with logged(path):
-        with many("cases", quiet=True) as show:
+    with log_command(path):
+        with show_job_progress("cases", quiet=True) as show:
             show(0, 2, "solving one")
             show(0, 2, "solving one, two")
             show(1, 2, "solving two")
-        say("it holds", quiet=True)
-        say("here")
-        log_only("one: 3 mm deep", warning=True)
+        print_result("it holds", quiet=True)
+        print_result("here")
+        write_to_log("one: 3 mm deep", warning=True)
         print_reasons("1 of 2", {"a": "derails"})
-    with pytest.raises(InputError), logged(path):
+    with pytest.raises(InputError), log_command(path):
         raise InputError("no such rail")
-    with pytest.raises(KeyboardInterrupt), logged(path):
+    with pytest.raises(KeyboardInterrupt), log_command(path):
         raise KeyboardInterrupt
     out, err = capsys.readouterr()
     # `--quiet` is silent only about success
@@ -484,15 +488,15 @@ def test_a_log_has_what_was_said_and_how_it_ended(tmp_path, capsys, monkeypatch)
     ]
     # nothing is kept open, and nothing said afterwards gets into it
     size = path.stat().st_size
-    say("later", quiet=True)
+    print_result("later", quiet=True)
     assert path.stat().st_size == size
 
 
 def test_a_log_that_cannot_be_written_any_more_is_no_error(tmp_path, capsys):
     if not Path("/dev/full").exists():
         pytest.skip("no /dev/full")
-    with logged(Path("/dev/full")):
-        say("here")
+    with log_command(Path("/dev/full")):
+        print_result("here")
     assert capsys.readouterr() == ("here\n", "")
 
 
@@ -501,7 +505,7 @@ def test_a_log_that_leads_elsewhere_or_waits_for_a_reader_is_refused(tmp_path):
     link.symlink_to(elsewhere := tmp_path / "elsewhere")
     os.mkfifo(pipe)
     for path in (link, pipe):
-        with pytest.raises(OSError, match="a link or a pipe, and no file; remove it"), logged(path):
+        with pytest.raises(OSError, match="a link or a pipe, and no file; remove it"), log_command(path):
             pytest.fail("it began")
     assert not elsewhere.exists()
 

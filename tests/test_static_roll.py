@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from fecontact.case import Case, Opposite, case_from_record, case_record
+from fecontact.case import Case, Opposite, make_case_record, read_case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.outputs.case_words import roll_words, roll_words_of_rows
 from fecontact.outputs.records.results import input_columns
-from fecontact.outputs.series import series
-from fecontact.profiles.library import names, toml_text
+from fecontact.outputs.series import split_into_series
+from fecontact.profiles.library import list_names, toml_text
 from fecontact.runs.casefile import load_study
 from fecontact.solving.placing import place_case
 
@@ -49,7 +49,7 @@ COMMANDS = {
     "fecontact.runs.alone.table": ["table", "--shifts", "0", "--out"],
     "fecontact.runs.alone.theory": ["theory", "strip"],
     "fecontact.runs.alone.hertz": ["hertz"],
-    "fecontact.solving.preview.preview": ["place"],
+    "fecontact.solving.preview.preview_case": ["place"],
     "fecontact.solving.solve.solve": ["solve"],
     "fecontact.solving.case_meshes.mesh_case": ["mesh", "rail", "--out"],
 }
@@ -94,15 +94,15 @@ def test_a_roll_of_zero_is_given_in_python_and_in_files_as_well(tmp_path):
     with pytest.raises(InputError, match=r"roll angle is 0\.4 mrad, but the roll is 'touching'.*give roll = 'given'"):
         replace(Case(roll="touching"), roll_rad=4e-4)
     for case in (WHEELSET, ALONE, Case(roll_rad=4e-4), Case(roll_load_N=80e3)):
-        assert case_from_record(case_record(case)) == case
+        assert read_case_record(make_case_record(case)) == case
 
 
 def test_the_rails_without_a_wheelset_are_the_crane_rails():
     # the standard of a library rail says which it is
-    crane = {name for name in names("rail") if "DIN 536" in toml_text(name)}
-    assert crane == {name for name in names("rail") if Case(rail=name).roll == "given"}
+    crane = {name for name in list_names("rail") if "DIN 536" in toml_text(name)}
+    assert crane == {name for name in list_names("rail") if Case(rail=name).roll == "given"}
     assert len(crane) == 7
-    assert all(Case(wheel=name).roll == "touching" for name in names("wheel"))
+    assert all(Case(wheel=name).roll == "touching" for name in list_names("wheel"))
 
 
 def test_the_first_study_stands_on_both_rails():
@@ -171,6 +171,9 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
         for side in ("left", "right")
         for case in (replace(WHEELSET, lateral_shift_mm=shift, side=side) for shift in (0.0, 3.0))
     ]
-    assert [one_series.label for one_series in series(rows)] == ["left", "right"]
+    assert [one_series.label for one_series in split_into_series(rows)] == ["left", "right"]
     alone = [input_columns(replace(ALONE, lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
-    assert [one_series.label for one_series in series([*rows[:2], *alone])] == ["both wheels touch", "fixed roll"]
+    assert [one_series.label for one_series in split_into_series([*rows[:2], *alone])] == [
+        "both wheels touch",
+        "fixed roll",
+    ]

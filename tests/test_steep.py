@@ -12,14 +12,14 @@ import pytest
 from fecontact import solve
 from fecontact.case import Case, Track
 from fecontact.contact.grid import ContactGrid
-from fecontact.judging.measures import measures_of, patch_of
-from fecontact.judging.uncertainty import Solved, uncertainty
+from fecontact.judging.measures import read_measures, read_patch
+from fecontact.judging.uncertainty import SolutionQuality, estimate_uncertainty
 from fecontact.placement.wheel_on_rail import place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
-from fecontact.solving.hertz import direction_of_case
-from fecontact.solving.plane_angles import turned_force
-from fecontact.solving.position import position_of
+from fecontact.solving.hertz import compute_load_direction
+from fecontact.solving.plane_angles import compute_turned_force
+from fecontact.solving.position import expect_position
 from fecontact.solving.true_gap import TrueGap
 
 HEAD, GROOVE = 13.0, 15.0
@@ -52,7 +52,7 @@ def groove_placement(angle_deg: float, rolling_radius_mm: float = 1e7):
 
 def gap_of(angle_deg: float, kind: str) -> TrueGap:
     case, placement = Case(load_kind=kind), groove_placement(angle_deg)
-    return TrueGap(placement=placement, contact_modulus_MPa=115e3, direction=direction_of_case(case, placement))
+    return TrueGap(placement=placement, contact_modulus_MPa=115e3, direction=compute_load_direction(case, placement))
 
 
 GRID = ContactGrid(x_mm=np.linspace(0.0, LENGTH, 31), s_mm=np.linspace(-HALF_WIDTH, HALF_WIDTH, 101), half=True)
@@ -133,7 +133,7 @@ def test_the_expected_patch_slides_where_it_is_steep():
 
     This point carries all of the vertical load.
     """
-    position = position_of(Case(lateral_shift_mm=7.0, roll="given", load_N=20e3, resolution="quick"))
+    position = expect_position(Case(lateral_shift_mm=7.0, roll="given", load_N=20e3, resolution="quick"))
     rung, touch, true_gap = position.expected.half_space, position.placement.first, position.true_gap
     assert math.degrees(touch.contact_angle_rad) == pytest.approx(70.0, abs=0.01)
     assert true_gap.is_steep
@@ -141,14 +141,14 @@ def test_the_expected_patch_slides_where_it_is_steep():
     assert true_gap.slide_mm == pytest.approx(rung.approach_mm * math.tan(touch.contact_angle_rad), rel=3e-3)
     # curvatures are constant over the patch, which therefore stays where they touch; it was off by 0.3 b and 4 %
     assert rung.normal_force_N == pytest.approx(20e3 / math.cos(touch.contact_angle_rad), rel=2e-3)
-    assert abs(patch_of(rung).centre_y_mm) < 0.01 * measures_of(rung).b_mm
+    assert abs(read_patch(rung).centre_y_mm) < 0.01 * read_measures(rung).b_mm
 
 
 @pytest.mark.parametrize(
     "case", [Case(lateral_shift_mm=6.5, roll="given"), Case(lateral_shift_mm=7.0, roll="given", load_kind="normal")]
 )
 def test_no_slide_below_30_degrees_nor_under_a_normal_load(case):
-    position = position_of(replace(case, load_N=20e3, resolution="quick"))
+    position = expect_position(replace(case, load_N=20e3, resolution="quick"))
     assert not position.true_gap.is_steep
     assert position.true_gap.slide_mm == 0.0
 
@@ -170,14 +170,19 @@ def test_the_peak_of_a_steep_patch_is_stated_as_far_off_as_another_normal_moves_
 
     It has 174.7 kN, and a peak 3.0 % higher than here.
     """
-    position = position_of(STEEP)
-    touch, peak = position.placement.first, measures_of(position.expected.half_space).p_max_MPa
+    position = expect_position(STEEP)
+    touch, peak = position.placement.first, read_measures(position.expected.half_space).p_max_MPa
     assert touch.contact_angle_rad == pytest.approx(0.519, abs=1e-3)
     force_N = STEEP.load_N / math.cos(touch.contact_angle_rad) * (1.0 + position.turned_force)
     # its grid has cells of its own; measured 0.8 %
     assert force_N == pytest.approx(174.7e3, rel=0.01)
-    knowledge = Solved(turned_force=position.turned_force)
-    assert uncertainty("p_max_MPa", (peak, peak)) < 0.03 < uncertainty("p_max_MPa", (peak, peak), knowledge) < 0.045
+    knowledge = SolutionQuality(turned_force=position.turned_force)
+    assert (
+        estimate_uncertainty("p_max_MPa", (peak, peak))
+        < 0.03
+        < estimate_uncertainty("p_max_MPa", (peak, peak), knowledge)
+        < 0.045
+    )
 
 
 @pytest.mark.parametrize(
@@ -190,18 +195,18 @@ def test_the_peak_of_a_steep_patch_is_stated_as_far_off_as_another_normal_moves_
     ],
 )
 def test_another_normal_changes_nothing_on_the_tread(shift_mm, highest_ratio):
-    position = position_of(Case(lateral_shift_mm=shift_mm, load_N=100e3))
+    position = expect_position(Case(lateral_shift_mm=shift_mm, load_N=100e3))
     assert abs(position.turned_force) <= highest_ratio
 
 
 def test_a_whole_model_and_a_half_model_have_the_same_weighted_centre():
-    position = position_of(STEEP)
+    position = expect_position(STEEP)
     rung, true_gap = position.expected.half_space, position.expected.true_gap
     whole_model = rung.pressure.whole()
     mirrored_rung = replace(
         rung, grid=whole_model.grid, pressure_MPa=whole_model.values, gap_mm=np.zeros(whole_model.grid.shape)
     )
-    assert turned_force(true_gap, mirrored_rung) == pytest.approx(position.turned_force, rel=1e-2)
+    assert compute_turned_force(true_gap, mirrored_rung) == pytest.approx(position.turned_force, rel=1e-2)
 
 
 @pytest.mark.slow

@@ -13,24 +13,32 @@ import pytest
 from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json
-from fecontact.jobs.store import MANIFEST, Kept, difference, kept_folder, locked, new_folder, remove_leftovers
+from fecontact.jobs.store import (
+    MANIFEST,
+    StoredJob,
+    check_stored_job,
+    describe_differences,
+    lock_folder,
+    remove_leftovers,
+    replace_folder,
+)
 from fecontact.outputs.records.results import read_row
 from fecontact.runs import identity
-from fecontact.runs.identity import case_id, origin_of
-from fecontact.runs.store import case_folder
+from fecontact.runs.identity import determine_origin, make_case_id
+from fecontact.runs.store import name_case_folder
 
 CASE = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
 
 
 def stored(out: Path, case: Case = CASE) -> str:
-    name = case_id(case)
-    with new_folder(case_folder(out, name), name, origin_of(case), "run 1") as folder:
+    name = make_case_id(case)
+    with replace_folder(name_case_folder(out, name), name, determine_origin(case), "run 1") as folder:
         fake_solve.FakeWork(case=case, name=name, settings={})(folder, None)
     return name
 
 
-def stored_state(out: Path, name: str, origin=None) -> Kept:
-    return kept_folder(case_folder(out, name), name, origin or origin_of(CASE))
+def stored_state(out: Path, name: str, origin=None) -> StoredJob:
+    return check_stored_job(name_case_folder(out, name), name, origin or determine_origin(CASE))
 
 
 def profile(path: Path, radius: float) -> str:
@@ -42,46 +50,46 @@ def profile(path: Path, radius: float) -> str:
 def test_the_id_follows_a_profile_s_content_and_not_its_folder(tmp_path):
     first = replace(CASE, rail=profile(tmp_path / "a" / "head.txt", 300.0))
     same = replace(CASE, rail=profile(tmp_path / "b" / "head.txt", 300.0))
-    assert case_id(first) == case_id(same)
-    before = case_id(first)
+    assert make_case_id(first) == make_case_id(same)
+    before = make_case_id(first)
     profile(tmp_path / "a" / "head.txt", 299.0)
-    assert case_id(first) != before
-    assert case_id(replace(CASE, rail="nowhere.txt")) != before
+    assert make_case_id(first) != before
+    assert make_case_id(replace(CASE, rail="nowhere.txt")) != before
 
 
 @pytest.mark.parametrize(
     "change", [{"load_N": 1e5 + 1e-6}, {"solver": "amg"}, {"resolution": (0.5, 0.5)}, {"rail": "circle:301"}]
 )
 def test_every_input_changes_the_id(change):
-    assert case_id(replace(CASE, **change)) != case_id(CASE)
+    assert make_case_id(replace(CASE, **change)) != make_case_id(CASE)
 
 
 def test_criteria_by_which_a_solved_case_is_judged_do_not_change_its_id():
     other_case = replace(CASE, criteria=Criteria(p_max=0.03))
-    assert case_id(other_case) == case_id(CASE)
-    assert origin_of(other_case).solved_by == origin_of(CASE).solved_by
-    changes = difference(origin_of(CASE).evaluated_by, origin_of(other_case).evaluated_by)
+    assert make_case_id(other_case) == make_case_id(CASE)
+    assert determine_origin(other_case).solved_by == determine_origin(CASE).solved_by
+    changes = describe_differences(determine_origin(CASE).evaluated_by, determine_origin(other_case).evaluated_by)
     assert changes == "criterion p_max 0.05 -> 0.03"
 
 
 def test_the_id_does_not_depend_on_versions_and_the_origin_does(monkeypatch):
-    name, made_by = case_id(CASE), origin_of(CASE).solved_by
+    name, made_by = make_case_id(CASE), determine_origin(CASE).solved_by
     newer = {**made_by, "numpy": "99.1"}
-    assert difference(made_by, newer) == f"numpy {made_by['numpy']} -> 99.1"
-    assert origin_of(replace(CASE, solver="amg")).solved_by["pyamg"]
+    assert describe_differences(made_by, newer) == f"numpy {made_by['numpy']} -> 99.1"
+    assert determine_origin(replace(CASE, solver="amg")).solved_by["pyamg"]
     monkeypatch.setattr(identity, "__version__", "99")
-    identity._solving.cache_clear()
-    assert case_id(CASE) == name
-    assert origin_of(CASE).solved_by["fecontact"] == "99"
-    identity._solving.cache_clear()
+    identity._determine_solving_origin.cache_clear()
+    assert make_case_id(CASE) == name
+    assert determine_origin(CASE).solved_by["fecontact"] == "99"
+    identity._determine_solving_origin.cache_clear()
 
 
 def test_a_whole_case_is_kept_with_its_provenance(tmp_path):
     name = stored(tmp_path)
-    assert stored_state(tmp_path, name) == Kept(found=True, run="run 1")
-    provenance = read_json(case_folder(tmp_path, name) / "result.json")["provenance"]
-    assert provenance["made_by"] == origin_of(CASE).solved_by
-    assert stored_state(tmp_path, "another") == Kept()
+    assert stored_state(tmp_path, name) == StoredJob(found=True, run="run 1")
+    provenance = read_json(name_case_folder(tmp_path, name) / "result.json")["provenance"]
+    assert provenance["made_by"] == determine_origin(CASE).solved_by
+    assert stored_state(tmp_path, "another") == StoredJob()
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
@@ -89,7 +97,7 @@ def test_a_whole_case_is_kept_with_its_provenance(tmp_path):
 @pytest.mark.parametrize("damage", ["removed", "cut", "changed"])
 def test_a_damaged_file_is_named(tmp_path, file, damage):
     name = stored(tmp_path)
-    path = case_folder(tmp_path, name) / file
+    path = name_case_folder(tmp_path, name) / file
     data = path.read_bytes()
     if damage == "removed":
         path.unlink()
@@ -109,7 +117,7 @@ def test_a_damaged_file_is_named(tmp_path, file, damage):
 )
 def test_a_manifest_of_another_layout_is_said(tmp_path, old, new, says):
     name = stored(tmp_path)
-    path = case_folder(tmp_path, name) / MANIFEST
+    path = name_case_folder(tmp_path, name) / MANIFEST
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new))
@@ -118,12 +126,12 @@ def test_a_manifest_of_another_layout_is_said(tmp_path, old, new, says):
 
 def test_the_result_of_other_inputs_under_a_case_s_name_is_said(tmp_path):
     name = stored(tmp_path)
-    other_folder = case_folder(tmp_path, name).rename(case_folder(tmp_path, "other"))
-    assert "other inputs" in (kept_folder(other_folder, "other", origin_of(CASE)).problem or "")
+    other_folder = name_case_folder(tmp_path, name).rename(name_case_folder(tmp_path, "other"))
+    assert "other inputs" in (check_stored_job(other_folder, "other", determine_origin(CASE)).problem or "")
 
 
 def test_another_version_is_a_reason(tmp_path):
-    name, made_by = stored(tmp_path), origin_of(CASE)
+    name, made_by = stored(tmp_path), determine_origin(CASE)
     newer = replace(made_by, solved_by={**made_by.solved_by, "numpy": "99.1"})
     stored_case = stored_state(tmp_path, name, newer)
     assert stored_case.problem == f"made by another version: numpy {made_by.solved_by['numpy']} -> 99.1"
@@ -137,7 +145,7 @@ def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):
     name = stored(tmp_path)
 
     def half_a_case() -> None:
-        with new_folder(case_folder(tmp_path, name), name, origin_of(CASE)) as folder:
+        with replace_folder(name_case_folder(tmp_path, name), name, determine_origin(CASE)) as folder:
             (folder / "result.json").write_text("half")
             raise OSError("disk full")
 
@@ -167,26 +175,26 @@ def holder(out: Path, locked: object = None) -> subprocess.Popen[str]:
 def test_a_second_run_is_refused_until_the_first_is_gone(tmp_path):
     process = holder(tmp_path)
     try:
-        with pytest.raises(InputError, match=f"in use by process {process.pid} on "), locked(tmp_path):
+        with pytest.raises(InputError, match=f"in use by process {process.pid} on "), lock_folder(tmp_path):
             pass
-        with pytest.raises(InputError, match="in use by"), locked(tmp_path, (1, 2)):
+        with pytest.raises(InputError, match="in use by"), lock_folder(tmp_path, (1, 2)):
             pass
     finally:
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
         process.stdout.close()
-    with locked(tmp_path):
+    with lock_folder(tmp_path):
         pass
 
 
 def test_parts_run_beside_each_other_and_not_beside_the_whole(tmp_path):
     process = holder(tmp_path, (1, 2))
     try:
-        with locked(tmp_path, (2, 2)):
+        with lock_folder(tmp_path, (2, 2)):
             pass
-        with pytest.raises(InputError, match=f"process {process.pid} on .*, part 1/2"), locked(tmp_path, (1, 2)):
+        with pytest.raises(InputError, match=f"process {process.pid} on .*, part 1/2"), lock_folder(tmp_path, (1, 2)):
             pass
-        with pytest.raises(InputError, match="--part"), locked(tmp_path):
+        with pytest.raises(InputError, match="--part"), lock_folder(tmp_path):
             pass
     finally:
         process.kill()
@@ -196,12 +204,12 @@ def test_parts_run_beside_each_other_and_not_beside_the_whole(tmp_path):
 
 def test_a_row_is_read_as_it_was_written(tmp_path):
     name = stored(tmp_path)
-    row = read_row(case_folder(tmp_path, name) / "row.json")
+    row = read_row(name_case_folder(tmp_path, name) / "row.json")
     assert row["hertz_uncertainty_p_max_percent"] != row["hertz_uncertainty_p_max_percent"]
     assert (row["verdict_answer"], row["verdict_failing"]) == ("FAILS", "separate_load")
     assert row["geometry_junction_distance_mm"] == float("inf")
     assert row["verdict_cause"] is None
     with pytest.raises(InputError, match=r"rail\.vtu: no JSON"):
-        read_row(case_folder(tmp_path, name) / "rail.vtu")
+        read_row(name_case_folder(tmp_path, name) / "rail.vtu")
     with pytest.raises(InputError, match=r"fecontact/row/3.*again"):
-        read_row(case_folder(tmp_path, name) / MANIFEST)
+        read_row(name_case_folder(tmp_path, name) / MANIFEST)

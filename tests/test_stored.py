@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from fecontact.arrays import Bools, Floats, Integers
 from fecontact.case import Case
 from fecontact.contact.grid import Rung
-from fecontact.files import json_text
+from fecontact.files import format_json
 from fecontact.judging.solved_load import SolvedLoad
 from fecontact.outputs.records import stored
-from fecontact.placement.along_track import AlongTrack
+from fecontact.placement.along_track import PlacedIrregularities
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 
@@ -56,7 +56,7 @@ def test_every_kind_of_array_is_read_back_on_this_python():
         not_a_number=math.nan, text="left", flag=True,
     )  # fmt: skip
     value = EveryKind(**values, parts=(EveryKind(**values, parts=()),))
-    value_read = stored._value(EveryKind, json.loads(json_text(stored._plain(value, {}, "value"))), {})
+    value_read = stored._restore_value(EveryKind, json.loads(format_json(stored._to_plain(value, {}, "value"))), {})
     for first, second in ((value, value_read), (value.parts[0], value_read.parts[0])):
         for field in fields(EveryKind):
             if field.name != "parts":
@@ -83,7 +83,7 @@ def test_an_annotation_that_cannot_be_read_back_is_an_error():
     Arrays did so on Python 3.12 with NumPy 2.5.
     """
     with pytest.raises(TypeError, match="a stored list cannot be read back as list"):
-        stored._value(list[float], [0.0], {})
+        stored._restore_value(list[float], [0.0], {})
 
 
 def test_stored_results_have_only_kinds_that_are_read_back():
@@ -94,13 +94,13 @@ def test_stored_results_have_only_kinds_that_are_read_back():
     leaves, kinds_met = set(), set()
 
     def walk(kind: Any) -> None:
-        kind = stored._without_alias(kind)
+        kind = stored._resolve_alias(kind)
         origin = get_origin(kind)
-        if kind in (Rung, Case, Profile, AlongTrack, type(None)) or kind in kinds_met:
+        if kind in (Rung, Case, Profile, PlacedIrregularities, type(None)) or kind in kinds_met:
             return
         kinds_met.add(kind)
         if is_dataclass(kind):
-            for hint in stored._kinds(kind).values():
+            for hint in stored._type_hints(kind).values():
                 walk(hint)
         elif origin in (tuple, UnionType, Mapping):
             for argument in get_args(kind):

@@ -34,15 +34,15 @@ from fecontact.case import Case, Criteria
 from fecontact.errors import InputError, ProgramError
 from fecontact.jobs import workers
 from fecontact.jobs.engine import RunSettings, parse_part
-from fecontact.jobs.workers import Crew, Job, default_workers, groups_of, run_job, thread_environment
+from fecontact.jobs.workers import Crew, Job, count_default_workers, divide_into_groups, run_job, set_thread_environment
 from fecontact.runs import identity
 from fecontact.runs.casefile import Study
-from fecontact.runs.cost import longest_first
-from fecontact.runs.identity import case_id
-from fecontact.runs.sources import digests
-from fecontact.runs.store import Solving, case_folder, job_of
-from fecontact.runs.study import StudyOutcome, _shared, run_study
-from fecontact.runs.varied import varied_words
+from fecontact.runs.cost import sort_longest_first
+from fecontact.runs.identity import make_case_id
+from fecontact.runs.sources import read_digests
+from fecontact.runs.store import CaseWork, make_job, name_case_folder
+from fecontact.runs.study import StudyOutcome, _share_loads, run_study
+from fecontact.runs.varied import describe_varied_inputs
 from fecontact.solving.solve import SharedLoads
 
 LOADS_KN = (50, 60, 70, 80, 90)
@@ -103,11 +103,11 @@ def test_finished_cases_are_reused_without_solving_and_give_the_same_table(tmp_p
     again = run(tmp_path)
     assert len(fake_solve.solves(tmp_path)) == len(LOADS_KN)
     assert first.reused == ()
-    assert again.reused == tuple(case_id(c) for c in study().cases)
+    assert again.reused == tuple(make_case_id(c) for c in study().cases)
     # seconds and memory are those of the first run, so all bytes are the same
     assert (tmp_path / "study.csv").read_bytes() == before
     run(tmp_path, force=True)
-    assert fake_solve.solves(tmp_path) == 2 * [case_id(c) for c in study().cases]
+    assert fake_solve.solves(tmp_path) == 2 * [make_case_id(c) for c in study().cases]
 
 
 def test_figures_and_collections_are_of_the_whole_study(tmp_path):
@@ -141,12 +141,12 @@ def test_a_case_that_occurs_twice_is_solved_once(tmp_path):
 def test_another_version_is_solved_again_and_said(tmp_path, monkeypatch):
     run(tmp_path, study((50, 60)))
     monkeypatch.setattr(identity, "__version__", "99")
-    identity._solving.cache_clear()
+    identity._determine_solving_origin.cache_clear()
     outcome = run(tmp_path, study((50, 60)))
     assert set(outcome.recomputed.values()) == {"made by another version: fecontact 0.1.0 -> 99"}
     assert len(fake_solve.solves(tmp_path)) == 4
     assert run(tmp_path, study((50, 60))).recomputed == {}
-    identity._solving.cache_clear()
+    identity._determine_solving_origin.cache_clear()
 
 
 def test_another_evaluation_or_other_criteria_judge_again_and_solve_nothing(tmp_path, monkeypatch):
@@ -154,9 +154,9 @@ def test_another_evaluation_or_other_criteria_judge_again_and_solve_nothing(tmp_
     by_other = tuple(replace(case(load), criteria=Criteria(p_max=0.03)) for load in (50, 60))
     outcome = run(tmp_path, Study(name="fake", cases=by_other))
     assert set(outcome.recomputed.values()) == {"evaluated by another version: criterion p_max 0.05 -> 0.03"}
-    names = [case_id(case(load)) for load in (50, 60)]
+    names = [make_case_id(case(load)) for load in (50, 60)]
     assert fake_solve.solves(tmp_path) == [*names, *(f"again:{name}" for name in names)]
-    monkeypatch.setattr(identity, "digests", lambda: replace(digests(), evaluating="another"))
+    monkeypatch.setattr(identity, "read_digests", lambda: replace(read_digests(), evaluating="another"))
     outcome = run(tmp_path, Study(name="fake", cases=by_other))
     assert all("source of evaluation" in why for why in outcome.recomputed.values())
 
@@ -169,8 +169,8 @@ def test_cases_that_differ_in_their_criteria_alone_are_refused(tmp_path):
 
 def test_a_damaged_case_is_named_and_solved_again(tmp_path, serial):
     run(tmp_path)
-    bad = case_id(case(60))
-    with (case_folder(tmp_path, bad) / "rail.vtu").open("a") as file:
+    bad = make_case_id(case(60))
+    with (name_case_folder(tmp_path, bad) / "rail.vtu").open("a") as file:
         file.write("x")
     outcome = run(tmp_path)
     assert list(outcome.recomputed) == [bad]
@@ -198,16 +198,16 @@ def test_failures_are_rows_and_the_rest_goes_on(tmp_path):
     outcome = run(tmp_path, study(conclude=lambda rows, out: pytest.fail("concluded from rows that cannot be used")))
     assert statuses(outcome) == [
         "failed: No space left on device (rail.vtu)",
-        f"failed: ZeroDivisionError: no such thing; see {case_id(case(60))}.error.txt",
+        f"failed: ZeroDivisionError: no such thing; see {make_case_id(case(60))}.error.txt",
         "failed: it did not converge",
         "converged",
         "converged",
     ]
     assert "3 of 5" in outcome.conclusion
-    trace = tmp_path / "cases" / f"{case_id(case(60))}.error.txt"
+    trace = tmp_path / "cases" / f"{make_case_id(case(60))}.error.txt"
     assert "_act" in trace.read_text()
     assert sorted(path.name for path in (tmp_path / "cases").iterdir() if path.is_dir()) == sorted(
-        case_id(case(load)) for load in (80, 90)
+        make_case_id(case(load)) for load in (80, 90)
     )
     fake_solve.plan(tmp_path)
     assert statuses(run(tmp_path)) == ["converged"] * 5
@@ -217,7 +217,7 @@ def test_failures_are_rows_and_the_rest_goes_on(tmp_path):
 
 def test_an_error_of_the_program_is_no_row_and_ends_the_run_when_the_rest_is_kept(tmp_path):
     fake_solve.plan(tmp_path, kN60="wrong", kN80="wrong", kN90="iteration")
-    bad = [case_id(case(load)) for load in (60, 80)]
+    bad = [make_case_id(case(load)) for load in (60, 80)]
     with pytest.raises(
         ProgramError, match=r"2 of 5 jobs ended with an error of the program.*KeyError: 'area_mm2'"
     ) as raised:
@@ -230,7 +230,7 @@ def test_an_error_of_the_program_is_no_row_and_ends_the_run_when_the_rest_is_kep
     fake_solve.plan(tmp_path)
     outcome = run(tmp_path)
     assert statuses(outcome) == ["converged"] * 5
-    assert sorted(outcome.reused) == sorted(case_id(case(load)) for load in (50, 70))
+    assert sorted(outcome.reused) == sorted(make_case_id(case(load)) for load in (50, 70))
 
 
 def test_a_full_disk_at_the_tables_does_not_end_the_run(tmp_path, monkeypatch):
@@ -240,7 +240,7 @@ def test_a_full_disk_at_the_tables_does_not_end_the_run(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device", "study.csv")
 
     with monkeypatch.context() as patch:
-        patch.setattr(module, "_TABLES_EVERY_S", 0.0)
+        patch.setattr(module, "_TABLE_INTERVAL_S", 0.0)
         patch.setattr(module, "write_tables", full)
         with pytest.raises(OSError, match="No space"):
             run(tmp_path)
@@ -253,8 +253,8 @@ def test_what_was_short_of_memory_beside_others_is_solved_again_alone(tmp_path, 
     outcome = run(tmp_path, crew=Crew(open=ThreadPoolExecutor, workers=2, together=2))
     assert statuses(outcome) == ["converged"] * 5
     order = fake_solve.solves(tmp_path)
-    assert order.count(case_id(case(50))) == 2
-    assert order[-1] == case_id(case(50))
+    assert order.count(make_case_id(case(50))) == 2
+    assert order[-1] == make_case_id(case(50))
     assert table(tmp_path / "study.csv") == serial
 
 
@@ -290,7 +290,7 @@ def test_a_case_that_always_kills_its_worker_is_a_failed_row_and_the_others_are_
     fake_solve.plan(tmp_path, kN60="die", all="sleep 0.1")
     outcome = run(tmp_path, study((50, 60, 70)), workers=count)
     assert statuses(outcome) == ["converged", "failed: its process died twice (out of memory?)", "converged"]
-    assert fake_solve.solves(tmp_path).count(case_id(case(60))) == 2
+    assert fake_solve.solves(tmp_path).count(make_case_id(case(60))) == 2
 
 
 @pytest.mark.slow
@@ -304,14 +304,14 @@ def test_a_full_disk_that_ends_the_process_is_named_and_its_room_given_back(tmp_
 
 
 def job(out: Path, load_kN: float = 50, **settings: Any) -> Job:
-    name = case_id(case(load_kN))
+    name = make_case_id(case(load_kN))
     work = fake_solve.FakeWork(case=case(load_kN), name=name, settings={})
-    return replace(job_of(case(load_kN), case_folder(out, name), work), **settings)
+    return replace(make_job(case(load_kN), name_case_folder(out, name), work), **settings)
 
 
 def test_a_group_is_done_in_turn_and_shares_its_works_objects_after_pickling(tmp_path):
     shared = SharedLoads(case=case(50), loads_N=(50e3, 60e3))
-    works = [Solving(case=case(load), name=f"{load}", loads=shared) for load in (50, 60)]
+    works = [CaseWork(case=case(load), name=f"{load}", loads=shared) for load in (50, 60)]
     jobs = tuple(replace(job(tmp_path, load), work=work) for load, work in zip((50, 60), works, strict=True))
     again = pickle.loads(pickle.dumps(jobs))
     assert again[0].work.loads is again[1].work.loads
@@ -320,7 +320,7 @@ def test_a_group_is_done_in_turn_and_shares_its_works_objects_after_pickling(tmp
 @pytest.mark.parametrize(("workers", "sizes"), [(1, [3, 2, 1]), (3, [3, 2, 1]), (4, [2, 1, 1, 1, 1]), (9, [1] * 6)])
 def test_groups_are_split_only_where_they_are_fewer_than_workers(tmp_path, workers, sizes):
     jobs = [job(tmp_path, load, group=group) for load, group in zip(range(50, 56), "aaabbc", strict=True)]
-    groups = groups_of(jobs, workers)
+    groups = divide_into_groups(jobs, workers)
     assert [len(job_group) for job_group in groups] == sizes
     assert [job_group for group in groups for job_group in group] == jobs
 
@@ -336,14 +336,14 @@ def test_the_longest_position_is_solved_first_where_workers_would_wait_for_it(mo
             raise InputError("no contact")
         return type("Preview", (), {"cpu_seconds": seconds[preview_case.load_N]})
 
-    monkeypatch.setattr("fecontact.runs.cost.preview", stand_in_preview)
+    monkeypatch.setattr("fecontact.runs.cost.preview_case", stand_in_preview)
     cases = dict(zip("abcd", map(case, (50, 60, 70, 80)), strict=True))
-    assert longest_first(cases, workers) == list(order)
+    assert sort_longest_first(cases, workers) == list(order)
 
 
 def test_the_forecast_knows_that_two_patches_take_longer_than_one():
     cases = {f"{shift}": Case(lateral_shift_mm=shift, load_N=50e3) for shift in (3.0, 5.0, -2.0)}
-    assert longest_first(cases, 2)[0] == "5.0"
+    assert sort_longest_first(cases, 2)[0] == "5.0"
 
 
 def test_loads_of_a_position_are_one_group_and_what_else_varies_is_another():
@@ -353,13 +353,13 @@ def test_loads_of_a_position_are_one_group_and_what_else_varies_is_another():
             [(60, 0.0, {}), (50, 0.0, {}), (50, 1.0, {}), (50, 0.0, {"resolution": "fine"})]
         )
     }
-    shared = _shared(cases)
+    shared = _share_loads(cases)
     assert shared["0"] == shared["1"]
     assert shared["0"][1].loads_N == (50e3, 60e3)
     assert [name for name, (_, loads) in shared.items() if loads is None] == ["2", "3"]
     assert len({where for where, _ in shared.values()}) == 3
     rolled = {f"{load}": replace(case(load), roll="loaded") for load in (50, 60)}
-    assert all(loads is None for _, loads in _shared(rolled).values())
+    assert all(loads is None for _, loads in _share_loads(rolled).values())
 
 
 @pytest.mark.parametrize(("second", "times"), [("one", 1), ("two", 2)])
@@ -529,20 +529,20 @@ def test_workers_are_bounded_by_cores_and_memory(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
     memory = type("Memory", (), {"available": 7e9})
     monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
-    assert default_workers() == 3
+    assert count_default_workers() == 3
     memory.available = 1e9
-    assert default_workers() == 1
+    assert count_default_workers() == 1
     memory.available = 1e12
-    assert default_workers() == 8
+    assert count_default_workers() == 8
 
 
 def test_threads_are_set_for_workers_and_restored(monkeypatch):
     monkeypatch.setenv("MKL_NUM_THREADS", "7")
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    with thread_environment(2):
+    with set_thread_environment(2):
         assert os.environ["MKL_NUM_THREADS"] == os.environ["OMP_NUM_THREADS"] == "2"
-        assert workers.other_threads(2) is None
-        assert "MKL" in (workers.other_threads(3) or "") or "OMP" in (workers.other_threads(3) or "")
+        assert workers.describe_wrong_threads(2) is None
+        assert "MKL" in (workers.describe_wrong_threads(3) or "") or "OMP" in (workers.describe_wrong_threads(3) or "")
     assert os.environ["MKL_NUM_THREADS"] == "7"
     assert "OMP_NUM_THREADS" not in os.environ
 
@@ -565,7 +565,7 @@ def dask_processes(tmp_path: Path, count: int, strange: int = 0, **environment: 
     pytest.importorskip("distributed")
     file = tmp_path / "scheduler.json"
     path = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
-    with thread_environment(1):
+    with set_thread_environment(1):
         env = dict(os.environ) | {"PYTHONPATH": path} | environment
     common = ["--scheduler-file", str(file), "--no-dashboard"]
     scheduler = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *common]
@@ -649,7 +649,7 @@ def test_a_scheduler_that_is_lost_is_said_in_a_line_and_the_run_goes_on(tmp_path
     assert len(table(out / "study.csv")) == 1
     fake_solve.plan(out)
     outcome = run(out)
-    assert outcome.reused == (case_id(case(50)),)
+    assert outcome.reused == (make_case_id(case(50)),)
     assert table(out / "study.csv") == serial
     assert not list((out / "cases").glob(".*"))
 
@@ -669,7 +669,7 @@ def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tm
     assert statuses(outcome) == ["converged"] * 5
     assert table(out / "study.csv") == serial
     solves = fake_solve.solves(out)
-    assert set(solves) == {case_id(c) for c in study().cases}
+    assert set(solves) == {make_case_id(c) for c in study().cases}
     assert len(solves) <= len(LOADS_KN) + 1
     assert all(solves.count(name) == 1 for name in finished)
 
@@ -700,11 +700,11 @@ def test_without_distributed_the_remedy_is_said(tmp_path, monkeypatch):
 def test_a_worker_that_does_not_see_the_folder_says_so(tmp_path, monkeypatch):
     from fecontact.jobs import cluster
 
-    monkeypatch.setattr(cluster, "_SEEN_S", 0.0)
-    with thread_environment(1):
+    monkeypatch.setattr(cluster, "_LOCK_FILE_WAIT_S", 0.0)
+    with set_thread_environment(1):
         (tmp_path / "run.lock").touch()
-        assert cluster.worker_problem(tmp_path / "run.lock", 1) is None
-        assert "share" in (cluster.worker_problem(tmp_path / "other" / "run.lock", 1) or "")
+        assert cluster.find_worker_problem(tmp_path / "run.lock", 1) is None
+        assert "share" in (cluster.find_worker_problem(tmp_path / "other" / "run.lock", 1) or "")
 
 
 @pytest.mark.slow
@@ -719,16 +719,16 @@ def test_real_cases_on_dask_are_those_of_one_process(tmp_path):
 
 def test_the_inputs_that_vary_are_named_with_their_values():
     base, soft = Case(), Material(young_MPa=200e3, poisson=0.3)
-    assert varied_words([base, replace(base, lateral_shift_mm=1.0, load_N=5e4, rail="54E1")]) == ["", ""]
-    assert varied_words([base, replace(base, resolution="fine")]) == ["resolution quick", "resolution fine"]
-    assert varied_words([base, replace(base, rail_material=soft)])[1] == "rail young_MPa 200000"
+    assert describe_varied_inputs([base, replace(base, lateral_shift_mm=1.0, load_N=5e4, rail="54E1")]) == ["", ""]
+    assert describe_varied_inputs([base, replace(base, resolution="fine")]) == ["resolution quick", "resolution fine"]
+    assert describe_varied_inputs([base, replace(base, rail_material=soft)])[1] == "rail young_MPa 200000"
     both_soft = replace(base, rail_material=soft, wheel_material=soft, yaw_rad=1e-3)
-    assert varied_words([base, both_soft]) == ["yaw_mrad 0, young_MPa 210000", "yaw_mrad 1, young_MPa 200000"]
+    assert describe_varied_inputs([base, both_soft]) == ["yaw_mrad 0, young_MPa 210000", "yaw_mrad 1, young_MPa 200000"]
     # what a wheelset has is known by its wheel, what differs with one wheel is not
     other_case = replace(base, wheel="EN15302_A", rolling_radius_mm=500.0)
-    assert varied_words([base, other_case]) == ["", ""]
-    assert varied_words([base, other_case, replace(other_case, rolling_radius_mm=400.0)])[1:] == [
+    assert describe_varied_inputs([base, other_case]) == ["", ""]
+    assert describe_varied_inputs([base, other_case, replace(other_case, rolling_radius_mm=400.0)])[1:] == [
         "rolling_radius_mm 500", "rolling_radius_mm 400",
     ]  # fmt: skip
     # criteria make no other case: results are judged by others
-    assert varied_words([base, replace(base, criteria=Criteria(p_max=0.03))]) == ["", ""]
+    assert describe_varied_inputs([base, replace(base, criteria=Criteria(p_max=0.03))]) == ["", ""]

@@ -15,7 +15,7 @@ import pytest
 from fecontact.case import Case
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.section import layer_depths
-from fecontact.fe.stress import _below_the_block, peak_on_line, stress_peak
+from fecontact.fe.stress import _values_below_block, find_peak, find_stress_peak
 from fecontact.solving.solve import CaseResult
 
 _STUDY = runpy.run_path(str(Path(__file__).parents[1] / "studies" / "10_subsurface.py"))
@@ -27,13 +27,13 @@ stress_below_centre_MPa, von_mises_below_centre_MPa, von_mises_peak = (
 def test_a_cubic_is_met_exactly_between_the_nodes():
     depth = np.array([0.0, 0.3, 1.0, 1.8, 3.0])
     # largest at 1, a lower end at 3
-    peak = peak_on_line(depth, 5.0 - (depth - 1.0) ** 2 + 0.1 * (depth - 1.0) ** 3)
+    peak = find_peak(depth, 5.0 - (depth - 1.0) ** 2 + 0.1 * (depth - 1.0) ** 3)
     assert peak == pytest.approx((1.0, 5.0), abs=1e-12)
 
 
 @pytest.mark.parametrize(("values", "depth"), [([3.0, 2.0, 1.0, 0.5], 0.0), ([1.0, 2.0, 3.0, 5.0], 3.0)])
 def test_a_peak_at_an_end_is_that_end(values, depth):
-    assert peak_on_line(np.arange(4.0), np.array(values))[0] == depth
+    assert find_peak(np.arange(4.0), np.array(values))[0] == depth
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_the_layers_of_a_mesh_are_close_enough_for_depth_and_size(ratio, element
     # exact stresses at the depths of the nodes: what interpolation alone costs, measured 0.22 % and 0.04 %
     depth = layer_depths(0.8 / elements, 1.5, 1.2)
     axis = {"a_mm": 1.0 / ratio, "b_mm": 1.0, "p0_MPa": 1000.0, "poisson": 0.3}
-    peak = peak_on_line(depth, von_mises_below_centre_MPa(depth, **axis))
+    peak = find_peak(depth, von_mises_below_centre_MPa(depth, **axis))
     exact = von_mises_peak(**axis)
     assert peak[0] == pytest.approx(exact.depth_mm, rel=5e-3)
     assert peak[1] == pytest.approx(exact.von_mises_MPa, rel=1e-3)
@@ -145,7 +145,7 @@ def test_a_peak_below_a_shallow_block_is_found_all_the_same(
     # as over a tight corner; with 3 layers the block ends at 0.4, with 4 at 0.7 of the peak's depth
     mesh = getattr(elliptic_quick.bodies.coupled, name).mesh
     shallow = replace(mesh, block_nodes=mesh.block_nodes[:, :, :layers])
-    peak = stress_peak(shallow, elliptic_quick.bodies.stress_MPa[name])
+    peak = find_stress_peak(shallow, elliptic_quick.bodies.stress_MPa[name])
     whole_peak = elliptic_quick.von_mises[name]
     # other points and another interpolation: on 20 meshes, loads of 99 to 100.8 kN with lines that differ by their last
     # digits, for which gmsh puts nodes elsewhere, within 0.22 and 1.2 % with three layers, within 0.04 and 0.08 % with
@@ -165,6 +165,6 @@ def test_below_each_column_of_a_block_a_linear_stress_goes_on(j):
     points[y.size :, 0] = 1.0
     numbers = np.arange(2 * y.size).reshape(2, 21, 21)
     mesh = SimpleNamespace(points=points, block_nodes=numbers[:, 5:16, :3])
-    depth, stress = _below_the_block(mesh, 1, j, 100.0 - 7.0 * points[:, 2] + 3.0 * points[:, 1])
+    depth, stress = _values_below_block(mesh, 1, j, 100.0 - 7.0 * points[:, 2] + 3.0 * points[:, 1])
     np.testing.assert_allclose(depth[:2], (0.6, 0.8), rtol=1e-12)
     np.testing.assert_allclose(stress, 100.0 + 7.0 * depth + 3.0 * y[5 + j, 0], rtol=1e-9)

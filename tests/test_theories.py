@@ -17,21 +17,29 @@ from rungs import on_half_space
 
 from fecontact.case import Case, Criteria
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact_theories.approximation import Approximation, TheoryPatch, ellipse
+from fecontact.contact_theories.approximation import TheoryContact, TheoryPatch, patch_from_ellipse
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory, _in_strips
-from fecontact.feature_registry import offered
+from fecontact.contact_theories.registry import (
+    HERTZ,
+    HERTZ_GAUGE,
+    MULTI_HERTZ,
+    THEORIES,
+    LoadedPlacement,
+    Theory,
+    _strip_theory_function,
+)
+from fecontact.feature_registry import load_offers
 from fecontact.judging.judge import judge_load
-from fecontact.judging.measures import MEASURES, MISFITS, deviations_of
+from fecontact.judging.measures import MEASURES, MISFITS, compute_deviations
 from fecontact.judging.theory import judge_theory
-from fecontact.judging.verdict import cheapest, standings
+from fecontact.judging.verdict import find_cheapest_theory, list_theory_answers
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.records.results import load_record, load_row, result_record
-from fecontact.outputs.study_report import reported_case, rows_parts, write_study_report
-from fecontact.outputs.terminal import show
-from fecontact.outputs.words import WORDS as WORDS_OF_MEASURES
-from fecontact.regression.tables import KINDS, LATER, TEXT, kind_of
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.outputs.study_report import parts_of_rows, read_reported_case, write_study_report
+from fecontact.outputs.terminal import print_parts
+from fecontact.outputs.words import MEASURE_WORDS as WORDS_OF_MEASURES
+from fecontact.regression.tables import LATER_COLUMN_PREFIXES, TEXT_KIND, TOLERANCES_BY_KIND, find_kind
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -74,7 +82,9 @@ def test_a_theory_with_a_single_ellipse_reads_as_hertz():
     solved_load, placement = solved_on_half_space(ROUND)
     load = judge_load(solved_load, placement)
     hertz = load.judgements[HERTZ]
-    same = judge_theory(ROUND, solved_load.levels, Approximation(patches=(ellipse(load.hertz),), approach_mm=0.1))
+    same = judge_theory(
+        ROUND, solved_load.levels, TheoryContact(patches=(patch_from_ellipse(load.hertz),), approach_mm=0.1)
+    )
     # all but the approach, which is the theory's own word
     for name in (*MEASURES, *MISFITS):
         if name != "approach_mm":
@@ -101,11 +111,11 @@ def test_a_theory_is_read_where_it_lies(at):
     rung, hertz = solved_load.half_space, judge_load(solved_load, placement).hertz
     assert not rung.grid.half
     moved_grid = ContactGrid(x_mm=rung.grid.x_mm + at[0], s_mm=rung.grid.s_mm + at[1], half=False)
-    deviations = deviations_of(rung, Approximation.of(hertz))
-    moved_theory = Approximation(patches=(ellipse(hertz, at),), approach_mm=hertz.approach_mm)
-    assert deviations_of(replace(rung, grid=moved_grid), moved_theory) == pytest.approx(deviations, abs=1e-9)
+    deviations = compute_deviations(rung, TheoryContact.of(hertz))
+    moved_theory = TheoryContact(patches=(patch_from_ellipse(hertz, at),), approach_mm=hertz.approach_mm)
+    assert compute_deviations(replace(rung, grid=moved_grid), moved_theory) == pytest.approx(deviations, abs=1e-9)
     # left behind it is beside the contact by so many half-widths
-    left = deviations_of(replace(rung, grid=moved_grid), Approximation.of(hertz))
+    left = compute_deviations(replace(rung, grid=moved_grid), TheoryContact.of(hertz))
     assert left["centre_over_b"] - deviations["centre_over_b"] == pytest.approx(
         2.0 * at[1] / hertz.extent_y_mm, abs=1e-9
     )
@@ -116,10 +126,10 @@ def test_the_cheapest_theory_of_the_pressure(two, judged_two):
     assert list(load.judgements)[:2] == [HERTZ, MULTI_HERTZ]
     answers = [load.judgements[name].verdict.answer for name in (HERTZ, MULTI_HERTZ)]
     assert answers == ["FAILS", "HOLDS"]
-    assert cheapest(standings(load.judgements)).label == MULTI_HERTZ
+    assert find_cheapest_theory(list_theory_answers(load.judgements)).label == MULTI_HERTZ
     # its own criteria decide, however the load is read
     strict = replace(two[0], case=replace(TWO_POINTS, criteria=Criteria(p_max=0.01)))
-    assert cheapest(standings(judge_load(strict, two[1]).judgements)).label != MULTI_HERTZ
+    assert find_cheapest_theory(list_theory_answers(judge_load(strict, two[1]).judgements)).label != MULTI_HERTZ
 
 
 # what is asked for
@@ -136,7 +146,7 @@ def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
         if name not in (HERTZ, HERTZ_GAUGE):
             monkeypatch.setitem(THEORIES, name, replace(THEORIES[name], approximate=refuse))
     monkeypatch.setattr("fecontact.judging.judge.judge_lobes", refuse)
-    monkeypatch.setattr("fecontact.judging.judge.offered", refuse)
+    monkeypatch.setattr("fecontact.judging.judge.load_offers", refuse)
     alone = judge_load(*two, theories=(HERTZ,))
     assert list(alone.judgements) == [HERTZ]
     assert (alone.without, alone.lobes, alone.features) == ({}, (), {})
@@ -182,8 +192,10 @@ def test_ellipses_that_share_a_load_are_told_only_where_several_carry_it(case):
     placement = place_case(case)
     # two touch points, of which a small load closes one
     assert len(placement.touch_points) == (1 if case is ROUND else 2)
-    force = hertz_of_case(case, placement).normal_force_N
-    assert THEORIES[MULTI_HERTZ].approximate(Loaded(placement=placement, case=case, normal_force_N=force)) is None
+    force = compute_hertz(case, placement).normal_force_N
+    assert (
+        THEORIES[MULTI_HERTZ].approximate(LoadedPlacement(placement=placement, case=case, normal_force_N=force)) is None
+    )
     if case is ROUND:
         load = judge_load(solved_on_half_space(case)[0], placement)
         assert MULTI_HERTZ not in load.judgements
@@ -207,7 +219,7 @@ class Block:
 
 def block(loaded):
     """Hertz's ellipse with its mean pressure."""
-    hertz, force_N = hertz_of_case(loaded.case, loaded.placement), loaded.normal_force_N
+    hertz, force_N = compute_hertz(loaded.case, loaded.placement), loaded.normal_force_N
     a, b = hertz.a_mm, hertz.b_mm
     patch = TheoryPatch(
         shape=Block(a, b, force_N / (math.pi * a * b)),
@@ -221,7 +233,7 @@ def block(loaded):
         low_mm=(-a, -b),
         high_mm=(a, b),
     )
-    return Approximation(patches=(patch,), approach_mm=hertz.approach_mm)
+    return TheoryContact(patches=(patch,), approach_mm=hertz.approach_mm)
 
 
 WORDS = "a block on Hertz's ellipse"
@@ -237,7 +249,7 @@ def another(monkeypatch):
 
 def printed(lines, *options):
     text = io.StringIO()
-    show(lines(*options), Console(file=text, width=250), long=True)
+    print_parts(lines(*options), Console(file=text, width=250), long=True)
     return text.getvalue()
 
 
@@ -260,7 +272,7 @@ def test_a_further_theory_is_judged_by_the_same_measures(judged_result):
     assert block.verdict.each["area_mm2"] == hertz.verdict.each["area_mm2"]
     # it says nothing about Hertz
     assert load.verdict.answer == "HOLDS"
-    assert cheapest(standings(load.judgements)).label == HERTZ
+    assert find_cheapest_theory(list_theory_answers(load.judgements)).label == HERTZ
 
 
 def test_a_further_theory_is_in_all_that_tells_of_a_case(judged_result, tmp_path):
@@ -277,8 +289,8 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged_result, tmp_path
     assert row["block_limit_used"] == block.limit_used > 1.0
     # where Hertz holds, no other theory is recommended
     assert row["cheapest_theory"] == HERTZ
-    assert "the cheapest theory that holds" not in printed(rows_parts, [row])
-    write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)
+    assert "the cheapest theory that holds" not in printed(parts_of_rows, [row])
+    write_study_report("one", [read_reported_case(row, tmp_path / "cases" / "one")], tmp_path)
     report = (tmp_path / "report.html").read_text("utf-8").replace("&#39;", "'")
     assert WORDS in report
 
@@ -287,9 +299,9 @@ def test_the_columns_of_a_further_theory_are_compared(judged_result):
     row = load_row(judged_result.load, judged_result.placement)
     columns = [name for name in row if name.startswith("block_")]
     assert len(columns) == 7
-    assert not [name for name in columns if kind_of(name) not in {*KINDS, TEXT} - {"default"}]
+    assert not [name for name in columns if find_kind(name) not in {*TOLERANCES_BY_KIND, TEXT_KIND} - {"default"}]
     # and a baseline may be older than any theory but Hertz's
-    assert {f"{name}_" for name in THEORIES} - {*LATER} == {f"{HERTZ}_", "block_"}
+    assert {f"{name}_" for name in THEORIES} - {*LATER_COLUMN_PREFIXES} == {f"{HERTZ}_", "block_"}
 
 
 def test_a_theory_that_has_no_contact_says_why(judged_result, another, monkeypatch):
@@ -312,10 +324,10 @@ def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
 
     meanings = [
         *((theory.letter, theory.words) for theory in THEORIES.values()),
-        *((letter, name) for laws in offered("LAWS").values() for name, (letter, _) in laws.marks.items()),
+        *((letter, name) for laws in load_offers("LAWS").values() for name, (letter, _) in laws.marks.items()),
         *((words.letter, words.name) for words in WORDS_OF_MEASURES.values()),
         *CAUSES.values(),
-        *(cause for maps in offered("MAPS").values() for cause in maps.causes.values()),
+        *(cause for maps in load_offers("MAPS").values() for cause in maps.causes.values()),
         *(("+", "holds"), ("x", "fails"), ("?", "open"), ("!", "lost"), ("*", "out of its range")),
     ]
     letters = Counter(letter for letter, _ in meanings)
@@ -331,5 +343,5 @@ def test_a_letter_of_maps_has_one_meaning_in_all_pictures_and_tables():
 def test_strips_that_do_not_touch_say_why(notes, said):
     case = replace(ROUND, load_kind="normal")
     strips = SimpleNamespace(half_length_mm=np.zeros(3), notes=notes)
-    loaded = Loaded(placement=place_case(case), case=case, normal_force_N=1e4)
-    assert _in_strips(lambda line, load_N: strips)(loaded) == said
+    loaded = LoadedPlacement(placement=place_case(case), case=case, normal_force_N=1e4)
+    assert _strip_theory_function(lambda line, load_N: strips)(loaded) == said

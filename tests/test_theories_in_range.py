@@ -17,16 +17,16 @@ import pytest
 from scipy.special import elliprf
 
 from fecontact.case import Case
-from fecontact.contact_theories.approximation import Approximation
-from fecontact.contact_theories.gap_line import MIN_B_PER_MM, GapLine, regions
-from fecontact.contact_theories.hertz import ellipse_shape
+from fecontact.contact_theories.approximation import TheoryContact
+from fecontact.contact_theories.gap_line import MIN_B_PER_MM, GapLine, find_runs
+from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import VIRTUAL_PENETRATION
-from fecontact.contact_theories.registry import THEORIES, Loaded, gap_line_of
-from fecontact.contact_theories.strips import strip
+from fecontact.contact_theories.registry import THEORIES, LoadedPlacement, find_gap_line
+from fecontact.contact_theories.strips import solve_strip_theory
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.inputs.texts import parse_inclination
-from fecontact.judging.measures import measures_of_theory
-from fecontact.profiles.library import names
+from fecontact.judging.measures import read_theory_measures
+from fecontact.profiles.library import list_names
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -55,8 +55,8 @@ class RandomPosition:
 
     case: Case
     line: GapLine
-    exact: Approximation
-    theories: dict[str, Approximation]
+    exact: TheoryContact
+    theories: dict[str, TheoryContact]
 
     @property
     def inside(self) -> np.ndarray:
@@ -84,15 +84,15 @@ class RandomPosition:
 
     def deviations(self, name: str) -> dict[str, float]:
         """Relative deviations of a theory from the half-space."""
-        of_theory, exact = (measures_of_theory(contact).as_dict() for contact in (self.theories[name], self.exact))
+        of_theory, exact = (read_theory_measures(contact).as_dict() for contact in (self.theories[name], self.exact))
         return {measure: of_theory[measure] / exact[measure] - 1.0 for measure in MEASURES}
 
 
 def draw_position(rng: random.Random) -> RandomPosition | None:
     """A position of the library, or None if the position is refused."""
     case = Case(
-        rail=rng.choice(names("rail")),
-        wheel=rng.choice(names("wheel")),
+        rail=rng.choice(list_names("rail")),
+        wheel=rng.choice(list_names("wheel")),
         inclination_rad=parse_inclination(rng.choice(("1:20", "1:30", "1:40", "none"))),
         lateral_shift_mm=round(rng.uniform(-8.0, 7.0), 2),
         load_N=1e3 * rng.choice((2, 20, 60, 100, 160, 250)),
@@ -104,15 +104,15 @@ def draw_position(rng: random.Random) -> RandomPosition | None:
         rung = expect_on_half_space(case, placement)[1].half_space
     except (InputError, ConvergenceError):
         return None
-    loaded = Loaded(placement=placement, case=case, normal_force_N=rung.normal_force_N, half_space=rung)
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=rung.normal_force_N, half_space=rung)
     answers = {name: theory.approximate(loaded) for name, theory in THEORIES.items()}
-    theories = {name: answer for name, answer in answers.items() if isinstance(answer, Approximation)}
-    return RandomPosition(case, gap_line_of(loaded), theories.pop("half_space"), theories)
+    theories = {name: answer for name, answer in answers.items() if isinstance(answer, TheoryContact)}
+    return RandomPosition(case, find_gap_line(loaded), theories.pop("half_space"), theories)
 
 
 def kik_piotrowski(line: GapLine, B_per_mm: float) -> dict[str, float]:
     """Deviations of Kik-Piotrowski's contact from Hertz's ellipse, in closed form."""
-    measures, ratio = ellipse_shape(line.A_per_mm, B_per_mm), math.sqrt(B_per_mm / line.A_per_mm)
+    measures, ratio = calculate_ellipse_shape(line.A_per_mm, B_per_mm), math.sqrt(B_per_mm / line.A_per_mm)
     integral = float(elliprf(0.0, ratio**2, 1.0) / measures.integral)
     approach = (math.sqrt(float(measures.part_t) / VIRTUAL_PENETRATION) * integral) ** (2.0 / 3.0)
     area = VIRTUAL_PENETRATION * approach / math.sqrt(float(measures.part_x * measures.part_t))
@@ -151,7 +151,7 @@ def silent(at: RandomPosition, answers: Counter[str]) -> Iterator[str]:
     levels = {"equivalent_ellipse": VIRTUAL_PENETRATION, "kik_piotrowski": VIRTUAL_PENETRATION, "kpec": 0.5}
     # the approach of a theory differs from that of the half-space by some per cent
     several = {
-        name: min(len(regions(f < factor * level * approach)) for factor in (0.9, 1.0, 1.1)) > 1
+        name: min(len(find_runs(f < factor * level * approach)) for factor in (0.9, 1.0, 1.1)) > 1
         for name, level in levels.items()
     }
     left = {
@@ -204,10 +204,10 @@ def test_strips_do_not_see_the_kinks_of_a_coarse_line():
     # a patch 0.38 mm wide and 15 times as long, on a line with 19 places in it: gauge corners under light loads
     case = Case(rail="A65", wheel="EN15302_B", inclination_rad=1 / 30, lateral_shift_mm=1.46, load_N=2e3, side="right")
     placement = place_case(case)
-    loaded = Loaded(placement=placement, case=case, normal_force_N=2e3 / float(placement.first.normal[2]))
-    line, hertz = gap_line_of(loaded), THEORIES["hertz"].approximate(loaded).single
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=2e3 / float(placement.first.normal[2]))
+    line, hertz = find_gap_line(loaded), THEORIES["hertz"].approximate(loaded).single
     assert hertz.b_mm / line.step_mm < 10.0
-    contact = strip(line, loaded.normal_force_N)
+    contact = solve_strip_theory(line, loaded.normal_force_N)
     # measured 0.5 and -0.4 %; between kinks the peak is 6.6 % too high
     assert contact.p_max_MPa == pytest.approx(hertz.p_max_MPa, rel=0.015)
     assert contact.area_mm2 == pytest.approx(hertz.area_mm2, rel=0.015)
@@ -220,15 +220,15 @@ def test_strips_do_not_see_the_kinks_of_a_coarse_line():
         surface_mm=line.surface_mm[::2],
         turned_rad=line.turned_rad[::2],
     )
-    assert strip(sparse, loaded.normal_force_N).p_max_MPa == pytest.approx(hertz.p_max_MPa, rel=0.03)
+    assert solve_strip_theory(sparse, loaded.normal_force_N).p_max_MPa == pytest.approx(hertz.p_max_MPa, rel=0.03)
 
 
 def test_theories_of_a_line_say_that_another_touch_point_is_closed_beyond_it():
     # the flange carries 8 % of the load, 46 mm beside the first touch point
     case = Case(rail="A100", wheel="EN15302_B", inclination_rad=1 / 30, lateral_shift_mm=-1.76, load_N=60e3)
     placement = place_case(case)
-    loaded = Loaded(placement=placement, case=case, normal_force_N=60e3)
-    line = gap_line_of(loaded)
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=60e3)
+    line = find_gap_line(loaded)
     away = [placement.arc_mm(touch) for touch in placement.touch_points[1:]]
     assert away
     assert not any(line.surface_mm[0] <= arc <= line.surface_mm[-1] for arc in away)

@@ -14,11 +14,11 @@ import pytest
 import fecontact
 from fecontact.case import Case, Track
 from fecontact.cli import call
-from fecontact.contact_theories.registry import THEORIES, Loaded
+from fecontact.contact_theories.registry import THEORIES, LoadedPlacement
 from fecontact.errors import InputError
 from fecontact.outputs.alone import table_row
-from fecontact.solving.alone import table_lines, theory_alone, theory_of
-from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.solving.alone import evaluate_loaded_theory, evaluate_theory, iterate_table_rows
+from fecontact.solving.hertz_alone import evaluate_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -62,13 +62,13 @@ def test_every_theory_that_is_exact_for_an_ellipse_is_hertz_there(name):
 def test_a_vertical_load_is_more_along_the_normal_and_a_normal_load_is_not():
     # gauge corner, 17 degrees
     case = Case(lateral_shift_mm=5.75, roll="touching", load_N=50e3)
-    vertical = theory_alone(case, "strip")
+    vertical = evaluate_theory(case, "strip")
     cosine = float(vertical.placement.first.normal[2])
     assert cosine < 0.99
     assert vertical.normal_force_N == pytest.approx(50e3 / cosine, rel=1e-12)
     # strips carry it along the normal at first touch; their sweeps end at 0.1 %
     assert vertical.contact.normal_force_N == pytest.approx(vertical.normal_force_N, rel=5e-3)
-    normal = theory_alone(replace(case, load_kind="normal"), "strip")
+    normal = evaluate_theory(replace(case, load_kind="normal"), "strip")
     assert normal.normal_force_N == pytest.approx(50e3, rel=1e-12)
     assert fecontact.hertz(case)["normal_force_N"] == pytest.approx(vertical.normal_force_N, rel=1e-12)
 
@@ -123,15 +123,15 @@ def test_a_theory_without_a_contact_says_why(monkeypatch, capsys):
 
 
 def test_several_approaches_are_counted(monkeypatch):
-    placement = theory_alone(ELLIPTIC, "hertz").placement
-    loaded = Loaded(placement=placement, case=ELLIPTIC, normal_force_N=1e5)
+    placement = evaluate_theory(ELLIPTIC, "hertz").placement
+    loaded = LoadedPlacement(placement=placement, case=ELLIPTIC, normal_force_N=1e5)
 
     def several(loaded_case):
         approximation = THEORIES["hertz"].approximate(loaded_case)
         return replace(approximation, solutions=2, status="several solutions")
 
     monkeypatch.setitem(THEORIES, "kpec", replace(THEORIES["kpec"], approximate=several))
-    record = theory_of(loaded, "kpec")
+    record = evaluate_loaded_theory(loaded, "kpec")
     assert (record.status, record.contact.solutions) == ("several solutions", 2)
 
 
@@ -175,7 +175,7 @@ def test_an_ellipse_beyond_the_end_of_a_profile_is_said_by_all_that_show_it(half
         alone = fecontact.theory(case, "hertz")
         assert alone["status"] == ("solved" if fits else "out of range")
         assert fecontact.theory(case, "strip")["status"] == alone["status"]
-        (row,) = map(table_row, table_lines(case, [0.0], [load_N]))
+        (row,) = map(table_row, iterate_table_rows(case, [0.0], [load_N]))
         assert bool(row["hertz_notes"]) is not fits
         said = [*record["notes"], *alone["notes"], *filter(None, [row["hertz_notes"]])]
         assert all("reaches 8.6 mm across" in note and "ends 8.0 mm beside" in note for note in said)
@@ -186,8 +186,8 @@ def test_an_ellipse_beyond_the_end_of_a_profile_is_said_by_all_that_show_it(half
 
 def test_springs_beyond_the_end_of_a_profile_are_out_of_their_range():
     case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
-    (point,) = hertz_alone(case).points.points
+    (point,) = evaluate_hertz(case).points.points
     assert (point.whole_note, point.shared_note) == ("", "")
-    (point,) = (points := hertz_alone(replace(case, load_N=1e9)).points).points
+    (point,) = (points := evaluate_hertz(replace(case, load_N=1e9)).points).points
     assert point.shared_note == point.whole_note == points.notes[0] == points.shared_notes[0]
     assert "rail circle:300 ends 36.1 mm beside" in point.shared_note

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import fecontact
-from fecontact.jobs.workers import evaluators, process_crew
+from fecontact.jobs.workers import make_process_crew, open_evaluators
 
 # Two sessions of gmsh at a time end the process: each of these scripts has a process of its own.
 SECTIONS = """
@@ -65,9 +65,9 @@ def _pid(_: int) -> int:
 
 
 def _count_workers(_: int) -> tuple[int, list[int], int, int]:
-    with evaluators(2, here=False, workers=2) as map_over:
+    with open_evaluators(2, here=False, workers=2) as map_over:
         evaluated = list(map_over(_pid, range(2)))
-    crew = process_crew(2, 1)
+    crew = make_process_crew(2, 1)
     with crew.open(crew.workers) as executor:
         return os.getpid(), evaluated, crew.workers, executor.submit(_pid, 0).result()
 

@@ -13,7 +13,7 @@ from points import MEASURED_COLUMNS
 
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
-from fecontact.outputs.flat_records import flat, told
+from fecontact.outputs.flat_records import flatten, to_plain
 from fecontact.outputs.records.results import case_row, input_columns, result_record
 from fecontact.solving.solve import CaseResult
 
@@ -57,14 +57,14 @@ OUTER = Outer("x", Inner(0.25, 0.5), path=(Inner(1.0, 2.0), Inner(3.0, 4.0)))
 
 
 def test_a_value_is_told_by_its_own_names():
-    assert told(Inner(0.25, 0.5)) == {"p_max_MPa": 0.25, "centre_over_b": 0.5, "area_mm2": None}
-    record = told({"outer": OUTER, 1: np.float64(1.5)})
+    assert to_plain(Inner(0.25, 0.5)) == {"p_max_MPa": 0.25, "centre_over_b": 0.5, "area_mm2": None}
+    record = to_plain({"outer": OUTER, 1: np.float64(1.5)})
     assert record == {
         "outer": {
             "name": "x",
             "deviation": {"p_max_MPa": 0.25, "centre_over_b": 0.5, "area_mm2": None},
             "twice": [2.0, 4.0],
-            "path": [told(value) for value in OUTER.path],
+            "path": [to_plain(value) for value in OUTER.path],
         },
         "1": 1.5,
     }
@@ -72,7 +72,9 @@ def test_a_value_is_told_by_its_own_names():
 
 
 def test_a_row_has_paths_and_relative_numbers_in_percent():
-    row = flat({"fe": told(Inner(800.0, 0.5, 90.0)), "hertz": told(OUTER), "steps": {"one": {"a_mm": -0.01}}})
+    row = flatten(
+        {"fe": to_plain(Inner(800.0, 0.5, 90.0)), "hertz": to_plain(OUTER), "steps": {"one": {"a_mm": -0.01}}}
+    )
     assert row == {
         "fe_p_max_MPa": 800.0,
         "fe_centre_over_b": 0.5,
@@ -87,7 +89,7 @@ def test_a_row_has_paths_and_relative_numbers_in_percent():
         "hertz_path": 2,
         "steps_one_a_percent": -1.0,
     }
-    assert flat({"failing": ["a", "b"], "none": []}) == {"failing": "a; b", "none": ""}
+    assert flatten({"failing": ["a", "b"], "none": []}) == {"failing": "a; b", "none": ""}
 
 
 @pytest.fixture(scope="module", params=slow_but(CASES, 1))

@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fecontact.bodies import STEEL, contact_modulus_MPa
+from fecontact.bodies import STEEL, combine_moduli_MPa
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import hertz_ellipse, hertz_spring_force_N, multi_hertz_approach_mm
 from fecontact.errors import InputError
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.solving.hertz import hertz_points_of_case
+from fecontact.solving.hertz import compute_hertz_points
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import solve
 
-MODULUS = contact_modulus_MPa(STEEL, STEEL)
+MODULUS = combine_moduli_MPa(STEEL, STEEL)
 
 
 # --- springs side by side -----------------------------------------------------------------------------------------
@@ -65,7 +65,7 @@ def test_two_touch_points_share_the_load():
     case = Case(lateral_shift_mm=0.0)
     placement = place_case(case)
     direction = placement.load_direction(normal=False)
-    points = hertz_points_of_case(case, placement)
+    points = compute_hertz_points(case, placement)
     assert [(p.touch_point, p.side) for p in points.points] == [(0, "both"), (1, "both")]
     shares = [p.shared for p in points.points]
     vertical = [
@@ -87,7 +87,7 @@ def test_two_touch_points_share_the_load():
 
 def test_a_single_touch_point_has_the_whole_load():
     case = Case(lateral_shift_mm=0.0, rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
-    points = hertz_points_of_case(case, place_case(case))
+    points = compute_hertz_points(case, place_case(case))
     exact = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=100e3, contact_modulus_MPa=MODULUS)
     (only,) = points.points
     assert only.whole.p0_MPa == pytest.approx(exact.p0_MPa, rel=1e-9)

@@ -15,12 +15,12 @@ from scipy.signal import find_peaks
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.placement import wheel_on_rail as placement_module
-from fecontact.placement.poses import search_points
-from fecontact.placement.wheel_on_rail import REACH_MM, Pair, Placement, pair_of
+from fecontact.placement.poses import sample_profile
+from fecontact.placement.wheel_on_rail import TOUCH_REACH_MM, Pair, Placement, set_up_pair
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import load
-from fecontact.profiles.segments import Arc, CurvePoints, Line, Spline
-from fecontact.solving.placing import place_case, wheelset_of_case
+from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.segments import Arc, CurvePoints, Spline, StraightSegment
+from fecontact.solving.placing import make_wheelset, place_case
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 STEP_MM = 4e-3
@@ -28,7 +28,7 @@ STEP_MM = 4e-3
 
 def hollow(depth_mm: float, middle_mm: float, half_width_mm: float) -> Profile:
     """An S1002 through points every 0.5 mm, with a hollow worn into its tread."""
-    new = load("S1002")
+    new = load_library_profile("S1002")
     p = new.evaluate(new.at_arc_length(np.arange(20.0, new.length_mm - 1.0, 0.5)))
     worn = depth_mm * np.cos(0.5 * np.pi * np.clip((p.y - middle_mm) / half_width_mm, -1.0, 1.0)) ** 2
     return Profile(name="hollow", kind="wheel", segments=(Spline(points=np.column_stack([p.y, p.z + worn])),))
@@ -52,16 +52,16 @@ def root_wheel(radius_mm: float) -> Profile:
         name=f"root {radius_mm:g}",
         kind="wheel",
         segments=(
-            Line(start=tuple(back), end=tuple(flank)),
+            StraightSegment(start=tuple(back), end=tuple(flank)),
             Arc(centre=tuple(centre), radius=radius_mm, angle_from=upright + STEEP, angle_to=upright + FLAT),
-            Line(start=tuple(slope), end=tuple(tread)),
-            Line(start=tuple(tread), end=(60.0, float(tread[1]))),
+            StraightSegment(start=tuple(slope), end=tuple(tread)),
+            StraightSegment(start=tuple(tread), end=(60.0, float(tread[1]))),
         ),
     )
 
 
 def pair_with(wheel: Profile) -> Pair:
-    return pair_of(load("60E1"), wheel, inclination_rad=INCLINATION_40)
+    return set_up_pair(load_library_profile("60E1"), wheel, inclination_rad=INCLINATION_40)
 
 
 @cache
@@ -70,7 +70,7 @@ def rail_seen_from_above() -> tuple[np.ndarray, np.ndarray]:
 
     They lie 1.5e-7 mm below its arcs of R 13.
     """
-    rail = pair_with(load("S1002")).rail
+    rail = pair_with(load_library_profile("S1002")).rail
     q = rail.profile.evaluate(rail.profile.at_arc_length(np.arange(0.0, rail.profile.length_mm, STEP_MM)))
     c, s = math.cos(rail.inclination_rad), math.sin(rail.inclination_rad)
     y, z = rail.crown_y_mm + q.y * c - q.z * s, rail.crown_z_mm + q.y * s + q.z * c
@@ -94,7 +94,7 @@ def all_minima(
     gap = np.where(np.isfinite(gap), gap, 1e3)
     low = float(gap.min())
     places, _ = find_peaks(-gap, prominence=prominence_mm)
-    return -low, sorted((float(gap[k]) - low, float(p.y[k])) for k in places if gap[k] <= low + REACH_MM)
+    return -low, sorted((float(gap[k]) - low, float(p.y[k])) for k in places if gap[k] <= low + TOUCH_REACH_MM)
 
 
 def assert_right(pair: Pair, shift_mm: float, roll_rad: float = 0.0, *, prominence_mm: float = 5e-7) -> int:
@@ -182,23 +182,23 @@ def test_a_root_of_the_corners_own_radius_touches_it_somewhere_or_is_refused():
 
 @pytest.mark.parametrize("shift", [6.6, 6.62, 6.65, 6.68, 6.7])
 def test_the_standard_pair_without_roll_where_it_passes_to_the_flank(shift):
-    assert assert_right(pair_with(load("S1002")), shift) >= 1
+    assert assert_right(pair_with(load_library_profile("S1002")), shift) >= 1
 
 
 @pytest.mark.parametrize("name", ["S1002", "hollow"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monkeypatch):
-    pair = pair_with(load(name) if name == "S1002" else hollow(*THREE_POINTS[0][:3]))
+    pair = pair_with(load_library_profile(name) if name == "S1002" else hollow(*THREE_POINTS[0][:3]))
     shifts = (-3.0, 0.1, 4.753, 6.65)
     placements = [pair.placed(shift, 1e-4, 0.0) for shift in shifts]
     move = np.random.default_rng(seed).uniform(0.1, 0.9)
 
     def search_between_nodes(profile: Profile) -> tuple[np.ndarray, CurvePoints]:
-        u, _ = search_points(profile)
+        u, _ = sample_profile(profile)
         u = np.concatenate([u[:1], u[:-1] + move * np.diff(u), u[-1:]])
         return u, profile.evaluate(u)
 
-    monkeypatch.setattr(placement_module, "search_points", search_between_nodes)
+    monkeypatch.setattr(placement_module, "sample_profile", search_between_nodes)
     for placement, shift in zip(placements, shifts, strict=True):
         moved_placement = pair.placed(shift, 1e-4, 0.0)
         assert len(placement.touch_points) == len(moved_placement.touch_points)
@@ -231,13 +231,13 @@ def test_a_refused_shift_names_the_range_that_works(case):
         shift = float(low) + share * (float(high) - float(low))
         place_case(replace(case, lateral_shift_mm=round(2.0 * shift) / 2.0))
     if case.roll != "given":
-        wheelset = wheelset_of_case(case)
+        wheelset = make_wheelset(case)
         for shift_mm in (float(low) - 0.5, float(high) + 0.5):
             assert isinstance(wheelset.at(shift_mm, case.yaw_rad), str)
 
 
 def test_a_climbing_flange_is_taken_if_it_is_asked_for():
-    derailing = pair_with(load("S1002")).placed(8.5, 0.0, 0.0)
+    derailing = pair_with(load_library_profile("S1002")).placed(8.5, 0.0, 0.0)
     assert "derails" in derailing
     assert derailing.endswith("beyond the steepest place of its flange (--flange-climb takes it nevertheless)")
     climbing = [place_case(Case(lateral_shift_mm=shift, roll="given", flange_climb=True)) for shift in (7.0, 8.5, 12.0)]
@@ -245,7 +245,9 @@ def test_a_climbing_flange_is_taken_if_it_is_asked_for():
     angles = [placement.first.contact_angle_rad for placement in climbing]
     assert angles == sorted(angles, reverse=True)
     # the top of the flange on the far side of the head
-    pair = pair_of(load("60E1"), load("S1002"), inclination_rad=-0.1, flange_climb=True)
+    pair = set_up_pair(
+        load_library_profile("60E1"), load_library_profile("S1002"), inclination_rad=-0.1, flange_climb=True
+    )
     assert pair.placed(60.0, 0.0, 0.0).endswith("beyond the top of its flange")
 
 

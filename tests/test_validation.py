@@ -9,7 +9,7 @@ from inline import inline_crew
 from pictures import draw_nothing
 
 from fecontact.cli import call
-from fecontact.regression.checks import Check, discretisation_check, reports
+from fecontact.regression.checks import Check, compare_discretisation, render_reports
 
 
 def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **settings: object) -> Check:
@@ -45,7 +45,7 @@ def test_a_check_passes_within_its_limit(value, expected, passed):
 def test_each_study_has_a_page_and_a_line_that_says_what_failed():
     checks = {"01_one": [check(101.0, uncertainty_percent=0.5), check(105.0)], "02_two": [check(1.0, None)]}
     questions = {"01_one": "Is it right?"}
-    files = reports(checks, questions, {"fecontact": "1", "absent": None}, ["03_three: some_case"])
+    files = render_reports(checks, questions, {"fecontact": "1", "absent": None}, ["03_three: some_case"])
     assert list(files) == ["VALIDATION.md", "validation/01_one.md", "validation/02_two.md"]
     text, first, second = files.values()
     assert "3 checks, 1 failed" in text
@@ -64,10 +64,12 @@ def test_each_study_has_a_page_and_a_line_that_says_what_failed():
 
 
 def test_lines_of_studies_that_were_not_run_are_kept():
-    first = reports(
+    first = render_reports(
         {"01_one": [check(101.0)], "02_two": [check(105.0)]}, {"01_one": "?", "02_two": "!"}, {}, ["03_x: a"]
     )
-    again = reports({"02_two": [check(101.0)] * 2}, {"02_two": "!"}, {"fecontact": "1"}, [], first["VALIDATION.md"])
+    again = render_reports(
+        {"02_two": [check(101.0)] * 2}, {"02_two": "!"}, {"fecontact": "1"}, [], first["VALIDATION.md"]
+    )
     assert list(again) == ["VALIDATION.md", "validation/02_two.md"]
     text = again["VALIDATION.md"]
     assert "3 checks, 0 failed" in text
@@ -76,7 +78,7 @@ def test_lines_of_studies_that_were_not_run_are_kept():
     lines = [line for line in text.splitlines() if line.startswith("| [")]
     assert [line[3:9] for line in lines] == ["01_one", "02_two"]
     assert lines[0] in first["VALIDATION.md"]
-    text_of_all = reports({"01_one": [], "02_two": []}, {"01_one": "", "02_two": "", "03_x": ""}, {}, [], text)
+    text_of_all = render_reports({"01_one": [], "02_two": []}, {"01_one": "", "02_two": "", "03_x": ""}, {}, [], text)
     assert "in the last run" not in text_of_all["VALIDATION.md"]
     assert "0 checks, 0 failed" in text_of_all["VALIDATION.md"]
 
@@ -87,7 +89,9 @@ def test_a_check_without_a_number_stands_out():
     Limits of zero and uncertainties of zero are not divisors.
     """
     checks = [check(math.nan, uncertainty_percent=0.5), check(101.0, uncertainty_percent=0.0), check(0.0, None, 0.0)]
-    (line,) = [row for row in reports({"one": checks}, {}, {}, [])["VALIDATION.md"].splitlines() if "[one]" in row]
+    (line,) = [
+        row for row in render_reports({"one": checks}, {}, {}, [])["VALIDATION.md"].splitlines() if "[one]" in row
+    ]
     assert line.endswith("| 3 | 1 | nan | nan |")
 
 
@@ -109,14 +113,14 @@ def test_discretisation_is_checked_on_the_worst_row():
         {"id": "good", "half_space_quadratic_p_max_MPa": 1000.8, "hertz_p_max_MPa": 1000.0},
         {"id": "bad", "half_space_quadratic_p_max_MPa": 993.0, "hertz_p_max_MPa": 1000.0},
     ]
-    (checked,) = discretisation_check(rows, 0.5)
+    (checked,) = compare_discretisation(rows, 0.5)
     assert checked.case == "worst of 2: bad"
     assert checked.deviation_percent == pytest.approx(-0.7)
     assert not checked.passed
-    (checked,) = discretisation_check(rows[:1], 0.5)
+    (checked,) = compare_discretisation(rows[:1], 0.5)
     assert checked.value == pytest.approx(1000.8)
     assert checked.passed
-    assert discretisation_check([], 0.5) == []
+    assert compare_discretisation([], 0.5) == []
 
 
 STUDY = """
@@ -140,7 +144,7 @@ def checks(rows):
 @pytest.mark.slow
 def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys, monkeypatch):
     # what processes and pictures cost is not looked at here
-    monkeypatch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: inline_crew())
+    monkeypatch.setattr("fecontact.jobs.engine.make_process_crew", lambda workers, threads: inline_crew())
     draw_nothing(monkeypatch)
     for name, limit in (("good", 2.0), ("bad", 1e-9)):
         (tmp_path / f"{name}.py").write_text(STUDY.replace("LIMIT", str(limit)))

@@ -13,26 +13,26 @@ import pytest
 from marks import slow_but
 from scipy.optimize import brentq
 
-from fecontact.bodies import Material, contact_modulus_MPa
+from fecontact.bodies import Material, combine_moduli_MPa
 from fecontact.case import Case, Opposite, Track
 from fecontact.contact_theories.hertz import hertz_ellipse, hertz_from_hessian
 from fecontact.errors import InputError
 from fecontact.outputs.records.results import case_inputs, hertz_record, input_columns
 from fecontact.outputs.records.stored import placement_from_record, placement_record
-from fecontact.placement.wheel_on_rail import SIGN, pair_of
-from fecontact.placement.wheelset import Wheelset, _lowest
-from fecontact.profiles.library import load
-from fecontact.runs.identity import case_id, input_files
-from fecontact.runs.store import copy_profiles, stored_case
-from fecontact.solving.hertz import hertz_points_of_case
-from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.placement.wheel_on_rail import SIDE_SIGN, set_up_pair
+from fecontact.placement.wheelset import Wheelset, _refine_first_touch
+from fecontact.profiles.library import load_library_profile
+from fecontact.runs.identity import digest_input_files, make_case_id
+from fecontact.runs.store import copy_profiles, read_stored_case
+from fecontact.solving.hertz import compute_hertz_points
+from fecontact.solving.hertz_alone import evaluate_hertz
 from fecontact.solving.placing import (
+    compute_roll,
+    make_wheelset,
     place_at_shifts,
     place_case,
+    place_or_explain,
     place_wheelset_of_case,
-    placed_or_why,
-    roll_of_case,
-    wheelset_of_case,
 )
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
@@ -78,7 +78,7 @@ MANCHESTER_HEIGHTS = (
 
 @pytest.mark.parametrize(("shift_right", "roll_mrad", "right", "left"), MANCHESTER_HEIGHTS)
 def test_heights_of_the_manchester_wheelset_also_where_its_flange_climbs(shift_right, roll_mrad, right, left):
-    wheelset = wheelset_of_case(benchmark(shift_right))
+    wheelset = make_wheelset(benchmark(shift_right))
     yaw = 2.4e-3 * shift_right
     # that wheelset yaws before it rolls: seen in the order of here it rolls by the cosine of the yaw less, which is
     # 2.4 micrometres at 10 mm
@@ -120,7 +120,7 @@ def test_a_loaded_wheelset_sinks_into_the_sharper_rail():
     assert placement.roll_rad == pytest.approx((right - left) / 1500.0, rel=1e-4)
     assert placement.axle_height_mm == pytest.approx(460.0 - 0.5 * (left + right), abs=1e-4)
     mirrored = replace(case, rail="circle:80", opposite=Opposite(rail="circle:300"), side="right")
-    assert roll_of_case(mirrored, place_case(mirrored)) == pytest.approx(placement.roll_rad, abs=1e-12)
+    assert compute_roll(mirrored, place_case(mirrored)) == pytest.approx(placement.roll_rad, abs=1e-12)
     assert place_wheelset_of_case(replace(case, opposite=Opposite())).roll_rad == pytest.approx(0.0, abs=1e-12)
 
 
@@ -135,8 +135,8 @@ MANCHESTER_FORCES = (
 def test_roll_of_the_manchester_wheelset_whose_flange_climbs(shift_right, right_N, left_N):
     # friction carries up to 38 % of the wheel load there, so that the roll is found with its own normal forces
     case = replace(benchmark(shift_right), flange_climb=True)
-    modulus = contact_modulus_MPa(*[Material.from_shear(shear_MPa=82e3, poisson=0.28)] * 2)
-    wheelset, yaw = wheelset_of_case(case), 2.4e-3 * shift_right
+    modulus = combine_moduli_MPa(*[Material.from_shear(shear_MPa=82e3, poisson=0.28)] * 2)
+    wheelset, yaw = make_wheelset(case), 2.4e-3 * shift_right
     expected = next(-roll for shift, roll, *_ in MANCHESTER_HEIGHTS if shift == shift_right)
 
     def height_mm(side, roll, force):
@@ -178,15 +178,15 @@ def test_unequal_loads_are_mirrored_too(shift, yaw):
     right = replace(left, lateral_shift_mm=-shift, yaw_rad=-yaw, side="right")
     left_placement, right_placement = place_case(left), place_case(right)
     assert_same_placement(left_placement, right_placement)
-    assert roll_of_case(left, left_placement) == pytest.approx(-roll_of_case(right, right_placement), abs=1e-13)
+    assert compute_roll(left, left_placement) == pytest.approx(-compute_roll(right, right_placement), abs=1e-13)
     equal = place_case(replace(left, opposite=Opposite()))
     # a roll lifts the left wheel, which sinks more here; 0.017 to 0.019 mrad
-    assert roll_of_case(left, left_placement) < roll_of_case(left, equal) - 1e-5
+    assert compute_roll(left, left_placement) < compute_roll(left, equal) - 1e-5
     assert left.roll_loads_N() == {"left": 80e3, "right": 50e3}
     assert right.roll_loads_N() == {"left": 50e3, "right": 80e3}
     # the wheel that is less loaded has the other roll of the same wheelset
     across = replace(left, side="right", roll_load_N=50e3, opposite=Opposite(wheel_load_N=80e3))
-    assert roll_of_case(across, place_case(across)) == pytest.approx(roll_of_case(left, left_placement), abs=1e-13)
+    assert compute_roll(across, place_case(across)) == pytest.approx(compute_roll(left, left_placement), abs=1e-13)
 
 
 def test_the_roll_is_that_of_the_load_that_is_given_for_it():
@@ -231,7 +231,7 @@ def test_one_roll_for_all_loads_moves_peaks_by_little(shift, largest_share):
     off = []
     for load_N in (10e3, 150e3):
         own_roll, shared_roll = (
-            hertz_points_of_case(case, place_case(case)).shared_p_max_MPa
+            compute_hertz_points(case, place_case(case)).shared_p_max_MPa
             for case in (Case(lateral_shift_mm=shift, load_N=load_N, roll_load_N=roll) for roll in (load_N, 50e3))
         )
         off.append(abs(shared_roll / own_roll - 1.0))
@@ -245,10 +245,10 @@ def test_the_left_wheel_is_the_right_one_of_the_mirror_image(shift, yaw):
     right = replace(left, lateral_shift_mm=-shift, yaw_rad=-yaw, side="right")
     left_placement, right_placement = place_case(left), place_case(right)
     assert_same_placement(left_placement, right_placement)
-    assert roll_of_case(left, left_placement) == pytest.approx(-roll_of_case(right, right_placement), abs=1e-13)
+    assert compute_roll(left, left_placement) == pytest.approx(-compute_roll(right, right_placement), abs=1e-13)
     x, s = np.linspace(-10.0, 10.0, 5)[:, None], np.linspace(-4.0, 4.0, 5)[None, :]
     np.testing.assert_allclose(left_placement.gap(x, s), right_placement.gap(x, s), atol=1e-10)
-    hertz = [hertz_record(hertz_alone(case))["ellipses"][0] for case in (left, right)]
+    hertz = [hertz_record(evaluate_hertz(case))["ellipses"][0] for case in (left, right)]
     assert hertz[0].pop("side") == hertz[1].pop("side")
     assert hertz[0] == pytest.approx(hertz[1], rel=1e-10)
 
@@ -270,8 +270,8 @@ def test_the_axle_has_one_height(shift):
     assert placement.axle_height_mm == left
     assert place_case(case).first == placement.left.first
     # one roll for both
-    assert roll_of_case(replace(case, side="right"), placement.right) == pytest.approx(placement.roll_rad, abs=1e-15)
-    assert roll_of_case(case, placement.left) == pytest.approx(placement.roll_rad, abs=1e-15)
+    assert compute_roll(replace(case, side="right"), placement.right) == pytest.approx(placement.roll_rad, abs=1e-15)
+    assert compute_roll(case, placement.left) == pytest.approx(placement.roll_rad, abs=1e-15)
 
 
 @pytest.mark.parametrize("side", slow_but(["left", "right"], 1))
@@ -282,7 +282,7 @@ def test_a_case_at_many_shifts_is_as_it_is_at_each(side):
     placements = place_at_shifts(case, shifts)
     assert list(placements) == shifts
     for shift, placement in placements.items():
-        alone = placed_or_why(replace(case, lateral_shift_mm=shift))
+        alone = place_or_explain(replace(case, lateral_shift_mm=shift))
         if isinstance(alone, str):
             # without the search for what is possible
             assert alone.startswith(placement)
@@ -290,7 +290,7 @@ def test_a_case_at_many_shifts_is_as_it_is_at_each(side):
             # rolls differ by 1e-13 rad
             assert_same_placement(placement, alone, tolerance=1e-9)
             assert placement.other_climbs == alone.other_climbs
-    assert {shift for shift, outcome in placements.items() if isinstance(outcome, str)} == {9.0 * SIGN[side]}
+    assert {shift for shift, outcome in placements.items() if isinstance(outcome, str)} == {9.0 * SIDE_SIGN[side]}
     given_rolls = place_at_shifts(Case(roll="given", roll_rad=1e-4), [2.0, 60.0])
     assert_same_placement(
         given_rolls[2.0], place_case(Case(roll="given", roll_rad=1e-4, lateral_shift_mm=2.0)), tolerance=0.0
@@ -364,7 +364,7 @@ def test_an_id_tells_wheelsets_apart():
         Case(roll="loaded", opposite=Opposite(wheel_load_N=8e4)),
         Case(roll="given", flange_climb=True),
     )
-    assert len({case_id(case_variant) for case_variant in (case, *variants)}) == 9
+    assert len({make_case_id(case_variant) for case_variant in (case, *variants)}) == 9
 
 
 def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
@@ -374,14 +374,14 @@ def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
         path.parent.mkdir()
         np.savetxt(path, points)
     case, moved_case = (Case(roll="touching", opposite=Opposite(wheel=str(path))) for path in (first_file, second_file))
-    assert case_id(case) == case_id(moved_case)
-    assert set(input_files(case)) == {"opposite_wheel"}
+    assert make_case_id(case) == make_case_id(moved_case)
+    assert set(digest_input_files(case)) == {"opposite_wheel"}
     np.savetxt(second_file, points * [1.0, 0.0] + [0.0, 1.0])
-    assert case_id(case) != case_id(moved_case)
+    assert make_case_id(case) != make_case_id(moved_case)
     copy_profiles(case, tmp_path / "out")
     record = case_inputs(case, place_case(case))
     assert str(tmp_path) not in str(record)
-    again = stored_case(tmp_path / "out", record)
+    again = read_stored_case(tmp_path / "out", record)
     assert again.opposite.wheel == str(tmp_path / "out" / "profiles" / "opposite_wheel" / "flat.txt")
     assert place_wheelset_of_case(again).roll_rad == place_wheelset_of_case(case).roll_rad
 
@@ -416,10 +416,10 @@ def test_a_roll_that_nobody_asked_for_follows_the_pair_of_a_derived_case():
     derived = replace(circles, **real)
     assert (circles.roll, derived.roll) == ("given", "touching")
     assert derived == Case(**real)
-    assert case_id(derived) == case_id(Case(**real))
+    assert make_case_id(derived) == make_case_id(Case(**real))
     # and not the roll of one wheel alone, with another peak
     alone = Case(**real, roll="given")
-    peaks = [hertz_alone(case).hertz.p0_MPa for case in (derived, alone)]
+    peaks = [evaluate_hertz(case).hertz.p0_MPa for case in (derived, alone)]
     assert peaks[1] / peaks[0] - 1.0 > 0.003
     assert replace(derived, rail="circle:300", wheel="cylinder:460", inclination_rad=0.0).roll == "given"
     assert replace(pickle.loads(pickle.dumps(circles)), **real).roll == "touching"
@@ -431,11 +431,11 @@ def test_a_roll_that_nobody_asked_for_follows_the_pair_of_a_derived_case():
 
 @pytest.mark.parametrize("shift", [-6.5, -7.0, -9.0, -12.0])
 def test_a_wheel_is_placed_and_told_where_the_flange_of_the_other_one_climbs(shift):
-    left, right = (Case(lateral_shift_mm=SIGN[side] * shift, side=side) for side in ("left", "right"))
+    left, right = (Case(lateral_shift_mm=SIDE_SIGN[side] * shift, side=side) for side in ("left", "right"))
     placement = place_case(left)
     assert_same_placement(placement, place_case(right), tolerance=1e-12)
     assert placement.first.contact_angle_rad < 0.02
-    assert roll_of_case(left, placement) == pytest.approx(-roll_of_case(right, place_case(right)), abs=1e-15)
+    assert compute_roll(left, placement) == pytest.approx(-compute_roll(right, place_case(right)), abs=1e-15)
     # the roll is that of flanges that may climb, which stands against CONTACT's above
     both_sides = place_wheelset_of_case(replace(left, flange_climb=True))
     assert both_sides.right.climbs
@@ -455,7 +455,7 @@ def test_a_wheel_is_placed_and_told_where_the_flange_of_the_other_one_climbs(shi
 
 
 def test_a_pair_over_itself_is_symmetric():
-    pair = pair_of(load("60E1"), load("S1002"), inclination_rad=INCLINATION_40)
+    pair = set_up_pair(load_library_profile("60E1"), load_library_profile("S1002"), inclination_rad=INCLINATION_40)
     wheelset = Wheelset.of(pair, pair)
     assert wheelset.symmetric
     assert not Wheelset.of(pair, replace(pair, rolling_radius_mm=459.0)).symmetric
@@ -467,7 +467,7 @@ def test_a_pair_over_itself_is_symmetric():
 def test_the_smallest_gap_is_that_of_the_parabola_next_to_an_end_too(at):
     """Of ten samples: from the second to the last but one."""
     k = np.arange(10)
-    lowest = _lowest(0.0, k, 5.0 + 0.3 * (k - at) ** 2, 0.02 * k, np.zeros(10), -0.02 * k, 460.0 - 0.1 * k)
+    lowest = _refine_first_touch(0.0, k, 5.0 + 0.3 * (k - at) ** 2, 0.02 * k, np.zeros(10), -0.02 * k, 460.0 - 0.1 * k)
     assert lowest.axle_mm == pytest.approx(-5.0, abs=1e-12)
     values = (lowest.y_mm, lowest.wheel_y_mm, lowest.radius_mm)
     assert values == pytest.approx((0.02 * at, -0.02 * at, 460.0 - 0.1 * at), abs=1e-12)

@@ -158,7 +158,7 @@ def test_what_needs_no_finite_elements_works(answers, command):
 def test_what_needs_finite_elements_says_in_one_line_what_is_missing(answers, command):
     code, out, err = answers[command]
     assert (code, out) == (2, "")
-    assert err == f"error: finite elements need gmsh and pyamg, which are not installed; {packages.remedy()}\n"
+    assert err == f"error: finite elements need gmsh and pyamg, which are not installed; {packages.suggest_remedy()}\n"
     assert not [name for name in answers["written"] if name.startswith("refused")]
 
 
@@ -179,7 +179,9 @@ def test_the_doctor_says_what_is_missing(bare):
     assert completed.returncode == 1
     assert completed.stderr == ""
     assert "gmsh: does not work: ModuleNotFoundError" in completed.stdout
-    assert f"remedy: a Python package is missing from this environment: {packages.remedy()}\n" in completed.stdout
+    assert (
+        f"remedy: a Python package is missing from this environment: {packages.suggest_remedy()}\n" in completed.stdout
+    )
 
 
 @pytest.fixture
@@ -193,12 +195,12 @@ def arm_machine(monkeypatch):
 def test_on_arm_another_machine_is_the_remedy(arm_machine, capsys):
     assert call(["solve"]) == 2
     assert "have no wheels for Linux on aarch64: solve on an x86-64 machine" in capsys.readouterr().err
-    assert doctor.doctor() == 1
+    assert doctor.print_diagnosis() == 1
     said = capsys.readouterr().out
-    assert said.splitlines()[-1] == packages.remedy()
+    assert said.splitlines()[-1] == packages.suggest_remedy()
     assert "missing packages" not in said
     # libraries of gmsh are not asked for
-    assert doctor.before(install=False) == 0
+    assert doctor.check_before_install(install=False) == 0
 
 
 def test_python_refuses_before_any_work(arm_machine, tmp_path):
@@ -227,7 +229,7 @@ def test_pip_installs_the_packages_where_they_have_wheels(system, machine, has, 
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["dependencies"]
     markers = {requirement.name: requirement.marker for requirement in map(Requirement, declared)}
     where = {"sys_platform": system, "platform_machine": machine}
-    for name in packages.FINITE_ELEMENTS:
+    for name in packages.REQUIRED_PACKAGES:
         assert markers[name].evaluate(where) == has
     # it has wheels for fewer machines
     assert markers["pypardiso"].evaluate(where) == (has and system != "darwin")

@@ -12,11 +12,11 @@ import pytest
 from points import profile_from_points
 
 from fecontact.case import Case
-from fecontact.profiles.library import load
-from fecontact.profiles.reading import PLAIN
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.reading import DEFAULT_READING
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
-from fecontact.solving.profile_variants import hertz_uncertainty
+from fecontact.solving.profile_variants import estimate_hertz_uncertainty
 
 # Centre (mm across, gauge side negative) and width of 1 mm of wear.
 SHAPES = {"top": (-5.0, 18.0), "field side": (8.0, 14.0), "gauge corner": (-22.0, 12.0), "wide": (-8.0, 22.0)}
@@ -25,7 +25,7 @@ SHIFTS_MM = (-4.0, 0.0, 4.0)
 
 def worn(shape, noise_mm=0.0, step_mm=0.05, seed=0):
     centre, width = SHAPES[shape]
-    line = load("60E1")
+    line = load_library_profile("60E1")
     p = line.evaluate(line.at_arc_length(np.arange(0.0, line.length_mm, step_mm)))
     noise = noise_mm * np.random.default_rng([seed, 23]).normal(size=p.y.size)
     depth = np.exp(-(((p.y - centre) / width) ** 2))
@@ -36,21 +36,21 @@ def worn(shape, noise_mm=0.0, step_mm=0.05, seed=0):
 def exact(shape, shift_mm):
     case = Case(lateral_shift_mm=shift_mm, roll="given")
     rail = profile_from_points(*worn(shape), kind="rail", name="exact")
-    return hertz_of_case(case, place_case(case, rail=rail)).p0_MPa
+    return compute_hertz(case, place_case(case, rail=rail)).p0_MPa
 
 
 def errors(shape, seeds):
     """Relative errors of the peak and their stated uncertainties, (n,) each."""
     errors_percent = []
     for seed in seeds:
-        rail = profile_from_points(*worn(shape, 0.01, 0.2, seed), kind="rail", name="worn", reading=PLAIN)
+        rail = profile_from_points(*worn(shape, 0.01, 0.2, seed), kind="rail", name="worn", reading=DEFAULT_READING)
         # the same head, by another drawing, or none where its wear has shorter waves than it has itself
         assert rail.measured.nominal in ("60E1", "MBench_UIC60", "")
         for shift in SHIFTS_MM:
             case = Case(lateral_shift_mm=shift, roll="given")
             placement = place_case(case, rail=rail)
-            error = abs(hertz_of_case(case, placement).p0_MPa / exact(shape, shift) - 1.0)
-            errors_percent.append((error, hertz_uncertainty(case, placement)["p_max_MPa"]))
+            error = abs(compute_hertz(case, placement).p0_MPa / exact(shape, shift) - 1.0)
+            errors_percent.append((error, estimate_hertz_uncertainty(case, placement)["p_max_MPa"]))
     return np.array(errors_percent).T
 
 

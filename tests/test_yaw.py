@@ -7,7 +7,7 @@ import pytest
 
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import hertz_ellipse
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -38,7 +38,7 @@ def crossed(rail_mm: float, yaw_rad: float, wheel_mm: float = 460.0) -> Case:
 @pytest.mark.parametrize("rail_mm", [80.0, 300.0, 455.0, 600.0])
 def test_hertz_of_a_yawed_cylinder_is_that_of_turned_cylinders(rail_mm, yaw):
     case = crossed(rail_mm, yaw)
-    hertz = hertz_of_case(case, place_case(case))
+    hertz = compute_hertz(case, place_case(case))
     # without yaw the wheel's axis is at right angles to the rail's
     small, large = turned_cylinders(460.0, rail_mm, 0.5 * math.pi - yaw)
     exact = hertz_ellipse(small, large, normal_force_N=50e3, contact_modulus_MPa=case.contact_modulus_MPa)
@@ -80,7 +80,7 @@ def test_opposite_yaw_mirrors_hertz_and_the_patch_along_the_rail(shift, roll):
     assert a.first.x_mm == pytest.approx(-b.first.x_mm, abs=1e-9)
     for name in ("y_mm", "z_mm", "rail_y_mm", "wheel_y_mm", "contact_angle_rad"):
         assert getattr(a.first, name) == pytest.approx(getattr(b.first, name), abs=1e-9), name
-    hertz, hertz_mirrored = hertz_of_case(positive, a), hertz_of_case(negative, b)
+    hertz, hertz_mirrored = compute_hertz(positive, a), compute_hertz(negative, b)
     assert hertz.orientation_rad == pytest.approx(-hertz_mirrored.orientation_rad, abs=1e-9)
     assert abs(hertz.orientation_rad) > 1e-6
     for name in ("a_mm", "b_mm", "p0_MPa", "approach_mm"):

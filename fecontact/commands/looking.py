@@ -11,17 +11,17 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from fecontact import feature_registry
-from fecontact.case import unusual
-from fecontact.console.messages import announce, tell_geometry, tell_notes, telling_replaced
-from fecontact.console.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
-from fecontact.console.progress import many
+from fecontact.case import describe_unusual_inputs
+from fecontact.console.messages import announce, print_geometry, print_notes, reporting_replaced_files
+from fecontact.console.options import CONTACT_GROUPS, POSITION_GROUPS, CaseOptions, GridOptions, add_case_options
+from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
 from fecontact.inputs.texts import parse_numbers
-from fecontact.jobs.remaining import duration
-from fecontact.outputs.terminal import answer, count
+from fecontact.jobs.remaining import format_duration
+from fecontact.outputs.terminal import count_text, print_answer
 
 
-@takes(*POSITION, "irregular")
+@add_case_options(*POSITION_GROUPS, "irregular")
 def hertz(*, options: CaseOptions, json: bool = False) -> int:
     """Hertz's ellipse at the touch points, analytic only (no mesh, no gmsh).
 
@@ -34,12 +34,12 @@ def hertz(*, options: CaseOptions, json: bool = False) -> int:
     from fecontact.runs.alone import hertz as hertz_of
 
     case = options.case()
-    tell_notes(unusual([case]))
-    answer(hertz_of(case), hertz_lines, json=json)
+    print_notes(describe_unusual_inputs([case]))
+    print_answer(hertz_of(case), hertz_lines, json=json)
     return 0
 
 
-@takes(*POSITION, "irregular", "yield", "mesh", "solution")
+@add_case_options(*POSITION_GROUPS, "irregular", "yield", "mesh", "solution")
 def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) -> int:
     """See a case before it is solved: touch points, curvatures, expected patch and mesh, time and memory. Without gmsh.
 
@@ -50,23 +50,23 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.figures.position import preview_figure
+    from fecontact.outputs.figures.position import draw_preview
     from fecontact.outputs.preview import preview_lines, preview_record
-    from fecontact.solving.preview import preview
+    from fecontact.solving.preview import preview_case
 
     case = options.case()
-    tell_notes(unusual([case]))
-    case_preview = preview(case)
-    answer(preview_record(case_preview), lambda _: preview_lines(case_preview), json=json)
+    print_notes(describe_unusual_inputs([case]))
+    case_preview = preview_case(case)
+    print_answer(preview_record(case_preview), lambda _: preview_lines(case_preview), json=json)
     if out is not None:
-        with telling_replaced(out):
-            preview_figure(case_preview, out)
+        with reporting_replaced_files(out):
+            draw_preview(case_preview, out)
         print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
     return 0
 
 
 # the table has a list of shifts, determines the roll, and shows both sides
-@takes("pair", "wheelset", "profiles")
+@add_case_options("pair", "wheelset", "profiles")
 def geometry(
     *,
     options: CaseOptions,
@@ -90,27 +90,27 @@ def geometry(
         File of the picture (.png or .svg; both are written), or of the table (.csv): a line a shift, with the touch
         points of both wheels.
     """
-    from fecontact.outputs.geometry import functions_lines, functions_record, functions_rows
+    from fecontact.outputs.geometry import contact_functions_lines, contact_functions_record, contact_functions_rows
     from fecontact.outputs.tables import write_csv
     from fecontact.solving.wheelset_geometry import geometry as wheelset_geometry
 
     case = options.case()
     contact_functions = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
-    record = functions_record(case, contact_functions)
+    record = contact_functions_record(case, contact_functions)
     as_table = out is not None and out.suffix.lower() == ".csv"
-    with telling_replaced(out):
+    with reporting_replaced_files(out):
         if out is not None and as_table:
-            write_csv(functions_rows(record), out)
+            write_csv(contact_functions_rows(record), out)
         elif out is not None:
-            from fecontact.outputs.geometry import functions_figure
+            from fecontact.outputs.geometry import draw_contact_functions
 
-            functions_figure(case, contact_functions, out)
+            draw_contact_functions(case, contact_functions, out)
     if loaded_kn is not None:
-        conicities = feature_registry.the("LOADED_CONICITIES", "--loaded-kn")
+        conicities = feature_registry.load_single_offer("LOADED_CONICITIES", "--loaded-kn")
         announce("the loaded wheelset takes about 15 s")
-        with many("shifts") as progress:
+        with show_job_progress("shifts") as progress:
             record["loaded_conicity"] = conicities(case, 1e3 * loaded_kn, progress=progress)
-    answer(record, functions_lines, json=json, **{"table" if as_table else "picture": out})
+    print_answer(record, contact_functions_lines, json=json, **{"table" if as_table else "picture": out})
     return 0
 
 
@@ -131,11 +131,11 @@ def theories(*, json: bool = False) -> int:
     from fecontact.outputs.theory_alone import theories_lines
     from fecontact.runs.alone import theories as listed
 
-    answer(listed(), theories_lines, json=json)
+    print_answer(listed(), theories_lines, json=json)
     return 0
 
 
-@takes(*POSITION, "irregular")
+@add_case_options(*POSITION_GROUPS, "irregular")
 def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
     """One theory of the pressure at a position: peak, area, half-widths, approach (no mesh, no gmsh).
 
@@ -146,17 +146,17 @@ def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.theory_alone import alone_lines
+    from fecontact.outputs.theory_alone import theory_lines
     from fecontact.runs.alone import theory as alone
 
     case = options.case()
-    tell_notes(unusual([case]))
+    print_notes(describe_unusual_inputs([case]))
     record = alone(case, name)
-    answer(record, alone_lines, json=json)
+    print_answer(record, theory_lines, json=json)
     return 0 if record["status"] == "solved" else 3
 
 
-@takes(*CONTACT, "verdict")
+@add_case_options(*CONTACT_GROUPS, "verdict")
 def table(
     *,
     options: CaseOptions,
@@ -183,23 +183,23 @@ def table(
     from fecontact.runs.alone import table as made_table
 
     case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
-    tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
-    tell_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
+    print_notes(describe_unusual_inputs([replace(case, load_N=load_N) for load_N in loads_N]))
+    print_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
     lines = len(positions) * len(loads_N)
-    announce(f"{count(lines, 'line')}: about {duration(_SECONDS_PER_LINE * lines)}")
-    with many("lines") as progress:
+    announce(f"{count_text(lines, 'line')}: about {format_duration(_SECONDS_PER_LINE * lines)}")
+    with show_job_progress("lines") as progress:
         rows = made_table(case, positions, loads_N, map_folder=map_, progress=progress)
     if out is not None:
-        with telling_replaced(out):
+        with reporting_replaced_files(out):
             write_csv(rows, out)
-    answer(rows, contact_table_lines, json=json, table=out)
+    print_answer(rows, contact_table_lines, json=json, table=out)
     return 3 if any(row["problem"] for row in rows) else 0
 
 
 # --- Commands on the parts of a case: its profiles, and the meshes of its bodies.
 
 
-@takes("profiles")
+@add_case_options("profiles")
 def profiles(
     name: str | None = None,
     *,
@@ -231,9 +231,9 @@ def profiles(
         Print the list, or the profile, as JSON and nothing else.
     """
     from fecontact.files import write_text
-    from fecontact.outputs.profiles import library_lines, library_record, profile_figure, profile_lines, profile_record
-    from fecontact.profiles.library import in_folder
-    from fecontact.profiles.recognition import nearest
+    from fecontact.outputs.profiles import draw_profile, library_lines, library_record, profile_lines, profile_record
+    from fecontact.profiles.library import find_in_folder
+    from fecontact.profiles.recognition import find_nearest_profiles
     from fecontact.profiles.resolve import WrongKindError, refuse_unused_reading, resolve_rail, resolve_wheel
     from fecontact.profiles.writers import csv_text, refuse_other_endings
 
@@ -245,10 +245,10 @@ def profiles(
         print("\n".join(f"written: {path}" for path in write_examples(examples)))
         return 0
     if name is None:
-        answer(library_record(library), library_lines, json=json)
+        print_answer(library_record(library), library_lines, json=json)
         return 0
     case = options.case()
-    profile_file = name if library is None else in_folder(name, library)
+    profile_file = name if library is None else find_in_folder(name, library)
     read_wheel = partial(resolve_wheel, profile_file, case.wheel_file)
     try:
         profile = read_wheel().profile if kind == "wheel" else resolve_rail(profile_file, case.rail_file)
@@ -261,12 +261,12 @@ def profiles(
             # if the file is a wheel with an error, only the error of the wheel helps, not that the file is no rail
             raise (wheel_error if isinstance(rail_error, WrongKindError) else rail_error) from None
     refuse_unused_reading(profile.kind, (profile_file,), case.wheel_file if profile.kind == "wheel" else case.rail_file)
-    close = [] if profile.points is None else nearest(profile.points, profile.kind)
-    with telling_replaced(write):
+    close = [] if profile.points is None else find_nearest_profiles(profile.points, profile.kind)
+    with reporting_replaced_files(write):
         written_file = None if write is None else write_text(write, csv_text(profile))
-    with telling_replaced(out):
-        picture = None if out is None else profile_figure(profile, out)
-    answer(
+    with reporting_replaced_files(out):
+        picture = None if out is None else draw_profile(profile, out)
+    print_answer(
         profile_record(profile, close),
         lambda _: profile_lines(profile, close),
         json=json,
@@ -278,7 +278,7 @@ def profiles(
     return 0
 
 
-@takes(*POSITION, "mesh")
+@add_case_options(*POSITION_GROUPS, "mesh")
 def mesh(
     body: Literal["rail", "wheel", "both"],
     *,
@@ -301,9 +301,9 @@ def mesh(
     from fecontact.solving.case_meshes import MeshedPair, mesh_case, mesh_pair
 
     case = options.case()
-    tell_notes(unusual([case]))
+    print_notes(describe_unusual_inputs([case]))
     meshed = mesh_pair(case) if body == "both" else mesh_case(case, body)
-    with telling_replaced(out):
+    with reporting_replaced_files(out):
         write_mesh(meshed, out, element=element)
     for body_mesh in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
         print(

@@ -7,20 +7,27 @@ from pathlib import Path
 from textwrap import fill
 from typing import get_args
 
-from fecontact.case import Group, unusual
+from fecontact.case import Group, describe_unusual_inputs
 from fecontact.commands.solving import tell_cost
-from fecontact.console.log import logged
-from fecontact.console.messages import announce, print_reasons, say, tell_geometry, tell_notes, width
-from fecontact.console.options import CaseOptions, GridOptions, takes
-from fecontact.console.progress import many, several
-from fecontact.console.run_messages import tell_files, tell_reused
-from fecontact.console.run_options import AS_USUAL, RunOptions
-from fecontact.outputs.terminal import count, show
+from fecontact.console.log import log_command
+from fecontact.console.messages import (
+    announce,
+    find_terminal_width,
+    print_geometry,
+    print_notes,
+    print_reasons,
+    print_result,
+)
+from fecontact.console.options import CaseOptions, GridOptions, add_case_options
+from fecontact.console.progress import show_job_progress, show_progress_by_kind
+from fecontact.console.run_messages import report_files, report_reused_jobs
+from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
+from fecontact.outputs.terminal import count_text, print_parts
 from fecontact.packages import require_finite_elements
 
 
 # a map has lists of shifts and loads
-@takes(*(group for group in get_args(Group) if group not in ("position", "load")))
+@add_case_options(*(group for group in get_args(Group) if group not in ("position", "load")))
 def map_(
     *,
     options: CaseOptions,
@@ -29,7 +36,7 @@ def map_(
     measure: str = "pressure",
     theory: str = "hertz",
     json: bool = False,
-    how: RunOptions = AS_USUAL,
+    how: RunOptions = DEFAULT_RUN_OPTIONS,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
 
@@ -50,10 +57,10 @@ def map_(
     json
         Print what map.json has, and nothing else.
     """
-    from fecontact.files import json_text
-    from fecontact.maps.load_limits import LOADS_FOR_LIMITS, MOST_TRIED
-    from fecontact.maps.report import map_lines
-    from fecontact.maps.telling import map_record
+    from fecontact.files import format_json
+    from fecontact.maps.load_limits import LOADS_FOR_LIMITS, MOST_FURTHER_LOADS
+    from fecontact.maps.report import format_map_lines
+    from fecontact.maps.telling import build_map_record
     from fecontact.maps.views import refuse_measure
     from fecontact.runs.cost import MAP_FILES_S
     from fecontact.runs.map_run import prepare_for_map, run_map
@@ -63,38 +70,38 @@ def map_(
     refuse_measure(case, measure, theory)
     loads_N = grid.loads_N
     prepare_for_map(out, case, positions, loads_N, force=how.force)
-    with logged(out / f"run{settings.part_suffix}.log"):
+    with log_command(out / f"run{settings.part_suffix}.log"):
         cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
-        tell_notes(unusual(cells))
-        tell_geometry(cells)
+        print_notes(describe_unusual_inputs(cells))
+        print_geometry(cells)
         # the limits of a single load equal this load: no other loads are tried
         searched = len(positions) if len(loads_N) > 1 else 0
-        further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_TRIED))
+        further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_FURTHER_LOADS))
         laws = measure == "theory"
         finished_positions = out / "positions"
         tell_cost(cells, "cell", len(positions), finished_positions, how, files=MAP_FILES_S, further=further, laws=laws)
-        with many("positions", quiet=how.quiet) as progress:
+        with show_job_progress("positions", quiet=how.quiet) as progress:
             outcome = run_map(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
             )
         if json:
-            print(json_text(map_record(outcome.made)), flush=True)
+            print(format_json(build_map_record(outcome.made)), flush=True)
         how = replace(how, quiet=how.quiet or json)
         if not how.quiet:
-            show(map_lines(outcome.made, measure, theory, width=width()))
-        tell_reused(outcome.reused, outcome.recomputed, "position", how)
+            print_parts(format_map_lines(outcome.made, measure, theory, width=find_terminal_width()))
+        report_reused_jobs(outcome.reused, outcome.recomputed, "position", how)
         lost_cells = {
             f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
             for cell in outcome.made.cells
             if not cell.usable
         }
         print_reasons(
-            f"{len(lost_cells)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost_cells
+            f"{len(lost_cells)} of {count_text(len(outcome.made.cells), 'cell')} without a usable result", lost_cells
         )
         pictures = sorted(path.name for path in out.glob("map*.png"))
-        tell_files(out, ("report.html", "map.csv", "contacts.csv", "stiffness.csv", "map.json", *pictures), "", how)
+        report_files(out, ("report.html", "map.csv", "contacts.csv", "stiffness.csv", "map.json", *pictures), "", how)
         if how.part is None and not (out / "stiffness.csv").is_file():
-            say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
+            print_result("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3
 
 
@@ -109,28 +116,41 @@ def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
     force
         Solve what is finished again, and write into a folder that holds other results.
     """
-    from fecontact.maps.report import WIDE
-    from fecontact.maps.views import map_text
-    from fecontact.runs.demo import BASE, LOADS_N, SHIFTS_MM, run_demo
-    from fecontact.runs.demo_answer import answer_sentences, file_lines, remedy_sentences, sphere_sentence
+    from fecontact.maps.report import DEFAULT_TEXT_WIDTH
+    from fecontact.maps.views import format_map
+    from fecontact.runs.demo import BASE_CASE, LOADS_N, SHIFTS_MM, run_demo
+    from fecontact.runs.demo_answer import (
+        list_files,
+        write_answer_sentences,
+        write_remedy_sentences,
+        write_sphere_sentence,
+    )
     from fecontact.runs.map_run import prepare_for_map
 
     require_finite_elements()
     how = RunOptions(force=force)
-    prepare_for_map(out, BASE, SHIFTS_MM, LOADS_N, force=force)
-    with logged(out / "run.log"):
+    prepare_for_map(out, BASE_CASE, SHIFTS_MM, LOADS_N, force=force)
+    with log_command(out / "run.log"):
         announce(
-            f"{BASE.wheel} on {BASE.rail}, {len(SHIFTS_MM)} shifts and {len(LOADS_N)} loads, and a sphere:"
+            f"{BASE_CASE.wheel} on {BASE_CASE.rail}, {len(SHIFTS_MM)} shifts and {len(LOADS_N)} loads, and a sphere:"
             " less than a minute on two idle cores"
         )
-        with several("positions", "cases") as progress:
+        with show_progress_by_kind("positions", "cases") as progress:
             outcome = run_demo(
                 out, settings=how.settings(), map_progress=progress["positions"], case_progress=progress["cases"]
             )
-        show([map_text(outcome.map, "pressure", width=width()), " "])
-        tell_reused(outcome.reused, outcome.recomputed, "job", how)
+        print_parts([format_map(outcome.map, "pressure", width=find_terminal_width()), " "])
+        report_reused_jobs(outcome.reused, outcome.recomputed, "job", how)
         print_reasons(f"{len(outcome.lost)} without a usable result", outcome.lost)
-        sentences = (*answer_sentences(outcome.map), *remedy_sentences(outcome.map), sphere_sentence(outcome.sphere))
-        for line in (*(fill(sentence, width() or WIDE) for sentence in sentences), "", *file_lines(out, outcome)):
-            say(line)
+        sentences = (
+            *write_answer_sentences(outcome.map),
+            *write_remedy_sentences(outcome.map),
+            write_sphere_sentence(outcome.sphere),
+        )
+        for line in (
+            *(fill(sentence, find_terminal_width() or DEFAULT_TEXT_WIDTH) for sentence in sentences),
+            "",
+            *list_files(out, outcome),
+        ):
+            print_result(line)
     return 0 if outcome.all_converged else 3

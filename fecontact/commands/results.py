@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fecontact.commands.solving import FORCES_S, LAWS_S
-from fecontact.console.messages import telling_replaced, width
-from fecontact.console.options import CaseOptions, takes
-from fecontact.console.progress import many
+from fecontact.console.messages import find_terminal_width, reporting_replaced_files
+from fecontact.console.options import CaseOptions, add_case_options
+from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
-from fecontact.jobs.remaining import duration
-from fecontact.outputs.terminal import answer, count, show
+from fecontact.jobs.remaining import format_duration
+from fecontact.outputs.terminal import count_text, print_answer, print_parts
 
 if TYPE_CHECKING:
     from fecontact.runs.judging_again import Judged
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _JUDGED_S = 0.1
 
 
-@takes("verdict", "creep")
+@add_case_options("verdict", "creep")
 def judge(
     folder: Path,
     *,
@@ -50,7 +50,7 @@ def judge(
     json
         Print the new verdicts as JSON and nothing else.
     """
-    from fecontact.files import json_text
+    from fecontact.files import format_json
     from fecontact.outputs.words import criteria_text
     from fecontact.regression.tables import load_table
     from fecontact.runs.judged_study import count_judging_processes
@@ -63,16 +63,16 @@ def judge(
         seconds_per_load = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
         seconds = seconds_per_load * loads / count_judging_processes(place_count, case.creep)
         unit = "cell" if (folder / "map.json").is_file() else "case"
-        return f"{count(loads, unit)}: about {duration(max(1.0, seconds))}"
+        return f"{count_text(loads, unit)}: about {format_duration(max(1.0, seconds))}"
 
-    with telling_replaced(out), many("positions or cases", before=before) as progress:
+    with reporting_replaced_files(out), show_job_progress("positions or cases", before=before) as progress:
         judged_results: Judged = judge_stored(
             folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
         )
     if json:
-        print(json_text(judged_results.record))
+        print(format_json(judged_results.record))
     else:
-        show(judged_results.parts(width()))
+        print_parts(judged_results.parts(find_terminal_width()))
     for problem in judged_results.problems:
         print(f"not judged: {problem}", file=sys.stderr)
     if not json:
@@ -137,9 +137,9 @@ def compare(
     comparison = compare_tables(
         load_table(baseline), load_table(new), tolerances, match=() if match is None else match.split(",")
     )
-    with telling_replaced(out):
+    with reporting_replaced_files(out):
         folder = None if out is None else write_comparison(comparison, out)
-    answer(comparison_record(comparison), lambda _: comparison_lines(comparison), json=json, comparison=folder)
+    print_answer(comparison_record(comparison), lambda _: comparison_lines(comparison), json=json, comparison=folder)
     return 0 if comparison.same else 1
 
 
@@ -171,6 +171,6 @@ def baseline_update(
         raise InputError(f"there is no {folder} here; give the folder of your own baselines: --baselines FOLDER")
     update = update_baseline(study_result, folder, reason=reason, allow_failed=allow_failed)
     if update.comparison is not None:
-        show(comparison_lines(update.comparison))
+        print_parts(comparison_lines(update.comparison))
     print(f"{update.path}: {update.text}")
     return 0

@@ -10,15 +10,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
-from fecontact.case import Case, Group, unusual
-from fecontact.console.log import logged
-from fecontact.console.messages import announce, log_only, say, tell_geometry, tell_notes
-from fecontact.console.options import CaseOptions, takes
-from fecontact.console.progress import many, solving
-from fecontact.console.run_messages import tell_files, tell_lost, tell_reused
-from fecontact.console.run_options import AS_USUAL, RunOptions
-from fecontact.jobs.remaining import duration
-from fecontact.outputs.terminal import count, show
+from fecontact.case import Case, Group, describe_unusual_inputs
+from fecontact.console.log import log_command
+from fecontact.console.messages import announce, print_geometry, print_notes, print_result, write_to_log
+from fecontact.console.options import CaseOptions, add_case_options
+from fecontact.console.progress import show_job_progress, show_solution_progress
+from fecontact.console.run_messages import report_files, report_reused_jobs, report_unusable_rows
+from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
+from fecontact.jobs.remaining import format_duration
+from fecontact.outputs.terminal import count_text, print_parts
 from fecontact.packages import require_finite_elements
 
 # CPU seconds of the creep forces of a case or a cell, with the loads of its limits, and CPU seconds of their laws.
@@ -29,7 +29,7 @@ FORCES_S, LAWS_S = 2.0, 2.5
 _LARGE_FILE_TIME = 0.1
 
 
-@takes(*get_args(Group))
+@add_case_options(*get_args(Group))
 def solve(
     *,
     options: CaseOptions,
@@ -51,28 +51,28 @@ def solve(
     force
         Write into a folder that holds other results.
     """
-    from fecontact.files import json_text
+    from fecontact.files import format_json
     from fecontact.outputs.case_parts import case_parts
     from fecontact.outputs.case_words import case_words
-    from fecontact.runs.cost import CASE_FILES_S, cost_of
+    from fecontact.runs.cost import CASE_FILES_S, estimate_cost
     from fecontact.runs.folder import prepare_for_case
     from fecontact.runs.report import keep_with_report
-    from fecontact.runs.store import Told
+    from fecontact.runs.store import CaseRecords
     from fecontact.solving.solve import solve as solve_case
 
     require_finite_elements()
     case = options.case()
-    tell_notes(unusual([case]))
+    print_notes(describe_unusual_inputs([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)
-    cost = cost_of([case], 1) if out is None else cost_of([case], 1, files=CASE_FILES_S)
+    cost = estimate_cost([case], 1) if out is None else estimate_cost([case], 1, files=CASE_FILES_S)
     # a case that does not fit into the memory is refused with the memory that it needs
     if cost and cost.memory_GB < cost.available_GB:
         announce(*cost.words)
-    with solving() as progress:
+    with show_solution_progress() as progress:
         result = solve_case(case, progress=progress)
         # the solution is written to files before it is printed: the output may be full, or closed
-        start, case_records = time.perf_counter(), Told.of(result)
+        start, case_records = time.perf_counter(), CaseRecords.of(result)
         write_error = None
         try:
             if out is not None:
@@ -85,18 +85,22 @@ def solve(
     if files_s > _LARGE_FILE_TIME * solved_s:
         announce(f"files, pictures and report took {files_s:.1f} s, the solution {solved_s:.1f} s")
     if json:
-        print(json_text(case_records.record), flush=True)
+        print(format_json(case_records.record), flush=True)
     else:
         title, evidence = case_words(result.case, result.placement), result.case.refine == "evidence"
-        show(case_parts(case_records.record, title, elements=evidence), long=long)
+        print_parts(case_parts(case_records.record, title, elements=evidence), long=long)
         if not long:
-            say("--long prints all that is known" + ("" if out is None else f", {out / 'report.html'} shows it"))
+            print_result(
+                "--long prints all that is known" + ("" if out is None else f", {out / 'report.html'} shows it")
+            )
     if write_error is not None:
         raise write_error
     return 0 if result.load.usable else 3
 
 
-def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how: RunOptions = AS_USUAL) -> int:
+def run(
+    study: Path, *, out: Path, quick: bool = False, json: bool = False, how: RunOptions = DEFAULT_RUN_OPTIONS
+) -> int:
     """Run a study and write its tables, figures and ParaView files; finished cases are reused.
 
     Parameters
@@ -110,8 +114,8 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     json
         Print the rows as JSON and nothing else.
     """
-    from fecontact.files import json_text
-    from fecontact.outputs.study_report import rows_parts
+    from fecontact.files import format_json
+    from fecontact.outputs.study_report import parts_of_rows
     from fecontact.runs.casefile import load_study
     from fecontact.runs.cost import STUDY_FILES_S
     from fecontact.runs.folder import prepare_for_study
@@ -120,36 +124,36 @@ def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how:
     require_finite_elements()
     settings, loaded = how.settings(), load_study(study, quick=quick)
     prepare_for_study(out, loaded.name, force=how.force)
-    with logged(out / f"run{settings.part_suffix}.log"):
-        tell_notes(unusual(loaded.cases))
-        tell_geometry(loaded.cases)
+    with log_command(out / f"run{settings.part_suffix}.log"):
+        print_notes(describe_unusual_inputs(loaded.cases))
+        print_geometry(loaded.cases)
         tell_cost(loaded.cases, "case", len(loaded.cases), out / "cases", how, files=STUDY_FILES_S)
-        with many("cases", quiet=how.quiet) as progress:
+        with show_job_progress("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if json:
-            print(json_text(outcome.rows), flush=True)
+            print(format_json(outcome.rows), flush=True)
         how = replace(how, quiet=how.quiet or json)
         if not how.quiet:
-            show(rows_parts(outcome.rows))
+            print_parts(parts_of_rows(outcome.rows))
         _log_rows(outcome.rows)
-        tell_reused(outcome.reused, outcome.recomputed, "case", how)
+        report_reused_jobs(outcome.reused, outcome.recomputed, "case", how)
         if outcome.conclusion:
-            say(outcome.conclusion, quiet=how.quiet)
-        lost_count = tell_lost(outcome.rows, "case", "without a usable result")
+            print_result(outcome.conclusion, quiet=how.quiet)
+        lost_count = report_unusable_rows(outcome.rows, "case", "without a usable result")
         shown_collections = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         paraview = f"; for ParaView: {', '.join((*shown_collections, 'cases/*/case.vtm'))}, or fecontact view {out}"
         files = ("report.html", "study.csv", "study.png", "cases")
-        tell_files(out, files, paraview if lost_count < len(outcome.rows) else "", how)
+        report_files(out, files, paraview if lost_count < len(outcome.rows) else "", how)
     return 0 if outcome.all_converged else 3
 
 
 def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
     """Write verdict and warnings of each case to the log, as in the table."""
     for row in rows:
-        log_only(f"{row['id']}: {row.get('verdict_answer') or row['status']}")
+        write_to_log(f"{row['id']}: {row.get('verdict_answer') or row['status']}")
         for name in ("verdict_warnings", "warnings"):
             if row.get(name):
-                log_only(f"{row['id']}: {row[name]}", warning=True)
+                write_to_log(f"{row['id']}: {row[name]}", warning=True)
 
 
 def tell_cost(
@@ -182,22 +186,22 @@ def tell_cost(
     laws
         Whether laws of creep forces are judged if there is friction.
     """
-    from fecontact.jobs.workers import default_workers
-    from fecontact.runs.cost import cost_of
+    from fecontact.jobs.workers import count_default_workers
+    from fecontact.runs.cost import estimate_cost
 
     if how.part is not None or how.scheduler is not None:
         # the number of other workers and their machines are unknown
         return
-    workers = how.workers or min(default_workers(), places)
-    cost = cost_of(cases, workers, further=further, files=files)
+    workers = how.workers or min(count_default_workers(), places)
+    cost = estimate_cost(cases, workers, further=further, files=files)
     if cost is None:
         # no case can be solved; the results report this
         return
     seconds = sum((FORCES_S + LAWS_S * laws) / workers for case in cases if case.creep.asked)
-    forces = f"; creep forces about {duration(seconds)} more" * bool(seconds)
+    forces = f"; creep forces about {format_duration(seconds)} more" * bool(seconds)
     reuse_note = f"; finished {finished.name} are taken as they are" * finished.is_dir()
     expected, *memory_notes = cost.words
-    announce(f"{count(len(cases), noun)}: {expected}{forces}{reuse_note}", *memory_notes, quiet=how.quiet)
+    announce(f"{count_text(len(cases), noun)}: {expected}{forces}{reuse_note}", *memory_notes, quiet=how.quiet)
 
 
 def validate(
@@ -229,7 +233,7 @@ def validate(
     @contextmanager
     def open_progress(name: str) -> Iterator[Callable[[int, int, str], None]]:
         print(name, file=sys.stderr)
-        with many("cases") as progress:
+        with show_job_progress("cases") as progress:
             yield progress
 
     require_finite_elements()

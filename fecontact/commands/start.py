@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from fecontact.console.messages import tell_notes
-from fecontact.outputs.terminal import count
+from fecontact.console.messages import print_notes
+from fecontact.outputs.terminal import count_text
 
 
 def guide(topic: str = "", /) -> int:
@@ -17,13 +17,13 @@ def guide(topic: str = "", /) -> int:
     topic
         Which page; without it the topics are listed.
     """
-    from fecontact.guide.pages import page, titles, without_links
+    from fecontact.guide.pages import read_page, read_titles, remove_links
     from fecontact.outputs.terminal import print_page, print_titles
 
     if topic:
-        print_page(page(topic), without_links)
+        print_page(read_page(topic), remove_links)
     else:
-        print_titles(titles())
+        print_titles(read_titles())
     return 0
 
 
@@ -41,23 +41,24 @@ def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
     """
     from dataclasses import asdict
 
-    from fecontact.files import json_text
+    from fecontact.files import format_json
     from fecontact.runs.check import check_study
 
     study_check = check_study(file, quick=quick)
     if json:
-        print(json_text(asdict(study_check)))
+        print(format_json(asdict(study_check)))
         return 2 if study_check.problems else 0
-    print(f"{file}: {count(study_check.cases, 'case')}, {', '.join(study_check.varied) or 'nothing varied'}")
+    print(f"{file}: {count_text(study_check.cases, 'case')}, {', '.join(study_check.varied) or 'nothing varied'}")
     for line in () if study_check.cost is None else study_check.cost.words:
         print(line)
-    tell_notes(study_check.notes)
+    print_notes(study_check.notes)
     for problem in study_check.problems:
         print(f"error: {problem}", file=sys.stderr)
     if 0 < study_check.placed < study_check.positions:
         which = "up to the first that is none" if study_check.problems else "spread over the study"
         print(
-            f"{study_check.placed} of {count(study_check.positions, 'position')} were tried, {which}", file=sys.stderr
+            f"{study_check.placed} of {count_text(study_check.positions, 'position')} were tried, {which}",
+            file=sys.stderr,
         )
     return 2 if study_check.problems else 0
 
@@ -83,6 +84,6 @@ def init(folder: Path) -> int:
 
 def doctor() -> int:
     """Say what this machine has for fecontact: packages, system libraries, solvers, memory, and what to do."""
-    from fecontact.doctor import doctor as examine_machine
+    from fecontact.doctor import print_diagnosis as examine_machine
 
     return examine_machine()

@@ -10,7 +10,7 @@ from cyclopts import App
 
 from fecontact.console.options import COMMON_INPUTS_TITLE, PANELS, TOPICS, find_brief_help
 from fecontact.errors import InputError
-from fecontact.inputs.texts import nearest
+from fecontact.inputs.texts import suggest_name
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpPanel
@@ -20,7 +20,7 @@ _ALL = "all"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Page:
+class HelpPage:
     """Page of a command's help, used as the formatter of cyclopts.
 
     Attributes
@@ -75,7 +75,7 @@ class Page:
         return f"All {sum(self.topics.values())} inputs: {command} --help-all; some: --help {'|'.join(self.topics)}"
 
 
-def page_of(app: App, words: Sequence[str]) -> Page | None:
+def find_help_page(app: App, words: Sequence[str]) -> HelpPage | None:
     """Page of help that the words of a command request.
 
     Parameters
@@ -105,10 +105,12 @@ def page_of(app: App, words: Sequence[str]) -> Page | None:
     if words[flag] == "--help-all" or not topics:
         topic = _ALL
     elif topic not in ("", *topics):
-        suggestion = nearest(topic, {name: name for name in topics})
+        suggestion = suggest_name(topic, {name: name for name in topics})
         raise InputError(f"help: there is no topic {topic!r}; topics of {command}: {', '.join(topics)}{suggestion}")
     shown_words = words if not topics else words[: (place or 0) + 1]
-    return Page(tokens=(*(word for word in shown_words if word not in _FLAGS), "--help"), topic=topic, topics=topics)
+    return HelpPage(
+        tokens=(*(word for word in shown_words if word not in _FLAGS), "--help"), topic=topic, topics=topics
+    )
 
 
 def _topics(command: App) -> dict[str, int]:

@@ -20,7 +20,7 @@ LOG.propagate = False
 
 
 @contextmanager
-def logged(path: Path) -> Iterator[None]:
+def log_command(path: Path) -> Iterator[None]:
     """Append a command, its messages and its end to a log file.
 
     If the file can no longer be written, this is not an error.

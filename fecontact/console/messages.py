@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fecontact.case import Case
 
 
-def say(text: str, *, quiet: bool = False) -> None:
+def print_result(text: str, *, quiet: bool = False) -> None:
     """Print a result and write it to the log; if quiet, only write it to the log.
 
     Parameters
@@ -48,7 +48,7 @@ def announce(*lines: str, quiet: bool = False) -> None:
             print(line, file=sys.stderr, flush=True)
 
 
-def log_only(text: str, *, warning: bool = False) -> None:
+def write_to_log(text: str, *, warning: bool = False) -> None:
     """Write a text to the log that is visible elsewhere, as in a table."""
     LOG.log(logging.WARNING if warning else logging.INFO, text)
 
@@ -75,7 +75,7 @@ def _print_problem(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def tell_notes(notes: Iterable[str]) -> None:
+def print_notes(notes: Iterable[str]) -> None:
     """Print notes on inputs before the computation starts."""
     for note in notes:
         _print_problem(f"note: {note}")
@@ -88,10 +88,10 @@ def _print_radii(cases: Sequence[Case]) -> None:
     for wheel, radius_mm in dict.fromkeys((case.wheel, case.rolling_radius_mm) for case in cases):
         if radius_of_file_mm(wheel) is not None:
             header_note = f"the rolling radius is {radius_mm:g} mm by the header of {Path(wheel).name}"
-            tell_notes([radius_note(wheel, radius_mm) or header_note])
+            print_notes([radius_note(wheel, radius_mm) or header_note])
 
 
-def tell_geometry(cases: Sequence[Case]) -> None:
+def print_geometry(cases: Sequence[Case]) -> None:
     """Print geometry and radius of each pair of profiles from a user's files.
 
     They are for the first case of each pair in which the wheel can be placed.
@@ -108,7 +108,7 @@ def tell_geometry(cases: Sequence[Case]) -> None:
 
 
 @contextmanager
-def telling_replaced(out: Path | None) -> Iterator[None]:
+def reporting_replaced_files(out: Path | None) -> Iterator[None]:
     """Print afterwards the files that had different content before.
 
     Parameters
@@ -132,14 +132,14 @@ def telling_replaced(out: Path | None) -> Iterator[None]:
 
 def _content_checksum(path: Path) -> str:
     """Checksum of a file's content; empty for an unreadable file, which is not replaced either."""
-    from fecontact.files import sha256
+    from fecontact.files import hash_file
 
     try:
-        return sha256(path)
+        return hash_file(path)
     except OSError:
         return ""
 
 
-def width() -> int | None:
+def find_terminal_width() -> int | None:
     """Width of the terminal in columns; None if the output is not a terminal."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Protocol, TypeVar, get_args
 from cyclopts import Group as Panel
 from cyclopts import Parameter
 
-from fecontact.case import INPUTS, Case, Group, case_with
+from fecontact.case import INPUTS, Case, Group, make_case
 from fecontact.errors import InputError
-from fecontact.inputs.slots import Slot
-from fecontact.inputs.texts import nearest, parse_numbers
+from fecontact.inputs.slots import InputPlace
+from fecontact.inputs.texts import parse_numbers, suggest_name
 
 Command = TypeVar("Command", bound=Callable[..., int])
 COMMON_INPUTS_TITLE = "Inputs that most runs need"
@@ -26,9 +26,9 @@ PANELS = {
     **{topic: Panel(topic.capitalize(), sort_key=position) for position, topic in enumerate(TOPICS, start=1)},
 }
 """Panels of help, by topic."""
-CONTACT: tuple[Group, ...] = ("pair", "wheelset", "standing", "profiles", "material")
+CONTACT_GROUPS: tuple[Group, ...] = ("pair", "wheelset", "standing", "profiles", "material")
 """Groups of inputs for lists of shifts and loads of smooth and elastic bodies."""
-POSITION: tuple[Group, ...] = (*CONTACT, "position", "load")
+POSITION_GROUPS: tuple[Group, ...] = (*CONTACT_GROUPS, "position", "load")
 """Groups of inputs for a single position of smooth and elastic bodies."""
 # Help of each common option on the first page, in a single line.
 _BRIEF = {
@@ -68,7 +68,7 @@ class CaseOption:
     """Option of the command line: its names, its inputs and its help."""
 
     names: tuple[str, ...]
-    slots: tuple[Slot, ...]
+    slots: tuple[InputPlace, ...]
     help: str
 
     @property
@@ -90,7 +90,7 @@ class CaseOption:
         value_parameter = Parameter(n_tokens=1, converter=lambda _, tokens: self.read(tokens[0].value))
         return Annotated[Any, parameter, value_parameter]
 
-    def read(self, text: str) -> dict[Slot, Any]:
+    def read(self, text: str) -> dict[InputPlace, Any]:
         """Read the values of the option's inputs.
 
         Parameters
@@ -115,7 +115,7 @@ class CaseOption:
         for assignment in re.split(r",(?=[a-z-]+=)", text):
             name, sign, value = assignment.partition("=")
             if name.strip() not in slots_by_stem or not sign:
-                suggestion = nearest(name.strip(), {stem: stem for stem in slots_by_stem})
+                suggestion = suggest_name(name.strip(), {stem: stem for stem in slots_by_stem})
                 raise InputError(
                     f"{self.names[0]}: {assignment!r} is none of {', '.join(f'{stem}=...' for stem in slots_by_stem)}"
                     f"{suggestion}"
@@ -146,7 +146,7 @@ def find_brief_help(option: str) -> str:
     return next(helps, "")
 
 
-def _refuse_unused_reading(case: Case, values: Iterable[Slot]) -> None:
+def _refuse_unused_reading(case: Case, values: Iterable[InputPlace]) -> None:
     """Refuse options on reading a profile file if the profile is not a file.
 
     Parameters
@@ -165,12 +165,12 @@ def _refuse_unused_reading(case: Case, values: Iterable[Slot]) -> None:
     if not reading_slots:
         return
     # Imported here because a page of help does not need the profiles.
-    from fecontact.profiles.library import is_known
+    from fecontact.profiles.library import is_library_name
     from fecontact.profiles.reading import is_short_form
 
     for slot in reading_slots:
         specs = [spec for body, spec in case.profiles.items() if body.endswith(slot.body)]
-        if all(is_known(spec) or is_short_form(spec) for spec in specs):
+        if all(is_library_name(spec) or is_short_form(spec) for spec in specs):
             raise InputError(
                 f"{slot.names[0]}: it says how a file is read, but the {slot.body} is {' and '.join(specs)}, which is"
                 f" none; leave it out, or give the file by --{slot.body}"
@@ -189,8 +189,8 @@ def select_options(*groups: Group) -> tuple[CaseOption, ...]:
 @cache
 def _all_options() -> tuple[CaseOption, ...]:
     """Options of all inputs: first the options for both bodies, then the options of each input."""
-    options_of_both: dict[tuple[str, ...], list[Slot]] = {}
-    options_of_each: dict[tuple[str, ...], list[Slot]] = {}
+    options_of_both: dict[tuple[str, ...], list[InputPlace]] = {}
+    options_of_each: dict[tuple[str, ...], list[InputPlace]] = {}
     for slot in INPUTS:
         options_of_each.setdefault(slot.names, []).append(slot)
         if slot.common_names:
@@ -202,7 +202,7 @@ def _all_options() -> tuple[CaseOption, ...]:
     )
 
 
-def _format_help(slots: Sequence[Slot], *, is_for_both: bool) -> str:
+def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool) -> str:
     """Help text of an option with its allowed values and its default.
 
     Parameters
@@ -223,7 +223,7 @@ def _format_help(slots: Sequence[Slot], *, is_for_both: bool) -> str:
     return f"{description.help}{f' ({slot.body})' if slot.body else ''}: {description.domain}; {default}{alternative}."
 
 
-def takes(*groups: Group) -> Callable[[Command], Command]:
+def add_case_options(*groups: Group) -> Callable[[Command], Command]:
     """Decorator that gives a command the options of some groups as its parameter `options`.
 
     Parameters
@@ -252,11 +252,11 @@ def _make_options_class(options: Sequence[CaseOption]) -> Any:
     """Class with the values of options; each value is None by default."""
 
     def case(option_values: Any) -> Case:
-        values: dict[Slot, Any] = {}
+        values: dict[InputPlace, Any] = {}
         for option in options:
             if (value := getattr(option_values, option.attribute)) is not None:
                 values |= value if isinstance(value, Mapping) else dict.fromkeys(option.slots, value)
-        case = case_with(values)
+        case = make_case(values)
         if any(option.slots[0].field == "rail" for option in options):
             _refuse_unused_reading(case, values)
         return case

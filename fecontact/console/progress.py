@@ -15,7 +15,7 @@ from functools import partial
 
 from fecontact.console.log import LOG
 from fecontact.console.messages import announce
-from fecontact.jobs.remaining import Progress, duration
+from fecontact.jobs.remaining import Progress, format_duration
 
 # Seconds between two lines of progress without a terminal. This is less than the 10 s of a position by finite elements,
 # so that each position has a line, and many times the time of a pair of a fleet.
@@ -37,7 +37,7 @@ _STEP_WORDS = {
 
 
 @contextmanager
-def solving() -> Iterator[Callable[[str], None]]:
+def show_solution_progress() -> Iterator[Callable[[str], None]]:
     """Progress of a single case.
 
     Yields
@@ -56,7 +56,9 @@ def solving() -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def many(kind: str, *, quiet: bool = False, before: Callable[[int], str] | None = None) -> Iterator[Progress]:
+def show_job_progress(
+    kind: str, *, quiet: bool = False, before: Callable[[int], str] | None = None
+) -> Iterator[Progress]:
     """Progress of many jobs.
 
     Parameters
@@ -73,7 +75,7 @@ def many(kind: str, *, quiet: bool = False, before: Callable[[int], str] | None 
     Progress
         Function that receives the number of finished jobs, the number of all jobs, and a text on the present job.
     """
-    with several(kind, quiet=quiet) as progress_by_kind:
+    with show_progress_by_kind(kind, quiet=quiet) as progress_by_kind:
         show_progress, announcements = progress_by_kind[kind], [before]
 
         def announced(number: int, count: int, text: str) -> None:
@@ -85,7 +87,7 @@ def many(kind: str, *, quiet: bool = False, before: Callable[[int], str] | None 
 
 
 @contextmanager
-def several(*kinds: str, quiet: bool = False) -> Iterator[Mapping[str, Progress]]:
+def show_progress_by_kind(*kinds: str, quiet: bool = False) -> Iterator[Mapping[str, Progress]]:
     """Progress of jobs of several kinds, kind by kind.
 
     Parameters
@@ -98,7 +100,7 @@ def several(*kinds: str, quiet: bool = False) -> Iterator[Mapping[str, Progress]
     Yields
     ------
     Mapping
-        Function for each kind, as `many` yields it.
+        Function for each kind, as `show_job_progress` yields it.
     """
     with _open_progress_line(quiet=quiet) as say:
         yield {kind: partial(_print_count, say, kind) for kind in kinds}
@@ -140,7 +142,7 @@ def _open_progress_line(*, quiet: bool = False) -> Iterator[Callable[[str, str],
         time_now = time.monotonic()
         if key and key != last_key:
             LOG.info(text)
-            pending_line = f"{duration(time_now - start):>7} {text}"
+            pending_line = f"{format_duration(time_now - start):>7} {text}"
             if time_now - printed_at >= _BETWEEN_LINES_S:
                 release()
                 printed_at = time_now

@@ -6,13 +6,13 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fecontact.console.messages import print_reasons, say
+from fecontact.console.messages import print_reasons, print_result
 from fecontact.console.run_options import RunOptions
-from fecontact.errors import usable, with_remedy
-from fecontact.outputs.terminal import count
+from fecontact.errors import describe_status, is_usable_status
+from fecontact.outputs.terminal import count_text
 
 
-def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], kind: str, how: RunOptions) -> None:
+def report_reused_jobs(reused: Collection[str], recomputed: Mapping[str, str], kind: str, how: RunOptions) -> None:
     """Print the number of reused results, and why others were solved again.
 
     Parameters
@@ -28,11 +28,11 @@ def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], kind: st
     """
     print_reasons("done again", recomputed)
     if reused:
-        reused_jobs = f"{count(len(reused), f'finished {kind}')} {'was' if len(reused) == 1 else 'were'}"
-        say(f"{reused_jobs} reused; --force solves again", quiet=how.quiet)
+        reused_jobs = f"{count_text(len(reused), f'finished {kind}')} {'was' if len(reused) == 1 else 'were'}"
+        print_result(f"{reused_jobs} reused; --force solves again", quiet=how.quiet)
 
 
-def tell_lost(rows: Sequence[Mapping[str, Any]], kind: str, how_lost: str) -> int:
+def report_unusable_rows(rows: Sequence[Mapping[str, Any]], kind: str, how_lost: str) -> int:
     """Print the rows of cases without a usable result, with their reasons.
 
     Parameters
@@ -49,12 +49,12 @@ def tell_lost(rows: Sequence[Mapping[str, Any]], kind: str, how_lost: str) -> in
     int
         Number of rows without a usable result.
     """
-    lost = {str(row["id"]): with_remedy(row) for row in rows if not usable(row)}
-    print_reasons(f"{len(lost)} of {count(len(rows), kind)} {how_lost}", lost)
+    lost = {str(row["id"]): describe_status(row) for row in rows if not is_usable_status(row)}
+    print_reasons(f"{len(lost)} of {count_text(len(rows), kind)} {how_lost}", lost)
     return len(lost)
 
 
-def tell_files(out: Path, files: Sequence[str], addition: str, how: RunOptions) -> None:
+def report_files(out: Path, files: Sequence[str], addition: str, how: RunOptions) -> None:
     """Print the files of the results, or how to join the parts of a run.
 
     Parameters
@@ -70,7 +70,7 @@ def tell_files(out: Path, files: Sequence[str], addition: str, how: RunOptions) 
     """
     if how.part is None:
         present = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
-        say(f"Results in {out}: {present}{addition}", quiet=how.quiet)
+        print_result(f"Results in {out}: {present}{addition}", quiet=how.quiet)
     else:
         words = f"Part {how.part} is in {out}; when all parts are, the same command without --part puts them together"
-        say(words, quiet=how.quiet)
+        print_result(words, quiet=how.quiet)

@@ -65,4 +65,4 @@ class RunOptions:
         )
 
 
-AS_USUAL = RunOptions()
+DEFAULT_RUN_OPTIONS = RunOptions()

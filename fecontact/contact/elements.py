@@ -18,13 +18,13 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from fecontact.arrays import Floats, Integers
 from fecontact.contact.grid import ContactGrid, Field
-from fecontact.contact.halfspace import convolution, half_space_below, love_influence
+from fecontact.contact.halfspace import build_convolution, build_half_space_compliance, love_influence
 from fecontact.contact.solver import Compliance
 
 # Lower bound of the spectrum of a compliance, relative to its largest value. A response near the edge of a curved body,
 # applied at every node, is not always positive definite.
 _MIN_RELATIVE_SPECTRUM = 1e-3
-COMPLIANCE_LIMIT = 0.02
+COMPLIANCE_ERROR_LIMIT = 0.02
 """Largest relative compliance error of finite elements with the stiffness of their material.
 
 Measured on the finest meshes of 24 contacts at `quick` and `standard` (R 460 to R 10, S1002 on 60E1, 60E2 and
@@ -58,7 +58,7 @@ _MAX_FIT_RESIDUAL = 0.0018
 # turn by 0.33 to 1.11 rad: the measured error of healthy elements is -14 to 3 %, and always beyond the limit. Where the
 # normals turn by at most 0.24 rad, the measured error is at most 1.1 %.
 _MAX_NORMAL_TURN_RAD = 0.3
-UNSEEN_COMPLIANCE = 0.06
+UNCHECKED_COMPLIANCE_ERROR = 0.06
 """Relative compliance error to assume for finite elements without a measured compliance error.
 
 On a gauge corner, the measured error of healthy elements is -5.6, -2.3 and -1.2 % with 6, 9 and 13.5 elements per
@@ -195,7 +195,7 @@ class UnitResponse:
         angle_rad (ns,)
             Angle of the normal at each column of nodes. Pressures act and openings are measured along the normals.
             Along a normal at a different angle, the response of a half-space is multiplied by the cosine between both
-            normals (`contact.halfspace.along_normals`): 0.94 on a flange root.
+            normals (`contact.halfspace.project_on_normals`): 0.94 on a flange root.
         side_mm
             Distance from the pressed node to the nearest side of the body. If a body is narrow for the fit, the
             residual of the fit decides whether the shape of the bodies is a quadratic function.
@@ -205,7 +205,7 @@ class UnitResponse:
         float
             Relative error (-), positive for elements that are too soft. NaN outside the range of validity: at least 8
             visible nodes to each side, normals that turn by at most 0.3 rad, and a small residual on a body that is
-            narrow for the fit. Use `UNSEEN_COMPLIANCE` as the uncertainty instead.
+            narrow for the fit. Use `UNCHECKED_COMPLIANCE_ERROR` as the uncertainty instead.
         """
         x, s = np.meshgrid(*self._node_offsets(), indexing="ij")
         distance_nodes, (is_visible, visible_nodes) = np.hypot(x, s), self._visible_offsets(x, s)
@@ -296,7 +296,7 @@ class UnitResponse:
     def _convolution(self, response: Floats, least_spectrum: float = -np.inf) -> Compliance:
         """Compliance with an equal response at every node."""
         half = self.grid.half
-        return convolution(
+        return build_convolution(
             response[response.shape[0] // 2 :], self.grid.shape, half=half, least_spectrum=least_spectrum
         )
 
@@ -350,7 +350,7 @@ class Bands:
 
     def half_space(self) -> Compliance:
         """Compliance of a pair of half-spaces on all nodes."""
-        return self.together([half_space_below(grid, self.contact_modulus_MPa) for grid in self.band_grids])
+        return self.together([build_half_space_compliance(grid, self.contact_modulus_MPa) for grid in self.band_grids])
 
     def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
         """Response of each band to a unit pressure at its middle.

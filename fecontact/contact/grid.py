@@ -138,7 +138,7 @@ class ContactGrid:
         return node_integrals.ravel() / self.nodal_area_mm2()
 
 
-def in_bands(x_mm: Floats, band_positions_mm: Sequence[Floats], *, half: bool) -> ContactGrid:
+def build_banded_grid(x_mm: Floats, band_positions_mm: Sequence[Floats], *, half: bool) -> ContactGrid:
     """Build a grid from bands of nodes with equal steps.
 
     Parameters
@@ -178,7 +178,7 @@ def _equalise_steps(steps: Floats) -> Floats:
     return np.where(np.abs(steps - steps[0]) <= 1e-9 * steps[0], steps[0], steps)
 
 
-def hat_functions(nodes: Floats, positions: Floats) -> Floats:
+def evaluate_hat_functions(nodes: Floats, positions: Floats) -> Floats:
     """Linear shape functions of nodes at given positions.
 
     Parameters
@@ -278,7 +278,7 @@ class Field:
         step = grid.steps_mm[1]
         s = grid.s_mm[0] + step * np.arange(np.floor(np.ptp(grid.s_mm) / step + _POSITION_ROUNDING) + 1)
         even_grid = ContactGrid(x_mm=grid.x_mm, s_mm=np.asarray(s), half=grid.half)
-        return Field(grid=even_grid, values=self.values @ hat_functions(grid.s_mm, s))
+        return Field(grid=even_grid, values=self.values @ evaluate_hat_functions(grid.s_mm, s))
 
     def covering(self, length_x_mm: float, length_s_mm: float) -> Field:
         """Extend the whole field by zeros over a box around the origin.
@@ -320,7 +320,10 @@ class Field:
         node_grid = self.grid
         if np.array_equal(node_grid.x_mm, grid.x_mm) and np.array_equal(node_grid.s_mm, grid.s_mm):
             return Field(grid=grid, values=self.values)
-        shapes_x, shapes_s = hat_functions(node_grid.x_mm, grid.x_mm), hat_functions(node_grid.s_mm, grid.s_mm)
+        shapes_x, shapes_s = (
+            evaluate_hat_functions(node_grid.x_mm, grid.x_mm),
+            evaluate_hat_functions(node_grid.s_mm, grid.s_mm),
+        )
         is_inside = np.outer(_is_within(node_grid.x_mm, grid.x_mm), _is_within(node_grid.s_mm, grid.s_mm))
         return Field(grid=grid, values=np.where(is_inside, shapes_x.T @ self.values @ shapes_s, 0.0))
 
@@ -331,7 +334,7 @@ class Field:
             return self
         positions, widths, value_columns = [bands[0].s_mm], [bands[0].cells_mm], [self.values[:, : bands[0].s_mm.size]]
         for previous, band in pairwise(bands):
-            ends = _growing(
+            ends = _grow_cells(
                 _cell_ends(previous.s_mm)[-1], _cell_ends(band.s_mm)[0], previous.steps_mm[1], band.steps_mm[1]
             )
             first = sum(values.shape[1] for values in value_columns[::2])
@@ -349,7 +352,7 @@ def _is_within(nodes: Floats, positions: Floats) -> NDArray[np.bool_]:
     return np.asarray((positions >= nodes[0] - slack) & (positions <= nodes[-1] + slack))
 
 
-def _growing(low: float, high: float, first_width: float, last_width: float) -> Floats:
+def _grow_cells(low: float, high: float, first_width: float, last_width: float) -> Floats:
     """Ends of growing cells between two bands.
 
     The cells grow from the widths of the last cell of the first band and the first cell of the second band.
@@ -477,7 +480,7 @@ class Rung:
         return self.contact_residual + self.penetration_residual
 
 
-def misfit(nodal: Rung, fine: Rung) -> float:
+def calculate_misplaced_load(nodal: Rung, fine: Rung) -> float:
     """Misplaced load of a contact on the nodes of the elements.
 
     It is the fraction of the load at different positions than in the contact on finer nodes. A nodal pressure is the

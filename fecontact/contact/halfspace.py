@@ -21,10 +21,10 @@ from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution
 from fecontact.errors import ConvergenceError, InputError
 
 # Inverse of the relative error of the opening of a band under the pressure of a different band.
-_PARTS_OF_BETWEEN = 1e8
+_INVERSE_INTERPOLATION_ERROR = 1e8
 
 
-def half_space_problem(
+def build_half_space_problem(
     grid: ContactGrid,
     gap_mm: Floats,
     *,
@@ -45,7 +45,7 @@ def half_space_problem(
     closing (n,)
         Closing of the gap per approach of the bodies; 1 everywhere by default.
     angle_rad (ns,)
-        Angles of the normals along which pressures act, as in `along_normals`; all normals are parallel by default.
+        Angles of the normals along which pressures act, as in `project_on_normals`; all normals are parallel by default.
 
     Returns
     -------
@@ -53,15 +53,17 @@ def half_space_problem(
         Problem with the compliance of the half-spaces and an approximate stiffness.
     """
     return ContactProblem(
-        compliance=half_space_below(grid, contact_modulus_MPa, angle_rad),
+        compliance=build_half_space_compliance(grid, contact_modulus_MPa, angle_rad),
         gap_mm=gap_mm,
         closing=np.ones(gap_mm.size) if closing is None else closing,
         area_mm2=grid.whole_area_mm2(),
-        stiffness=stiffness_below(grid, contact_modulus_MPa),
+        stiffness=build_half_space_stiffness(grid, contact_modulus_MPa),
     )
 
 
-def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: Floats | None = None) -> Compliance:
+def build_half_space_compliance(
+    grid: ContactGrid, contact_modulus_MPa: float, angle_rad: Floats | None = None
+) -> Compliance:
     """Compliance of a pair of half-spaces on the nodes of a grid.
 
     Each node has its pressure on a rectangle of one step by one step around it (Love 1929; Johnson 1985, eq. 3.25). The
@@ -78,7 +80,7 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: F
     contact_modulus_MPa
         E* of the pair.
     angle_rad (ns,)
-        Angles of the normals along which pressures act, as in `along_normals`; all normals are parallel by default.
+        Angles of the normals along which pressures act, as in `project_on_normals`; all normals are parallel by default.
 
     Returns
     -------
@@ -104,7 +106,9 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: F
     True
     """
     if angle_rad is not None and np.ptp(angle_rad) > 0.0:
-        return along_normals(half_space_below(grid, contact_modulus_MPa), np.tile(angle_rad, grid.shape[0]))
+        return project_on_normals(
+            build_half_space_compliance(grid, contact_modulus_MPa), np.tile(angle_rad, grid.shape[0])
+        )
     if len(grid.bands) > 1:
         return _compliance_on_bands(grid, contact_modulus_MPa)
     (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
@@ -115,10 +119,10 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float, angle_rad: F
         step_x,
         step_s,
     ) / (np.pi * contact_modulus_MPa)
-    return convolution(kernel, grid.shape, half=grid.half)
+    return build_convolution(kernel, grid.shape, half=grid.half)
 
 
-def stiffness_below(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+def build_half_space_stiffness(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
     """Approximate inverse of the compliance of half-spaces, for each band alone.
 
     A wave of length 2 pi / k has an opening of 2 / (k E*) times its pressure (Johnson 1985, sec. 13.2). The waves
@@ -170,7 +174,7 @@ def _wave_stiffness(band: ContactGrid, contact_modulus_MPa: float) -> Compliance
 def _compliance_on_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
     """Compliance of a pair of half-spaces on the nodes of several bands."""
     ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
-    band_compliances = [half_space_below(band, contact_modulus_MPa) for band in grid.bands]
+    band_compliances = [build_half_space_compliance(band, contact_modulus_MPa) for band in grid.bands]
     opening_between_bands = _opening_between_bands(grid, contact_modulus_MPa)
 
     def apply(pressure: Floats) -> Floats:
@@ -246,7 +250,10 @@ def _interpolation_points(band: ContactGrid, grid: ContactGrid) -> Floats:
     outside_nodes = grid.s_mm[(grid.s_mm < low) | (grid.s_mm > high)]
     relative_distance = float(np.abs(outside_nodes - 0.5 * (low + high)).min()) / half_width
     count = (
-        math.ceil(math.log(_PARTS_OF_BETWEEN) / math.log(relative_distance + math.sqrt(relative_distance**2 - 1.0))) + 1
+        math.ceil(
+            math.log(_INVERSE_INTERPOLATION_ERROR) / math.log(relative_distance + math.sqrt(relative_distance**2 - 1.0))
+        )
+        + 1
     )
     return np.asarray(0.5 * (low + high) + half_width * np.cos(np.pi * (np.arange(count) + 0.5) / count))
 
@@ -268,7 +275,7 @@ def _lagrange_polynomials(points: Floats, band: ContactGrid, cell_fraction: floa
     return np.asarray(np.linalg.solve(terms(points).T, node_means.T))
 
 
-def along_normals(parallel_compliance: Compliance, angle_rad: Floats) -> Compliance:
+def project_on_normals(parallel_compliance: Compliance, angle_rad: Floats) -> Compliance:
     """Compliance of a half-space under pressures along normals in a plane across.
 
     A pressure along a normal opens two bodies of equal material along this normal only, because their tangential
@@ -304,7 +311,9 @@ def along_normals(parallel_compliance: Compliance, angle_rad: Floats) -> Complia
     return apply
 
 
-def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spectrum: float = -np.inf) -> Compliance:
+def build_convolution(
+    kernel: Floats, shape: tuple[int, int], *, half: bool, least_spectrum: float = -np.inf
+) -> Compliance:
     """Compliance with an equal response at every node.
 
     Parameters
@@ -416,7 +425,7 @@ def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) 
 # --- Contact of an even gap on a half-space, on nodes that follow the patch, without profiles and placement.
 
 GapFunction = Callable[[Floats, Floats], Floats]
-NODES = 16
+NODES_PER_HALF_LENGTH = 16
 """Number of nodes on the half length and the half width of the narrowest piece of a patch."""
 # Bound of the residuals, relative to the approach. The resulting error of approach and pressure is smaller than the
 # discretisation error.
@@ -448,14 +457,14 @@ class GapContact:
     residual: float
 
 
-def contact_on_gap(
+def solve_gap_contact(
     gap_mm: GapFunction,
     load_N: float,
     contact_modulus_MPa: float,
     *,
     reach_mm: float,
     far_mm: tuple[float, float],
-    nodes: int = NODES,
+    nodes: int = NODES_PER_HALF_LENGTH,
 ) -> GapContact:
     """Solve the contact of an even gap on a half-space.
 
@@ -506,7 +515,7 @@ def contact_on_gap(
     least_gap = float(sampled_gap.min())
     for _ in range(12):
         solution, grid = _solve_on_grid(
-            gap_mm, _box(x, y, sampled_gap - least_gap <= reach_mm), load_N, contact_modulus_MPa
+            gap_mm, _build_coarse_grid(x, y, sampled_gap - least_gap <= reach_mm), load_N, contact_modulus_MPa
         )
         if solution.approach_mm - least_gap < reach_mm:
             break
@@ -538,11 +547,11 @@ def _solve_on_grid(
     The first direction of the grid is y.
     """
     gap = np.ascontiguousarray(gap_mm(grid.s_mm[:, None], grid.x_mm[None, :]).T)
-    problem = half_space_problem(grid, gap.ravel(), contact_modulus_MPa=modulus)
+    problem = build_half_space_problem(grid, gap.ravel(), contact_modulus_MPa=modulus)
     return solve_contact(problem, load_N, tolerance=_RESIDUAL_TOLERANCE), grid
 
 
-def _box(x: Floats, y: Floats, is_near: NDArray[np.bool_]) -> ContactGrid:
+def _build_coarse_grid(x: Floats, y: Floats, is_near: NDArray[np.bool_]) -> ContactGrid:
     """Coarse nodes over all positions with a small gap.
 
     Parameters

@@ -117,7 +117,7 @@ def measure_patch(pressure: Field) -> Patch:
     # out, and without it too far in. Both errors are of first order in the element size. The error of their mean is of
     # higher order.
     outer_outline, inner_outline = (
-        _measure_outline(x_mm, s_mm, signed_square(pressures, without_edge=without_edge))
+        _measure_outline(x_mm, s_mm, build_signed_square(pressures, without_edge=without_edge))
         for without_edge in (False, True)
     )
     area, extent_x, extent_s = 0.5 * (outer_outline + inner_outline)
@@ -179,7 +179,7 @@ def _measure_lobes(pressure: Floats, force_shares: Floats, positions: Floats) ->
     return tuple(sorted(lobes, key=lambda lobe: -lobe.p_max_MPa)), valley
 
 
-def valley_of(pressure: Floats) -> float:
+def measure_valley_depth(pressure: Floats) -> float:
     """Depth of the valley of a pressure, as in `Patch`.
 
     Parameters
@@ -216,7 +216,7 @@ class LobeWindow:
     high: float
 
 
-def lobe_windows(pressure: Floats) -> tuple[LobeWindow, ...]:
+def find_lobe_windows(pressure: Floats) -> tuple[LobeWindow, ...]:
     """Range of columns of each lobe, from the gauge side on.
 
     Parameters
@@ -272,12 +272,12 @@ def _find_lobes(pressure: Floats) -> tuple[Floats, Any, list[int], float]:
     The ridge is the largest pressure of each column, with a zero at each end.
     """
     ridge = np.concatenate(([0.0], pressure.max(axis=0), [0.0]))
-    peaks, valley = standing_peaks(ridge, _MIN_VALLEY_DEPTH)
+    peaks, valley = find_ridge_peaks(ridge, _MIN_VALLEY_DEPTH)
     ends = [1, *(int(low + np.argmin(ridge[low:high])) for low, high in pairwise(peaks)), ridge.size - 1]
     return ridge, peaks, ends, valley
 
 
-def standing_peaks(ridge: Floats, min_prominence: float) -> tuple[NDArray[np.intp], float]:
+def find_ridge_peaks(ridge: Floats, min_prominence: float) -> tuple[NDArray[np.intp], float]:
     """Find the peaks of a ridge, and the depth of its valley.
 
     A peak counts if the ridge falls on both its sides by at least `min_prominence` times the highest peak. The highest
@@ -329,7 +329,7 @@ def _prominence(ridge: Floats, peak: int) -> float:
     return float(ridge[peak] - max(ridge[start : peak + 1].min(), ridge[peak:stop].min()))
 
 
-def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
+def build_signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
     """Square of a pressure, continued to negative values around the patch.
 
     The square of a Hertz pressure is a paraboloid, so that the continuation along a grid line through its last three
@@ -410,7 +410,7 @@ def _continue_once(squares: Floats, is_valid: NDArray[np.bool_]) -> tuple[Floats
     return continuation, is_continued
 
 
-def area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
+def measure_area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
     """Area of a patch between two positions across, as in `measure_patch`.
 
     Parameters
@@ -437,7 +437,7 @@ def _signed_squares(pressure: Field) -> tuple[Floats, Floats, tuple[Floats, ...]
     The first signed square has the outermost nodes, the second is without them.
     """
     whole_field = pressure.whole()
-    squares = (signed_square(whole_field.values, without_edge=without_edge) for without_edge in (False, True))
+    squares = (build_signed_square(whole_field.values, without_edge=without_edge) for without_edge in (False, True))
     return whole_field.grid.x_mm, whole_field.grid.s_mm, tuple(squares)
 
 

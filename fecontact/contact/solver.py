@@ -83,7 +83,7 @@ class ContactProblem:
         float
             Force in N.
         """
-        return inner(self.area_mm2 * self.closing, pressure)
+        return inner_product(self.area_mm2 * self.closing, pressure)
 
     def opening_mm(self, solution: ContactSolution) -> Floats:
         """Opening of the surfaces under the pressures of a solution.
@@ -191,7 +191,9 @@ def solve_contact(
     """
     weights = problem.area_mm2
     pressure = (
-        _initial_pressure(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else _cleared(start_MPa)
+        _initial_pressure(problem, load_N)
+        if start_MPa is None or not np.any(start_MPa > 0.0)
+        else _clean_start(start_MPa)
     )
     pressure = pressure * _load_scale(problem, load_N, pressure)
     search_direction, gap_before, descent_norm_before = np.zeros_like(pressure), np.zeros_like(pressure), np.inf
@@ -217,15 +219,15 @@ def solve_contact(
             descent = (
                 descent - problem.load_N(descent) / problem.load_N(unit_approach_pressure) * unit_approach_pressure
             )
-        descent_norm = inner(weights * descent, gap)
-        conjugate_factor = max(0.0, inner(weights * descent, gap - gap_before) / descent_norm_before)
+        descent_norm = inner_product(weights * descent, gap)
+        conjugate_factor = max(0.0, inner_product(weights * descent, gap - gap_before) / descent_norm_before)
         search_direction = np.where(is_active, descent + conjugate_factor * search_direction, 0.0)
         gap_before, descent_norm_before = gap, descent_norm
         direction_opening = problem.compliance(search_direction)
         compliance_calls += 1
         direction_approach = _fit_approach(problem, direction_opening, is_active) if approach_mm is None else 0.0
-        curvature = inner(weights * search_direction, direction_opening - direction_approach * problem.closing)
-        step_length = inner(weights * gap, search_direction) / curvature
+        curvature = inner_product(weights * search_direction, direction_opening - direction_approach * problem.closing)
+        step_length = inner_product(weights * gap, search_direction) / curvature
         trial_pressure = pressure - step_length * search_direction
         nonnegative_pressure = np.maximum(trial_pressure, 0.0)
         scale = _load_scale(problem, load_N, nonnegative_pressure)
@@ -304,10 +306,10 @@ def _fit_approach(problem: ContactProblem, values: Floats, nodes: NDArray[np.boo
     If all normals are parallel to the approach, then the approach is the mean of the displacements.
     """
     closing, weights = problem.closing[nodes], problem.area_mm2[nodes]
-    return inner(weights * closing, values[nodes]) / inner(weights * closing, closing)
+    return inner_product(weights * closing, values[nodes]) / inner_product(weights * closing, closing)
 
 
-def inner(a: Floats, b: Floats) -> float:
+def inner_product(a: Floats, b: Floats) -> float:
     """Inner product of two arrays (n,).
 
     It does not use BLAS: starting and ending the threads of BLAS takes a hundred times as long as a sum of ten thousand
@@ -321,7 +323,7 @@ def _load_scale(problem: ContactProblem, load_N: float | None, pressure: Floats)
     return 1.0 if load_N is None else load_N / problem.load_N(pressure)
 
 
-def _cleared(start: Floats) -> Floats:
+def _clean_start(start: Floats) -> Floats:
     """Clean an initial pressure (n,) of negative values and of rounding errors.
 
     Interpolation leaves rounding errors next to the contact.
@@ -339,7 +341,7 @@ def _initial_pressure(problem: ContactProblem, load_N: float | None) -> Floats:
 # --- Mixing of the last solutions of a fixed-point iteration (Anderson 1965; Walker and Ni 2011).
 
 
-def mixture(outputs: Sequence[Floats], changes: Sequence[Floats]) -> Floats:
+def mix_solutions(outputs: Sequence[Floats], changes: Sequence[Floats]) -> Floats:
     """Combine solutions such that their changes cancel best.
 
     Parameters
@@ -378,7 +380,7 @@ _MAX_CORRECTIONS = 15
 # by a factor of four to a hundred. Expected residual of the first correction. Compliance error of the last correction,
 # as a fraction of the tolerance.
 _RELATIVE_COMPLIANCE_ERROR, _INITIAL_RESIDUAL, _FINAL_ERROR_FRACTION = 2e-3, 0.15, 0.1
-SLIDES = 4
+SLIDING_CORRECTIONS = 4
 """Number of corrections with a slide of the bodies along a steep surface: the residual is then some 1e-4."""
 _MIXED_SOLUTIONS = 4
 
@@ -410,7 +412,7 @@ def solve_by_correction(
         Start of the first solution of the model.
     slid
         Function from a solution to the gap (n,) in mm after the slide of the bodies under this solution, for bodies
-        that slide along each other. It is called after each of the first `SLIDES` corrections. The solution is for the
+        that slide along each other. It is called after each of the first `SLIDING_CORRECTIONS` corrections. The solution is for the
         last of these gaps.
     tolerance
         Bound of both residuals, relative to the approach, as in `solve_contact`.
@@ -432,7 +434,7 @@ def solve_by_correction(
         opening = problem.compliance(pressure) if problem.within is None else problem.within(pressure, compliance_error)
         solution = evaluate_solution(problem, load_N, pressure, opening, tolerance)
         residual = max(solution.contact_residual, solution.penetration_residual)
-        if slid is not None and correction <= SLIDES:
+        if slid is not None and correction <= SLIDING_CORRECTIONS:
             # Earlier solutions belong to a different gap.
             problem, outputs, changes = replace(problem, gap_mm=slid(solution)), [], []
         elif solution.status == "converged" and compliance_error <= _FINAL_ERROR_FRACTION * tolerance:
@@ -449,7 +451,7 @@ def solve_by_correction(
             [*changes, (model_pressure - pressure) * root_area][-_MIXED_SOLUTIONS - 1 :],
         )
         # A pressure outside the contact of the last solution would be a gap under pressure.
-        mixed_pressure = np.where(model_pressure > 0.0, np.maximum(mixture(outputs, changes), 0.0), 0.0)
+        mixed_pressure = np.where(model_pressure > 0.0, np.maximum(mix_solutions(outputs, changes), 0.0), 0.0)
         pressure = mixed_pressure if len(outputs) == 1 else mixed_pressure * (load_N / problem.load_N(mixed_pressure))
     final_solution = solve_contact(problem, load_N, start_MPa=best_pressure, tolerance=tolerance)
     return replace(final_solution, compliance_calls=final_solution.compliance_calls + _MAX_CORRECTIONS)

@@ -15,7 +15,7 @@ from fecontact.contact_theories.gap_line import (
 from fecontact.errors import check_positive
 
 
-def analyn_at(line: GapLine, approach_mm: float) -> StripContact:
+def solve_analyn(line: GapLine, approach_mm: float) -> StripContact:
     """Contact by ANALYN at an approach.
 
     Each strip is the middle of Hertz's ellipse for the curvature of the strip across. Its approach is the whole

@@ -16,15 +16,15 @@ from scipy.ndimage import label
 from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.contact.patch import measure_patch
-from fecontact.contact_theories.gap_line import StripContact, TheoryStatus, regions
+from fecontact.contact_theories.gap_line import StripContact, TheoryStatus, find_runs
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.placement.poses import TouchPoint
+from fecontact.placement.poses import ContactPoint
 
 # Number of points per cell and direction for the mean of a pressure over a cell.
 _POINTS_PER_CELL = 5
 
 
-class Shape(Protocol):
+class PressureShape(Protocol):
     """Pressure over the positions of a patch by a theory."""
 
     def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
@@ -51,7 +51,7 @@ class TheoryPatch:
         Number of the contact point of the patch, and this contact point; None for theories without contact points.
     """
 
-    shape: Shape
+    shape: PressureShape
     normal_force_N: float
     p_max_MPa: float
     area_mm2: float
@@ -62,7 +62,7 @@ class TheoryPatch:
     low_mm: tuple[float, float]
     high_mm: tuple[float, float]
     touch_point: int | None = None
-    touch: TouchPoint | None = None
+    touch: ContactPoint | None = None
 
     @property
     def hertz(self) -> HertzContact | None:
@@ -70,7 +70,7 @@ class TheoryPatch:
         return self.shape if isinstance(self.shape, HertzContact) else None
 
 
-def ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) -> TheoryPatch:
+def patch_from_ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) -> TheoryPatch:
     """Create a patch from Hertz's ellipse.
 
     Parameters
@@ -101,7 +101,7 @@ def ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) ->
 
 
 @dataclass(frozen=True, kw_only=True)
-class Approximation:
+class TheoryContact:
     """Contact predicted by a theory: its patches, in descending order of their forces.
 
     Attributes
@@ -143,9 +143,9 @@ class Approximation:
         return self.status in ("solved", "out of range")
 
     @classmethod
-    def of(cls, hertz: HertzContact) -> Approximation:
+    def of(cls, hertz: HertzContact) -> TheoryContact:
         """Contact with Hertz's ellipse at the first contact point."""
-        return cls(patches=(ellipse(hertz),), approach_mm=hertz.approach_mm)
+        return cls(patches=(patch_from_ellipse(hertz),), approach_mm=hertz.approach_mm)
 
     @property
     def single(self) -> TheoryPatch | None:
@@ -227,7 +227,7 @@ class Approximation:
             covered_grid = replace(
                 grid, x_mm=grid.x_mm[covered[0]], s_mm=grid.s_mm[covered[1]], widths_mm=grid.cells_mm[covered[1]]
             )
-            pressure[covered] += mean_pressure(
+            pressure[covered] += average_pressure_over_cells(
                 covered_grid, patch.shape, (patch.origin_mm[0] + dx, patch.origin_mm[1] + ds)
             )
         return pressure
@@ -262,7 +262,7 @@ def _covered_nodes(grid: ContactGrid, patch: TheoryPatch, moved_mm: tuple[float,
     return slice(*rows.tolist()), slice(*(int(end) for end in columns))
 
 
-def of_strips(contact: StripContact) -> Approximation:
+def theory_contact_from_strips(contact: StripContact) -> TheoryContact:
     """Create a theory contact from a contact in strips.
 
     Parameters
@@ -276,7 +276,7 @@ def of_strips(contact: StripContact) -> Approximation:
         Contact with a patch for each region.
     """
     patches = []
-    for first, last in regions(contact.half_length_mm > 0.0):
+    for first, last in find_runs(contact.half_length_mm > 0.0):
         is_in_region = np.zeros(contact.t_mm.size, bool)
         is_in_region[first : last + 1] = True
         region = replace(
@@ -304,7 +304,7 @@ def of_strips(contact: StripContact) -> Approximation:
                 high_mm=(half_length, high),
             )
         )
-    return Approximation(
+    return TheoryContact(
         patches=tuple(sorted(patches, key=lambda patch: -patch.normal_force_N)),
         approach_mm=contact.approach_mm,
         status=contact.status,
@@ -352,7 +352,7 @@ def _containing_cells(
     return index, np.abs(positions - nodes[index]) <= 0.5 * widths[index]
 
 
-def of_rung(rung: Rung) -> Approximation:
+def theory_contact_from_rung(rung: Rung) -> TheoryContact:
     """Create a theory contact from a solved contact.
 
     Parameters
@@ -373,7 +373,7 @@ def of_rung(rung: Rung) -> Approximation:
     ]
     cell_areas = whole_field.grid.steps_mm[0] * whole_field.grid.cells_mm
     patches = [_patch_from_field(field, float((field.values.sum(axis=0)) @ cell_areas)) for field in fields]
-    return Approximation(
+    return TheoryContact(
         patches=tuple(sorted(patches, key=lambda patch: -patch.normal_force_N)), approach_mm=rung.approach_mm
     )
 
@@ -399,7 +399,9 @@ def _patch_from_field(field: Field, force_N: float) -> TheoryPatch:
     )
 
 
-def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
+def average_pressure_over_cells(
+    grid: ContactGrid, shape: PressureShape, origin_mm: tuple[float, float] = (0.0, 0.0)
+) -> Floats:
     """Pressure of a theory, averaged over the cell of each node.
 
     A contact on a half-space has its nodal pressures on such cells.

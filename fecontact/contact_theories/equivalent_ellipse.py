@@ -8,16 +8,16 @@ from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
-    crossings_mm,
     end_notes,
-    regions,
+    find_crossings_mm,
+    find_runs,
 )
-from fecontact.contact_theories.hertz import ellipse_shape
+from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import VIRTUAL_PENETRATION
 from fecontact.errors import check_positive
 
 
-def equivalent_ellipse_at(line: GapLine, approach_mm: float) -> StripContact:
+def solve_equivalent_ellipse(line: GapLine, approach_mm: float) -> StripContact:
     """Contact by the equivalent ellipse at an approach.
 
     The parabola goes through the two positions around the contact point with a gap of 0.55 of the approach, as in
@@ -60,11 +60,11 @@ def equivalent_ellipse_at(line: GapLine, approach_mm: float) -> StripContact:
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     level = VIRTUAL_PENETRATION * approach_mm
-    regions_below = regions(line.f_mm < level)
+    regions_below = find_runs(line.f_mm < level)
     first, last = next(run for run in regions_below if run[0] <= line.touch <= run[1])
-    low, high = crossings_mm(line.t_mm, line.f_mm, level, (first, last))
+    low, high = find_crossings_mm(line.t_mm, line.f_mm, level, (first, last))
     middle, B = 0.5 * (low + high), level / (0.5 * (high - low)) ** 2
-    shape, range_notes = ellipse_shape(line.A_per_mm, B), end_notes(line, first, last)
+    shape, range_notes = calculate_ellipse_shape(line.A_per_mm, B), end_notes(line, first, last)
     offset_square = (line.t_mm - middle) ** 2 * B / (float(shape.part_t) * approach_mm)
     ellipse_shape_factor = np.sqrt(np.maximum(1.0 - offset_square, 0.0))
     a = np.sqrt(float(shape.part_x) * approach_mm / line.A_per_mm)

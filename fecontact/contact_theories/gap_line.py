@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from fecontact.arrays import Floats
-from fecontact.contact_theories.hertz import EllipseShape, ellipse_shape
+from fecontact.contact_theories.hertz import EllipseShape, calculate_ellipse_shape
 from fecontact.errors import InputError, check_positive
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -129,7 +129,7 @@ class GapLine:
 
         The curvature is at least `MIN_B_PER_MM`, also at flat and concave positions.
         """
-        return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, MIN_B_PER_MM))
+        return calculate_ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, MIN_B_PER_MM))
 
     def concave_notes(self, is_in_contact: NDArray[np.bool_]) -> list[str]:
         """Note on flat or concave positions, for theories of local ellipses.
@@ -165,7 +165,7 @@ def _curvature(f: Floats, step: float) -> Floats:
 
 # Cached: all loads at a position begin with an equal gap line, and a fleet has a few lines in turn.
 @lru_cache(maxsize=8)
-def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
+def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
     """Gap line of a placed wheel through its first contact point.
 
     The line ends where the surfaces no longer face each other within 1 mm.
@@ -194,7 +194,7 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
     slid_placement = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
     positions = _rail_positions(placement)
     f = slid_placement.gap_over_plane(positions.points_mm, positions.gap_mm)
-    face_range = _around(_is_within_gap(f), int(np.argmin(np.abs(positions.t_mm))))
+    face_range = _run_around(_is_within_gap(f), int(np.argmin(np.abs(positions.t_mm))))
     return GapLine(
         t_mm=positions.t_mm[face_range],
         f_mm=f[face_range],
@@ -228,7 +228,7 @@ def _rail_positions(placement: Placement) -> _RailPositions:
     coarse_gap = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
     largest_gap = _MAX_GAP_MM + _MAX_APPROACH_MM * abs(math.tan(touch.contact_angle_rad))
     coarse_range, is_finite = (
-        _around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE),
+        _run_around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE),
         np.isfinite(coarse_gap),
     )
     first = max(coarse_range.start - 1, 0) * _COARSE_STRIDE
@@ -249,7 +249,7 @@ def _is_within_gap(f_mm: Floats, max_gap_mm: float = _MAX_GAP_MM) -> NDArray[np.
     return np.nan_to_num(f_mm, nan=np.inf) < max_gap_mm
 
 
-def _around(is_selected: NDArray[np.bool_], index: int) -> slice:
+def _run_around(is_selected: NDArray[np.bool_], index: int) -> slice:
     """Range of the unbroken run of true values around an index."""
     false_indices = np.flatnonzero(~is_selected)
     next_false = np.searchsorted(false_indices, index)
@@ -258,7 +258,7 @@ def _around(is_selected: NDArray[np.bool_], index: int) -> slice:
     return slice(low, high)
 
 
-def regions(is_selected: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def find_runs(is_selected: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and last index of each unbroken run of true values.
 
     Parameters
@@ -285,7 +285,7 @@ def regions(is_selected: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(run[0]), int(run[-1])) for run in runs]
 
 
-def crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[int, int]) -> tuple[float, float]:
+def find_crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[int, int]) -> tuple[float, float]:
     """Positions at which the gap rises above a level, on both sides of a run.
 
     Parameters
@@ -487,7 +487,7 @@ def build_strip_contact(
 # --- Approaches at which a theory has a given force. The force of a theory may decrease with the approach, and may be
 # discontinuous.
 
-AtApproach = Callable[[GapLine, float], StripContact]
+GapLineTheory = Callable[[GapLine, float], StripContact]
 """Theory: function from a gap line and an approach (mm) to the contact."""
 
 # Smallest and largest approach, relative to Hertz's approach at the contact point, and the factor between successive
@@ -500,8 +500,8 @@ _FORCE_TOLERANCE = 1e-9
 _MIN_JUMP = 2e-3
 
 
-def under_load(
-    line: GapLine, normal_force_N: float, theory: AtApproach, *, factor: float = _APPROACH_STEP_FACTOR
+def solve_under_load(
+    line: GapLine, normal_force_N: float, theory: GapLineTheory, *, factor: float = _APPROACH_STEP_FACTOR
 ) -> StripContact:
     """Find the smallest approach at which a theory has a given force.
 

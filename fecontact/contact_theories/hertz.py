@@ -317,7 +317,7 @@ class EllipseShape:
     part_t: Floats
 
 
-def ellipse_shape(A_per_mm: float, B_per_mm: ArrayLike) -> EllipseShape:
+def calculate_ellipse_shape(A_per_mm: float, B_per_mm: ArrayLike) -> EllipseShape:
     """Shape of Hertz's ellipse from half the curvatures.
 
     Parameters

@@ -10,19 +10,19 @@ from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
-    crossings_mm,
     end_notes,
+    find_crossings_mm,
+    find_runs,
     interpolate_gap,
-    regions,
 )
-from fecontact.contact_theories.hertz import ellipse_shape
+from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.errors import check_positive
 
 VIRTUAL_PENETRATION = 0.55
 """Interpenetration of the undeformed bodies in the region of contact, as a fraction of the approach."""
 
 
-def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bool = False) -> StripContact:
+def solve_kik_piotrowski(line: GapLine, approach_mm: float, *, shape_correction: bool = False) -> StripContact:
     """Contact by Kik and Piotrowski at an approach.
 
     The patch is the region with a gap below 0.55 of the approach. The pressure is c sqrt(a(t)^2 - x^2), with a single c
@@ -70,7 +70,7 @@ def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bo
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     level = VIRTUAL_PENETRATION * approach_mm
     half_length, pressure = np.zeros_like(line.t_mm), np.zeros_like(line.t_mm)
-    contact_regions = regions(line.f_mm < level)
+    contact_regions = find_runs(line.f_mm < level)
     for first, last in contact_regions:
         half_length_square = (
             np.maximum(_interpenetration(line, level, first, last, shape_correction=shape_correction), 0.0)
@@ -135,9 +135,9 @@ def _interpenetration(line: GapLine, level: float, first: int, last: int, *, sha
     depth[first : last + 1] = level - line.f_mm[first : last + 1]
     if not shape_correction:
         return depth
-    low, high = crossings_mm(line.t_mm, line.f_mm, level, (first, last))
+    low, high = find_crossings_mm(line.t_mm, line.f_mm, level, (first, last))
     width, length = high - low, 2.0 * np.sqrt(depth.max() / line.A_per_mm)
-    axis_ratio = float(ellipse_shape(line.A_per_mm, line.A_per_mm * (length / width) ** 2).axis_ratio)
+    axis_ratio = float(calculate_ellipse_shape(line.A_per_mm, line.A_per_mm * (length / width) ** 2).axis_ratio)
     stretch_along, stretch_across = np.sqrt(width * axis_ratio / length), np.sqrt(length / (axis_ratio * width))
     deepest = line.t_mm[first + int(np.argmin(line.f_mm[first : last + 1]))]
     source_positions = deepest + (line.t_mm - deepest) / stretch_across

@@ -9,18 +9,18 @@ from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
-    crossings_mm,
     end_notes,
-    regions,
+    find_crossings_mm,
+    find_runs,
 )
-from fecontact.contact_theories.hertz import ellipse_shape
+from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import find_pressure_factor
 from fecontact.errors import check_positive
 
 _RELATIVE_LEVEL = 0.5
 
 
-def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
+def solve_kpec(line: GapLine, approach_mm: float) -> StripContact:
     """Contact by KPEC at an approach.
 
     A parabola is fitted to the gap at half the approach. The fraction of the approach that limits the gap in the patch
@@ -67,12 +67,12 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     t, f, A = line.t_mm, line.f_mm, line.A_per_mm
     level = _RELATIVE_LEVEL * approach_mm
-    regions_below = regions(f < level)
-    low, high = crossings_mm(t, f, level, (regions_below[0][0], regions_below[-1][1]))
+    regions_below = find_runs(f < level)
+    low, high = find_crossings_mm(t, f, level, (regions_below[0][0], regions_below[-1][1]))
     middle, half_width = 0.5 * (low + high), 0.5 * (high - low)
     fitted_B = level / half_width**2
     B = max(MIN_B_PER_MM, fitted_B)
-    shape = ellipse_shape(A, B)
+    shape = calculate_ellipse_shape(A, B)
     # A a^2 and B b^2 of the ellipse, as fractions of the approach; then the squared offset across as a fraction of b^2.
     part_x, part_t = float(shape.part_x), float(shape.part_t)
     offset_square = (t - middle) ** 2 * B / (part_t * approach_mm)
@@ -86,6 +86,6 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
         range_notes.append(
             f"{len(regions_below)} separate regions below half the approach, through which one parabola is laid"
         )
-    if len(regions(a > 0.0)) > 1:
+    if len(find_runs(a > 0.0)) > 1:
         range_notes.append("the patch falls into parts")
     return build_strip_contact(line, approach_mm, a, pressure, range_notes)

@@ -17,23 +17,28 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.contact.grid import Rung
-from fecontact.contact_theories.analyn import analyn_at
-from fecontact.contact_theories.approximation import Approximation, ellipse, of_rung, of_strips
-from fecontact.contact_theories.equivalent_ellipse import equivalent_ellipse_at
-from fecontact.contact_theories.gap_line import AtApproach, GapLine, StripContact, gap_line, under_load
+from fecontact.contact_theories.analyn import solve_analyn
+from fecontact.contact_theories.approximation import (
+    TheoryContact,
+    patch_from_ellipse,
+    theory_contact_from_rung,
+    theory_contact_from_strips,
+)
+from fecontact.contact_theories.equivalent_ellipse import solve_equivalent_ellipse
+from fecontact.contact_theories.gap_line import GapLine, GapLineTheory, StripContact, build_gap_line, solve_under_load
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
-from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
-from fecontact.contact_theories.kpec import kpec_at
-from fecontact.contact_theories.stripes import stripes_at
-from fecontact.contact_theories.strips import gap_line_under_load, strip
-from fecontact.contact_theories.touch_hertz import describe_profile_end, hertz_points
+from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
+from fecontact.contact_theories.kpec import solve_kpec
+from fecontact.contact_theories.stripes import solve_stripes
+from fecontact.contact_theories.strips import build_gap_line_under_load, solve_strip_theory
+from fecontact.contact_theories.touch_hertz import describe_profile_end, solve_hertz_points
 from fecontact.errors import InputError
-from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.placement.poses import ContactPoint, RelativeCurvature
 from fecontact.placement.wheel_on_rail import Placement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Loaded:
+class LoadedPlacement:
     """Input of the theories: a placed case under a normal force.
 
     Attributes
@@ -54,7 +59,7 @@ class Loaded:
     half_space: Rung | None = None
 
 
-TheoryFunction: TypeAlias = Callable[[Loaded], Approximation | str | None]
+TheoryFunction: TypeAlias = Callable[[LoadedPlacement], TheoryContact | str | None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +91,7 @@ class Theory:
     source: str
     range: str
     approximate: TheoryFunction
-    at_approach: AtApproach | None = None
+    at_approach: GapLineTheory | None = None
     differs: str = ""
     spoken: str = ""
 
@@ -96,12 +101,12 @@ class Theory:
         return self.spoken or self.words
 
 
-def _hertz_contact(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:
+def _hertz_contact(loaded: LoadedPlacement, curvature: RelativeCurvature) -> TheoryContact:
     """Hertz's ellipse at the first contact point, with a given curvature."""
     modulus = loaded.case.contact_modulus_MPa
     hertz = hertz_from_hessian(curvature.hessian, normal_force_N=loaded.normal_force_N, contact_modulus_MPa=modulus)
     notes = _hertz_range_notes(loaded.placement, hertz)
-    return replace(Approximation.of(hertz), status="out of range" if notes else "solved", notes=notes)
+    return replace(TheoryContact.of(hertz), status="out of range" if notes else "solved", notes=notes)
 
 
 def _hertz_range_notes(placement: Placement, hertz: HertzContact) -> tuple[str, ...]:
@@ -119,7 +124,7 @@ def _hertz_range_notes(placement: Placement, hertz: HertzContact) -> tuple[str, 
     return tuple(notes)
 
 
-def _closed_points(placement: Placement, approach_mm: float) -> list[TouchPoint]:
+def _closed_points(placement: Placement, approach_mm: float) -> list[ContactPoint]:
     """Contact points that an approach along the normal at the first contact point closes."""
     return [
         touch
@@ -139,7 +144,7 @@ def _points_beyond_line(placement: Placement, line: GapLine, approach_mm: float)
     )
 
 
-def _hertz_at_first_touch(loaded: Loaded) -> Approximation:
+def _hertz_at_first_touch(loaded: LoadedPlacement) -> TheoryContact:
     """Hertz at the first contact point.
 
     At a junction it has the curvature of the field side.
@@ -147,13 +152,13 @@ def _hertz_at_first_touch(loaded: Loaded) -> Approximation:
     return _hertz_contact(loaded, loaded.placement.first.curvatures[-1])
 
 
-def _hertz_at_gauge_side(loaded: Loaded) -> Approximation | None:
+def _hertz_at_gauge_side(loaded: LoadedPlacement) -> TheoryContact | None:
     """Hertz with the curvature of the gauge side of a junction; None without a junction."""
     first = loaded.placement.first
     return _hertz_contact(loaded, first.curvatures[0]) if first.at_junction else None
 
 
-def _multi_hertz(loaded: Loaded) -> Approximation | str | None:
+def _multi_hertz(loaded: LoadedPlacement) -> TheoryContact | str | None:
     """Ellipses that share the load.
 
     At a curvature junction they have the curvature of the field side. The result is None for a single ellipse, which is
@@ -161,7 +166,9 @@ def _multi_hertz(loaded: Loaded) -> Approximation | str | None:
     """
     case, placement = loaded.case, loaded.placement
     direction = placement.load_direction(normal=case.load_kind == "normal")
-    points = hertz_points(placement, case.load_N, direction=direction, contact_modulus_MPa=case.contact_modulus_MPa)
+    points = solve_hertz_points(
+        placement, case.load_N, direction=direction, contact_modulus_MPa=case.contact_modulus_MPa
+    )
     if points.shared_approach_mm is None:
         return next(point.problem for point in points.points if point.problem)
     patches = []
@@ -171,11 +178,13 @@ def _multi_hertz(loaded: Loaded) -> Approximation | str | None:
             continue
         contact_point = placement.touch_points[point.touch_point]
         centre = (contact_point.x_mm - placement.first.x_mm, placement.arc_mm(contact_point))
-        patches.append(replace(ellipse(point.shared, centre), touch_point=point.touch_point, touch=contact_point))
+        patches.append(
+            replace(patch_from_ellipse(point.shared, centre), touch_point=point.touch_point, touch=contact_point)
+        )
     if len(patches) < 2:
         # A single ellipse is Hertz.
         return None
-    return Approximation(
+    return TheoryContact(
         patches=tuple(sorted(patches, key=lambda patch: -patch.normal_force_N)),
         approach_mm=points.shared_approach_mm * float(placement.first.normal @ direction),
         overlapping=points.overlapping,
@@ -184,23 +193,25 @@ def _multi_hertz(loaded: Loaded) -> Approximation | str | None:
     )
 
 
-def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bool = True) -> TheoryFunction:
+def _strip_theory_function(
+    theory: Callable[[GapLine, float], StripContact], *, in_plane: bool = True
+) -> TheoryFunction:
     """Create a theory function from a theory of strips under a force.
 
     The gap is on the line across through the first contact point. If `in_plane`, the strips of the theory lie on the
     tangent plane, and are projected to the surface.
     """
 
-    def approximate(loaded: Loaded) -> Approximation | str:
+    def approximate(loaded: LoadedPlacement) -> TheoryContact | str:
         """Contact by the theory, or the reason for no contact."""
         try:
-            line = gap_line_of(loaded)
+            line = find_gap_line(loaded)
             contact = theory(line, loaded.normal_force_N)
         except InputError as error:
             return str(error)
         if not (contact.half_length_mm > 0.0).any():
             return "; ".join(contact.notes) or "no strip is in contact"
-        approximation = of_strips(_project_to_surface(contact, line) if in_plane else contact)
+        approximation = theory_contact_from_strips(_project_to_surface(contact, line) if in_plane else contact)
         beyond_notes = _points_beyond_line(loaded.placement, line, approximation.approach_mm)
         if not beyond_notes:
             return approximation
@@ -212,7 +223,7 @@ def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bo
 
 # Cached: all theories of strips need the line in turn, for a few profile variants.
 @lru_cache(maxsize=4)
-def gap_line_of(loaded: Loaded) -> GapLine:
+def find_gap_line(loaded: LoadedPlacement) -> GapLine:
     """Gap line of a loaded placement.
 
     Under a vertical load the wheel slides down a steep flank.
@@ -229,8 +240,8 @@ def gap_line_of(loaded: Loaded) -> GapLine:
     """
     placement, modulus = loaded.placement, loaded.case.contact_modulus_MPa
     if loaded.case.load_kind == "normal":
-        return gap_line(placement, contact_modulus_MPa=modulus)
-    return gap_line_under_load(placement, loaded.normal_force_N, contact_modulus_MPa=modulus)
+        return build_gap_line(placement, contact_modulus_MPa=modulus)
+    return build_gap_line_under_load(placement, loaded.normal_force_N, contact_modulus_MPa=modulus)
 
 
 def _project_to_surface(contact: StripContact, line: GapLine) -> StripContact:
@@ -238,25 +249,28 @@ def _project_to_surface(contact: StripContact, line: GapLine) -> StripContact:
     return replace(contact, t_mm=np.interp(contact.t_mm, line.t_mm, line.surface_mm))
 
 
-def _half_space_contact(loaded: Loaded) -> Approximation | None:
+def _half_space_contact(loaded: LoadedPlacement) -> TheoryContact | None:
     """Contact of the true gap on a half-space; None if it is not available."""
-    return None if loaded.half_space is None else of_rung(loaded.half_space)
+    return None if loaded.half_space is None else theory_contact_from_rung(loaded.half_space)
 
 
 HERTZ, HERTZ_GAUGE, MULTI_HERTZ = "hertz", "hertz_gauge", "multi_hertz"
-_GAP_LINE_THEORIES: Mapping[str, AtApproach] = {
-    "equivalent_ellipse": equivalent_ellipse_at,
-    "kik_piotrowski": kik_piotrowski_at,
-    "stripes": stripes_at,
-    "analyn": analyn_at,
-    "kpec": kpec_at,
+_GAP_LINE_THEORIES: Mapping[str, GapLineTheory] = {
+    "equivalent_ellipse": solve_equivalent_ellipse,
+    "kik_piotrowski": solve_kik_piotrowski,
+    "stripes": solve_stripes,
+    "analyn": solve_analyn,
+    "kpec": solve_kpec,
 }
 _APPROXIMATIONS: Mapping[str, TheoryFunction] = {
     HERTZ: _hertz_at_first_touch,
     HERTZ_GAUGE: _hertz_at_gauge_side,
     MULTI_HERTZ: _multi_hertz,
-    **{name: _in_strips(partial(under_load, theory=theory)) for name, theory in _GAP_LINE_THEORIES.items()},
-    "strip": _in_strips(strip, in_plane=False),
+    **{
+        name: _strip_theory_function(partial(solve_under_load, theory=theory))
+        for name, theory in _GAP_LINE_THEORIES.items()
+    },
+    "strip": _strip_theory_function(solve_strip_theory, in_plane=False),
     "half_space": _half_space_contact,
 }
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
@@ -268,7 +282,7 @@ THEORIES = {
 _COARSE_FACTOR = 1.15
 
 
-def of_many(name: str) -> TheoryFunction:
+def fast_theory(name: str) -> TheoryFunction:
     """Function of a theory for very many contacts.
 
     For theories of a gap line, approaches are tried in steps of 15 %, not 2 %. Two solutions with a smaller distance
@@ -288,10 +302,10 @@ def of_many(name: str) -> TheoryFunction:
     theory = _GAP_LINE_THEORIES.get(name)
     if theory is None:
         return THEORIES[name].approximate
-    return _in_strips(partial(under_load, theory=theory, factor=_COARSE_FACTOR))
+    return _strip_theory_function(partial(solve_under_load, theory=theory, factor=_COARSE_FACTOR))
 
 
-EITHER_SIDE = (HERTZ_GAUGE, HERTZ)
+HERTZ_OF_EACH_SIDE = (HERTZ_GAUGE, HERTZ)
 """Hertz's ellipse with the curvature of each side of the first contact point."""
-OF_ELLIPSES = (MULTI_HERTZ, "equivalent_ellipse")
+ELLIPSE_THEORIES = (MULTI_HERTZ, "equivalent_ellipse")
 """Theories of ellipses, which vehicle codes use in a similar way to Hertz."""

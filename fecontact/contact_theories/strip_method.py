@@ -85,7 +85,7 @@ _MIN_OVERLAP = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Strips:
+class StripSolution:
     """Solved contact on strips.
 
     Attributes
@@ -118,7 +118,7 @@ class Strips:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Line:
+class StripGap:
     """Gap on a line across both bodies.
 
     Attributes
@@ -146,7 +146,7 @@ class Line:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Load:
+class StripLoad:
     """Either a force (N) or an approach (mm)."""
 
     force: float | None = None
@@ -154,7 +154,7 @@ class Load:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Search:
+class StripSearch:
     """Number of strips, and convergence criterion.
 
     Attributes
@@ -174,10 +174,12 @@ class Search:
     most_sweeps: int = _MAX_SWEEPS
 
 
-_DEFAULT_SEARCH = Search()
+_DEFAULT_SEARCH = StripSearch()
 
 
-def solve_strips(line: Line, load: Load, search: Search = _DEFAULT_SEARCH, *, start: Strips | None = None) -> Strips:
+def solve_strips(
+    line: StripGap, load: StripLoad, search: StripSearch = _DEFAULT_SEARCH, *, start: StripSolution | None = None
+) -> StripSolution:
     """Solve the contact on a line under a load.
 
     Parameters
@@ -220,7 +222,7 @@ def solve_strips(line: Line, load: Load, search: Search = _DEFAULT_SEARCH, *, st
     return replace(contact, converged=False, at_end=_reaches_end(line, contact))
 
 
-def influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Influence of strips on the opening at strips, by equations (2) and (3).
 
     Parameters
@@ -269,7 +271,7 @@ def _influence_of_distant_strips(q: Floats, distance2: Floats) -> tuple[Floats, 
     return u2, slope, series
 
 
-def _sweep(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
+def _sweep(line: StripGap, strips: StripSolution, load: StripLoad, search: StripSearch) -> StripSolution:
     """Solve q and d by Newton steps until they converge.
 
     A change of c follows each Newton step.
@@ -281,7 +283,7 @@ def _sweep(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
     q, change, sweep = np.maximum(strips.q, open_q), np.inf, 0
     while change > search.tolerance and sweep < search.most_sweeps:
         sweep += 1
-        J, slope, curvature_influence, u2 = influence(q, distance2, h)
+        J, slope, curvature_influence, u2 = calculate_influence(q, distance2, h)
         weight = h * c / (np.pi * line.E)
         gap = J @ weight + closing * (f - approach)
         is_closed = (q > open_q) | (gap < 0.0)
@@ -343,7 +345,7 @@ def _newton_step(
     return np.asarray(step[:count], dtype=np.float64), 0.0 if missing_force is None else float(step[count])
 
 
-def _solve_coarsely(line: Line, load: Load, tolerance: float) -> Strips:
+def _solve_coarsely(line: StripGap, load: StripLoad, tolerance: float) -> StripSolution:
     """Solve the contact on few strips, from a solution with independent springs.
 
     The strips cover all positions within the approach. The springs have the c of a circle at half the approach.
@@ -364,18 +366,18 @@ def _solve_coarsely(line: Line, load: Load, tolerance: float) -> Strips:
             return float(widths @ np.maximum(0.5 * approach - line.f, 0.0)) - target
 
         approach = brentq(excess_force, 0.0, max_approach) if excess_force(max_approach) > 0.0 else max_approach
-    t, h = _build_strips(_runs(line, line.f < approach), _COARSE_STRIPS)
+    t, h = _build_strips(_selected_spans(line, line.f < approach), _COARSE_STRIPS)
     q = np.maximum(0.5 * approach - line.at(t)[0], 0.0) / line.A
     factor = np.full_like(t, c)
-    spring_solution = Strips(
+    spring_solution = StripSolution(
         t=t, h=h, q=q, c=factor, approach=approach, force=0.0, sweeps=0, change=np.inf, converged=False
     )
     for patch in _split_patches(spring_solution):
-        factor[patch] = line.E * line.A * factor_of_ellipse(2.0 * np.sqrt(q[patch].max()) / (h[patch].sum()))
-    return _sweep(line, spring_solution, load, Search(tolerance=4.0 * tolerance))
+        factor[patch] = line.E * line.A * estimate_ellipse_factor(2.0 * np.sqrt(q[patch].max()) / (h[patch].sum()))
+    return _sweep(line, spring_solution, load, StripSearch(tolerance=4.0 * tolerance))
 
 
-def factor_of_ellipse(ratio: float) -> float:
+def estimate_ellipse_factor(ratio: float) -> float:
     """Estimate c / (E* A) from the axis ratio of an overlap.
 
     The estimate is the factor of Hertz's ellipse, within 5 % for ratios from 0.1 to 10.
@@ -394,13 +396,13 @@ def _build_strips(spans: list[Span], number: int) -> tuple[Floats, Floats]:
     return np.concatenate(t), np.concatenate(h)
 
 
-def _interpolate_to(strips: Strips, t: Floats, h: Floats) -> Strips:
+def _interpolate_to(strips: StripSolution, t: Floats, h: Floats) -> StripSolution:
     """Contact interpolated to different strips."""
     q = np.interp(t, strips.t, strips.q, left=0.0, right=0.0)
     return replace(strips, t=t, h=h, q=q, c=np.interp(t, strips.t, strips.c))
 
 
-def _expected_spans(line: Line, strips: Strips, load: Load) -> list[Span]:
+def _expected_spans(line: StripGap, strips: StripSolution, load: StripLoad) -> list[Span]:
     """Expected patches with a margin, from a contact of nearly this load."""
     # Widths grow with the cube root of the force and the square root of the approach.
     growth = 1.0
@@ -416,7 +418,7 @@ def _expected_spans(line: Line, strips: Strips, load: Load) -> list[Span]:
     return _join_spans(spans)
 
 
-def _split_patches(strips: Strips) -> list[NDArray[np.intp]]:
+def _split_patches(strips: StripSolution) -> list[NDArray[np.intp]]:
     """Indices of the strips in contact, for each patch."""
     strips_in_contact = np.flatnonzero(strips.q)
     is_gap = np.diff(strips.t[strips_in_contact]) > 1.01 * np.maximum(
@@ -425,7 +427,7 @@ def _split_patches(strips: Strips) -> list[NDArray[np.intp]]:
     return np.split(strips_in_contact, np.flatnonzero(is_gap) + 1)
 
 
-def _reaches_end(line: Line, strips: Strips) -> bool:
+def _reaches_end(line: StripGap, strips: StripSolution) -> bool:
     """Whether the patch reaches an end of the line."""
     strips_in_contact = np.flatnonzero(strips.q)
     reaches_low_end = strips.t[strips_in_contact] - 0.51 * strips.h[strips_in_contact] <= line.t[0]
@@ -443,7 +445,7 @@ def _join_spans(spans: list[Span]) -> list[Span]:
     return joined
 
 
-def _runs(line: Line, is_selected: Bools) -> list[Span]:
+def _selected_spans(line: StripGap, is_selected: Bools) -> list[Span]:
     """Spans of the selected positions, half a step longer on both sides."""
     indices = np.flatnonzero(is_selected)
     half_step = 0.5 * (line.t[-1] - line.t[0]) / (line.t.size - 1)
@@ -454,7 +456,7 @@ def _runs(line: Line, is_selected: Bools) -> list[Span]:
     ]
 
 
-def _overlapping_spans(line: Line, strips: Strips) -> list[Span]:
+def _overlapping_spans(line: StripGap, strips: StripSolution) -> list[Span]:
     """Spans outside the strips in which the bodies overlap.
 
     The elastic opening is calculated at few positions only.
@@ -483,4 +485,4 @@ def _overlapping_spans(line: Line, strips: Strips) -> list[Span]:
     is_selected = np.zeros(line.t.size, dtype=bool)
     for index in indices[is_overlapping]:
         is_selected[max(0, index - stride) : index + stride + 1] = True
-    return _runs(line, is_selected)
+    return _selected_spans(line, is_selected)

@@ -16,7 +16,7 @@ from fecontact.contact_theories.gap_line import (
 from fecontact.errors import check_positive
 
 
-def stripes_at(line: GapLine, approach_mm: float) -> StripContact:
+def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
     """Contact by STRIPES at an approach.
 
     In Hertz's ellipse at the contact point, the gap across uses a fraction of the approach. The bodies interpenetrate

@@ -11,15 +11,15 @@ from fecontact.arrays import Floats
 from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
-    gap_line,
+    build_gap_line,
 )
-from fecontact.contact_theories.strip_method import Line, Load, Search, solve_strips
+from fecontact.contact_theories.strip_method import StripGap, StripLoad, StripSearch, solve_strips
 from fecontact.errors import InputError, check_positive
 from fecontact.placement.wheel_on_rail import Placement
 
 # --- Strip method on a gap line.
 
-STRIPS = 100
+DEFAULT_STRIPS = 100
 _MIN_STRIPS = 20
 # With this number of strips, the approach is within 0.02 % of the approach with 100 strips.
 _SLIDE_STRIPS = 32
@@ -32,7 +32,7 @@ _MAX_STRIPS_PER_STEP = 2
 _MAX_TURN_RAD = 0.5
 
 
-def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> StripContact:
+def solve_strip_theory(line: GapLine, normal_force_N: float, *, strips: int = DEFAULT_STRIPS) -> StripContact:
     """Contact by the strip method under a normal force.
 
     Equations, source and range of validity are in `strip_method`.
@@ -69,10 +69,10 @@ def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> Stri
     True
     """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    return _solve(line, strips, Load(force=normal_force_N))
+    return _solve(line, strips, StripLoad(force=normal_force_N))
 
 
-def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> StripContact:
+def solve_strip_theory_at_approach(line: GapLine, approach_mm: float, *, strips: int = DEFAULT_STRIPS) -> StripContact:
     """Contact by the strip method at an approach.
 
     Equations, source and range of validity are in `strip_method`.
@@ -102,10 +102,10 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
     with the approach, so that there is a single solution.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
-    return _solve(line, strips, Load(approach=approach_mm))
+    return _solve(line, strips, StripLoad(approach=approach_mm))
 
 
-def _strip_method_line(line: GapLine, refinement: int = 1) -> Line:
+def _strip_method_line(line: GapLine, refinement: int = 1) -> StripGap:
     """Gap line for the strip method, with more places on a smooth curve through the places of the line.
 
     `refinement` is the number of steps for each step of the gap line; with 1 the places are unchanged.
@@ -115,14 +115,14 @@ def _strip_method_line(line: GapLine, refinement: int = 1) -> Line:
         values if refinement == 1 else CubicSpline(line.t_mm, values)(t_mm)
         for values in (line.surface_mm, line.f_mm, line.turned_rad)
     )
-    return Line(t=surface_mm, f=f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.cos(turned_rad))
+    return StripGap(t=surface_mm, f=f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.cos(turned_rad))
 
 
-def _solve(line: GapLine, strips: int, load: Load) -> StripContact:
+def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
     """Solve the strip method on a gap line, and note problems."""
     if strips < _MIN_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: {_MIN_STRIPS} and more; 100 are good to 0.1 %")
-    search = Search(strips=strips)
+    search = StripSearch(strips=strips)
     solution = solve_strips(_strip_method_line(line), load, search)
     refinement = math.ceil(line.step_mm / float(solution.h.min()))
     if refinement > _MAX_STRIPS_PER_STEP:
@@ -157,7 +157,7 @@ def _turn_within_patch(line: GapLine, t_mm: Floats, width_mm: Floats) -> float:
     return max(float(np.ptp(patch)) for patch in np.split(turned_rad, ends))
 
 
-def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:
+def build_gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:
     """Gap line of a wheel under a vertical load.
 
     The wheel slides along the tangent plane by approach times tan(contact angle).
@@ -180,7 +180,7 @@ def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_
     -----
     Range of validity: as in `gap_line`. Below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
     """
-    line = gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
-    approach = strip(line, normal_force_N, strips=_SLIDE_STRIPS).approach_mm
+    line = build_gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
+    approach = solve_strip_theory(line, normal_force_N, strips=_SLIDE_STRIPS).approach_mm
     slide = -approach * math.tan(placement.first.contact_angle_rad)
-    return gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=slide)
+    return build_gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=slide)

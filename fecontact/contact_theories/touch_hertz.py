@@ -14,7 +14,7 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian, multi_hertz_approach_mm
 from fecontact.errors import InputError
-from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.placement.poses import ContactPoint, RelativeCurvature
 from fecontact.placement.wheel_on_rail import Placement
 
 Side = Literal["both", "gauge", "field"]
@@ -50,7 +50,7 @@ class ContactPointHertz:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HertzPoints:
+class HertzAtContactPoints:
     """Hertz at all contact points of a placement.
 
     Attributes
@@ -85,12 +85,12 @@ class HertzPoints:
         return max((point.shared.p0_MPa for point in self.points if point.shared is not None), default=None)
 
 
-def sides(touch: TouchPoint) -> tuple[Side, ...]:
+def sides(touch: ContactPoint) -> tuple[Side, ...]:
     """Sides of a contact point, in the order of its curvatures."""
     return ("gauge", "field") if touch.at_junction else ("both",)
 
 
-def describe_profile_end(placement: Placement, touch: TouchPoint, ellipse: HertzContact) -> str:
+def describe_profile_end(placement: Placement, touch: ContactPoint, ellipse: HertzContact) -> str:
     """Note on an ellipse at a contact point that does not fit on the profiles.
 
     The ellipse must end before the running surface of the rail, and before the running surface of the wheel. If it does
@@ -123,7 +123,9 @@ def describe_profile_end(placement: Placement, touch: TouchPoint, ellipse: Hertz
     return ""
 
 
-def hertz_points(placement: Placement, load_N: float, *, direction: Floats, contact_modulus_MPa: float) -> HertzPoints:
+def solve_hertz_points(
+    placement: Placement, load_N: float, *, direction: Floats, contact_modulus_MPa: float
+) -> HertzAtContactPoints:
     """Hertz at all contact points under a load.
 
     Parameters
@@ -170,7 +172,7 @@ def hertz_points(placement: Placement, load_N: float, *, direction: Floats, cont
             else None
             for touch, point_force in zip(touches, forces, strict=True)
         ]
-    return HertzPoints(
+    return HertzAtContactPoints(
         points=tuple(
             ContactPointHertz(
                 touch_point=number,

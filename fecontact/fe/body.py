@@ -15,7 +15,7 @@ from fecontact.bodies import Material
 from fecontact.errors import InputError
 from fecontact.fe.body_mesh import BodyMesh, ConstrainedNodes, select_half
 from fecontact.fe.linear_solver import LINEAR_TOLERANCE, ConjugateGradients, LinearSolver, SolverName, decouple_fixed
-from fecontact.fe.stiffness import stiffness
+from fecontact.fe.stiffness import assemble_stiffness
 
 # --- One elastic body, ready to be solved.
 
@@ -99,7 +99,7 @@ def _refuse_without_factor(forces: Floats, tolerance: float) -> Floats:
     raise InputError("a body that was pickled has no factor of its stiffness; solve the case again")
 
 
-def elastic_body(
+def make_elastic_body(
     mesh: BodyMesh, material: Material, solver: SolverName, matrix: bsr_matrix | None = None
 ) -> ElasticBody:
     """Set up the linear solver of a body.
@@ -116,16 +116,16 @@ def elastic_body(
     solver
         Name of the linear solver.
     matrix
-        Stiffness matrix in N/mm of the mesh that `assembled_part` returns; None to assemble it here.
+        Stiffness matrix in N/mm of the mesh that `mesh_to_assemble` returns; None to assemble it here.
 
     Returns
     -------
     ElasticBody
         The body with its linear solver.
     """
-    assembled = assembled_part(mesh)
+    assembled = mesh_to_assemble(mesh)
     if matrix is None:
-        matrix = stiffness(assembled, material)
+        matrix = assemble_stiffness(assembled, material)
 
     def solver_with_supports(is_fixed: NDArray[np.bool_]) -> ConjugateGradients:
         """The linear solver of the matrix with fixed displacements."""
@@ -158,7 +158,7 @@ def elastic_body(
 _MIRRORED = np.array([-1.0, 1.0, 1.0])
 
 
-def assembled_part(mesh: BodyMesh) -> BodyMesh:
+def mesh_to_assemble(mesh: BodyMesh) -> BodyMesh:
     """The mesh that needs a stiffness matrix: all of a body or half of it.
 
     A body with a mirror plane needs one half, in axes that begin with the normal of the plane.

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from fecontact.arrays import Floats, Integers
-from fecontact.errors import FoldedMesh
+from fecontact.errors import FoldedMeshError
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -182,7 +182,7 @@ def check_mesh(mesh: BodyMesh) -> None:
         assert len(quads) > 0, f"{mesh.name}: surface {name} is empty"
     jacobian = float(corner_jacobians(mesh).min())
     if jacobian <= 0.0:
-        raise FoldedMesh(
+        raise FoldedMeshError(
             f"{mesh.name}: the mesh folds (smallest Jacobian {jacobian:.3g} mm^3); use a finer or coarser resolution,"
             " another cut, or check the profile for sharp corners next to the contact zone"
         )

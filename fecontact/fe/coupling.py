@@ -10,7 +10,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from fecontact.arrays import Floats, Integers
 from fecontact.contact.grid import ContactGrid
-from fecontact.errors import NotCovered
+from fecontact.errors import CoverageError
 from fecontact.fe.body import ElasticBody
 from fecontact.fe.linear_solver import LINEAR_TOLERANCE
 
@@ -227,11 +227,11 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
     quad, cell_x, cell_s = _overlaps(grid, corners)
     low = np.stack([grid.x_mm[cell_x], grid.s_mm[cell_s]], axis=1)
     high = np.stack([grid.x_mm[cell_x + 1], grid.s_mm[cell_s + 1]], axis=1)
-    polygon, count = _clip(corners[quad], low, high)
+    polygon, count = _clip_to_boxes(corners[quad], low, high)
     points, weights, pair = _triangle_rule(polygon, count)
     covered, area = float(weights.sum()), float(np.ptp(grid.x_mm) * np.ptp(grid.s_mm))
     if abs(covered - area) > 1e-9 * area:
-        raise NotCovered(
+        raise CoverageError(
             f"the wheel's surface covers {covered:.3f} of the {area:.3f} mm^2 of the rail's contact zone; use smaller"
             " elements or another lateral position"
         )
@@ -266,7 +266,7 @@ def _overlaps(grid: ContactGrid, corners: Floats) -> tuple[Integers, Integers, I
     return quad, x0[quad] + local // width, s0[quad] + local % width
 
 
-def _clip(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers]:
+def _clip_to_boxes(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers]:
     """Cut convex quadrilaterals (k, 4, 2) to boxes.
 
     Returns polygons (k, 8, 2), padded with their last point, and the number of points of each polygon (k,). The method

@@ -47,7 +47,7 @@ _MAX_EARLIER_SOLUTIONS = 8
 _ZERO_SINGULAR_VALUE = 1e-12
 
 
-def pardiso_available() -> bool:
+def is_pardiso_available() -> bool:
     """Whether MKL PARDISO can be loaded on this machine.
 
     Returns
@@ -110,8 +110,8 @@ def choose_solver(
         needed_bytes = sum(factor_bytes(count) for count in degrees_of_freedom)
         has_memory = needed_bytes <= USABLE_MEMORY * float(psutil.virtual_memory().available)
         is_cheaper = several_loads or sum(degrees_of_freedom) <= _MULTIGRID_UNKNOWNS
-        return "pardiso" if pardiso_available() and has_memory and is_cheaper else "amg"
-    if solver == "pardiso" and not pardiso_available():
+        return "pardiso" if is_pardiso_available() and has_memory and is_cheaper else "amg"
+    if solver == "pardiso" and not is_pardiso_available():
         raise InputError(
             "solver pardiso: MKL cannot be loaded here; pip install pypardiso (x86-64 Linux and Windows), or use auto"
             " or amg"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fecontact.errors import NotEnoughMemory
+from fecontact.errors import MemoryShortageError
 
 # Bytes of a Cholesky factor are this coefficient times n^(4/3) for n degrees of freedom (the growth of nested
 # dissection in space), and its analysis needs these bytes per degree of freedom. PARDISO itself counts coefficients of
@@ -39,7 +39,7 @@ def check_memory(needed_bytes: float, what: str) -> None:
 
     available = float(psutil.virtual_memory().available)
     if needed_bytes > available:
-        raise NotEnoughMemory(
+        raise MemoryShortageError(
             f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available;"
             " use a coarser resolution, the amg solver, or a larger machine"
         )

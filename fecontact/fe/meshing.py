@@ -14,12 +14,12 @@ from scipy.spatial import cKDTree
 
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import BodySize
-from fecontact.errors import FoldedMesh, InputError, NotCovered
+from fecontact.errors import CoverageError, FoldedMeshError, InputError
 from fecontact.fe.body_mesh import BodyMesh, ConstrainedNodes, check_mesh
-from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, lines_of, mesh_section
+from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, mesh_section, place_nodes
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.segments import Line, Segment
+from fecontact.profiles.segments import Segment, StraightSegment
 
 # --- The zone of equal elements around the expected patch, on which both meshes meet.
 
@@ -28,7 +28,7 @@ from fecontact.profiles.segments import Line, Segment
 # and moves its peak pressure by 2e-4 to 5e-4 at `quick`. The depth also follows the semi-axis, or finer meshes would
 # not converge to the same bodies. With 20 steps two lobes take a tenth less time, but healthy elements of a gauge
 # corner then read -2.3 % too soft, beyond their limit, instead of -1.3 %.
-_PART_STEPS = 25
+_BLOCK_WIDTH_STEPS = 25
 _BLOCK_WIDTH_SEMI_AXES = 3.0
 # If a zone is shorter than this fraction of its width, the block below is as deep as for this length. On flat bodies
 # and patches 0.32 times as long as wide healthy elements read -1.7 and -0.7 %. With the length of the zone itself they
@@ -83,7 +83,7 @@ class FineZone:
     @property
     def block_widths_mm(self) -> tuple[float, ...]:
         """Width in mm below each stretch, which decides on the depth of the uniform block."""
-        steps = _BLOCK_WIDTH_STEPS_IN_BANDS if self.bands else _PART_STEPS
+        steps = _BLOCK_WIDTH_STEPS_IN_BANDS if self.bands else _BLOCK_WIDTH_STEPS
         width, length = self.s_high_mm - self.s_low_mm, 2.0 * self.half_length_mm
         max_width = min(width, length if self.bands else max(length, _MIN_LENGTH_PER_WIDTH * width))
         return tuple(
@@ -117,7 +117,7 @@ class FineZone:
     @property
     def s_mm(self) -> Floats:
         """Arc lengths in mm of the nodes across, including the strips between bands."""
-        return lines_of(self.stretches)
+        return place_nodes(self.stretches)
 
     @property
     def columns(self) -> tuple[slice, ...]:
@@ -133,7 +133,7 @@ class FineZone:
 _BYTES_PER_NODE = 8e3
 
 
-def least_memory_bytes(zone: FineZone) -> float:
+def estimate_least_memory_bytes(zone: FineZone) -> float:
     """A lower bound of the memory that both bodies need, in bytes.
 
     It counts the nodes of the uniform blocks under the zone.
@@ -377,14 +377,14 @@ def _section_zone(profile: Profile, zone: FineZone, ranges: list[tuple[float, fl
     """
     stretches = tuple(Stretch(low_mm=low, high_mm=high, intervals=intervals) for low, high, intervals in ranges)
     if any(before.high_mm >= after.low_mm for before, after in pairwise(stretches)):
-        raise FoldedMesh(f"{profile.kind} {profile.name}: two bands of the contact zone meet on its surface")
+        raise FoldedMeshError(f"{profile.kind} {profile.name}: two bands of the contact zone meet on its surface")
     low, high = stretches[0].low_mm, stretches[-1].high_mm
     if low <= 0.0 or high >= profile.length_mm:
-        raise NotCovered(
+        raise CoverageError(
             f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
             f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
         )
-    columns = lines_of(stretches)
+    columns = place_nodes(stretches)
     places = np.union1d(columns, np.linspace(low, high, _DEPTH_PLACES))
     p = profile.evaluate(profile.at_arc_length(places))
     # The layers follow the normals, and must end before the normals of a convex profile meet.
@@ -443,7 +443,7 @@ def _rail_closure(profile: Profile, depth: float) -> Floats:
 
 def _segment_points(segment: Segment) -> Floats:
     """Points (n, 2) along a segment in mm."""
-    p = segment.evaluate(np.linspace(0.0, 1.0, 2 if isinstance(segment, Line) else 40))
+    p = segment.evaluate(np.linspace(0.0, 1.0, 2 if isinstance(segment, StraightSegment) else 40))
     return np.column_stack([p.y, p.z])
 
 
@@ -460,7 +460,7 @@ def _base_edge(closure: Floats) -> tuple[int, int]:
     return int(on_base[0]), int(on_base[-1])
 
 
-def too_short(what: str, half_length_mm: float, zone_mm: str) -> InputError:
+def make_too_short_error(what: str, half_length_mm: float, zone_mm: str) -> InputError:
     """Error for bodies that are too short for the contact.
 
     Parameters
@@ -489,7 +489,7 @@ def _sweep_positions(zone: FineZone, end: float, half: bool, cover: int, what: s
     step = zone.half_length_mm / zone.intervals_x
     start = intervals * step
     if end < start + 2.0 * step:
-        raise too_short(what, end, f"{start:.2f}")
+        raise make_too_short_error(what, end, f"{start:.2f}")
     count = int(np.ceil(np.log1p((_SWEEP_RATIO - 1.0) * (end - start) / step) / np.log(_SWEEP_RATIO)))
     steps = np.minimum(step * _SWEEP_RATIO ** np.arange(1, count + 8), _MAX_ELEMENT_PER_SWEEP * end)
     tail = np.cumsum(steps)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.arrays import Floats, Integers
-from fecontact.errors import NotCovered
+from fecontact.errors import CoverageError
 from fecontact.profiles.curve import Profile
 
 # Turning angle between two neighbouring points of the outline above which the outline has a corner. A corner keeps a
@@ -66,7 +66,7 @@ class Stretch:
         return np.linspace(self.low_mm, self.high_mm, self.intervals + 1)
 
 
-def lines_of(stretches: Sequence[Stretch]) -> Floats:
+def place_nodes(stretches: Sequence[Stretch]) -> Floats:
     """Nodes of all stretches and of the strips between them.
 
     The steps of a strip grow away from both of its ends.
@@ -179,21 +179,21 @@ def mesh_section(
     NotCovered
         If the outline crosses itself or the uniform block: gmsh would hang.
     """
-    zone_s = lines_of(zone.stretches)
+    zone_s = place_nodes(zone.stretches)
     block = _uniform_block(profile, zone_s, zone, layer_ratio)
     columns = zone_s.size
     trace = np.vstack(
         [_trace_surface(profile, zone.high_mm, profile.length_mm), closure, _trace_surface(profile, 0.0, zone.low_mm)]
     )
-    outer = _graded(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm))
+    outer = _place_graded_nodes(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm))
     ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
     if _has_crossing_sides(ring):
         zone_width, zone_depth = zone.high_mm - zone.low_mm, float(zone.depth_mm.max())
-        raise NotCovered(
+        raise CoverageError(
             f"{profile.kind} {profile.name}: the body is cut too close below its running surface for a contact zone of"
             f" {zone_width:.2f} mm, which is meshed {zone_depth:.2f} mm deep; cut it deeper (rail depth, rim thickness)"
         )
-    fill_points, fill_quads = _fill(ring)
+    fill_points, fill_quads = _mesh_polygon(ring)
 
     ids = np.arange(block.shape[0] * columns).reshape(block.shape[:2])
     outer_ids = np.concatenate([[ids[0, -1]], ids.size + np.arange(len(outer) - 2), [ids[0, 0]]])
@@ -204,7 +204,7 @@ def mesh_section(
     quads = _orient_counter_clockwise(points, np.vstack([block_quads, fill_ids[fill_quads]]))
 
     edges = np.column_stack([outer_ids[:-1], outer_ids[1:]])
-    on_base = _on_segment(points[edges], closure[base[0]], closure[base[1]])
+    on_base = _is_on_segment(points[edges], closure[base[0]], closure[base[1]])
     return Section(
         points=points,
         quads=quads,
@@ -288,7 +288,7 @@ def _trace_surface(profile: Profile, low: float, high: float) -> Floats:
     return np.column_stack([p.y, p.z])
 
 
-def _graded(trace: Floats, end_steps: tuple[float, float]) -> Floats:
+def _place_graded_nodes(trace: Floats, end_steps: tuple[float, float]) -> Floats:
     """Nodes along a polyline with given steps at its two ends.
 
     The number of steps between any two corners is even.
@@ -320,7 +320,7 @@ def _graded_places(breaks: Floats, end_steps: tuple[float, float]) -> Floats:
     return np.concatenate(nodes)
 
 
-def _on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
+def _is_on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
     """Whether edges (k, 2, 2) lie on the straight segment between two points."""
     direction = (end - start) / np.hypot(*(end - start))
     offset = edges - start
@@ -366,7 +366,7 @@ def _ignore_broken_pipes() -> None:
         handler(signal.SIGPIPE, int(signal.SIG_IGN))
 
 
-def _fill(ring: Floats) -> tuple[Floats, Integers]:
+def _mesh_polygon(ring: Floats) -> tuple[Floats, Integers]:
     """Quadrilaterals inside a closed polygon with an even number of nodes.
 
     The nodes of the polygon are the first points, in order. Recombination of triangles to quadrilaterals moves nodes,
@@ -376,12 +376,12 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
     corners = np.round(ring[::2], _GMSH_DECIMALS)
     for recombine, optimize in ((True, True), (True, False), (False, False)):
         points, quads = _subdivide(*_gmsh_cells(corners, recombine=recombine, optimize=optimize), ring)
-        if _all_convex(points[quads]):
+        if _has_convex_quads(points[quads]):
             break
     return points, quads
 
 
-def _all_convex(p: Floats) -> bool:
+def _has_convex_quads(p: Floats) -> bool:
     """Whether all quadrilaterals (m, 4, 2) are convex and have equal orientation."""
     ahead, back = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
     turns = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]

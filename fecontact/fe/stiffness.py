@@ -45,7 +45,7 @@ def elasticity_MPa(material: Material) -> Floats:
 _TO_SKFEM = np.array([0, 4, 3, 1, 7, 5, 2, 6])
 
 
-def stiffness(mesh: BodyMesh, material: Material) -> bsr_matrix:
+def assemble_stiffness(mesh: BodyMesh, material: Material) -> bsr_matrix:
     """Stiffness matrix of a body, in blocks of the three displacement components of each node.
 
     Trilinear hexahedra, isotropic Hooke's law, small strains. The integrals of d_i u d_j v use scikit-fem's shape

@@ -50,10 +50,10 @@ def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | Non
     # The value at corner c is the sum over the Gauss points of their values times the trilinear functions at the scaled
     # corner position.
     weights = np.prod(1.0 + signs[:, None, :] * signs[None, :, :] * np.sqrt(3.0), axis=2) / 8.0
-    return mean_at_nodes(mesh, weights @ gauss_stress)
+    return average_at_nodes(mesh, weights @ gauss_stress)
 
 
-def mean_at_nodes(mesh: BodyMesh, corners: Floats) -> Floats:
+def average_at_nodes(mesh: BodyMesh, corners: Floats) -> Floats:
     """Mean at the nodes of values at the corners of all adjacent elements.
 
     Parameters
@@ -125,7 +125,7 @@ class StressPeak:
     y_mm: float
 
 
-def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
+def find_stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
     """Find the largest von Mises stress below the contact zone of a body.
 
     The node of the uniform block with the largest stress decides on the normal. Along this normal a cubic spline runs
@@ -150,17 +150,17 @@ def stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
     column = mesh.block_nodes[i, j]
     depths, column_values = np.linalg.norm(mesh.points[column] - mesh.points[column[0]], axis=1), values[column]
     if k == column.size - 1:
-        continuation = _below_the_block(mesh, int(i), int(j), values)
+        continuation = _values_below_block(mesh, int(i), int(j), values)
         depths, column_values = (
             np.concatenate([depths, continuation[0]]),
             np.concatenate([column_values, continuation[1]]),
         )
-    depth_mm, peak_MPa = peak_on_line(depths, column_values)
+    depth_mm, peak_MPa = find_peak(depths, column_values)
     x, y, _ = mesh.points[column[0]]
     return StressPeak(von_mises_MPa=peak_MPa, depth_mm=depth_mm, x_mm=float(x), y_mm=float(y))
 
 
-def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Floats, Floats]:
+def _values_below_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Floats, Floats]:
     """Depths and nodal values below a column (i, j) of the block.
 
     They extend down to half the zone's width. Values are interpolated by piecewise cubics (Clough and Tocher) among the
@@ -188,7 +188,7 @@ def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Fl
     return new_depths[inside], new_values[inside]
 
 
-def peak_on_line(depth_mm: Floats, values: Floats) -> tuple[float, float]:
+def find_peak(depth_mm: Floats, values: Floats) -> tuple[float, float]:
     """Depth and size of the largest value on a cubic spline (not-a-knot) through values.
 
     Parameters

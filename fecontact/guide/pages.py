@@ -6,17 +6,17 @@ import re
 from pathlib import Path
 
 from fecontact.errors import InputError
-from fecontact.inputs.texts import nearest
+from fecontact.inputs.texts import suggest_name
 
 _FOLDER = Path(__file__).parent
 
 
-def titles() -> dict[str, str]:
+def read_titles() -> dict[str, str]:
     """Titles of the pages, by topic."""
     return {path.stem: _title(path.read_text("utf-8")) for path in sorted(_FOLDER.glob("*.md"))}
 
 
-def page(topic: str) -> str:
+def read_page(topic: str) -> str:
     """Markdown text of a page.
 
     Parameters
@@ -34,10 +34,10 @@ def page(topic: str) -> str:
     InputError
         If the topic does not exist. The message has the nearest topic.
     """
-    page_titles = titles()
+    page_titles = read_titles()
     name = topic.lower().removesuffix(".md")
     if name not in page_titles:
-        suggestion = nearest(
+        suggestion = suggest_name(
             name,
             {
                 spelling: name_of_page
@@ -49,7 +49,7 @@ def page(topic: str) -> str:
     return (_FOLDER / f"{name}.md").read_text("utf-8")
 
 
-def without_links(text: str) -> str:
+def remove_links(text: str) -> str:
     """Text of a page for a terminal, without links.
 
     A link to another page becomes the command that shows the page. Other links and pictures keep their words.

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any
 
-from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
-from fecontact.inputs.texts import nearest
+from fecontact.errors import EXTREME_QUANTITY_TEXT, LARGEST_QUANTITY, SMALLEST_QUANTITY, InputError
+from fecontact.inputs.texts import suggest_name
 
 # An input reads a value as a user writes it, checks a value as the program holds it, and describes the allowed values.
 # The first message is for a value that cannot be understood. The second message is for a value that is understood but
@@ -100,7 +100,7 @@ class Input:
         InputError
             Error with the label, the value, the allowed values and the suggestion.
         """
-        suggestion = nearest(value, {name: name for name in self.known}) if isinstance(value, str) else ""
+        suggestion = suggest_name(value, {name: name for name in self.known}) if isinstance(value, str) else ""
         return InputError(f"{self.label} is {value!r}; allowed: {self.allowed}{suggestion}")
 
     def read(self, value: Any) -> Any:
@@ -261,7 +261,7 @@ class Number(Input):
         """
         if self.forms and isinstance(value, str):
             return float(self.parse(value))
-        number = None if self.forms else as_number(value)
+        number = None if self.forms else to_float(value)
         if number is None:
             raise self.refusal(value)
         # The division uses whole numbers, so that 9 mrad is 0.009 rad to the last bit.
@@ -269,7 +269,7 @@ class Number(Input):
 
     def read_word(self, word: str) -> float:
         """Number of a word on the command line, in the unit inside the program."""
-        return self.read(word if self.forms else number_or_text(word))
+        return self.read(word if self.forms else parse_number_or_text(word))
 
     def check(self, value: Any) -> None:
         """Refuse a number outside the range.
@@ -284,7 +284,7 @@ class Number(Input):
         InputError
             With the value, the unit, the allowed range and the remedy.
         """
-        number = as_number(value)
+        number = to_float(value)
         if number is not None and self._within(number):
             return
         value_text = f"{float(value)!r}" if isinstance(value, float) else f"{value!r}"
@@ -293,7 +293,7 @@ class Number(Input):
         if number is not None and outer_unit:
             message += f" ({number * self.factor:g} {outer_unit})"
         if number is not None and math.isinf(self.high) and self.low < number < math.inf:
-            raise InputError("; ".join(filter(None, (message, EXTREME, self.remedy))))
+            raise InputError("; ".join(filter(None, (message, EXTREME_QUANTITY_TEXT, self.remedy))))
         allowed_range = self._range(1.0) + (f" {self.unit}" if math.isfinite(self.high) and self.unit else "")
         if outer_unit and math.isfinite(self.high):
             allowed_range += f" ({self._range(self.factor)} {outer_unit})"
@@ -310,7 +310,9 @@ class Number(Input):
             return self.low <= number <= self.high
         # Without an upper bound, numbers are refused if they are so large or so small that nothing can be computed with
         # them.
-        return self.low < number < self.high and (math.isfinite(self.high) or SMALLEST <= number <= LARGEST)
+        return self.low < number < self.high and (
+            math.isfinite(self.high) or SMALLEST_QUANTITY <= number <= LARGEST_QUANTITY
+        )
 
     def _range(self, factor: float) -> str:
         low, high = self.low * factor, self.high * factor
@@ -321,7 +323,7 @@ class Number(Input):
         return f"{low:g} < {self.symbol} < {high:g}" if self.symbol else f"between {low:g} and {high:g}"
 
 
-def as_number(value: Any) -> float | None:
+def to_float(value: Any) -> float | None:
     """Convert a number to a float.
 
     Parameters
@@ -342,7 +344,7 @@ def as_number(value: Any) -> float | None:
         return None
 
 
-def number_or_text(text: str) -> float | str:
+def parse_number_or_text(text: str) -> float | str:
     """Number of a text; any other text is returned unchanged.
 
     Parameters
@@ -361,32 +363,34 @@ def number_or_text(text: str) -> float | str:
         return text
 
 
-def given(default: Any, described: Input, **metadata: Any) -> Any:
+def input_field(default: Any, described: Input, **metadata: Any) -> Any:
     """Dataclass field with an input description; `metadata` is further metadata of the field."""
     return field(default=default, metadata={"input": described, **metadata})
 
 
-def number(default: Any, help: str, **attributes: Any) -> Any:
+def number_field(default: Any, help: str, **attributes: Any) -> Any:
     """Dataclass field of a number; `attributes` are further attributes of `Number`."""
-    return given(default, Number(help=help, **attributes))
+    return input_field(default, Number(help=help, **attributes))
 
 
-def custom(default: Any, help: str, **attributes: Any) -> Any:
+def custom_field(default: Any, help: str, **attributes: Any) -> Any:
     """Dataclass field with functions for reading and checking; `attributes` are attributes of `Input`."""
-    return given(default, Input(help=help, **attributes))
+    return input_field(default, Input(help=help, **attributes))
 
 
-def text(default: str | None, help: str, domain: str, **attributes: Any) -> Any:
+def text_field(default: str | None, help: str, domain: str, **attributes: Any) -> Any:
     """Dataclass field of a non-empty text."""
-    return custom(default, help, domain=domain, words=f"a text ({domain})", holds=_is_text, **attributes)
+    return custom_field(default, help, domain=domain, words=f"a text ({domain})", holds=_is_text, **attributes)
 
 
-def choice(default: Any, help: str, names: Sequence[str], **attributes: Any) -> Any:
+def choice_field(default: Any, help: str, names: Sequence[str], **attributes: Any) -> Any:
     """Dataclass field of a name from a list."""
-    return custom(default, help, known=names, holds=names.__contains__, **{"domain": ", ".join(names), **attributes})
+    return custom_field(
+        default, help, known=names, holds=names.__contains__, **{"domain": ", ".join(names), **attributes}
+    )
 
 
-def flag(help: str, *, default: bool | None = False, **attributes: Any) -> Any:
+def flag_field(help: str, *, default: bool | None = False, **attributes: Any) -> Any:
     """Dataclass field of a truth value, false by default.
 
     Its option on the command line has no value after it.
@@ -408,7 +412,7 @@ def flag(help: str, *, default: bool | None = False, **attributes: Any) -> Any:
     texts = {True: "yes", False: "no"}
     words = "yes or no, true or false"
     flag_attributes = {"alone": True, "parse": _parse_truth_value, "holds": _is_truth_value, "show": texts.__getitem__}
-    return custom(default, help, domain="yes or no", words=words, **{**flag_attributes, **attributes})
+    return custom_field(default, help, domain="yes or no", words=words, **{**flag_attributes, **attributes})
 
 
 def _is_text(value: Any) -> bool:
@@ -419,7 +423,7 @@ def _is_truth_value(value: Any) -> bool:
     return isinstance(value, bool)
 
 
-def as_truth(value: Any) -> Any:
+def parse_truth_value(value: Any) -> Any:
     """Truth value of a text such as yes, or of 1 or 0.
 
     Parameters

@@ -13,7 +13,7 @@ from fecontact.errors import InputError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 from fecontact.inputs.kinds import Input
-from fecontact.inputs.texts import nearest, renamed
+from fecontact.inputs.texts import explain_former_name, suggest_name
 
 # --- Inputs at their places: a field with `metadata={"input": ...}`, and a field with inputs inside, with
 # `metadata={"part": ...}`.
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class NestedInputs:
     """Dataclass field with input fields inside; a table in files.
 
     Attributes
@@ -44,14 +44,14 @@ class Part:
     option: str = ""
 
 
-def part(kind: Callable[[], T], group: str, **attributes: Any) -> T:
-    """Dataclass field with input fields inside; `attributes` are attributes of `Part`."""
-    nested_field: T = field(default_factory=kind, metadata={"part": Part(group=group, **attributes)})
+def nested_inputs(kind: Callable[[], T], group: str, **attributes: Any) -> T:
+    """Dataclass field with input fields inside; `attributes` are attributes of `NestedInputs`."""
+    nested_field: T = field(default_factory=kind, metadata={"part": NestedInputs(group=group, **attributes)})
     return nested_field
 
 
 @dataclass(frozen=True, kw_only=True)
-class Slot(Part):
+class InputPlace(NestedInputs):
     """Input with its place in a dataclass.
 
     Attributes
@@ -104,12 +104,12 @@ class Slot(Part):
         return "none" if self.default is None else self.input.shown(self.default)
 
 
-def described(kind: Any) -> dict[str, Input]:
+def list_descriptions(kind: Any) -> dict[str, Input]:
     """Descriptions of a dataclass's input fields, by field name."""
     return {member.name: member.metadata["input"] for member in fields(kind) if "input" in member.metadata}
 
 
-def slots(instance: DataclassInstance) -> tuple[Slot, ...]:
+def list_input_places(instance: DataclassInstance) -> tuple[InputPlace, ...]:
     """Inputs of a dataclass and of the dataclasses inside it, with their places.
 
     Parameters
@@ -122,17 +122,21 @@ def slots(instance: DataclassInstance) -> tuple[Slot, ...]:
     tuple of Slot
         Inputs in the order of the fields.
     """
-    places: list[Slot] = []
+    places: list[InputPlace] = []
     for member in fields(instance):
-        nested: Part | None = member.metadata.get("part")
+        nested: NestedInputs | None = member.metadata.get("part")
         value = getattr(instance, member.name)
         for name, description in (
-            {member.name: member.metadata["input"]} if nested is None else described(value)
+            {member.name: member.metadata["input"]} if nested is None else list_descriptions(value)
         ).items():
-            attributes = {**vars(nested or Part(group="")), "table": member.name if nested else "", "field": name}
+            attributes = {
+                **vars(nested or NestedInputs(group="")),
+                "table": member.name if nested else "",
+                "field": name,
+            }
             default = getattr(value, name) if nested else value
             places.append(
-                Slot(
+                InputPlace(
                     **{**attributes, "group": description.group or attributes["group"]},
                     input=description,
                     default=default,
@@ -142,7 +146,7 @@ def slots(instance: DataclassInstance) -> tuple[Slot, ...]:
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
-def inputs(kind: type[T]) -> type[T]:
+def input_dataclass(kind: type[T]) -> type[T]:
     """Make a frozen dataclass with checked values.
 
     The values are checked before the `__post_init__` of the class. Empty labels, units and keys of its descriptions are
@@ -188,7 +192,8 @@ def inputs(kind: type[T]) -> type[T]:
             raise InputError(f"{kind.__name__} takes inputs by their names: {kind.__name__}({example})")
         for name in values.keys() - {member.name for member in fields(checked_class)}:
             raise InputError(
-                renamed(name) or f"{name}: {kind.__name__} has no such input{_suggest_input(checked_class, name)}"
+                explain_former_name(name)
+                or f"{name}: {kind.__name__} has no such input{_suggest_input(checked_class, name)}"
             )
         for entry in fields(checked_class):
             if entry.default is MISSING and entry.default_factory is MISSING and entry.name not in values:
@@ -222,7 +227,7 @@ def read_table(kind: type[T], name: str, table: Any) -> T:
         If the table is missing, for unrecognised or missing keys, and for invalid values. The message has the table's
         name.
     """
-    descriptions = described(kind)
+    descriptions = list_descriptions(kind)
     if not isinstance(table, Mapping):
         raise InputError(f"[{name}] is missing; give it, with {', '.join(descriptions)}")
     try:
@@ -238,14 +243,14 @@ def _suggest_input(kind: Any, name: str) -> str:
 
     The suggestion names the inner dataclass that has this input, or the nearest name in the dataclass itself.
     """
-    descriptions = described(kind)
+    descriptions = list_descriptions(kind)
     proposals = {member.name: member.name for member in fields(kind)}
     for field_name, description in descriptions.items():
         proposals |= dict.fromkeys((description.key or field_name, *description.options), field_name)
     for member in fields(kind):
-        if "part" in member.metadata and name in described(inner := type(_default_value(member))):
+        if "part" in member.metadata and name in list_descriptions(inner := type(_default_value(member))):
             return f"; it is one of {inner.__name__}: {member.name}={inner.__name__}({name}=...)"
-    return nearest(name, proposals)
+    return suggest_name(name, proposals)
 
 
 def _default_value(member: Field[Any]) -> Any:

@@ -51,7 +51,7 @@ def parse_inclination(text: str) -> float:
     raise InputError(f"inclination {text!r}: allowed are {INCLINATION_FORMS}")
 
 
-def inclination_text(inclination_rad: float) -> str:
+def format_inclination(inclination_rad: float) -> str:
     """Shortest text of an inclination that `parse_inclination` reads back exactly.
 
     Parameters
@@ -105,7 +105,7 @@ def parse_numbers(text: str, name: str) -> tuple[float, ...]:
     return tuple(dict.fromkeys(numbers))
 
 
-def listed(values: Sequence[float], name: str) -> tuple[float, ...]:
+def require_number_list(values: Sequence[float], name: str) -> tuple[float, ...]:
     """Numbers of a list as floats; a single number instead of a list is refused.
 
     Parameters
@@ -140,7 +140,7 @@ def _expand_range(first: float, last: float, step: float, label: str) -> list[fl
     return [round(first + step * index, 9) for index in range(math.floor(steps) + 1)]
 
 
-def nearest(name: str, proposals: Mapping[str, str]) -> str:
+def suggest_name(name: str, proposals: Mapping[str, str]) -> str:
     """Suggestion for a misspelt name, as the end of a message.
 
     Parameters
@@ -160,9 +160,9 @@ def nearest(name: str, proposals: Mapping[str, str]) -> str:
     return f"; did you mean {lower[matches[0]]}?" if matches else ""
 
 
-def renamed(name: str) -> str:
+def explain_former_name(name: str) -> str:
     """Hint for the former name of an input; empty for any other name."""
-    return f"{name}: there is no such input any more; {RENAMED[name]}" if name in RENAMED else ""
+    return f"{name}: there is no such input any more; {FORMER_NAMES[name]}" if name in FORMER_NAMES else ""
 
 
 _PROFILE_INPUTS = {
@@ -175,7 +175,7 @@ _REFINEMENT = "finer elements are asked for by refine = 'verdict' (the default),
 _OPPOSITE = "--opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=... has it, in files the table [opposite]"
 _HALF_LENGTH = "rail and rim have one half_length_mm"
 _NO_MATERIAL_NAME = "a material has no name any more; leave it out"
-RENAMED = {
+FORMER_NAMES = {
     **dict.fromkeys(("html", "png"), "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
     "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
     "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",

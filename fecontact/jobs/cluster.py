@@ -16,12 +16,20 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.jobs.workers import Crew, Done, Group, Job, other_threads, run_group, unlike
+from fecontact.jobs.workers import (
+    Crew,
+    Job,
+    JobGroup,
+    JobOutcome,
+    describe_worker_differences,
+    describe_wrong_threads,
+    run_group,
+)
 
 _CONNECT_S = 10
 _FIRST_WORKER_S = 60
 # Longest wait for the lock file: a new file may be visible on another machine only after a moment.
-_SEEN_S = 5.0
+_LOCK_FILE_WAIT_S = 5.0
 _RETRIES = 2
 _PAUSE_S = 1.0
 _TOPIC = "fecontact"
@@ -79,12 +87,12 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
         )
 
 
-def _run(lock: Path, threads: int, jobs: Group) -> tuple[Done, ...]:
+def _run(lock: Path, threads: int, jobs: JobGroup) -> tuple[JobOutcome, ...]:
     """Do `run_group` on a worker that passes the checks.
 
     A worker that came later may fail the checks; it returns its jobs to the other workers.
     """
-    if problem := worker_problem(lock, threads) or unlike(jobs[0]):
+    if problem := find_worker_problem(lock, threads) or describe_worker_differences(jobs[0]):
         distributed: Any = import_module("distributed")
         worker = distributed.get_worker()
         worker.log_event(_TOPIC, problem)
@@ -102,7 +110,7 @@ def _pause_worker(worker: Any) -> None:
 
 
 def _refuse_if_all_differ(client: Any, job: Job) -> None:
-    problems = client.run(unlike, job, on_error="return")
+    problems = client.run(describe_worker_differences, job, on_error="return")
     if problems and all(problems.values()):
         worker, problem = next(iter(problems.items()))
         raise InputError(f"worker {worker}: {problem}; start workers of the same installation")
@@ -173,12 +181,12 @@ def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
             raise InputError(
                 f"worker {worker} runs {count} tasks at once, and gmsh only one a process; start it with --nthreads 1"
             )
-    for worker, problem in client.run(worker_problem, lock, threads, on_error="return").items():
+    for worker, problem in client.run(find_worker_problem, lock, threads, on_error="return").items():
         if problem:
             raise InputError(f"worker {worker}: {problem}")
 
 
-def worker_problem(lock: Path, threads: int) -> str | None:
+def find_worker_problem(lock: Path, threads: int) -> str | None:
     """Explain why this process cannot work on a run.
 
     Parameters
@@ -193,9 +201,9 @@ def worker_problem(lock: Path, threads: int) -> str | None:
     str or None
         The problem: this process does not see the folder, or has another number of threads. None without a problem.
     """
-    if problem := other_threads(threads):
+    if problem := describe_wrong_threads(threads):
         return f"{problem}; set it before the worker is started, and --threads likewise"
-    end = time.monotonic() + _SEEN_S
+    end = time.monotonic() + _LOCK_FILE_WAIT_S
     while not os.path.exists(lock):
         if time.monotonic() > end:
             return (

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from fecontact.errors import InputError, ProgramError
 from fecontact.files import remove_unfinished
-from fecontact.jobs.remaining import Progress, duration, seconds_left
-from fecontact.jobs.store import Kept, kept_folder, locked, part_done, remove_leftovers
-from fecontact.jobs.workers import Crew, Done, Job, default_workers, process_crew, run_jobs
+from fecontact.jobs.remaining import Progress, estimate_seconds_left, format_duration
+from fecontact.jobs.store import StoredJob, check_stored_job, lock_folder, read_job_progress, remove_leftovers
+from fecontact.jobs.workers import Crew, Job, JobOutcome, count_default_workers, make_process_crew, run_jobs
 
 _MAX_NAMES_SHOWN = 8
 
@@ -30,7 +30,7 @@ class RunSettings:
     Attributes
     ----------
     workers
-        Number of processes at a time; None for `workers.default_workers`.
+        Number of processes at a time; None for `workers.count_default_workers`.
     threads
         Threads of each job; more than 1 may change the last digits of results.
     force
@@ -143,7 +143,7 @@ def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress |
         If another run has the folder, or the cluster cannot be used.
     """
     try:
-        with locked(out, settings.part) as lock, _open_crew(settings, lock) as crew:
+        with lock_folder(out, settings.part) as lock, _open_crew(settings, lock) as crew:
             if settings.part is None:
                 remove_unfinished(out)
                 remove_leftovers(store)
@@ -169,10 +169,10 @@ def _open_crew(settings: RunSettings, lock: Path) -> Iterator[Crew]:
         with dask_crew(settings.scheduler, lock, settings.threads) as crew:
             yield crew
     else:
-        yield process_crew(settings.workers or default_workers(), settings.threads)
+        yield make_process_crew(settings.workers or count_default_workers(), settings.threads)
 
 
-def finish(jobs: Sequence[Job], held_run: OpenRun, *, on_done: Callable[[Done], None] | None = None) -> None:
+def finish_jobs(jobs: Sequence[Job], held_run: OpenRun, *, on_done: Callable[[JobOutcome], None] | None = None) -> None:
     """Do all jobs that are not finished.
 
     Parameters
@@ -191,7 +191,7 @@ def finish(jobs: Sequence[Job], held_run: OpenRun, *, on_done: Callable[[Done], 
         If jobs ended with an error of the program, when all other jobs are done and kept.
     """
     forced = [replace(job, run=held_run.run, force=job.force or held_run.settings.force) for job in jobs]
-    report = _Report(forced, held_run, on_done)
+    report = _JobProgress(forced, held_run, on_done)
     report.reuse()
     try:
         run_jobs(report.open, held_run.crew, report)
@@ -203,15 +203,15 @@ def finish(jobs: Sequence[Job], held_run: OpenRun, *, on_done: Callable[[Done], 
     report.refuse_program_errors()
 
 
-class _Report:
+class _JobProgress:
     """State of the jobs while they run."""
 
-    def __init__(self, jobs: Sequence[Job], by: OpenRun, on_done: Callable[[Done], None] | None) -> None:
+    def __init__(self, jobs: Sequence[Job], by: OpenRun, on_done: Callable[[JobOutcome], None] | None) -> None:
         self._jobs, self._by, self._on_done = jobs, by, on_done
         self._begun: dict[str, float] = {}
         self._durations: list[float] = []
         self._done: set[str] = set()
-        self._program_errors: list[Done] = []
+        self._program_errors: list[JobOutcome] = []
         self._labels = {job.name: job.label or job.name for job in jobs}
         self._folders = {job.name: job.folder for job in jobs}
 
@@ -226,19 +226,19 @@ class _Report:
         A worker still has to read the results of the finished jobs.
         """
         for job in self.open:
-            stored_job = Kept() if job.force else kept_folder(job.folder, job.name, job.origin)
+            stored_job = StoredJob() if job.force else check_stored_job(job.folder, job.name, job.origin)
             if stored_job.usable:
                 self._by.reused.append(job.name)
                 if job.read is None:
-                    self.done(Done(name=job.name))
+                    self.done(JobOutcome(name=job.name))
             elif stored_job.found:
                 self._by.recomputed[job.name] = stored_job.problem or stored_job.outdated or ""
 
     def take_finished(self) -> None:
         """Take the jobs that workers finished before the run was interrupted."""
         for job in self.open:
-            if job.read is None and kept_folder(job.folder, job.name, job.origin).usable:
-                self.done(Done(name=job.name))
+            if job.read is None and check_stored_job(job.folder, job.name, job.origin).usable:
+                self.done(JobOutcome(name=job.name))
 
     def under_way(self, names: Sequence[str]) -> None:
         """Report the number of finished jobs, and the approximate remaining time."""
@@ -247,7 +247,7 @@ class _Report:
         # a cluster receives all jobs at once, and begins with the first jobs
         self._begun = {name: self._begun.get(name, now) for name in names[:workers]}
         if self._by.progress is not None:
-            parts = {name: part_done(self._folders[name], name) for name in self._begun}
+            parts = {name: read_job_progress(self._folders[name], name) for name in self._begun}
             labels = (f"{self._labels[name]} {parts[name][1] if name in parts else ''}".strip() for name in names)
             text = ", ".join(labels) if len(names) <= _MAX_NAMES_SHOWN else f"{len(names)} jobs"
             done_count, total = len(self._done), len(self._labels)
@@ -255,13 +255,13 @@ class _Report:
             unread = set(self._by.reused) - self._done - self._begun.keys()
             waiting = total - done_count - len(self._begun) - len(unread)
             ages = [now - start for start in self._begun.values()]
-            remaining_s = seconds_left(
+            remaining_s = estimate_seconds_left(
                 self._durations, ages, waiting, workers, [parts[name][0] for name in self._begun]
             )
-            remaining_time = "" if remaining_s is None else f"; about {duration(remaining_s)} left"
+            remaining_time = "" if remaining_s is None else f"; about {format_duration(remaining_s)} left"
             self._by.progress(done_count, total, f"solving {text}{remaining_time}")
 
-    def done(self, outcome: Done) -> None:
+    def done(self, outcome: JobOutcome) -> None:
         """Keep the outcome of a job."""
         self._done.add(outcome.name)
         self._begun.pop(outcome.name, None)

@@ -15,7 +15,7 @@ Result = TypeVar("Result")
 _UNKNOWN_REST = 0.25
 
 
-def seconds_left(
+def estimate_seconds_left(
     durations: Sequence[float], ages: Sequence[float], waiting: int, workers: int, parts: Sequence[float] = ()
 ) -> float | None:
     """Expected seconds until the last job ends.
@@ -64,7 +64,7 @@ def _estimate_remaining_time(durations: Sequence[float], age: float) -> float:
     return sum(longer) / len(longer) - age if longer else _UNKNOWN_REST * age
 
 
-def watched(results: Iterable[Result], count: int, progress: Progress | None, words: str) -> Iterator[Result]:
+def report_progress(results: Iterable[Result], count: int, progress: Progress | None, words: str) -> Iterator[Result]:
     """Yield results as they come, and report progress with the remaining time after each.
 
     Parameters
@@ -91,11 +91,13 @@ def watched(results: Iterable[Result], count: int, progress: Progress | None, wo
     for number, result in enumerate(results, start=1):
         yield result
         if number < count:
-            remaining_s = seconds_left([], [time.monotonic() - start], 0, 1, [number / count])
-            progress(number, count, words if remaining_s is None else f"{words}; about {duration(remaining_s)} left")
+            remaining_s = estimate_seconds_left([], [time.monotonic() - start], 0, 1, [number / count])
+            progress(
+                number, count, words if remaining_s is None else f"{words}; about {format_duration(remaining_s)} left"
+            )
 
 
-def duration(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Time in words, in s, min or h."""
     if seconds < 100.0:
         return f"{seconds:.0f} s"

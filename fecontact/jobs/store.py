@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from fecontact.errors import InputError
-from fecontact.files import read_json, sha256, write_json
+from fecontact.files import hash_file, read_json, write_json
 
 MANIFEST = "stored.json"
 SCHEMA = "fecontact/stored/1"
@@ -43,7 +43,7 @@ class Origin:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kept:
+class StoredJob:
     """State of a stored job on disk.
 
     Attributes
@@ -70,7 +70,7 @@ class Kept:
 
 
 @contextmanager
-def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterator[Path]:
+def replace_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterator[Path]:
     """Open a temporary folder for a job's files.
 
     If nothing is raised, the temporary folder replaces `final` in one step. Checksums of the files are written first. A
@@ -103,7 +103,7 @@ def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterato
         _progress_file(final, name).unlink(missing_ok=True)
 
 
-def tell_part(folder: Path, name: str, part: float, words: str) -> None:
+def write_job_progress(folder: Path, name: str, part: float, words: str) -> None:
     """Write the finished fraction and the present activity of a job beside its folder.
 
     Parameters
@@ -121,7 +121,7 @@ def tell_part(folder: Path, name: str, part: float, words: str) -> None:
         write_json(_progress_file(folder, name), [part, words])
 
 
-def part_done(folder: Path, name: str) -> tuple[float, str]:
+def read_job_progress(folder: Path, name: str) -> tuple[float, str]:
     """Read the finished fraction and the activity that a job wrote last.
 
     Parameters
@@ -173,7 +173,7 @@ def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origi
         "solved_by": dict(origin.solved_by),
         "evaluated_by": dict(origin.evaluated_by),
         "run": run,
-        "files": {path.relative_to(folder).as_posix(): sha256(path) for path in sorted(files)},
+        "files": {path.relative_to(folder).as_posix(): hash_file(path) for path in sorted(files)},
     }
     return write_json(folder / MANIFEST, manifest)
 
@@ -216,7 +216,7 @@ def remove_leftovers(parent: Path, name: str | None = None) -> None:
             path.unlink(missing_ok=True)
 
 
-def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
+def check_stored_job(folder: Path, name: str, origin: Origin) -> StoredJob:
     """Check all files of a stored job, and return its state.
 
     Parameters
@@ -234,20 +234,20 @@ def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
         The state.
     """
     if not folder.is_dir():
-        return Kept()
-    manifest = whole_manifest(folder)
+        return StoredJob()
+    manifest = read_intact_manifest(folder)
     if isinstance(manifest, str):
-        return Kept(found=True, problem=manifest)
+        return StoredJob(found=True, problem=manifest)
     if manifest["id"] != name:
-        return Kept(found=True, problem=f"the folder holds the result of other inputs ({manifest['id']})")
-    if changes := difference(manifest["solved_by"], origin.solved_by):
-        return Kept(found=True, problem=f"made by another version: {changes}")
-    changes = difference(manifest["evaluated_by"], origin.evaluated_by)
+        return StoredJob(found=True, problem=f"the folder holds the result of other inputs ({manifest['id']})")
+    if changes := describe_differences(manifest["solved_by"], origin.solved_by):
+        return StoredJob(found=True, problem=f"made by another version: {changes}")
+    changes = describe_differences(manifest["evaluated_by"], origin.evaluated_by)
     outdated = f"evaluated by another version: {changes}" if changes else None
-    return Kept(found=True, outdated=outdated, run=manifest["run"])
+    return StoredJob(found=True, outdated=outdated, run=manifest["run"])
 
 
-def whole_manifest(folder: Path) -> dict[str, Any] | str:
+def read_intact_manifest(folder: Path) -> dict[str, Any] | str:
     """Read the manifest of a folder, and check that all its files are unchanged.
 
     Parameters
@@ -290,7 +290,7 @@ def _find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
             path = folder / name
             if not path.resolve().is_relative_to(folder.resolve()):
                 return f"{name} is no file of this folder"
-            actual = sha256(path)
+            actual = hash_file(path)
         except FileNotFoundError:
             return f"{name} is missing"
         except OSError as error:
@@ -302,7 +302,7 @@ def _find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
     return None
 
 
-def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
+def describe_differences(old: Mapping[str, str], new: Mapping[str, str]) -> str:
     """Differences between two origins of a result in words, such as `numpy 2.1.0 -> 2.2.0`.
 
     Parameters
@@ -334,7 +334,7 @@ LOCK = "run.lock"
 
 
 @contextmanager
-def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
+def lock_folder(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
     """Lock the folder of a run, for the complete run or for a part.
 
     Parameters

@@ -31,9 +31,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
-from fecontact.errors import FecontactError, InputError, NotEnoughMemory
+from fecontact.errors import FecontactError, InputError, MemoryShortageError
 from fecontact.files import write_text
-from fecontact.jobs.store import Origin, difference, kept_folder, new_folder, remove_leftovers
+from fecontact.jobs.store import Origin, check_stored_job, describe_differences, remove_leftovers, replace_folder
 from fecontact.process import collect_rarely
 
 # --- A job in a worker process: do its work, store its files, and report the outcome; nothing is raised.
@@ -43,7 +43,7 @@ _JOB_LOCK = threading.Lock()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Made:
+class WorkResult:
     """Result of the work of a job, in addition to the files in its folder.
 
     Attributes
@@ -61,7 +61,7 @@ class Made:
 class Work(Protocol):
     """Work of a job: a callable that a worker can import."""
 
-    def __call__(self, folder: Path, finished: Path | None) -> Made:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         """Write the job's files into a folder.
 
         Parameters
@@ -125,7 +125,7 @@ PROGRAM_ERRORS = (AssertionError, AttributeError, ImportError, LookupError, Name
 
 
 @dataclass(frozen=True, kw_only=True)
-class Done:
+class JobOutcome:
     """Outcome of a job.
 
     Attributes
@@ -153,15 +153,15 @@ class Done:
     seconds: float = 0.0
 
 
-Group = tuple[Job, ...]
+JobGroup = tuple[Job, ...]
 
 
-def run_group(jobs: Group) -> tuple[Done, ...]:
+def run_group(jobs: JobGroup) -> tuple[JobOutcome, ...]:
     """Do the jobs of a group in their order; their works share objects also in this process."""
     return tuple(map(run_job, jobs))
 
 
-def run_job(job: Job) -> Done:
+def run_job(job: Job) -> JobOutcome:
     """Do a job and put its folder into the store.
 
     A job that was short of memory while other jobs ran is not stored: its result would depend on the other jobs.
@@ -183,14 +183,14 @@ def run_job(job: Job) -> Done:
         return replace(outcome, seconds=time.monotonic() - start)
 
 
-def _try_job(job: Job) -> Done:
+def _try_job(job: Job) -> JobOutcome:
     """Do a job; exceptions become failures of its outcome."""
     try:
         return _do_job(job)
     except MemoryError:
         return _describe_failure(job, "out of memory", is_short_of_memory=True)
     except FecontactError as error:
-        return _describe_failure(job, str(error), is_short_of_memory=isinstance(error, NotEnoughMemory))
+        return _describe_failure(job, str(error), is_short_of_memory=isinstance(error, MemoryShortageError))
     except OSError as error:
         # most often a full disk
         return _describe_failure(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
@@ -208,39 +208,39 @@ def error_file(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}.error.txt")
 
 
-def _describe_failure(job: Job, failure: str, *, is_short_of_memory: bool = False) -> Done:
-    return Done(name=job.name, failure=failure, short_of_memory=is_short_of_memory and not job.alone)
+def _describe_failure(job: Job, failure: str, *, is_short_of_memory: bool = False) -> JobOutcome:
+    return JobOutcome(name=job.name, failure=failure, short_of_memory=is_short_of_memory and not job.alone)
 
 
-def _do_job(job: Job) -> Done:
+def _do_job(job: Job) -> JobOutcome:
     """Do a job if it is not finished already, and check the stored files."""
-    if problem := unlike(job):
+    if problem := describe_worker_differences(job):
         raise InputError(problem)
-    stored_before, unreadable = kept_folder(job.folder, job.name, job.origin), None
+    stored_before, unreadable = check_stored_job(job.folder, job.name, job.origin), None
     if stored_before.usable and (not job.force or (job.run and stored_before.run == job.run)):
         # the job is finished: by an earlier run, or by a worker that was lost before it could report
         try:
-            return Done(name=job.name, value=_read_value(job))
+            return JobOutcome(name=job.name, value=_read_value(job))
         except InputError as error:
             unreadable = str(error)
     is_to_judge = stored_before.found and stored_before.problem is None and not job.force and unreadable is None
-    with new_folder(job.folder, job.name, job.origin, job.run) as folder:
+    with replace_folder(job.folder, job.name, job.origin, job.run) as folder:
         output = job.work(folder, job.folder if is_to_judge else None)
         if output.short_of_memory and not job.alone:
-            raise NotEnoughMemory("there was not enough memory to solve it as far as it would have been alone")
+            raise MemoryShortageError("there was not enough memory to solve it as far as it would have been alone")
     error_file(job.folder).unlink(missing_ok=True)
-    stored = kept_folder(job.folder, job.name, job.origin)
+    stored = check_stored_job(job.folder, job.name, job.origin)
     if not stored.usable:
         raise OSError(f"what was written cannot be read again: {stored.problem or stored.outdated}")
     value = _read_value(job) if output.value is None else output.value
-    return Done(name=job.name, value=value, unreadable=unreadable)
+    return JobOutcome(name=job.name, value=value, unreadable=unreadable)
 
 
 def _read_value(job: Job) -> Any:
     return None if job.read is None else job.read(job.folder)
 
 
-def unlike(job: Job) -> str | None:
+def describe_worker_differences(job: Job) -> str | None:
     """Explain why this process must not do a job.
 
     Parameters
@@ -255,8 +255,8 @@ def unlike(job: Job) -> str | None:
     """
     local_origin = job.origin_here()
     changes = (
-        difference(job.origin.solved_by, local_origin.solved_by),
-        difference(job.origin.evaluated_by, local_origin.evaluated_by),
+        describe_differences(job.origin.solved_by, local_origin.solved_by),
+        describe_differences(job.origin.evaluated_by, local_origin.evaluated_by),
     )
     differences = ", ".join(filter(None, changes))
     return (
@@ -304,7 +304,7 @@ class Crew:
     open: Callable[[int], AbstractContextManager[Executor]]
     workers: int
     together: int
-    run: Callable[[Group], tuple[Done, ...]] = run_group
+    run: Callable[[JobGroup], tuple[JobOutcome, ...]] = run_group
     refuse: Callable[[Job], None] | None = None
     lost: Callable[[], str | None] | None = None
 
@@ -315,7 +315,7 @@ class WorkersLost(FecontactError):
     exit_code = 3
 
 
-class Report(Protocol):
+class JobReceiver(Protocol):
     """Receiver of reports about the jobs."""
 
     def under_way(self, names: Sequence[str]) -> None:
@@ -324,11 +324,11 @@ class Report(Protocol):
         Of each group the next job is named.
         """
 
-    def done(self, done: Done) -> None:
+    def done(self, done: JobOutcome) -> None:
         """Receive the outcome of a job that will not run again."""
 
 
-def default_workers() -> int:
+def count_default_workers() -> int:
     """Default number of workers: a worker per usable core and per 2 GB of available memory.
 
     Returns
@@ -342,7 +342,7 @@ def default_workers() -> int:
     return max(1, min(cores, int(psutil.virtual_memory().available / _BYTES_PER_WORKER)))
 
 
-def process_crew(workers: int, threads: int) -> Crew:
+def make_process_crew(workers: int, threads: int) -> Crew:
     """Worker processes of this machine.
 
     They are spawned, not forked: a fork would copy the threads and the state of MKL, OpenMP and gmsh only in part. Even
@@ -385,7 +385,7 @@ def _process_pool(worker_count: int, threads: int) -> Iterator[Executor]:
         yield _ThisProcess()
         return
     # a process is started when the first job is handed to it, so the environment must last as long as the pool
-    with thread_environment(threads):
+    with set_thread_environment(threads):
         executor = _QuietPool(worker_count, mp_context=get_context("spawn"), initializer=_initialise_worker)
         try:
             yield executor
@@ -454,7 +454,7 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def thread_environment(threads: int) -> Iterator[None]:
+def set_thread_environment(threads: int) -> Iterator[None]:
     """Set the number of threads of the numerical libraries in new processes.
 
     The previous environment returns at the end.
@@ -477,7 +477,7 @@ def thread_environment(threads: int) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def other_threads(threads: int) -> str | None:
+def describe_wrong_threads(threads: int) -> str | None:
     """Explain a wrong number of threads in the environment of this process.
 
     Parameters
@@ -497,7 +497,7 @@ def other_threads(threads: int) -> str | None:
 
 
 @contextmanager
-def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
+def open_evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
     """Open a function like `map`, in this process or in single-threaded worker processes.
 
     A daemonic process, which must not have children, does all items itself.
@@ -509,7 +509,7 @@ def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterato
     here
         Whether this process does all items.
     workers
-        Number of processes; `default_workers` if not given.
+        Number of processes; `count_default_workers` if not given.
 
     Yields
     ------
@@ -528,7 +528,7 @@ def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterato
     if here or current_process().daemon:
         yield map
         return
-    workers = max(1, min(workers or default_workers(), count))
+    workers = max(1, min(workers or count_default_workers(), count))
     try:
         with _process_pool(workers, 1) as executor:
             yield partial(executor.map, chunksize=max(1, min(50, count // (4 * workers))))
@@ -538,7 +538,7 @@ def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterato
         ) from error
 
 
-def began_on_one_thread() -> bool:
+def has_single_thread() -> bool:
     """Whether the numerical libraries of this process have a single thread.
 
     They read the environment when they start.
@@ -550,7 +550,7 @@ def began_on_one_thread() -> bool:
     return all(f"{name}=1".encode() in start_environment for name in _THREAD_VARIABLES)
 
 
-def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
+def run_jobs(jobs: Sequence[Job], crew: Crew, report: JobReceiver) -> None:
     """Run all jobs and report each once.
 
     When a worker process dies, the jobs that were under way run again, each alone; a job with two dead processes is
@@ -568,16 +568,16 @@ def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
     """
     if jobs and crew.refuse is not None:
         crew.refuse(jobs[0])
-    queue = deque(groups_of([replace(job, alone=crew.workers == 1) for job in jobs], crew.workers))
+    queue = deque(divide_into_groups([replace(job, alone=crew.workers == 1) for job in jobs], crew.workers))
     short_jobs: list[Job] = []
     while queue:
-        for job in _together(queue, short_jobs, crew, report):
+        for job in _run_groups(queue, short_jobs, crew, report):
             report.done(_run_alone(job, crew, report, deaths=1))
     for job in short_jobs:
         report.done(_run_alone(job, crew, report, deaths=0))
 
 
-def groups_of(jobs: Sequence[Job], workers: int) -> list[Group]:
+def divide_into_groups(jobs: Sequence[Job], workers: int) -> list[JobGroup]:
     """Divide jobs into their groups; if there are fewer groups than workers, groups are split.
 
     Parameters
@@ -603,12 +603,12 @@ def groups_of(jobs: Sequence[Job], workers: int) -> list[Group]:
     return split_groups
 
 
-def _together(queue: deque[Group], short_jobs: list[Job], crew: Crew, report: Report) -> list[Job]:
+def _run_groups(queue: deque[JobGroup], short_jobs: list[Job], crew: Crew, report: JobReceiver) -> list[Job]:
     """Run groups of the queue until it is empty or a worker dies.
 
     Returns the jobs that were under way when a worker died. Jobs that were short of memory are added to `short_jobs`.
     """
-    running: dict[Future[tuple[Done, ...]], Group] = {}
+    running: dict[Future[tuple[JobOutcome, ...]], JobGroup] = {}
     lost_jobs: list[Job] = []
     with crew.open(crew.workers) as executor:
         while (queue and not lost_jobs) or running:
@@ -636,12 +636,12 @@ def _together(queue: deque[Group], short_jobs: list[Job], crew: Crew, report: Re
     return lost_jobs
 
 
-def _name_present_job(group: Group) -> str:
+def _name_present_job(group: JobGroup) -> str:
     """Name of the present job of a group: the first without a result."""
     return next((job for job in group if not job.folder.is_dir()), group[-1]).name
 
 
-def _run_alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
+def _run_alone(job: Job, crew: Crew, report: JobReceiver, *, deaths: int) -> JobOutcome:
     """Run a job while no other job runs, each time in a new process."""
     job = replace(job, alone=True)
     report.under_way([job.name])
@@ -656,10 +656,12 @@ def _run_alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
     # ParaView's writers can end the process if the disk is full, so free space is read before files are removed
     full = shutil.disk_usage(job.folder.parent).free < _FULL_DISK_BYTES
     remove_leftovers(job.folder.parent, job.name)
-    return Done(name=job.name, failure=f"its process died twice ({'disk full' if full else 'out of memory'}?)")
+    return JobOutcome(name=job.name, failure=f"its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
-def _collect_outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew) -> tuple[Done, ...] | None:
+def _collect_outcome(
+    future: Future[tuple[JobOutcome, ...]], group: JobGroup, crew: Crew
+) -> tuple[JobOutcome, ...] | None:
     """Outcome of each job of a group; None if its worker died.
 
     Raises
@@ -681,4 +683,4 @@ def _collect_outcome(future: Future[tuple[Done, ...]], group: Group, crew: Crew)
     except Exception as error:
         # errors of the executor, such as a cluster that has given the job up
         failure, is_program_error = f"{type(error).__name__}: {error}", isinstance(error, PROGRAM_ERRORS)
-    return tuple(Done(name=job.name, failure=failure, is_program_error=is_program_error) for job in group)
+    return tuple(JobOutcome(name=job.name, failure=failure, is_program_error=is_program_error) for job in group)

@@ -10,7 +10,7 @@ import numpy as np
 from fecontact.contact.grid import Rung
 from fecontact.contact.patch import Patch
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.judging.ladder import GAP, PLASTIC, STEPS
+from fecontact.judging.ladder import GAP_STEP, LADDER_STEPS, PLASTIC_STEP
 from fecontact.placement.wheel_on_rail import Placement
 
 # Angle of the normals below the patch above which the surfaces are called conforming. A flat half-space has an error of
@@ -54,7 +54,7 @@ class PatchGeometry:
     pieces: int
 
 
-def cause_of(
+def find_cause(
     steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry, *, plastic: bool = False
 ) -> str:
     """Cause of Hertz's deviation in a measure.
@@ -81,12 +81,14 @@ def cause_of(
     # The load on a second patch drops to zero on the rung on which the two patches join. The valley between the peaks
     # shows reliably whether there are two patches.
     indicator = "valley" if measure == "separate_load" else measure
-    candidates = (step for step in STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC))
+    candidates = (
+        step for step in LADDER_STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC_STEP)
+    )
     largest_step = max(candidates, key=lambda step: abs(steps[step.name][indicator]))
-    return cause_in_gap(geometry) if largest_step is GAP else largest_step.cause
+    return find_gap_cause(geometry) if largest_step is GAP_STEP else largest_step.cause
 
 
-def cause_in_gap(geometry: PatchGeometry) -> str:
+def find_gap_cause(geometry: PatchGeometry) -> str:
     """Cause of Hertz's deviation if the shape of the gap has the largest effect.
 
     Parameters
@@ -110,7 +112,7 @@ def cause_in_gap(geometry: PatchGeometry) -> str:
     return "curvature varies over the patch"
 
 
-def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: Patch) -> PatchGeometry:
+def measure_patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: Patch) -> PatchGeometry:
     """Geometry of both profiles below the finite-element patch.
 
     Parameters

@@ -11,15 +11,15 @@ import numpy as np
 from scipy.ndimage import zoom
 
 from fecontact.contact.grid import Field, Rung
-from fecontact.contact.patch import Patch, signed_square
-from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact.patch import Patch, build_signed_square
+from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.measures import (
     Measures,
-    deviations,
-    hertz_measures,
-    measures_of,
-    patch_of,
+    compute_hertz_deviations,
+    read_hertz_measures,
+    read_measures,
+    read_patch,
 )
 
 # Points per grid spacing for the overlap of two patches (largest and smallest number), and number of all points that
@@ -60,7 +60,7 @@ class Comparison:
     def overlap(self) -> float:
         """Area of the intersection of both patches divided by the area of their union (-)."""
         hertz = self.ellipse
-        return _overlap(self.contact.even().pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm), hertz)
+        return _compute_overlap(self.contact.even().pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm), hertz)
 
 
 def compare(fe: Rung, hertz: HertzContact) -> Comparison:
@@ -78,14 +78,14 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     Comparison
         Patch, measures and deviations.
     """
-    fe_pressure, hertz_pressure, weights = Approximation.of(hertz).beside(fe)
+    fe_pressure, hertz_pressure, weights = TheoryContact.of(hertz).beside(fe)
     return Comparison(
         contact=fe,
         ellipse=hertz,
-        patch=patch_of(fe),
-        fe=measures_of(fe),
-        hertz=hertz_measures(hertz),
-        deviation=deviations(fe, hertz),
+        patch=read_patch(fe),
+        fe=read_measures(fe),
+        hertz=read_hertz_measures(hertz),
+        deviation=compute_hertz_deviations(fe, hertz),
         # `numpy.linalg.norm` is not used: the sum of BLAS depends on the number of its threads.
         pressure_l2=float(
             np.sqrt(
@@ -95,13 +95,13 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     )
 
 
-def _overlap(pressure: Field, hertz: HertzContact) -> float:
+def _compute_overlap(pressure: Field, hertz: HertzContact) -> float:
     """Area of the intersection of patch and ellipse divided by the area of their union.
 
     The signed square of the pressure is interpolated on a refined grid, so that the edge of the patch is resolved
     between nodes.
     """
-    squared_pressure = signed_square(pressure.values)[1:-1, 1:-1]
+    squared_pressure = build_signed_square(pressure.values)[1:-1, 1:-1]
     refinement = min(
         _OVERLAP_REFINEMENT, max(_LEAST_REFINEMENT, int(math.sqrt(_OVERLAP_POINTS / squared_pressure.size)))
     )

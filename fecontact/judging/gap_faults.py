@@ -22,7 +22,7 @@ allows a change of 0.15 %, which is half of the stated uncertainty of the half-w
 """
 
 
-def gap_faults(solved_load: SolvedLoad) -> tuple[str, ...]:
+def describe_gap_faults(solved_load: SolvedLoad) -> tuple[str, ...]:
     """Errors of the solved gap beyond their limits, in words.
 
     Parameters

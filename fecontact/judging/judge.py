@@ -6,41 +6,41 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from fecontact.case import Case
-from fecontact.contact_theories.approximation import Approximation
-from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.contact_theories.approximation import TheoryContact
+from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE, THEORIES
 from fecontact.errors import CONVERGED
-from fecontact.feature_registry import offered
-from fecontact.judging.causes import cause_of, patch_geometry
+from fecontact.feature_registry import load_offers
+from fecontact.judging.causes import find_cause, measure_patch_geometry
 from fecontact.judging.comparison import compare
-from fecontact.judging.gap_faults import gap_faults
+from fecontact.judging.gap_faults import describe_gap_faults
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
-from fecontact.judging.measures import FLOORS, MEASURES, values_of
+from fecontact.judging.measures import MEASURES, READING_UNCERTAINTY, read_values
 from fecontact.judging.notes import iterate_warnings
-from fecontact.judging.reference_check import REFERENCE_LIMIT, reference_error
+from fecontact.judging.reference_check import REFERENCE_LIMIT, compute_reference_error
 from fecontact.judging.solved_load import (
-    CONTRADICTION,
-    ELEMENTS_OFF,
-    REFERENCES_OFF,
+    CONTRADICTION_STATUS,
+    ELEMENTS_STATUS,
+    REFERENCES_STATUS,
     SolvedLoad,
     Status,
-    as_solved,
-    elements_uncertainties,
-    finest_otherwise,
+    estimate_elements_uncertainties,
+    read_other_fit,
+    read_quality,
 )
-from fecontact.judging.theory import fails_for_certain, is_unresolved_by_profiles, judge_hertz, judge_theories
-from fecontact.judging.uncertainty import step_uncertainty
+from fecontact.judging.theory import has_certain_failure, is_unresolved_by_profiles, judge_hertz, judge_theories
+from fecontact.judging.uncertainty import estimate_step_uncertainty
 from fecontact.judging.verdict import (
-    AT_JUNCTION,
-    ELEMENTS,
-    PROFILE,
+    ELEMENTS_CAUSE,
+    JUNCTION_CAUSE,
+    PROFILE_CAUSE,
     Answer,
     Judgement,
     Verdict,
+    find_worst_verdict,
     judge_plastic,
     select_worst_judgement,
-    worst_of,
 )
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -71,22 +71,22 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
     hertz = hertz_judgements[HERTZ].hertz
     comparison = compare(finest.fe, hertz)
     ladder = Ladder.of(hertz, solved_load.rungs)
-    geometry = patch_geometry(placement, finest.fe, hertz, comparison.patch)
-    worst = worst_of(hertz_judgements)
+    geometry = measure_patch_geometry(placement, finest.fe, hertz, comparison.patch)
+    worst = find_worst_verdict(hertz_judgements)
     status = _status(solved_load, ladder, placement, {worst.answer, elements_judgement.verdict.answer})
     is_usable = status == CONVERGED
-    other_names = [name for name in theories if name not in EITHER_SIDE]
+    other_names = [name for name in theories if name not in HERTZ_OF_EACH_SIDE]
     theory_judgements, reasons = judge_theories(other_names, solved_load, placement, usable=is_usable)
     cause: str | None = None
     if _needs_cause(hertz_judgements, worst, case):
-        cause = AT_JUNCTION if contact_point.at_junction else cause_of(ladder.steps, worst.measure, geometry)
+        cause = JUNCTION_CAUSE if contact_point.at_junction else find_cause(ladder.steps, worst.measure, geometry)
     if worst.answer == "UNRESOLVED" and is_unresolved_by_profiles(
         case, solved_load.levels, placement, solved_load.lines
     ):
-        cause = PROFILE
-    is_certain = solved_load.status == ELEMENTS_OFF and fails_for_certain(hertz_judgements, solved_load.half_space)
-    if solved_load.status == ELEMENTS_OFF and not is_certain:
-        cause = ELEMENTS
+        cause = PROFILE_CAUSE
+    is_certain = solved_load.status == ELEMENTS_STATUS and has_certain_failure(hertz_judgements, solved_load.half_space)
+    if solved_load.status == ELEMENTS_STATUS and not is_certain:
+        cause = ELEMENTS_CAUSE
     elastic_verdict = replace(worst, cause=cause).usable(is_usable or is_certain)
     plastic_verdict = judge_plastic(
         solved_load, hertz_judgements, ladder, geometry, at_junction=contact_point.at_junction
@@ -98,8 +98,8 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
         comparison=comparison,
         ladder=ladder,
         geometry=geometry,
-        bodies_step_uncertainty=_bodies_step_uncertainty(solved_load, Approximation.of(hertz)),
-        elements_uncertainty=elements_uncertainties(solved_load.levels),
+        bodies_step_uncertainty=_bodies_step_uncertainty(solved_load, TheoryContact.of(hertz)),
+        elements_uncertainty=estimate_elements_uncertainties(solved_load.levels),
         by_elements=replace(elements_judgement, verdict=elements_judgement.verdict.usable(is_usable)),
         status=status,
         verdict=elastic_verdict if plastic_verdict is None else plastic_verdict.verdict.usable(is_usable),
@@ -109,10 +109,10 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
         plastic=plastic_verdict,
     )
     load = replace(load, warnings=tuple(iterate_warnings(load)))
-    return with_readings(load, placement) if other_names else load
+    return add_readings(load, placement) if other_names else load
 
 
-def with_readings(load: JudgedLoad, placement: Placement, kind: str = "READINGS") -> JudgedLoad:
+def add_readings(load: JudgedLoad, placement: Placement, kind: str = "READINGS") -> JudgedLoad:
     """Judged load with the readings of features.
 
     Parameters
@@ -129,7 +129,7 @@ def with_readings(load: JudgedLoad, placement: Placement, kind: str = "READINGS"
     JudgedLoad
         Load with an entry for each feature that has a reading.
     """
-    readings = {name: read(load, placement) for name, read in offered(kind).items()}
+    readings = {name: read(load, placement) for name, read in load_offers(kind).items()}
     return replace(
         load, features={**load.features, **{name: reading for name, reading in readings.items() if reading is not None}}
     )
@@ -142,9 +142,9 @@ def _status(solved_load: SolvedLoad, ladder: Ladder, placement: Placement, answe
     """
     if not solved_load.usable:
         return solved_load.status
-    if gap_faults(solved_load) or not reference_error(ladder, placement) <= REFERENCE_LIMIT:
-        return REFERENCES_OFF
-    return CONTRADICTION if {"HOLDS", "FAILS"} <= answers else solved_load.status
+    if describe_gap_faults(solved_load) or not compute_reference_error(ladder, placement) <= REFERENCE_LIMIT:
+        return REFERENCES_STATUS
+    return CONTRADICTION_STATUS if {"HOLDS", "FAILS"} <= answers else solved_load.status
 
 
 def _needs_cause(judgements: Mapping[str, Judgement], worst: Verdict, case: Case) -> bool:
@@ -158,22 +158,22 @@ def _needs_cause(judgements: Mapping[str, Judgement], worst: Verdict, case: Case
     )
 
 
-def _bodies_step_uncertainty(solved_load: SolvedLoad, hertz: Approximation) -> dict[str, float]:
+def _bodies_step_uncertainty(solved_load: SolvedLoad, hertz: TheoryContact) -> dict[str, float]:
     """Uncertainty of the step of each measure from the half-space to the bodies (-).
 
     The approach has no entry. If the surface turns from lobe to lobe, the half-space is not unique. The difference
     between planes for patches and a normal at each place is therefore added.
     """
-    half_space_values = values_of(solved_load.half_space, hertz)
-    other_fit_values = values_of(finest_otherwise(solved_load.levels), hertz)
-    turned_values = half_space_values if solved_load.turned is None else values_of(solved_load.turned, hertz)
-    level_values = [values_of(level.fe, hertz) for level in solved_load.levels]
-    quality, uncertainty_by_name = as_solved(solved_load.levels), {}
+    half_space_values = read_values(solved_load.half_space, hertz)
+    other_fit_values = read_values(read_other_fit(solved_load.levels), hertz)
+    turned_values = half_space_values if solved_load.turned is None else read_values(solved_load.turned, hertz)
+    level_values = [read_values(level.fe, hertz) for level in solved_load.levels]
+    quality, uncertainty_by_name = read_quality(solved_load.levels), {}
     for name, half_space_value in half_space_values.items():
-        if FLOORS[name] is not None:
+        if READING_UNCERTAINTY[name] is not None:
             values = [values_by_name[name] for values_by_name in level_values]
             ratio, size = (values[0] / half_space_value, abs(half_space_value)) if name in MEASURES else (1.0, 1.0)
-            mesh_uncertainty = step_uncertainty(name, values, quality, otherwise=other_fit_values[name])
+            mesh_uncertainty = estimate_step_uncertainty(name, values, quality, otherwise=other_fit_values[name])
             uncertainty_by_name[name] = abs(ratio) * (
                 mesh_uncertainty + abs(turned_values[name] - half_space_value) / size
             )

@@ -12,14 +12,14 @@ from fecontact.judging.measures import (
     MISFITS,
     Measures,
     Misfit,
-    hertz_measures,
-    measures_of,
-    misfit_of,
+    read_hertz_measures,
+    read_hertz_misfit,
+    read_measures,
 )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Step:
+class LadderStep:
     """Step of the ladder, between two rungs.
 
     Attributes
@@ -41,22 +41,22 @@ class Step:
     cause: str = ""
 
 
-GAP = Step(
+GAP_STEP = LadderStep(
     name="quadratic_to_true_gap",
     start="half_space_quadratic",
     end="half_space",
     shown=True,
     cause="shape of the gap",
 )
-BODIES = Step(name="half_space_to_bodies", start="half_space", end="fe", shown=True, cause="finite bodies")
-PLASTIC = Step(name="bodies_to_plastic", start="fe", end="fe_plastic", shown=True, cause="plasticity")
-DISCRETE = Step(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic")
-STEPS = (
-    DISCRETE,
-    GAP,
-    BODIES,
-    Step(name="elements_to_fe", start="elements", end="fe"),
-    PLASTIC,
+BODIES_STEP = LadderStep(name="half_space_to_bodies", start="half_space", end="fe", shown=True, cause="finite bodies")
+PLASTIC_STEP = LadderStep(name="bodies_to_plastic", start="fe", end="fe_plastic", shown=True, cause="plasticity")
+DISCRETE_STEP = LadderStep(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic")
+LADDER_STEPS = (
+    DISCRETE_STEP,
+    GAP_STEP,
+    BODIES_STEP,
+    LadderStep(name="elements_to_fe", start="elements", end="fe"),
+    PLASTIC_STEP,
 )
 """All steps in order; the last step is for bodies that may yield."""
 
@@ -106,8 +106,8 @@ class Ladder:
             Measures of all rungs, beginning with Hertz.
         """
         return cls(
-            rungs={"hertz": hertz_measures(hertz), **{name: measures_of(rung) for name, rung in rungs}},
-            misfits={name: misfit_of(rung, hertz) for name, rung in rungs},
+            rungs={"hertz": read_hertz_measures(hertz), **{name: read_measures(rung) for name, rung in rungs}},
+            misfits={name: read_hertz_misfit(rung, hertz) for name, rung in rungs},
         )
 
     @property
@@ -124,6 +124,6 @@ class Ladder:
         return {
             step.name: {measure: rungs[step.end][measure] / rungs[step.start][measure] - 1.0 for measure in MEASURES}
             | {measure: misfits[step.end][measure] - misfits[step.start][measure] for measure in MISFITS}
-            for step in STEPS
+            for step in LADDER_STEPS
             if step.end in rungs
         }

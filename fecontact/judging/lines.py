@@ -22,19 +22,19 @@ from fecontact.judging.measures import MEASURES
 Deviations = Mapping[str, float]
 _NO_DEVIATIONS: Deviations = {}
 _SEPARATE_LOAD = "separate_load"
-FILTER = "filter"
+FILTER_LABEL = "filter"
 """Beginning of the label of a variant with a different filter length; the length in mm follows."""
-NOISE = "noise"
+NOISE_LABEL = "noise"
 """Beginning of the label of a variant with a different noise sample."""
 
 
-def is_drawn(label: str) -> bool:
+def is_noise_sample(label: str) -> bool:
     """Whether a variant has a different noise sample, by its label."""
-    return label.startswith(NOISE)
+    return label.startswith(NOISE_LABEL)
 
 
 @dataclass(frozen=True, kw_only=True)
-class LobeOnLine:
+class VariantLobe:
     """Lobe of a half-space contact on a profile variant.
 
     Attributes
@@ -55,7 +55,7 @@ class LobeOnLine:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnLine:
+class VariantResult:
     """Theories compared with the half-space on a single profile variant.
 
     Attributes
@@ -76,9 +76,9 @@ class OnLine:
     p_max_MPa: float = math.nan
     deviations: Mapping[str, Deviations] = field(default_factory=dict)
     patches: int = 1
-    lobes: tuple[LobeOnLine, ...] = ()
+    lobes: tuple[VariantLobe, ...] = ()
 
-    def find_lobe(self, rail_y_mm: float) -> LobeOnLine | None:
+    def find_lobe(self, rail_y_mm: float) -> VariantLobe | None:
         """Lobe with the largest force at a lateral position on the rail.
 
         Parameters
@@ -96,7 +96,7 @@ class OnLine:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Moves:
+class VariantShifts:
     """Shifts of deviations and peak from the reference variant to each profile variant.
 
     The reference variant is the profile on which the finite elements are solved. Keys are labels of variants.
@@ -265,17 +265,17 @@ def _combine_filter_and_noise(shifts: Mapping[str, float], combine: np.ufunc) ->
     noise there too.
     """
     finite_shifts = {label: shift for label, shift in shifts.items() if math.isfinite(shift)}
-    noise_shifts = [shift for label, shift in finite_shifts.items() if is_drawn(label)]
-    filter_shifts = [shift for label, shift in finite_shifts.items() if not is_drawn(label)]
+    noise_shifts = [shift for label, shift in finite_shifts.items() if is_noise_sample(label)]
+    filter_shifts = [shift for label, shift in finite_shifts.items() if not is_noise_sample(label)]
     return np.asarray(combine.outer(filter_shifts, [combine.identity, *noise_shifts])).ravel()
 
 
-EXACT = Moves()
+NO_SHIFTS = VariantShifts()
 """Shifts of exact profiles, which have no variants."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lines:
+class ProfileVariants:
     """Theories on the reference variant, and on all other profile variants.
 
     Finite elements are solved on the reference variant alone.
@@ -288,15 +288,15 @@ class Lines:
         Theories on each other variant.
     """
 
-    own: OnLine
-    others: tuple[OnLine, ...]
+    own: VariantResult
+    others: tuple[VariantResult, ...]
 
     @property
-    def all(self) -> tuple[OnLine, ...]:
+    def all(self) -> tuple[VariantResult, ...]:
         """All variants, with the reference variant first."""
         return (self.own, *self.others)
 
-    def moves(self, theory: str) -> Moves:
+    def moves(self, theory: str) -> VariantShifts:
         """Shifts of the deviations of a theory.
 
         Parameters
@@ -330,7 +330,7 @@ class Lines:
                 if variant.patches != self.own.patches or len({*has_separate_load}) > 1:
                     yield variant.label
 
-    def find_lobe_shifts(self, rail_y_mm: float) -> Moves:
+    def find_lobe_shifts(self, rail_y_mm: float) -> VariantShifts:
         """Shifts of the deviations of Hertz on the lobe at a lateral position.
 
         Parameters
@@ -352,7 +352,7 @@ class Lines:
         )
 
 
-def _compute_shifts(variants: Mapping[str, tuple[Deviations, float]]) -> Moves:
+def _compute_shifts(variants: Mapping[str, tuple[Deviations, float]]) -> VariantShifts:
     """Shifts from the reference variant, which is the first, to all variants, itself included.
 
     The argument has deviations (-) and peak pressure (MPa) by the label of the variant.
@@ -366,7 +366,7 @@ def _compute_shifts(variants: Mapping[str, tuple[Deviations, float]]) -> Moves:
         }
         for label, (deviation, _) in variants.items()
     }
-    return Moves(
+    return VariantShifts(
         by_line=shifts,
         peaks={label: peak_MPa / reference_peak_MPa for label, (_, peak_MPa) in variants.items()},
         half_space={label: deviation for label, (deviation, _) in variants.items()},

@@ -11,24 +11,24 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.contact.grid import Rung
-from fecontact.contact.patch import area_between, lobe_windows
-from fecontact.contact_theories.approximation import Approximation, ellipse
+from fecontact.contact.patch import find_lobe_windows, measure_area_between
+from fecontact.contact_theories.approximation import TheoryContact, patch_from_ellipse
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
-from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded
-from fecontact.judging.lines import EXACT, LobeOnLine, Moves, OnLine
+from fecontact.contact_theories.registry import HERTZ, THEORIES, LoadedPlacement
+from fecontact.judging.lines import NO_SHIFTS, VariantLobe, VariantResult, VariantShifts
 from fecontact.judging.measures import (
     MEASURES,
     MISFITS,
-    deviations_of,
-    measures_of,
-    measures_of_theory,
-    misfit_of_theory,
-    patch_of,
+    compute_deviations,
+    read_measures,
+    read_patch,
+    read_theory_measures,
+    read_theory_misfit,
 )
-from fecontact.judging.solved_load import Level, SolvedLoad, as_solved, finest_otherwise, uncertainties
-from fecontact.judging.uncertainty import cut_planes_share, share_uncertainty
-from fecontact.judging.verdict import Verdict, judge_on_lines
-from fecontact.placement.poses import TouchPoint
+from fecontact.judging.solved_load import Level, SolvedLoad, estimate_uncertainties, read_other_fit, read_quality
+from fecontact.judging.uncertainty import estimate_cut_plane_share, estimate_share_uncertainty
+from fecontact.judging.verdict import Verdict, judge_profile_variants
+from fecontact.placement.poses import ContactPoint
 from fecontact.placement.wheel_on_rail import Placement
 
 # Measures of a lobe. Its approach is the approach of the bodies, and its extents end at the next lobe.
@@ -36,7 +36,7 @@ _LOBE_MEASURES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class ContactLobe:
     """Lobe of a contact: its pressure alone, and its lateral limits.
 
     Lateral positions are in mm from the first contact point.
@@ -102,7 +102,7 @@ class LobeJudgement:
     contact_angle_rad: float
     separate: bool
     touch_point: int | None
-    touch: TouchPoint | None
+    touch: ContactPoint | None
     fe: Mapping[str, float]
     fe_uncertainty: Mapping[str, float]
     rungs: Mapping[str, Mapping[str, float]]
@@ -115,7 +115,7 @@ class LobeJudgement:
 
 # Each lobe is matched on all rungs.
 @lru_cache(maxsize=32)
-def parts_of(rung: Rung) -> tuple[Part, ...]:
+def split_lobes(rung: Rung) -> tuple[ContactLobe, ...]:
     """Lobes of a contact, from the gauge side on.
 
     Parameters
@@ -129,7 +129,7 @@ def parts_of(rung: Rung) -> tuple[Part, ...]:
         A single lobe has the unchanged contact as its rung.
     """
     pressure, s_mm = rung.pressure, rung.grid.s_mm
-    lobe_regions = lobe_windows(pressure.whole().values)
+    lobe_regions = find_lobe_windows(pressure.whole().values)
     # The measures of a single lobe must be the measures of the whole contact.
     is_single = len(lobe_regions) == 1
     cell_area_mm2, column_pressure = rung.grid.whole_area_mm2(), rung.pressure_MPa.sum(axis=0)
@@ -141,14 +141,14 @@ def parts_of(rung: Rung) -> tuple[Part, ...]:
         first_column, last_column = region.columns.start, region.columns.stop - 1
         low_mm, high_mm = (float(np.interp(end, np.arange(s_mm.size), s_mm)) for end in (region.low, region.high))
         lobes.append(
-            Part(
+            ContactLobe(
                 rung=rung if is_single else replace(rung, pressure_MPa=lobe_pressure, normal_force_N=lobe_force_N),
                 normal_force_N=lobe_force_N,
                 low_mm=low_mm,
                 high_mm=high_mm,
-                area_mm2=patch_of(rung).area_mm2
+                area_mm2=read_patch(rung).area_mm2
                 if is_single
-                else area_between(
+                else measure_area_between(
                     pressure,
                     -np.inf if region is lobe_regions[0] else low_mm,
                     np.inf if region is lobe_regions[-1] else high_mm,
@@ -177,24 +177,29 @@ def judge_lobes(solved_load: SolvedLoad, placement: Placement, *, usable: bool) 
     tuple of LobeJudgement
         A judgement for each lobe of the finest mesh level.
     """
-    half_space_lobes = parts_of(solved_load.half_space)
+    half_space_lobes = split_lobes(solved_load.half_space)
     judgements = (
         _judge_lobe(lobe, solved_load, placement, half_space_lobes, usable=usable)
-        for lobe in parts_of(solved_load.levels[0].fe)
+        for lobe in split_lobes(solved_load.levels[0].fe)
     )
     return tuple(sorted(judgements, key=lambda judgement: -judgement.normal_force_N))
 
 
 def _judge_lobe(
-    lobe: Part, solved_load: SolvedLoad, placement: Placement, half_space_lobes: Sequence[Part], *, usable: bool
+    lobe: ContactLobe,
+    solved_load: SolvedLoad,
+    placement: Placement,
+    half_space_lobes: Sequence[ContactLobe],
+    *,
+    usable: bool,
 ) -> LobeJudgement:
     """Judge a lobe, with its measures on the half-space and its range of peaks."""
-    patch = patch_of(lobe.rung)
+    patch = read_patch(lobe.rung)
     rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
     number = _find_contact_point(lobe, placement)
     half_space_lobe = _match_lobe(half_space_lobes, lobe)
     lobe_measures, lobe_uncertainty = _read_lobe_measures(lobe), estimate_lobe_uncertainties(lobe, solved_load.levels)
-    shifts = EXACT if solved_load.lines is None else solved_load.lines.find_lobe_shifts(rail_y)
+    shifts = NO_SHIFTS if solved_load.lines is None else solved_load.lines.find_lobe_shifts(rail_y)
     judgement = LobeJudgement(
         normal_force_N=lobe.normal_force_N,
         centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
@@ -218,7 +223,7 @@ def _judge_lobe(
 
 
 def _compare_with_hertz(
-    judgement: LobeJudgement, lobe: Part, solved_load: SolvedLoad, placement: Placement, shifts: Moves
+    judgement: LobeJudgement, lobe: ContactLobe, solved_load: SolvedLoad, placement: Placement, shifts: VariantShifts
 ) -> LobeJudgement:
     """Add ellipse, deviations, uncertainties and verdict to the judgement of a lobe.
 
@@ -231,7 +236,7 @@ def _compare_with_hertz(
         return judgement
 
     def read_matched_values(rung: Rung) -> dict[str, float]:
-        matched_lobe = _match_lobe(parts_of(rung), lobe)
+        matched_lobe = _match_lobe(split_lobes(rung), lobe)
         return (
             dict.fromkeys((*_LOBE_MEASURES, *MISFITS), float("nan"))
             if matched_lobe is None
@@ -239,9 +244,9 @@ def _compare_with_hertz(
         )
 
     deviation = _compute_deviations(_read_lobe_values(lobe, theory), theory)
-    share = lobe.normal_force_N / sum(fe_lobe.normal_force_N for fe_lobe in parts_of(solved_load.levels[0].fe))
-    numerical = uncertainties(solved_load.levels, read_matched_values, deviation, share=share)
-    verdict, uncertainty = judge_on_lines(deviation, numerical, shifts, solved_load.case.criteria)
+    share = lobe.normal_force_N / sum(fe_lobe.normal_force_N for fe_lobe in split_lobes(solved_load.levels[0].fe))
+    numerical = estimate_uncertainties(solved_load.levels, read_matched_values, deviation, share=share)
+    verdict, uncertainty = judge_profile_variants(deviation, numerical, shifts, solved_load.case.criteria)
     assert theory.single is not None
     return replace(
         judgement,
@@ -252,7 +257,7 @@ def _compare_with_hertz(
     )
 
 
-def estimate_lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str, float]:
+def estimate_lobe_uncertainties(lobe: ContactLobe, levels: Sequence[Level]) -> dict[str, float]:
     """Uncertainty of the force and the measures of a lobe on the finest level.
 
     Parameters
@@ -269,13 +274,13 @@ def estimate_lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str
     """
 
     def read_matched_measures(rung: Rung) -> dict[str, float]:
-        matched_lobe = _match_lobe(parts_of(rung), lobe)
+        matched_lobe = _match_lobe(split_lobes(rung), lobe)
         return (
             dict.fromkeys(_LOBE_MEASURES, float("nan")) if matched_lobe is None else _read_lobe_measures(matched_lobe)
         )
 
     def read_share(rung: Rung) -> float:
-        lobes = parts_of(rung)
+        lobes = split_lobes(rung)
         matched_lobe = _match_lobe(lobes, lobe)
         return (
             math.nan
@@ -283,15 +288,17 @@ def estimate_lobe_uncertainties(lobe: Part, levels: Sequence[Level]) -> dict[str
             else matched_lobe.normal_force_N / sum(rung_lobe.normal_force_N for rung_lobe in lobes)
         )
 
-    shares, other_fit_share = [read_share(level.fe) for level in levels], read_share(finest_otherwise(levels))
-    uncertainty_by_name = uncertainties(
+    shares, other_fit_share = [read_share(level.fe) for level in levels], read_share(read_other_fit(levels))
+    uncertainty_by_name = estimate_uncertainties(
         levels, read_matched_measures, dict.fromkeys(_LOBE_MEASURES, 0.0), share=shares[0]
     )
-    share_error = share_uncertainty(shares, as_solved(levels), otherwise=other_fit_share) + cut_planes_share(shares[0])
+    share_error = estimate_share_uncertainty(
+        shares, read_quality(levels), otherwise=other_fit_share
+    ) + estimate_cut_plane_share(shares[0])
     return {"normal_force_N": share_error / shares[0]} | uncertainty_by_name
 
 
-def _make_ellipse(lobe: Part, touch_point: int, placement: Placement, case: Case) -> Approximation | None:
+def _make_ellipse(lobe: ContactLobe, touch_point: int, placement: Placement, case: Case) -> TheoryContact | None:
     """Hertz's ellipse at a contact point under a lobe's force.
 
     None if the surfaces conform.
@@ -304,37 +311,37 @@ def _make_ellipse(lobe: Part, touch_point: int, placement: Placement, case: Case
         hessian, normal_force_N=lobe.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa
     )
     place = contact_point.x_mm - placement.first.x_mm, placement.arc_mm(contact_point)
-    return Approximation(patches=(ellipse(hertz, place),), approach_mm=hertz.approach_mm)
+    return TheoryContact(patches=(patch_from_ellipse(hertz, place),), approach_mm=hertz.approach_mm)
 
 
-def _compute_deviations(values: Mapping[str, float], theory: Approximation) -> dict[str, float]:
+def _compute_deviations(values: Mapping[str, float], theory: TheoryContact) -> dict[str, float]:
     """Deviation of an ellipse from the values of a lobe (-)."""
-    theory_values = measures_of_theory(theory).as_dict()
+    theory_values = read_theory_measures(theory).as_dict()
     return {name: theory_values[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
 
 
-def _read_lobe_measures(lobe: Part) -> dict[str, float]:
-    measures = measures_of(lobe.rung).as_dict()
+def _read_lobe_measures(lobe: ContactLobe) -> dict[str, float]:
+    measures = read_measures(lobe.rung).as_dict()
     return {name: measures[name] for name in _LOBE_MEASURES} | {"area_mm2": lobe.area_mm2}
 
 
-def _read_lobe_values(lobe: Part, theory: Approximation) -> dict[str, float]:
+def _read_lobe_values(lobe: ContactLobe, theory: TheoryContact) -> dict[str, float]:
     """Measures of a lobe, and its misfit relative to an ellipse."""
-    return _read_lobe_measures(lobe) | misfit_of_theory(lobe.rung, theory).as_dict()
+    return _read_lobe_measures(lobe) | read_theory_misfit(lobe.rung, theory).as_dict()
 
 
-def _match_lobe(lobes: Sequence[Part], lobe: Part) -> Part | None:
+def _match_lobe(lobes: Sequence[ContactLobe], lobe: ContactLobe) -> ContactLobe | None:
     """Lobe with the largest force within the limits of a given lobe.
 
     A candidate has its centre of pressure within the limits. None without a candidate.
     """
     candidates = [
-        candidate for candidate in lobes if lobe.low_mm <= patch_of(candidate.rung).centre_y_mm <= lobe.high_mm
+        candidate for candidate in lobes if lobe.low_mm <= read_patch(candidate.rung).centre_y_mm <= lobe.high_mm
     ]
     return max(candidates, key=lambda candidate: candidate.normal_force_N, default=None)
 
 
-def _find_contact_point(lobe: Part, placement: Placement) -> int | None:
+def _find_contact_point(lobe: ContactLobe, placement: Placement) -> int | None:
     """Number of the contact point with the smallest gap within the limits of a lobe.
 
     None without a contact point.
@@ -347,7 +354,7 @@ def _find_contact_point(lobe: Part, placement: Placement) -> int | None:
     return min(candidates, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
 
 
-def judge_line(label: str, case: Case, placement: Placement, half_space: Rung) -> OnLine:
+def judge_profile_variant(label: str, case: Case, placement: Placement, half_space: Rung) -> VariantResult:
     """Compare theories with the half-space on a profile variant, and Hertz with every lobe.
 
     Parameters
@@ -366,7 +373,9 @@ def judge_line(label: str, case: Case, placement: Placement, half_space: Rung) -
     OnLine
         Deviations of each theory with a contact, and the lobes.
     """
-    loaded = Loaded(placement=placement, case=case, normal_force_N=half_space.normal_force_N, half_space=half_space)
+    loaded = LoadedPlacement(
+        placement=placement, case=case, normal_force_N=half_space.normal_force_N, half_space=half_space
+    )
     deviations: dict[str, dict[str, float]] = {}
     for name, theory in THEORIES.items():
         theory_contact = theory.approximate(loaded)
@@ -374,19 +383,22 @@ def judge_line(label: str, case: Case, placement: Placement, half_space: Rung) -
             # On this variant, the theory is identical to Hertz.
             deviations[name] = deviations[HERTZ]
         elif not isinstance(theory_contact, str) and theory_contact.definite:
-            deviations[name] = deviations_of(half_space, theory_contact)
-    lobes, patch = (_read_variant_lobe(lobe, case, placement) for lobe in parts_of(half_space)), patch_of(half_space)
-    return OnLine(
+            deviations[name] = compute_deviations(half_space, theory_contact)
+    lobes, patch = (
+        (_read_variant_lobe(lobe, case, placement) for lobe in split_lobes(half_space)),
+        read_patch(half_space),
+    )
+    return VariantResult(
         label=label, p_max_MPa=patch.p_max_MPa, deviations=deviations, patches=patch.pieces, lobes=tuple(lobes)
     )
 
 
-def _read_variant_lobe(lobe: Part, case: Case, placement: Placement) -> LobeOnLine:
+def _read_variant_lobe(lobe: ContactLobe, case: Case, placement: Placement) -> VariantLobe:
     """Lobe of a half-space contact on a profile variant, with the deviation of Hertz's ellipse."""
     low_y_mm, high_y_mm = sorted(placement.on_profiles(0.0, end)[0] for end in (lobe.low_mm, lobe.high_mm))
     number = _find_contact_point(lobe, placement)
     theory = None if number is None else _make_ellipse(lobe, number, placement, case)
-    return LobeOnLine(
+    return VariantLobe(
         low_y_mm=low_y_mm,
         high_y_mm=high_y_mm,
         normal_force_N=lobe.normal_force_N,

@@ -18,8 +18,8 @@ from scipy.ndimage import label
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import Rung
-from fecontact.contact.patch import Patch, measure_patch, valley_of
-from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact.patch import Patch, measure_patch, measure_valley_depth
+from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
 
 # --- Measures of a single contact, read from a pressure field and from the patches of a theory.
@@ -27,12 +27,12 @@ from fecontact.contact_theories.hertz import HertzContact
 
 def _measure(
     of_contact: Callable[..., float],
-    of_theory: Callable[[Approximation], float] | None = None,
+    of_theory: Callable[[TheoryContact], float] | None = None,
     **uncertainties: float | None,
 ) -> Any:
     """Define a measure by the functions that read it, with its uncertainties.
 
-    The keywords of the uncertainties are the keys of `FLOORS` and of the tables below it.
+    The keywords of the uncertainties are the keys of `READING_UNCERTAINTY` and of the tables below it.
     """
     metadata = {"of_contact": of_contact, "of_theory": of_theory, "meshes": 0.0, "of_skew": 0.0, "noise": 0.0}
     return field(metadata=metadata | uncertainties)
@@ -189,24 +189,24 @@ MEASURES = tuple(_MEASURE_READERS)
 """Names of the measures that Hertz and a contact both have, each ending in its unit."""
 MISFITS = tuple(_MISFIT_READERS)
 """Names of the measures of a contact relative to Hertz (-)."""
-FLOORS: dict[str, float | None] = {
+READING_UNCERTAINTY: dict[str, float | None] = {
     name: metadata["floor"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
 }
 """Uncertainty of reading each measure: relative for `MEASURES`, absolute for `MISFITS` (-).
 
 The value is None if the uncertainty has not been measured.
 """
-NOISE: dict[str, float] = {name: metadata["noise"] for name, metadata in _MISFIT_READERS.items()}
+READING_NOISE: dict[str, float] = {name: metadata["noise"] for name, metadata in _MISFIT_READERS.items()}
 """Value of each of `MISFITS` that is read where the true value is zero (-)."""
-CUT_PLANES: dict[str, float] = {
+CUT_PLANE_UNCERTAINTY: dict[str, float] = {
     name: metadata["cut_planes"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
 }
 """Uncertainty of each measure from the bodies' cut planes (-)."""
-IN_COMMON: dict[str, float] = {
+COMMON_MESH_ERROR: dict[str, float] = {
     name: metadata["meshes"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
 }
 """Error of each measure that two coarse meshes have in common (-)."""
-OF_SKEW: dict[str, float] = {
+SKEWNESS_ERROR: dict[str, float] = {
     name: metadata["of_skew"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
 }
 """Common error of each measure per unit of the lateral skewness of the pressure (-)."""
@@ -214,12 +214,12 @@ OF_SKEW: dict[str, float] = {
 
 # A load is judged several times by its rungs during refinement. The cache reads each rung once.
 @lru_cache(maxsize=64)
-def patch_of(rung: Rung) -> Patch:
+def read_patch(rung: Rung) -> Patch:
     """Patch of a solved contact, from its pressure."""
     return measure_patch(rung.pressure)
 
 
-def measures_of(rung: Rung) -> Measures:
+def read_measures(rung: Rung) -> Measures:
     """Measures of a solved contact.
 
     Parameters
@@ -232,11 +232,11 @@ def measures_of(rung: Rung) -> Measures:
     Measures
         Measures with the units of their names.
     """
-    patch = patch_of(rung)
+    patch = read_patch(rung)
     return Measures(**{name: metadata["of_contact"](patch, rung) for name, metadata in _MEASURE_READERS.items()})
 
 
-def measures_of_theory(theory: Approximation) -> Measures:
+def read_theory_measures(theory: TheoryContact) -> Measures:
     """Measures of a theory's patches, from the theory itself.
 
     Parameters
@@ -252,16 +252,16 @@ def measures_of_theory(theory: Approximation) -> Measures:
     return Measures(**{name: float(metadata["of_theory"](theory)) for name, metadata in _MEASURE_READERS.items()})
 
 
-def hertz_measures(hertz: HertzContact) -> Measures:
+def read_hertz_measures(hertz: HertzContact) -> Measures:
     """Measures of a Hertz ellipse.
 
     Half-width a is along x and b is across, also for an ellipse with turned axes.
     """
-    return measures_of_theory(Approximation.of(hertz))
+    return read_theory_measures(TheoryContact.of(hertz))
 
 
 @lru_cache(maxsize=64)
-def misfit_of_theory(rung: Rung, theory: Approximation) -> Misfit:
+def read_theory_misfit(rung: Rung, theory: TheoryContact) -> Misfit:
     """Misfit of a solved contact relative to a theory, about the origin of the grid.
 
     Parameters
@@ -276,16 +276,16 @@ def misfit_of_theory(rung: Rung, theory: Approximation) -> Misfit:
     Misfit
         Measures without a unit.
     """
-    patch = patch_of(rung)
+    patch = read_patch(rung)
     return Misfit(**{name: metadata["of_contact"](patch, rung, theory) for name, metadata in _MISFIT_READERS.items()})
 
 
-def misfit_of(rung: Rung, hertz: HertzContact) -> Misfit:
+def read_hertz_misfit(rung: Rung, hertz: HertzContact) -> Misfit:
     """Misfit of a solved contact relative to Hertz's ellipse at the origin of the grid."""
-    return misfit_of_theory(rung, Approximation.of(hertz))
+    return read_theory_misfit(rung, TheoryContact.of(hertz))
 
 
-def values_of(rung: Rung, theory: Approximation) -> dict[str, float]:
+def read_values(rung: Rung, theory: TheoryContact) -> dict[str, float]:
     """Measures of a solved contact, and its misfit relative to a theory, by name.
 
     Parameters
@@ -300,10 +300,10 @@ def values_of(rung: Rung, theory: Approximation) -> dict[str, float]:
     dict of str to float
         Values of `MEASURES` with the units of their names, and of `MISFITS` (-).
     """
-    return measures_of(rung).as_dict() | misfit_of_theory(rung, theory).as_dict()
+    return read_measures(rung).as_dict() | read_theory_misfit(rung, theory).as_dict()
 
 
-def deviations_of(rung: Rung, theory: Approximation) -> dict[str, float]:
+def compute_deviations(rung: Rung, theory: TheoryContact) -> dict[str, float]:
     """Deviation of a theory from a solved contact in each measure.
 
     Parameters
@@ -318,14 +318,14 @@ def deviations_of(rung: Rung, theory: Approximation) -> dict[str, float]:
     dict of str to float
         (Theory - contact) / contact for each of `MEASURES`, and the unchanged `MISFITS` (-).
     """
-    theory_values, contact_values = measures_of_theory(theory).as_dict(), values_of(rung, theory)
+    theory_values, contact_values = read_theory_measures(theory).as_dict(), read_values(rung, theory)
     return {
         name: theory_values[name] / contact_values[name] - 1.0 if name in MEASURES else contact_values[name]
         for name in contact_values
     }
 
 
-def deviations(rung: Rung, hertz: HertzContact) -> dict[str, float]:
+def compute_hertz_deviations(rung: Rung, hertz: HertzContact) -> dict[str, float]:
     """Deviation of Hertz's ellipse from a solved contact in each measure.
 
     Parameters
@@ -340,36 +340,36 @@ def deviations(rung: Rung, hertz: HertzContact) -> dict[str, float]:
     dict of str to float
         (Hertz - contact) / contact for each of `MEASURES`, and the unchanged `MISFITS` (-).
     """
-    return deviations_of(rung, Approximation.of(hertz))
+    return compute_deviations(rung, TheoryContact.of(hertz))
 
 
 # The valley and the misplaced load both need these pressures.
 @lru_cache(maxsize=4)
-def _aligned_pressures(rung: Rung, theory: Approximation) -> tuple[Floats, Floats, Floats]:
+def _aligned_pressures(rung: Rung, theory: TheoryContact) -> tuple[Floats, Floats, Floats]:
     """Pressures of contact and theory with their weights, from `Approximation.beside`.
 
     A theory with a single patch is moved to the contact's centre of pressure.
     """
     if theory.single is None:
         return theory.beside(rung)
-    patch, (x, s) = patch_of(rung), theory.centre_mm
+    patch, (x, s) = read_patch(rung), theory.centre_mm
     return theory.beside(rung, (patch.centre_x_mm - x, patch.centre_y_mm - s))
 
 
-def _read_misplaced_load(rung: Rung, theory: Approximation) -> float:
+def _read_misplaced_load(rung: Rung, theory: TheoryContact) -> float:
     pressure, theory_pressure, weights = _aligned_pressures(rung, theory)
-    return part_elsewhere(pressure * weights, theory_pressure * weights)
+    return compute_misplaced_fraction(pressure * weights, theory_pressure * weights)
 
 
-def _read_theory_valley(rung: Rung, theory: Approximation) -> float:
+def _read_theory_valley(rung: Rung, theory: TheoryContact) -> float:
     """Valley of a theory's pressure, on the nodes of a contact; 0 for an ellipse."""
     is_ellipse = theory.single is not None and theory.single.hertz is not None
-    return 0.0 if is_ellipse else valley_of(_aligned_pressures(rung, theory)[1])
+    return 0.0 if is_ellipse else measure_valley_depth(_aligned_pressures(rung, theory)[1])
 
 
-def _read_unmatched_load(rung: Rung, theory: Approximation) -> float:
-    """Fraction of the force on patches without a counterpart, from `unknown_load`."""
-    return unknown_load(*_separate_loads(rung), theory)
+def _read_unmatched_load(rung: Rung, theory: TheoryContact) -> float:
+    """Fraction of the force on patches without a counterpart, from `compute_unmatched_load`."""
+    return compute_unmatched_load(*_separate_loads(rung), theory)
 
 
 # Every theory is compared with these patches.
@@ -388,7 +388,7 @@ def _separate_loads(rung: Rung) -> tuple[list[tuple[float, float]], Floats]:
     ], loads
 
 
-def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: Approximation) -> float:
+def compute_unmatched_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: TheoryContact) -> float:
     """Fraction of the force on patches without a counterpart, in contact and theory.
 
     Each patch of the theory is matched with at most a single patch of the contact. Candidates are the contact's patches
@@ -426,7 +426,7 @@ def unknown_load(ends_mm: Sequence[tuple[float, float]], loads: Floats, theory: 
     return float(unmatched_load + missing_load)
 
 
-def part_elsewhere(force: Floats, reference: Floats) -> float:
+def compute_misplaced_fraction(force: Floats, reference: Floats) -> float:
     """Fraction of the forces of cells that is misplaced relative to a reference.
 
     Parameters

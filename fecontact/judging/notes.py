@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from fecontact.contact.elements import UNSEEN_COMPLIANCE
+from fecontact.contact.elements import UNCHECKED_COMPLIANCE_ERROR
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.comparison import Comparison
-from fecontact.judging.gap_faults import gap_faults
+from fecontact.judging.gap_faults import describe_gap_faults
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.patch_loads import PATCH_LOADS_LIMIT
 from fecontact.judging.solved_load import compare_patch_loads
-from fecontact.judging.uncertainty import of_turned_force
+from fecontact.judging.uncertainty import estimate_turned_force_uncertainty
 from fecontact.judging.verdict import describe_plasticity
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -46,7 +46,7 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
         )
         yield f"the curvature is undefined at the touch point: {'; '.join(descriptions)}"
     yield from load.solved.limits
-    yield from gap_faults(load.solved)
+    yield from describe_gap_faults(load.solved)
     for loads in compare_patch_loads(load.solved.levels):
         if loads.difference > PATCH_LOADS_LIMIT:
             yield (
@@ -67,7 +67,7 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
     if math.isnan(level.compliance_error):
         yield (
             "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
-            f" narrow or round for their size; {UNSEEN_COMPLIANCE:.0%} of it is taken for its uncertainty, more"
+            f" narrow or round for their size; {UNCHECKED_COMPLIANCE_ERROR:.0%} of it is taken for its uncertainty, more"
             " elements (--resolution) may show it"
         )
     fraction = abs(level.slide_mm) / load.comparison.fe.b_mm
@@ -81,7 +81,7 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
         yield (
             "the normal force is that along the normal at first touch; along the normal at the weighted centre of the"
             f" patch, as other codes take it, the load has a force that differs by {level.turned_force:+.1%}:"
-            f" ±{of_turned_force(level.turned_force):.1%} of the peak pressure are stated for it"
+            f" ±{estimate_turned_force_uncertainty(level.turned_force):.1%} of the peak pressure are stated for it"
         )
     yield from describe_plasticity(load.plastic)
 

@@ -49,7 +49,7 @@ class PatchLoads:
         return abs(self.on_elements - self.on_finer_nodes) / self.uncertainty
 
 
-def free_strips_mm(rung: Rung) -> list[float]:
+def find_free_strips_mm(rung: Rung) -> list[float]:
     """Lateral centres of the free strips between separate patches.
 
     Parameters
@@ -68,7 +68,7 @@ def free_strips_mm(rung: Rung) -> list[float]:
     return [float(middle) for middle in 0.5 * (s[last_nodes] + s[first_nodes])[is_free_strip]]
 
 
-def load_parts(rung: Rung, positions_mm: Sequence[float]) -> list[float]:
+def compute_load_fractions(rung: Rung, positions_mm: Sequence[float]) -> list[float]:
     """Load fraction on the gauge side of each lateral position.
 
     Parameters

@@ -13,7 +13,7 @@ from fecontact.placement.wheel_on_rail import Placement
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mapped:
+class ReadingView:
     """View of a map on a reading.
 
     Attributes
@@ -32,7 +32,7 @@ class Mapped:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MappedVerdicts(Mapped):
+class VerdictReadingView(ReadingView):
     """View of a map on verdicts on Hertz by a measure of a feature.
 
     Attributes
@@ -58,7 +58,7 @@ class MappedVerdicts(Mapped):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MappedLaws(Mapped):
+class LawReadingView(ReadingView):
     """View of a map on the cheapest valid law of a feature.
 
     Attributes

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.judging.ladder import DISCRETE, Ladder
+from fecontact.judging.ladder import DISCRETE_STEP, Ladder
 from fecontact.placement.wheel_on_rail import Placement
 
 REFERENCE_LIMIT = 1e-3
-"""Largest `reference_error` of a usable load.
+"""Largest `compute_reference_error` of a usable load.
 
 Healthy loads have at most 3e-4. A fault of 1 % has 1e-2.
 """
@@ -24,7 +24,7 @@ _ERROR_DIVISORS = {"p_max_MPa": 1.0, "a_mm": 1.0, "b_mm": 1.0, "area_mm2": 10.0}
 _DIFFERENCE_STEP_MM = 0.002
 
 
-def reference_error(ladder: Ladder, placement: Placement) -> float:
+def compute_reference_error(ladder: Ladder, placement: Placement) -> float:
     """Largest relative error of the references against each other.
 
     Hertz's gap on the half-space must have the peak pressure, the semi-axes and the area of Hertz's ellipse; the error
@@ -43,14 +43,14 @@ def reference_error(ladder: Ladder, placement: Placement) -> float:
     float
         Relative error (-); usable up to `REFERENCE_LIMIT`.
     """
-    discrete_step = ladder.steps[DISCRETE.name]
+    discrete_step = ladder.steps[DISCRETE_STEP.name]
     half_space_error = max(abs(discrete_step[name]) / divisor for name, divisor in _ERROR_DIVISORS.items())
     curvatures = placement.first.curvature.hessian
-    curvature_error = np.abs(curvature_of_gap(placement) - curvatures).max() / np.abs(curvatures).max()
+    curvature_error = np.abs(measure_gap_curvatures(placement) - curvatures).max() / np.abs(curvatures).max()
     return max(half_space_error, float(curvature_error))
 
 
-def curvature_of_gap(placement: Placement) -> Floats:
+def measure_gap_curvatures(placement: Placement) -> Floats:
     """Second derivatives of the true gap at the contact point.
 
     The lateral derivatives are differences towards the field side.

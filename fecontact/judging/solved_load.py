@@ -14,23 +14,29 @@ from typing import Literal
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.contact.elements import COMPLIANCE_LIMIT
-from fecontact.contact.grid import Rung, misfit
-from fecontact.contact.patch import lobe_windows
+from fecontact.contact.elements import COMPLIANCE_ERROR_LIMIT
+from fecontact.contact.grid import Rung, calculate_misplaced_load
+from fecontact.contact.patch import find_lobe_windows
 from fecontact.errors import CONVERGED
-from fecontact.judging.lines import Lines
-from fecontact.judging.measures import MEASURES, measures_of, patch_of
-from fecontact.judging.patch_loads import ELEMENT_LOAD_ERROR, PATCH_LOADS_LIMIT, PatchLoads, free_strips_mm, load_parts
+from fecontact.judging.lines import ProfileVariants
+from fecontact.judging.measures import MEASURES, read_measures, read_patch
+from fecontact.judging.patch_loads import (
+    ELEMENT_LOAD_ERROR,
+    PATCH_LOADS_LIMIT,
+    PatchLoads,
+    compute_load_fractions,
+    find_free_strips_mm,
+)
 from fecontact.judging.uncertainty import (
     MESH_RATIO,
     NODE_NUMBER_RATIO,
-    Solved,
+    SolutionQuality,
     compute_mesh_change,
-    elements_uncertainty,
-    share_uncertainty,
-    uncertainty,
+    estimate_elements_uncertainty,
+    estimate_share_uncertainty,
+    estimate_uncertainty,
 )
-from fecontact.judging.yielded import Yielded
+from fecontact.judging.yielded import PlasticResult
 
 # --- Solution of a load on all its mesh levels, without anything that needs finite elements.
 
@@ -52,13 +58,13 @@ _ELEMENTS_LIMIT = 2.0
 # contacts with healthy elements the largest distance is 0.38; elements with a gap that is shifted by 0.2 mm from the
 # gap of the finer nodes have 2.2.
 _CENTRES_LIMIT, _CENTRE = 1.0, "centre_over_b"
-ELEMENTS_OFF: Status = "elements too soft or too stiff"
+ELEMENTS_STATUS: Status = "elements too soft or too stiff"
 """Status of a load with elements that do not behave as the material of the bodies, or have a poor shape."""
-REFERENCES_OFF: Status = "references disagree"
-"""Status of a load with an error in Hertz, the half-space or the gap (`reference_check.reference_error`,
+REFERENCES_STATUS: Status = "references disagree"
+"""Status of a load with an error in Hertz, the half-space or the gap (`reference_check.compute_reference_error`,
 `gap_faults`).
 """
-CONTRADICTION: Status = "verdicts contradict"
+CONTRADICTION_STATUS: Status = "verdicts contradict"
 """Status of a load with contrary verdicts on the elements' nodes and on the finer nodes."""
 
 
@@ -89,10 +95,10 @@ class Level:
     force_balance, moment_balance
         Relative difference between the nodal pressures on both bodies in force and moment (-), from `fe.coupling`.
     more_nodes
-        Change of the half-space on more nodes (-), where it may be larger than usual (`changes_on_more_nodes`).
+        Change of the half-space on more nodes (-), where it may be larger than usual (`compare_with_more_nodes`).
     turned_force
         Relative difference of the force along the normal at the weighted centre of a single patch from the force along
-        the normal at first contact (-), from `solving.plane_angles.turned_force`.
+        the normal at first contact (-), from `solving.plane_angles.compute_turned_force`.
     yielded
         First loading of bodies that may yield; None without a yield stress.
     gap_distance_error_mm
@@ -113,7 +119,7 @@ class Level:
     at_edge: bool
     more_nodes: Mapping[str, float] = field(default_factory=dict)
     turned_force: float = 0.0
-    yielded: Yielded | None = None
+    yielded: PlasticResult | None = None
     gap_distance_error_mm: float | None = None
 
     @property
@@ -135,7 +141,7 @@ class Level:
     @property
     def misfit(self) -> float:
         """Misplaced fraction of the load on the elements' nodes, relative to the finer nodes."""
-        return misfit(self.nodal, self.fe)
+        return calculate_misplaced_load(self.nodal, self.fe)
 
 
 def _worst_status(*rungs: Rung) -> Status:
@@ -174,7 +180,7 @@ class SolvedLoad:
     half_space: Rung
     turned: Rung | None = None
     quadratic: Rung
-    lines: Lines | None
+    lines: ProfileVariants | None
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
     gap_curvature_error: float | None = None
@@ -203,7 +209,7 @@ class SolvedLoad:
                 return level.status
         turned = () if self.turned is None else (self.turned,)
         rung_status = _worst_status(self.half_space, self.quadratic, *turned)
-        return ELEMENTS_OFF if rung_status == "converged" and has_faulty_elements(self.levels) else rung_status
+        return ELEMENTS_STATUS if rung_status == "converged" and has_faulty_elements(self.levels) else rung_status
 
     @property
     def usable(self) -> bool:
@@ -230,16 +236,16 @@ def has_faulty_elements(levels: Sequence[Level]) -> bool:
         True if a check fails.
     """
     finest, coarser = levels[:2]
-    if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
+    if abs(finest.compliance_error) > COMPLIANCE_ERROR_LIMIT:
         return True
-    read_rung = with_centre(finest)
+    read_rung = make_centre_reader(finest)
     elements_values, fine_values, coarser_values = (
         read_rung(rung) for rung in (finest.on_elements, finest.fe, coarser.fe)
     )
-    elements_uncertainty = elements_uncertainties(levels, read_rung)
+    elements_uncertainty = estimate_elements_uncertainties(levels, read_rung)
     if any(patch_loads.difference > PATCH_LOADS_LIMIT for patch_loads in compare_patch_loads(levels)):
         return True
-    return centres_apart(levels, elements_uncertainty) > _CENTRES_LIMIT or any(
+    return compute_centre_distance(levels, elements_uncertainty) > _CENTRES_LIMIT or any(
         abs(elements_values[name] / fine_values[name] - 1.0)
         > _ELEMENTS_LIMIT * (elements_uncertainty[name] + abs(coarser_values[name] / fine_values[name] - 1.0))
         for name in ("p_max_MPa", "a_mm", "b_mm")
@@ -262,19 +268,19 @@ def compare_patch_loads(levels: Sequence[Level]) -> list[PatchLoads]:
     list of PatchLoads
         Load fractions for each free strip between patches; empty for a single patch.
     """
-    strips_mm = free_strips_mm(levels[0].fe)
+    strips_mm = find_free_strips_mm(levels[0].fe)
     if not strips_mm:
         return []
-    element_fractions = [load_parts(level.nodal, strips_mm) for level in levels]
-    fine_fractions = [load_parts(level.fe, strips_mm) for level in levels]
-    other_fit_fractions, quality = load_parts(finest_otherwise(levels), strips_mm), as_solved(levels)
+    element_fractions = [compute_load_fractions(level.nodal, strips_mm) for level in levels]
+    fine_fractions = [compute_load_fractions(level.fe, strips_mm) for level in levels]
+    other_fit_fractions, quality = compute_load_fractions(read_other_fit(levels), strips_mm), read_quality(levels)
     patch_loads = []
     for number, other_fit_fraction in enumerate(other_fit_fractions):
         on_elements, on_finer_nodes = (
             [fractions[number] for fractions in element_fractions],
             [fractions[number] for fractions in fine_fractions],
         )
-        fine_uncertainty = share_uncertainty(on_finer_nodes, quality, otherwise=other_fit_fraction)
+        fine_uncertainty = estimate_share_uncertainty(on_finer_nodes, quality, otherwise=other_fit_fraction)
         patch_loads.append(
             PatchLoads(
                 on_elements=on_elements[0],
@@ -285,7 +291,7 @@ def compare_patch_loads(levels: Sequence[Level]) -> list[PatchLoads]:
     return patch_loads
 
 
-def with_centre(level: Level) -> Callable[[Rung], dict[str, float]]:
+def make_centre_reader(level: Level) -> Callable[[Rung], dict[str, float]]:
     """Make a reader of measures that includes the centre of pressure.
 
     Parameters
@@ -298,11 +304,11 @@ def with_centre(level: Level) -> Callable[[Rung], dict[str, float]]:
     callable
         Function that returns the measures of a rung, and its centre of pressure divided by b (-).
     """
-    b_mm = patch_of(level.fe).b_mm
-    return lambda rung: _read_measures(rung) | {_CENTRE: patch_of(rung).centre_y_mm / b_mm}
+    b_mm = read_patch(level.fe).b_mm
+    return lambda rung: _read_measures(rung) | {_CENTRE: read_patch(rung).centre_y_mm / b_mm}
 
 
-def centres_apart(levels: Sequence[Level], elements_uncertainty: Mapping[str, float]) -> float:
+def compute_centre_distance(levels: Sequence[Level], elements_uncertainty: Mapping[str, float]) -> float:
     """Distance between the centres of pressure in units of their combined uncertainty.
 
     The centres are on the elements' nodes and on the finer nodes. The distance shows elements with a shifted gap, which
@@ -313,27 +319,27 @@ def centres_apart(levels: Sequence[Level], elements_uncertainty: Mapping[str, fl
     levels
         Mesh levels, the finest first.
     elements_uncertainty
-        Uncertainty on the elements' nodes (-), for the measures of `with_centre`.
+        Uncertainty on the elements' nodes (-), for the measures of `make_centre_reader`.
 
     Returns
     -------
     float
         Distance divided by the sum of both uncertainties (-).
     """
-    b_mm = patch_of(levels[0].fe).b_mm
+    b_mm = read_patch(levels[0].fe).b_mm
     elements_centre, *fine_centres = (
-        patch_of(rung).centre_y_mm / b_mm for rung in (levels[0].on_elements, *(level.fe for level in levels))
+        read_patch(rung).centre_y_mm / b_mm for rung in (levels[0].on_elements, *(level.fe for level in levels))
     )
-    fine_uncertainty = uncertainty(_CENTRE, fine_centres, as_solved(levels))
+    fine_uncertainty = estimate_uncertainty(_CENTRE, fine_centres, read_quality(levels))
     assert fine_uncertainty is not None
     return abs(elements_centre - fine_centres[0]) / (elements_uncertainty[_CENTRE] + fine_uncertainty)
 
 
 def _read_measures(rung: Rung) -> dict[str, float]:
-    return measures_of(rung).as_dict()
+    return read_measures(rung).as_dict()
 
 
-def elements_uncertainties(
+def estimate_elements_uncertainties(
     levels: Sequence[Level], read_rung: Callable[[Rung], Mapping[str, float]] = _read_measures
 ) -> dict[str, float]:
     """Uncertainty of each measure on the elements' nodes, from all mesh levels.
@@ -354,7 +360,7 @@ def elements_uncertainties(
     elements = _elements_per_semi_axis(finest)
     measured = [read_rung(rung) for rung in rungs]
     uncertainty_by_name = {
-        name: elements_uncertainty(
+        name: estimate_elements_uncertainty(
             name,
             [values[name] for values in measured],
             elements=elements,
@@ -368,11 +374,11 @@ def elements_uncertainties(
 
 def _elements_per_semi_axis(level: Level) -> float:
     """Number of elements per semi-axis, in the direction with fewer elements."""
-    patch, (spacing_x_mm, spacing_s_mm) = patch_of(level.on_elements), level.on_elements.grid.steps_mm
+    patch, (spacing_x_mm, spacing_s_mm) = read_patch(level.on_elements), level.on_elements.grid.steps_mm
     return min(patch.a_mm / spacing_x_mm, patch.b_mm / spacing_s_mm / len(patch.lobes))
 
 
-def unmeshed_uncertainties(
+def estimate_irreducible_uncertainties(
     level: Level,
     read_rung: Callable[[Rung], Mapping[str, float]],
     deviation: Mapping[str, float],
@@ -399,24 +405,24 @@ def unmeshed_uncertainties(
         Uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
     """
     measured, uncertainty_by_name = read_rung(level.fe), {}
-    quality = Solved(
-        shared=patch_of(level.fe).pieces > 1,
+    quality = SolutionQuality(
+        shared=read_patch(level.fe).pieces > 1,
         more_nodes=level.more_nodes,
-        joined_share=highest_share(level.fe),
+        joined_share=compute_peak_lobe_share(level.fe),
         turned_force=level.turned_force,
     )
     for name in deviation:
         if on_elements is None:
-            value = uncertainty(name, [measured[name]], quality)
+            value = estimate_uncertainty(name, [measured[name]], quality)
         else:
             elements = _elements_per_semi_axis(level) * MESH_RATIO**on_elements
-            value = elements_uncertainty(name, [measured[name]], elements=elements, compliance_error=0.0)
+            value = estimate_elements_uncertainty(name, [measured[name]], elements=elements, compliance_error=0.0)
         if value is not None:
             uncertainty_by_name[name] = value * abs(1.0 + deviation[name]) if name in MEASURES else value
     return uncertainty_by_name
 
 
-def uncertainties(
+def estimate_uncertainties(
     levels: Sequence[Level],
     read_rung: Callable[[Rung], Mapping[str, float]],
     deviation: Mapping[str, float],
@@ -441,19 +447,21 @@ def uncertainties(
     dict of str to float
         Uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
     """
-    measured, other_fit_values = [read_rung(level.fe) for level in levels], read_rung(finest_otherwise(levels))
-    quality, uncertainty_by_name = as_solved(levels), {}
+    measured, other_fit_values = [read_rung(level.fe) for level in levels], read_rung(read_other_fit(levels))
+    quality, uncertainty_by_name = read_quality(levels), {}
     if share is not None:
         quality = replace(quality, joined_share=share)
     for name in deviation:
-        value = uncertainty(name, [values[name] for values in measured], quality, otherwise=other_fit_values[name])
+        value = estimate_uncertainty(
+            name, [values[name] for values in measured], quality, otherwise=other_fit_values[name]
+        )
         if value is not None:
             # Uncertainty of (Hertz - FE) / FE, from the uncertainty of the finite-element measure.
             uncertainty_by_name[name] = value * abs(1.0 + deviation[name]) if name in MEASURES else value
     return uncertainty_by_name
 
 
-def finest_otherwise(levels: Sequence[Level]) -> Rung:
+def read_other_fit(levels: Sequence[Level]) -> Rung:
     """Contact of the finest level with the other fit for the response of the elements.
 
     Raises
@@ -466,7 +474,7 @@ def finest_otherwise(levels: Sequence[Level]) -> Rung:
     return rung
 
 
-def as_solved(levels: Sequence[Level]) -> Solved:
+def read_quality(levels: Sequence[Level]) -> SolutionQuality:
     """Errors and properties of the finest level for the uncertainty of its measures.
 
     Parameters
@@ -480,21 +488,21 @@ def as_solved(levels: Sequence[Level]) -> Solved:
         Residual, compliance error and skewness of the finest level, with the flags of all levels.
     """
     finest = levels[0]
-    return Solved(
+    return SolutionQuality(
         residual=finest.fe.residual,
         compliance_error=finest.compliance_error,
-        parting=any(just_parts(level.fe) for level in levels),
-        shared=patch_of(finest.fe).pieces > 1,
-        skew=skew_of(finest.fe),
+        parting=any(is_barely_separate(level.fe) for level in levels),
+        shared=read_patch(finest.fe).pieces > 1,
+        skew=compute_skewness(finest.fe),
         more_nodes=finest.more_nodes,
-        joined_share=highest_share(finest.fe),
+        joined_share=compute_peak_lobe_share(finest.fe),
         turned_force=finest.turned_force,
     )
 
 
-def highest_share(rung: Rung) -> float:
+def compute_peak_lobe_share(rung: Rung) -> float:
     """Load fraction of the lobe with the highest peak (-); 1 for a single lobe."""
-    lobes = patch_of(rung).lobes
+    lobes = read_patch(rung).lobes
     return lobes[0].force_share if len(lobes) > 1 else 1.0
 
 
@@ -504,7 +512,9 @@ def highest_share(rung: Rung) -> float:
 _NODE_DEPENDENT_MEASURES = ("p_max_MPa", "area_mm2", "extent_y_mm")
 
 
-def changes_on_more_nodes(rung: Rung, finer: Rung, sizes: Sequence[str] = _NODE_DEPENDENT_MEASURES) -> dict[str, float]:
+def compare_with_more_nodes(
+    rung: Rung, finer: Rung, sizes: Sequence[str] = _NODE_DEPENDENT_MEASURES
+) -> dict[str, float]:
     """Change of sizes and valley from a half-space to 1.5 times its nodes.
 
     The stated uncertainty of reading was chosen on contacts without a junction of curvatures, a step or a notch below
@@ -530,10 +540,10 @@ def changes_on_more_nodes(rung: Rung, finer: Rung, sizes: Sequence[str] = _NODE_
     change_factor = (1.0 - 1.0 / NODE_NUMBER_RATIO) / (1.0 - finer.grid.steps_mm[1] / rung.grid.steps_mm[1])
     values, finer_values = _read_measures(rung), _read_measures(finer)
     changes = {name: change_factor * abs(values[name] / finer_values[name] - 1.0) for name in sizes}
-    return changes | {"valley": change_factor * abs(patch_of(rung).valley - patch_of(finer).valley)}
+    return changes | {"valley": change_factor * abs(read_patch(rung).valley - read_patch(finer).valley)}
 
 
-def skew_of(rung: Rung) -> float:
+def compute_skewness(rung: Rung) -> float:
     """Lateral skewness of the pressure.
 
     The skewness is the third central moment divided by the power 3/2 of the second central moment.
@@ -555,7 +565,7 @@ def skew_of(rung: Rung) -> float:
     return float(offset_mm**3 @ load_fraction / (offset_mm**2 @ load_fraction) ** 1.5)
 
 
-def just_parts(rung: Rung) -> bool:
+def is_barely_separate(rung: Rung) -> bool:
     """Whether two lobes are barely joined, or two patches barely separate.
 
     Parameters
@@ -573,7 +583,7 @@ def just_parts(rung: Rung) -> bool:
         return False
     ridge_MPa = rung.pressure_MPa.max(axis=0)
     loaded_columns = np.flatnonzero(ridge_MPa)
-    lobes = lobe_windows(rung.pressure.whole().values)
+    lobes = find_lobe_windows(rung.pressure.whole().values)
     if len(lobes) == 1:
         return False
     # Either the pressure that remains between two lobes, or the free surface between two patches.

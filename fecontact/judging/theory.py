@@ -9,19 +9,19 @@ from typing import Literal
 
 from fecontact.case import Case
 from fecontact.contact.grid import Rung
-from fecontact.contact_theories.approximation import Approximation
-from fecontact.contact_theories.registry import EITHER_SIDE, THEORIES, Loaded
-from fecontact.judging.lines import EXACT, Lines, Moves
-from fecontact.judging.measures import MEASURES, deviations_of, values_of
+from fecontact.contact_theories.approximation import TheoryContact
+from fecontact.contact_theories.registry import HERTZ_OF_EACH_SIDE, THEORIES, LoadedPlacement
+from fecontact.judging.lines import NO_SHIFTS, ProfileVariants, VariantShifts
+from fecontact.judging.measures import MEASURES, compute_deviations, read_values
 from fecontact.judging.solved_load import (
     Level,
     SolvedLoad,
-    elements_uncertainties,
-    uncertainties,
-    unmeshed_uncertainties,
+    estimate_elements_uncertainties,
+    estimate_irreducible_uncertainties,
+    estimate_uncertainties,
 )
 from fecontact.judging.uncertainty import estimate_irregularity_uncertainty
-from fecontact.judging.verdict import Judgement, judge_on_lines, worst_of
+from fecontact.judging.verdict import Judgement, find_worst_verdict, judge_profile_variants
 from fecontact.placement.wheel_on_rail import Placement
 
 Evidence = Literal["fe", "elements", "profiles"]
@@ -32,7 +32,7 @@ def judge_hertz(
     case: Case,
     levels: Sequence[Level],
     placement: Placement,
-    lines: Lines | None,
+    lines: ProfileVariants | None,
     *,
     by: Evidence = "fe",
     refinements: int | None = None,
@@ -60,17 +60,19 @@ def judge_hertz(
         By the name of the theory; a single entry if the curvatures of both sides are equal.
     """
     judgements = {}
-    for name in EITHER_SIDE:
+    for name in HERTZ_OF_EACH_SIDE:
         theory_contact = THEORIES[name].approximate(
-            Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
+            LoadedPlacement(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
-        if isinstance(theory_contact, Approximation):
-            shifts = EXACT if lines is None else lines.moves(name)
+        if isinstance(theory_contact, TheoryContact):
+            shifts = NO_SHIFTS if lines is None else lines.moves(name)
             judgements[name] = judge_theory(case, levels, theory_contact, shifts, by=by, refinements=refinements)
     return judgements
 
 
-def is_unresolved_by_profiles(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
+def is_unresolved_by_profiles(
+    case: Case, levels: Sequence[Level], placement: Placement, lines: ProfileVariants | None
+) -> bool:
     """Whether the profile variants alone make the verdict on Hertz UNRESOLVED.
 
     Parameters
@@ -85,14 +87,14 @@ def is_unresolved_by_profiles(case: Case, levels: Sequence[Level], placement: Pl
     """
     if lines is None:
         return False
-    return worst_of(judge_hertz(case, levels, placement, lines, by="profiles")).answer == "UNRESOLVED"
+    return find_worst_verdict(judge_hertz(case, levels, placement, lines, by="profiles")).answer == "UNRESOLVED"
 
 
-def no_mesh_decides(
+def is_undecidable_by_refinement(
     case: Case,
     levels: Sequence[Level],
     placement: Placement,
-    lines: Lines | None,
+    lines: ProfileVariants | None,
     *,
     by: Evidence = "fe",
     refinements: int = 0,
@@ -116,7 +118,7 @@ def no_mesh_decides(
     bool
         True if no refinement decides.
     """
-    worst = worst_of(judge_hertz(case, levels, placement, lines, by=by, refinements=refinements))
+    worst = find_worst_verdict(judge_hertz(case, levels, placement, lines, by=by, refinements=refinements))
     return worst.answer == "UNRESOLVED" and (lines is not None or not worst.unknown)
 
 
@@ -143,7 +145,7 @@ def judge_theories(
     reasons : dict of str to str
         Reason for each theory without a contact, by its name.
     """
-    loaded = Loaded(
+    loaded = LoadedPlacement(
         placement=placement,
         case=solved_load.case,
         normal_force_N=solved_load.levels[0].fe.normal_force_N,
@@ -155,7 +157,7 @@ def judge_theories(
         if isinstance(theory_contact, str):
             reasons[name] = theory_contact
         elif theory_contact is not None:
-            shifts = EXACT if solved_load.lines is None else solved_load.lines.moves(name)
+            shifts = NO_SHIFTS if solved_load.lines is None else solved_load.lines.moves(name)
             judgement = judge_theory(solved_load.case, solved_load.levels, theory_contact, shifts)
             judgements[name] = replace(judgement, verdict=judgement.verdict.usable(usable and theory_contact.definite))
     return judgements, reasons
@@ -164,8 +166,8 @@ def judge_theories(
 def judge_theory(
     case: Case,
     levels: Sequence[Level],
-    theory_contact: Approximation,
-    moves: Moves = EXACT,
+    theory_contact: TheoryContact,
+    moves: VariantShifts = NO_SHIFTS,
     *,
     by: Evidence = "fe",
     refinements: int | None = None,
@@ -197,36 +199,38 @@ def judge_theory(
     """
 
     def read_theory_values(rung: Rung) -> dict[str, float]:
-        return values_of(rung, theory_contact)
+        return read_values(rung, theory_contact)
 
     if refinements is not None:
-        deviation = deviations_of(levels[0].fe, theory_contact)
+        deviation = compute_deviations(levels[0].fe, theory_contact)
         on_elements = refinements if by == "elements" else None
-        irreducible = unmeshed_uncertainties(levels[0], read_theory_values, deviation, on_elements=on_elements)
+        irreducible = estimate_irreducible_uncertainties(
+            levels[0], read_theory_values, deviation, on_elements=on_elements
+        )
         # If the present uncertainty is more than twice the remaining uncertainty, finer meshes may still show any
         # deviation.
         uncertainty_by_name = {
             name: irreducible[name] if value <= 2.0 * irreducible[name] else 0.0
-            for name, value in uncertainties(levels, read_theory_values, deviation).items()
+            for name, value in estimate_uncertainties(levels, read_theory_values, deviation).items()
             if name in irreducible
         }
     elif by == "elements":
-        deviation = deviations_of(levels[0].on_elements, theory_contact)
+        deviation = compute_deviations(levels[0].on_elements, theory_contact)
         # Uncertainty of (Hertz - FE) / FE, from the uncertainty of the finite-element measure.
         uncertainty_by_name = {
             name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
-            for name, value in elements_uncertainties(levels, read_theory_values).items()
+            for name, value in estimate_elements_uncertainties(levels, read_theory_values).items()
         }
     else:
-        deviation = deviations_of(levels[0].fe, theory_contact)
-        uncertainty_by_name = uncertainties(levels, read_theory_values, deviation)
+        deviation = compute_deviations(levels[0].fe, theory_contact)
+        uncertainty_by_name = estimate_uncertainties(levels, read_theory_values, deviation)
     slope = sum(irregularity.largest_slope for irregularity in case.irregularities)
     is_exact = by == "profiles"
     numerical_uncertainty = {
         name: (0.0 if is_exact else value) + estimate_irregularity_uncertainty(name, deviation[name], slope=slope)
         for name, value in uncertainty_by_name.items()
     }
-    verdict, uncertainty = judge_on_lines(deviation, numerical_uncertainty, moves, case.criteria)
+    verdict, uncertainty = judge_profile_variants(deviation, numerical_uncertainty, moves, case.criteria)
     return Judgement(
         approximation=theory_contact,
         deviation=deviation,
@@ -243,7 +247,7 @@ def judge_theory(
 _CERTAINTY_FACTOR = 5.0
 
 
-def fails_for_certain(judgements: Mapping[str, Judgement], half_space: Rung) -> bool:
+def has_certain_failure(judgements: Mapping[str, Judgement], half_space: Rung) -> bool:
     """Whether Hertz fails on every profile variant by the half-space alone.
 
     A deviation must exceed its limit by five times its uncertainty. The uncertainty includes the change by the bodies.
@@ -269,7 +273,7 @@ def fails_for_certain(judgements: Mapping[str, Judgement], half_space: Rung) -> 
 def _fails_beyond_doubt(judgement: Judgement, half_space: Rung) -> bool:
     """Whether a theory fails by the half-space with five uncertainties on every variant."""
     assert judgement.approximation is not None
-    half_space_deviation = deviations_of(half_space, judgement.approximation)
+    half_space_deviation = compute_deviations(half_space, judgement.approximation)
     uncertainty = {
         name: judgement.numerical.get(name, math.nan) + abs(half_space_deviation[name] - judgement.deviation[name])
         for name in judgement.limits

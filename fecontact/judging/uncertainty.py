@@ -7,8 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from fecontact.contact.elements import COMPLIANCE_LIMIT, UNSEEN_COMPLIANCE
-from fecontact.judging.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, NOISE, OF_SKEW
+from fecontact.contact.elements import COMPLIANCE_ERROR_LIMIT, UNCHECKED_COMPLIANCE_ERROR
+from fecontact.judging.measures import (
+    COMMON_MESH_ERROR,
+    CUT_PLANE_UNCERTAINTY,
+    MEASURES,
+    READING_NOISE,
+    READING_UNCERTAINTY,
+    SKEWNESS_ERROR,
+)
 
 # Ratio of the element sizes of neighbouring mesh levels.
 MESH_RATIO = 1.5
@@ -95,7 +102,7 @@ _MODULUS_SENSITIVITY = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solved:
+class SolutionQuality:
     """Errors and properties of a solved contact that its uncertainty depends on.
 
     Attributes
@@ -126,11 +133,11 @@ class Solved:
     turned_force: float = 0.0
 
 
-_NO_ERRORS = Solved()
+_NO_ERRORS = SolutionQuality()
 
 
-def uncertainty(
-    measure: str, values: Sequence[float], quality: Solved = _NO_ERRORS, *, otherwise: float | None = None
+def estimate_uncertainty(
+    measure: str, values: Sequence[float], quality: SolutionQuality = _NO_ERRORS, *, otherwise: float | None = None
 ) -> float | None:
     """Uncertainty of a measure on the finest mesh.
 
@@ -167,12 +174,12 @@ def uncertainty(
         reading, node_uncertainty = max(reading, _CHECKED_CHANGE_FACTOR * change), 0.0
     else:
         node_uncertainty = _NODE_CHANGE_FACTOR * change
-    normal_uncertainty = of_turned_force(quality.turned_force) if measure == "p_max_MPa" else 0.0
+    normal_uncertainty = estimate_turned_force_uncertainty(quality.turned_force) if measure == "p_max_MPa" else 0.0
     return (
         reading
         + node_uncertainty
         + normal_uncertainty
-        + step_uncertainty(measure, values, quality, otherwise=otherwise)
+        + estimate_step_uncertainty(measure, values, quality, otherwise=otherwise)
     )
 
 
@@ -191,38 +198,38 @@ def estimate_reading_uncertainty(measure: str, value: float) -> float | None:
     float or None
         Relative for `MEASURES`, absolute for `MISFITS` (-); None if it has not been measured.
     """
-    floor, noise = FLOORS[measure], NOISE.get(measure, 0.0)
+    floor, noise = READING_UNCERTAINTY[measure], READING_NOISE.get(measure, 0.0)
     if floor is None:
         return None
     # The value is the root of the sum of two squares: noise and true value.
     return floor + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
 
 
-def unmeshed(measure: str, value: float, *, shared: bool) -> float | None:
+def estimate_irreducible_uncertainty(measure: str, value: float, *, shared: bool) -> float | None:
     """Uncertainty of a measure that no mesh removes.
 
     Relative for `MEASURES`, absolute for `MISFITS` (-); None if it has not been measured.
     """
-    return uncertainty(measure, [value], Solved(shared=shared))
+    return estimate_uncertainty(measure, [value], SolutionQuality(shared=shared))
 
 
-def step_uncertainty(
-    measure: str, values: Sequence[float], quality: Solved = _NO_ERRORS, *, otherwise: float | None = None
+def estimate_step_uncertainty(
+    measure: str, values: Sequence[float], quality: SolutionQuality = _NO_ERRORS, *, otherwise: float | None = None
 ) -> float:
     """Uncertainty of the step of a measure from the half-space to the bodies.
 
-    Both rungs have equal nodes. The contributions are therefore those in `uncertainty`, without reading.
+    Both rungs have equal nodes. The contributions are therefore those in `estimate_uncertainty`, without reading.
 
     Parameters
     ----------
     measure
         Name of the measure.
     values
-        Values of the measure on the mesh levels, as in `uncertainty`.
+        Values of the measure on the mesh levels, as in `estimate_uncertainty`.
     quality
         Errors and properties of the solved contact.
     otherwise
-        Value with the other fit, as in `uncertainty`.
+        Value with the other fit, as in `estimate_uncertainty`.
 
     Returns
     -------
@@ -238,14 +245,14 @@ def step_uncertainty(
     # The misfits may be zero, on soft elements too.
     compliance_uncertainty = (
         _COMPLIANCE_SENSITIVITY
-        * _bound_compliance_error(quality.compliance_error, UNSEEN_COMPLIANCE)
+        * _bound_compliance_error(quality.compliance_error, UNCHECKED_COMPLIANCE_ERROR)
         * abs(values[0])
         / size
     )
     return (
         change_factor * change
-        + IN_COMMON[measure]
-        + OF_SKEW[measure] * abs(quality.skew)
+        + COMMON_MESH_ERROR[measure]
+        + SKEWNESS_ERROR[measure] * abs(quality.skew)
         + _FIT_DIFFERENCE_FACTOR * fit_difference
         + _cut_plane_uncertainty(measure, values[0], quality.shared)
         + (_joined_lobe_uncertainty(quality.joined_share) if measure == "p_max_MPa" and not quality.shared else 0.0)
@@ -254,21 +261,21 @@ def step_uncertainty(
     )
 
 
-def share_uncertainty(
-    values: Sequence[float], quality: Solved = _NO_ERRORS, *, otherwise: float | None = None
+def estimate_share_uncertainty(
+    values: Sequence[float], quality: SolutionQuality = _NO_ERRORS, *, otherwise: float | None = None
 ) -> float:
     """Uncertainty of the load fraction of a lobe or a patch.
 
-    The uncertainty by the cut planes is not included; see `cut_planes_share`.
+    The uncertainty by the cut planes is not included; see `estimate_cut_plane_share`.
 
     Parameters
     ----------
     values
-        Load fractions (-) on the mesh levels, as in `uncertainty`.
+        Load fractions (-) on the mesh levels, as in `estimate_uncertainty`.
     quality
         Errors and properties of the solved contact.
     otherwise
-        Load fraction with the other fit, as in `uncertainty`.
+        Load fraction with the other fit, as in `estimate_uncertainty`.
 
     Returns
     -------
@@ -279,7 +286,9 @@ def share_uncertainty(
     if not all(math.isfinite(value) for value in (*values, value_by_other_fit)):
         return math.nan
     compliance_uncertainty = (
-        _COMPLIANCE_SENSITIVITY * _bound_compliance_error(quality.compliance_error, UNSEEN_COMPLIANCE) * values[0]
+        _COMPLIANCE_SENSITIVITY
+        * _bound_compliance_error(quality.compliance_error, UNCHECKED_COMPLIANCE_ERROR)
+        * values[0]
     )
     fit_uncertainty = _FIT_DIFFERENCE_FACTOR * abs(values[0] - value_by_other_fit)
     return (
@@ -291,7 +300,7 @@ def share_uncertainty(
     )
 
 
-def cut_planes_share(value: float) -> float:
+def estimate_cut_plane_share(value: float) -> float:
     """Uncertainty of a lobe's load fraction from the cut planes.
 
     The lobe takes this load from all other lobes, or loses it to them.
@@ -333,20 +342,20 @@ def _cut_plane_uncertainty(measure: str, value: float, shared: bool) -> float:
     It is larger if several separate patches share the load.
     """
     if not shared:
-        return CUT_PLANES[measure]
+        return CUT_PLANE_UNCERTAINTY[measure]
     if measure == "separate_load":
         return _SEPARATE_LOAD_ERROR * value
-    return max(CUT_PLANES[measure], _SHARED_CUT_PLANES.get(measure, 0.0))
+    return max(CUT_PLANE_UNCERTAINTY[measure], _SHARED_CUT_PLANES.get(measure, 0.0))
 
 
-def of_turned_force(turned_force: float) -> float:
+def estimate_turned_force_uncertainty(turned_force: float) -> float:
     """Relative uncertainty of the peak from a force along another normal."""
     return _PEAK_LOAD_EXPONENT * abs(turned_force)
 
 
 def _joined_lobe_uncertainty(share: float) -> float:
     """Relative uncertainty of the peak of a lobe from its load fraction."""
-    return _PEAK_LOAD_EXPONENT * cut_planes_share(share) / share
+    return _PEAK_LOAD_EXPONENT * estimate_cut_plane_share(share) / share
 
 
 def _bound_compliance_error(compliance_error: float, error_if_unchecked: float) -> float:
@@ -354,7 +363,7 @@ def _bound_compliance_error(compliance_error: float, error_if_unchecked: float) 
     return error_if_unchecked if math.isnan(compliance_error) else abs(compliance_error)
 
 
-def elements_uncertainty(
+def estimate_elements_uncertainty(
     measure: str, values: Sequence[float], *, elements: float, compliance_error: float, residual: float = 0.0
 ) -> float | None:
     """Uncertainty of a measure of the contact on the elements' nodes.
@@ -364,7 +373,7 @@ def elements_uncertainty(
     measure
         Name of the measure.
     values
-        Values of the measure on these nodes of at least two mesh levels, as in `uncertainty`.
+        Values of the measure on these nodes of at least two mesh levels, as in `estimate_uncertainty`.
     elements
         Number of elements per semi-axis on the finest mesh.
     compliance_error
@@ -388,11 +397,11 @@ def elements_uncertainty(
     # (`has_faulty_elements`).
     compliance_uncertainty = (
         _MODULUS_SENSITIVITY[measure]
-        * _bound_compliance_error(compliance_error, COMPLIANCE_LIMIT)
+        * _bound_compliance_error(compliance_error, COMPLIANCE_ERROR_LIMIT)
         * abs(values[0])
         / size
     )
-    return reading + change + CUT_PLANES[measure] + compliance_uncertainty + residual
+    return reading + change + CUT_PLANE_UNCERTAINTY[measure] + compliance_uncertainty + residual
 
 
 def estimate_irregularity_uncertainty(measure: str, deviation: float, *, slope: float) -> float:

@@ -10,20 +10,27 @@ from typing import Literal
 import numpy as np
 
 from fecontact.contact.grid import Rung
-from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import HERTZ_GAUGE
 from fecontact.contact_theories.touch_hertz import Side
 from fecontact.criteria import Criteria
-from fecontact.judging.causes import PatchGeometry, cause_of
-from fecontact.judging.ladder import PLASTIC, STEPS, Ladder
-from fecontact.judging.lines import EXACT, Moves
-from fecontact.judging.measures import MEASURES, Measures, deviations_of, measures_of, measures_of_theory, values_of
+from fecontact.judging.causes import PatchGeometry, find_cause
+from fecontact.judging.ladder import LADDER_STEPS, PLASTIC_STEP, Ladder
+from fecontact.judging.lines import NO_SHIFTS, VariantShifts
+from fecontact.judging.measures import (
+    MEASURES,
+    Measures,
+    compute_deviations,
+    read_measures,
+    read_theory_measures,
+    read_values,
+)
 from fecontact.judging.solved_load import Level, SolvedLoad
-from fecontact.judging.yielded import YIELD_BAND, Yielded
+from fecontact.judging.yielded import YIELD_STRESS_SPREAD, PlasticResult
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
-FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
+ANSWERS_BEST_FIRST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
 """Answers from the best to the worst."""
 
 
@@ -42,7 +49,7 @@ class Verdict:
     each
         Answer of each judged measure, by its name.
     cause
-        Reason for a deviation beyond its limit, or `PROFILE`, or `ELEMENTS`; None without a reason.
+        Reason for a deviation beyond its limit, or `PROFILE_CAUSE`, or `ELEMENTS_CAUSE`; None without a reason.
     unknown
         Names of the judged measures without a deviation or without an uncertainty.
     lines
@@ -71,7 +78,7 @@ class Verdict:
 def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], criteria: Criteria) -> Verdict:
     """Compare deviations with their limits.
 
-    The answer for each measure is the answer of `answer_of`, and UNRESOLVED if the measure has no deviation or no
+    The answer for each measure is the answer of `compare_with_limit`, and UNRESOLVED if the measure has no deviation or no
     uncertainty. A theory FAILS if at least one measure FAILS, and HOLDS if every measure HOLDS.
 
     Parameters
@@ -85,7 +92,7 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
     Returns
     -------
     Verdict
-        Without a cause, and without answers on profile variants. Use `judge_on_lines` for a measured profile.
+        Without a cause, and without answers on profile variants. Use `judge_profile_variants` for a measured profile.
 
     Examples
     --------
@@ -99,10 +106,10 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
     answers = {
         measure: "UNRESOLVED"
         if measure in missing_measures
-        else answer_of(deviation[measure], uncertainty[measure], limit)
+        else compare_with_limit(deviation[measure], uncertainty[measure], limit)
         for measure, limit in limits.items()
     }
-    worst_answer = max(answers.values(), key=FROM_BEST.index)
+    worst_answer = max(answers.values(), key=ANSWERS_BEST_FIRST.index)
 
     def rank_measure(measure: str) -> float:
         """Uncertainty or deviation of a measure as a fraction of its limit."""
@@ -119,8 +126,8 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
 _DECIDING_FRACTION = 0.95
 
 
-def judge_on_lines(
-    deviation: Mapping[str, float], uncertainty: Mapping[str, float], shifts: Moves, criteria: Criteria
+def judge_profile_variants(
+    deviation: Mapping[str, float], uncertainty: Mapping[str, float], shifts: VariantShifts, criteria: Criteria
 ) -> tuple[Verdict, dict[str, float]]:
     """Judge a theory on every profile variant.
 
@@ -204,7 +211,7 @@ def _answer_of_most(answers: Sequence[Answer]) -> Answer:
     )
 
 
-def answer_of(deviation: float, uncertainty: float, limit: float) -> Answer:
+def compare_with_limit(deviation: float, uncertainty: float, limit: float) -> Answer:
     """Compare the deviation of a single measure with its limit.
 
     Parameters
@@ -229,15 +236,15 @@ def answer_of(deviation: float, uncertainty: float, limit: float) -> Answer:
     return "HOLDS" if abs(deviation) + uncertainty < limit else "UNRESOLVED"
 
 
-AT_JUNCTION = "curvature undefined at the touch point"
+JUNCTION_CAUSE = "curvature undefined at the touch point"
 """Cause of a verdict at a contact point on a curvature junction, independent of the ladder."""
 
 
-PROFILE = "profile"
+PROFILE_CAUSE = "profile"
 """Cause of an UNRESOLVED verdict: the measured profile is not accurate enough."""
 
 
-ELEMENTS = "elements"
+ELEMENTS_CAUSE = "elements"
 """Cause of an UNRESOLVED verdict: the finite elements behave differently from their material."""
 
 
@@ -245,7 +252,7 @@ ELEMENTS = "elements"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Standing:
+class TheoryAnswer:
     """Answer for a theory, with the contact that the theory predicts.
 
     Attributes
@@ -260,7 +267,7 @@ class Standing:
 
     name: str = ""
     answer: Answer = "FAILS"
-    made: Approximation | None = None
+    made: TheoryContact | None = None
 
     @property
     def out_of_range(self) -> bool:
@@ -301,9 +308,9 @@ class Judgement:
     uncertainty: Mapping[str, float]
     limits: Mapping[str, float]
     verdict: Verdict
-    approximation: Approximation | None = None
+    approximation: TheoryContact | None = None
     numerical: Mapping[str, float] = field(default_factory=dict)
-    moves: Moves = EXACT
+    moves: VariantShifts = NO_SHIFTS
 
     def band(self, p_max_MPa: float) -> tuple[float, float] | None:
         """Smallest and largest peak pressure of all profile variants.
@@ -331,7 +338,7 @@ class Judgement:
             If the theory does not predict the pressure.
         """
         assert self.approximation is not None
-        return measures_of_theory(self.approximation)
+        return read_theory_measures(self.approximation)
 
     @property
     def hertz(self) -> HertzContact:
@@ -369,15 +376,17 @@ def select_worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, J
 
     The gauge side comes first, so that the field side wins a tie.
     """
-    return max(reversed([*judgements.values()]), key=lambda judgement: FROM_BEST.index(judgement.verdict.answer))
+    return max(
+        reversed([*judgements.values()]), key=lambda judgement: ANSWERS_BEST_FIRST.index(judgement.verdict.answer)
+    )
 
 
-def worst_of(judgements: Mapping[str, Judgement]) -> Verdict:
+def find_worst_verdict(judgements: Mapping[str, Judgement]) -> Verdict:
     """Verdict of the `select_worst_judgement`."""
     return select_worst_judgement(judgements).verdict
 
 
-def standings(judgements: Mapping[str, Judgement]) -> list[Standing]:
+def list_theory_answers(judgements: Mapping[str, Judgement]) -> list[TheoryAnswer]:
     """Answer for each judged theory, in the order of the judgements.
 
     Parameters
@@ -391,12 +400,12 @@ def standings(judgements: Mapping[str, Judgement]) -> list[Standing]:
         Answers with the contacts by the theories.
     """
     return [
-        Standing(name=name, answer=judgement.verdict.answer, made=judgement.approximation)
+        TheoryAnswer(name=name, answer=judgement.verdict.answer, made=judgement.approximation)
         for name, judgement in judgements.items()
     ]
 
 
-def cheapest(theories: Iterable[Standing], *, in_range: bool = False) -> Standing:
+def find_cheapest_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = False) -> TheoryAnswer:
     """First theory in order of cost that does not fail.
 
     Parameters
@@ -419,12 +428,14 @@ def cheapest(theories: Iterable[Standing], *, in_range: bool = False) -> Standin
     'multi_hertz'
     """
     candidates = (theory for theory in theories if theory.answer != "FAILS" and not (in_range and theory.out_of_range))
-    return next(candidates, Standing())
+    return next(candidates, TheoryAnswer())
 
 
 # --- Plastic verdict: first loading of virgin steel, and Hertz compared with bodies that yield.
 
-NOT_IN_IT = "first loading of virgin steel: shakedown, residual stress, friction and repeated passes are not in it"
+PLASTIC_VALIDITY = (
+    "first loading of virgin steel: shakedown, residual stress, friction and repeated passes are not in it"
+)
 """Range of validity of the plastic rung, for every message and record with its numbers."""
 # Error of the load steps, as a fraction of the change from half as many load steps. Measured: 0.3 to 0.5.
 _LOAD_STEP_FRACTION = 0.5
@@ -443,7 +454,7 @@ _VON_MISES_ERROR = 0.02
 class PlasticVerdict:
     """Verdict on Hertz's theory for bodies that may yield, in their first loading.
 
-    Must not be used for repeated passes; see `NOT_IN_IT`.
+    Must not be used for repeated passes; see `PLASTIC_VALIDITY`.
 
     Attributes
     ----------
@@ -468,7 +479,7 @@ class PlasticVerdict:
         Text on steps that compensate each other, if Hertz HOLDS although the plastic step exceeds a limit; else empty.
     """
 
-    yielded: Yielded
+    yielded: PlasticResult
     status: str
     step_uncertainty: Mapping[str, float]
     band: Mapping[str, tuple[float, float]]
@@ -530,18 +541,18 @@ def judge_plastic(
     status = "converged" if _is_converged(solved_load) else "not converged"
     (theory, *_) = (judgement.approximation for judgement in judgements.values())
     assert theory is not None
-    step_uncertainty = _step_uncertainty(solved_load.levels, theory)
+    step_uncertainty = _plastic_step_uncertainty(solved_load.levels, theory)
     plastic_judgements = {
-        name: _against(judgement, plastic_contact, step_uncertainty, solved_load)
+        name: _judge_against_plastic(judgement, plastic_contact, step_uncertainty, solved_load)
         for name, judgement in judgements.items()
     }
-    worst = worst_of(plastic_judgements)
+    worst = find_worst_verdict(plastic_judgements)
     is_beyond_limit = any(
         abs(judgement.deviation[worst.measure]) > limits[worst.measure] for judgement in plastic_judgements.values()
     )
     cause: str | None = None
     if worst.answer != "HOLDS" and is_beyond_limit:
-        cause = AT_JUNCTION if at_junction else cause_of(ladder.steps, worst.measure, geometry, plastic=True)
+        cause = JUNCTION_CAUSE if at_junction else find_cause(ladder.steps, worst.measure, geometry, plastic=True)
     load_N, measure = _plastic_load(plastic_contact, limits)
     return PlasticVerdict(
         yielded=plastic_contact,
@@ -564,8 +575,8 @@ def _is_converged(solved_load: SolvedLoad) -> bool:
     )
 
 
-def _against(
-    elastic: Judgement, plastic_contact: Yielded, step_uncertainty: Mapping[str, float], solved_load: SolvedLoad
+def _judge_against_plastic(
+    elastic: Judgement, plastic_contact: PlasticResult, step_uncertainty: Mapping[str, float], solved_load: SolvedLoad
 ) -> Judgement:
     """Judge Hertz with a single curvature against bodies that yield.
 
@@ -574,13 +585,15 @@ def _against(
     """
     theory = elastic.approximation
     assert theory is not None
-    deviation = deviations_of(plastic_contact.fe, theory)
+    deviation = compute_deviations(plastic_contact.fe, theory)
     numerical_uncertainty = {
         name: elastic_uncertainty * _deviation_ratio(name, deviation, elastic.deviation)
         + step_uncertainty[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
         for name, elastic_uncertainty in elastic.numerical.items()
     }
-    verdict, uncertainty = judge_on_lines(deviation, numerical_uncertainty, elastic.moves, solved_load.case.criteria)
+    verdict, uncertainty = judge_profile_variants(
+        deviation, numerical_uncertainty, elastic.moves, solved_load.case.criteria
+    )
     return replace(
         elastic, deviation=deviation, uncertainty=uncertainty, numerical=numerical_uncertainty, verdict=verdict
     )
@@ -594,27 +607,27 @@ def _deviation_ratio(name: str, plastic: Mapping[str, float], elastic: Mapping[s
     return abs((1.0 + plastic[name]) / (1.0 + elastic[name])) if name in MEASURES else 1.0
 
 
-def _step(level: Level, plastic_rung: Rung, theory: Approximation) -> dict[str, float]:
+def _plastic_step(level: Level, plastic_rung: Rung, theory: TheoryContact) -> dict[str, float]:
     """Change of each measure by plasticity, on equal nodes (-).
 
     The change is relative for each of `MEASURES`, and absolute for each of `MISFITS`.
     """
-    before, after = values_of(level.fe, theory), values_of(plastic_rung, theory)
+    before, after = read_values(level.fe, theory), read_values(plastic_rung, theory)
     return {
         name: value / before[name] - 1.0 if name in MEASURES else value - before[name] for name, value in after.items()
     }
 
 
-def _step_uncertainty(levels: Sequence[Level], theory: Approximation) -> dict[str, float]:
+def _plastic_step_uncertainty(levels: Sequence[Level], theory: TheoryContact) -> dict[str, float]:
     """Uncertainty of the plastic step of each measure (-).
 
     The contributions are the meshes, the load steps, the nodes of the elements and the corrections. With a single mesh
     level, the uncertainty is NaN.
     """
     plastic_levels = [(level, level.yielded) for level in levels if level.yielded is not None]
-    steps = [_step(level, contact.fe, theory) for level, contact in plastic_levels]
+    steps = [_plastic_step(level, contact.fe, theory) for level, contact in plastic_levels]
     load_step_pairs = [
-        (step, _step(level, contact.fewer_steps, theory))
+        (step, _plastic_step(level, contact.fewer_steps, theory))
         for step, (level, contact) in zip(steps, plastic_levels, strict=True)
         if contact.fewer_steps is not None
     ]
@@ -622,8 +635,8 @@ def _step_uncertainty(levels: Sequence[Level], theory: Approximation) -> dict[st
         return dict.fromkeys(steps[0], math.nan)
     finest, coarser = steps[:2]
     step_on_elements, least_fraction = (
-        _on_elements(levels[0]),
-        _LEAST_ELEMENT_ERROR / _elements_a_semi_axis(levels[0]) ** 2,
+        _plastic_step_on_elements(levels[0]),
+        _LEAST_ELEMENT_ERROR / _elements_per_semi_axis(levels[0]) ** 2,
     )
     uncertainty = {}
     for name, value in finest.items():
@@ -638,20 +651,20 @@ def _step_uncertainty(levels: Sequence[Level], theory: Approximation) -> dict[st
     return uncertainty
 
 
-def _elements_a_semi_axis(level: Level) -> float:
+def _elements_per_semi_axis(level: Level) -> float:
     """Number of elements per semi-axis, in the direction with fewer elements."""
-    patch, (spacing_x_mm, spacing_y_mm) = measures_of(level.fe), level.nodal.grid.steps_mm
+    patch, (spacing_x_mm, spacing_y_mm) = read_measures(level.fe), level.nodal.grid.steps_mm
     return min(patch.a_mm / spacing_x_mm, patch.b_mm / spacing_y_mm)
 
 
-def _on_elements(level: Level) -> dict[str, float]:
+def _plastic_step_on_elements(level: Level) -> dict[str, float]:
     """Relative change of peak pressure and approach by plasticity.
 
     The change is read on the nodes of the elements. These nodes resolve the other measures of a plastic pressure too
     coarsely.
     """
     assert level.yielded is not None
-    before, after = (measures_of(rung).as_dict() for rung in (level.on_elements, level.yielded.nodal.even()))
+    before, after = (read_measures(rung).as_dict() for rung in (level.on_elements, level.yielded.nodal.even()))
     return {name: after[name] / before[name] - 1.0 for name in ("p_max_MPa", "approach_mm")}
 
 
@@ -672,7 +685,7 @@ def _yield_stress_ranges(levels: Sequence[Level]) -> dict[str, tuple[float, floa
     finest = levels[0].yielded
     if coarse is None or finest is None:
         return {}
-    before, after = (measures_of(rung).as_dict() for rung in (levels[0].fe, finest.fe))
+    before, after = (read_measures(rung).as_dict() for rung in (levels[0].fe, finest.fe))
     coarse_steps = coarse.by_band
     ranges = {}
     for name in MEASURES:
@@ -684,7 +697,7 @@ def _yield_stress_ranges(levels: Sequence[Level]) -> dict[str, tuple[float, floa
     return ranges
 
 
-def _plastic_load(plastic_contact: Yielded, limits: Mapping[str, float]) -> tuple[float | None, str | None]:
+def _plastic_load(plastic_contact: PlasticResult, limits: Mapping[str, float]) -> tuple[float | None, str | None]:
     """Smallest load at which a plastic step reaches its limit.
 
     The result is the load in N and the name of the measure. The load is interpolated linearly between the loads of the
@@ -709,8 +722,10 @@ def _describe_cancelling_steps(steps: Mapping[str, Mapping[str, float]], limits:
     The text is for the first measure with a plastic step beyond its limit, and empty without such a measure.
     """
     for name in (name for name in limits if name in MEASURES):
-        step_by_cause = {step.cause: steps[step.name][name] for step in STEPS if step.cause and step.name in steps}
-        if abs(step_by_cause[PLASTIC.cause]) > limits[name]:
+        step_by_cause = {
+            step.cause: steps[step.name][name] for step in LADDER_STEPS if step.cause and step.name in steps
+        }
+        if abs(step_by_cause[PLASTIC_STEP.cause]) > limits[name]:
             contributions = ", ".join(f"{cause} {1e2 * step:+.1f} %" for cause, step in step_by_cause.items())
             return f"HOLDS by cancellation of {contributions}"
     return ""
@@ -737,18 +752,18 @@ def describe_plasticity(verdict: PlasticVerdict | None) -> list[str]:
         f" ± {1e2 * verdict.first_yield_uncertainty:.0f} % on"
     )
     if not verdict.has_yielded:
-        return [f"plasticity: nothing yields under this load; {first_yield} ({NOT_IN_IT})"]
+        return [f"plasticity: nothing yields under this load; {first_yield} ({PLASTIC_VALIDITY})"]
     if verdict.status != "converged":
         return [
-            f"plasticity: {first_yield}; what it does to the contact was not solved: {verdict.status} ({NOT_IN_IT})"
+            f"plasticity: {first_yield}; what it does to the contact was not solved: {verdict.status} ({PLASTIC_VALIDITY})"
         ]
     step = contact.path[-1].steps
     (low, high) = verdict.band.get("p_max_MPa", (math.nan, math.nan))
     change = (
         f"plasticity: {first_yield}; the peak changes by {1e2 * step['p_max_MPa']:+.1f} ±"
         f" {1e2 * verdict.step_uncertainty['p_max_MPa']:.1f} %, the area by {1e2 * step['area_mm2']:+.1f} ±"
-        f" {1e2 * verdict.step_uncertainty['area_mm2']:.1f} %; with yield stresses {1e2 * YIELD_BAND:.0f} % lower and"
+        f" {1e2 * verdict.step_uncertainty['area_mm2']:.1f} %; with yield stresses {1e2 * YIELD_STRESS_SPREAD:.0f} % lower and"
         f" higher the peak by {1e2 * low:+.1f} and {1e2 * high:+.1f} %"
     )
     answer = f"Hertz {verdict.verdict.answer} against bodies that yield"
-    return [f"{change}; {answer}{'; ' * bool(verdict.cancelling)}{verdict.cancelling} ({NOT_IN_IT})"]
+    return [f"{change}; {answer}{'; ' * bool(verdict.cancelling)}{verdict.cancelling} ({PLASTIC_VALIDITY})"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fecontact.contact.grid import Rung
 
-YIELD_BAND = 0.15
+YIELD_STRESS_SPREAD = 0.15
 """Fraction by which the yield stress is varied downwards and upwards.
 
 Steels of equal designation differ by this fraction, and real steels begin to yield gradually.
@@ -71,7 +71,7 @@ class YieldedBody:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Yielded:
+class PlasticResult:
     """First loading of virgin bodies, on a single mesh level.
 
     Attributes
@@ -85,7 +85,7 @@ class Yielded:
     fewer_steps
         `fe` with half as many load steps; None if it was not solved.
     by_band
-        Change of each measure by plasticity with a yield stress that is lower and higher by `YIELD_BAND`, and with the
+        Change of each measure by plasticity with a yield stress that is lower and higher by `YIELD_STRESS_SPREAD`, and with the
         given yield stress, all with half as many load steps; empty if they were not solved.
     imprint_mm
         Largest distance by which the unloaded surfaces have separated below the patch.

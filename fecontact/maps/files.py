@@ -12,18 +12,18 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.feature_registry import offered
+from fecontact.feature_registry import load_offers
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap
-from fecontact.maps.telling import judged_row, law_row, map_record, stiffness_rows
+from fecontact.maps.telling import build_contact_row, build_law_row, build_map_record, build_stiffness_rows
 from fecontact.maps.theory_views import find_judged_laws
 from fecontact.maps.view import CellView, ColumnView, MapView, column_width
-from fecontact.maps.views import map_view, refuse_measure, views_of
-from fecontact.outputs.alone import ordered
+from fecontact.maps.views import build_map_view, build_views, refuse_measure
+from fecontact.outputs.alone import equalise_columns
 from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.pair_names import pair_words
-from fecontact.outputs.style import ANSWERS, BETWEEN, blank_figure, save_figure
+from fecontact.outputs.style import ANSWER_COLOURS, BETWEEN_VERDICTS, blank_figure, save_figure
 from fecontact.outputs.tables import write_csv
 
 if TYPE_CHECKING:
@@ -42,10 +42,10 @@ _LEGEND_WIDTH, _LARGEST_COLUMN_WIDTH, _LINE_HEIGHT, _LARGEST_HEIGHT = 3.6, 0.75,
 # texts are smaller.
 _INCHES_PER_POINT, _FULL_SIZE_CHARACTERS = 0.055, 6
 # Hatching of ranges that were not solved.
-_HATCHED: dict[str, Any] = {BETWEEN: {"hatch": "////", "ec": "0.7"}}
+_HATCHED: dict[str, Any] = {BETWEEN_VERDICTS: {"hatch": "////", "ec": "0.7"}}
 _DASHES = ("--", ":")
 # The diamond has the colour of a theory that holds.
-_DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
+_DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWER_COLOURS["HOLDS"], "mec": "k", "mew": 0.8}
 
 
 Blank: TypeAlias = "Callable[[float, float], Figure]"
@@ -85,7 +85,7 @@ class ColumnSizes:
         return self.font >= _SMALLEST_FONT
 
 
-def map_figure(view: MapView, path: str | Path) -> Path:
+def save_map_figure(view: MapView, path: str | Path) -> Path:
     """Draw a map, as PNG and as SVG."""
     return save_figure(draw_map(view), path)
 
@@ -115,7 +115,7 @@ def draw_map_by_measure(applicability_map: ApplicabilityMap, measure: str, theor
         If the measure or the theory does not exist.
     """
     refuse_measure(applicability_map.case, measure, theory)
-    return draw_map(map_view(applicability_map, measure, theory), blank)
+    return draw_map(build_map_view(applicability_map, measure, theory), blank)
 
 
 def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
@@ -369,23 +369,25 @@ def write_map(
     write_csv(applicability_map.rows(), out / f"{name}.csv")
     if name == "map":
         contact_rows = [
-            judged_row(cell, position.placement) for position in applicability_map.positions for cell in position.cells
+            build_contact_row(cell, position.placement)
+            for position in applicability_map.positions
+            for cell in position.cells
         ]
-        write_csv(ordered(contact_rows), out / "contacts.csv")
-        stiffness = [row for position in applicability_map.positions for row in stiffness_rows(position)]
+        write_csv(equalise_columns(contact_rows), out / "contacts.csv")
+        stiffness = [row for position in applicability_map.positions for row in build_stiffness_rows(position)]
         if stiffness:
             write_csv(stiffness, out / "stiffness.csv")
         else:
             # A file of other loads would not belong to this map.
             (out / "stiffness.csv").unlink(missing_ok=True)
-    write_sealed(out / f"{name}.json", map_record(applicability_map, provenance), [out / f"{name}.csv"])
+    write_sealed(out / f"{name}.json", build_map_record(applicability_map, provenance), [out / f"{name}.csv"])
     if not (drawn and applicability_map.positions):
         return
     # Earlier pictures of another friction, or of other theories, would not belong to this map.
-    for former_name in (*offered("MAPS"), *offered("LAWS"), *THEORIES):
+    for former_name in (*load_offers("MAPS"), *load_offers("LAWS"), *THEORIES):
         for ending in ("png", "svg", "csv"):
             (out / f"{name}_{former_name}.{ending}").unlink(missing_ok=True)
-    for suffix, view in views_of(applicability_map, theory).items():
-        map_figure(view, out / f"{name}{suffix and f'_{suffix}'}.png")
+    for suffix, view in build_views(applicability_map, theory).items():
+        save_map_figure(view, out / f"{name}{suffix and f'_{suffix}'}.png")
     for suffix, laws in find_judged_laws(applicability_map).items():
-        write_csv([law_row(cell, laws) for cell in applicability_map.cells], out / f"{name}_{suffix}.csv")
+        write_csv([build_law_row(cell, laws) for cell in applicability_map.cells], out / f"{name}_{suffix}.csv")

@@ -22,7 +22,7 @@ _Word = TypeVar("_Word", bound=str)
 # loads at which an open verdict begins or ends; these loads follow from the uncertainty and not from the contact.
 LOAD_TOLERANCE = 0.02
 _OPEN_TOLERANCE = 0.05
-MOST_TRIED = 14
+MOST_FURTHER_LOADS = 14
 """Largest number of loads at a position for its limits, in addition to the map's loads."""
 LOADS_FOR_LIMITS = 5.0
 """Typical number of loads for the limits at a position of measured profiles.
@@ -37,7 +37,7 @@ _GUARDED_FRACTION = 0.75
 
 
 @dataclass(frozen=True, kw_only=True)
-class KnownLoad:
+class LoadVerdict:
     """Verdict at a load.
 
     Attributes
@@ -58,7 +58,7 @@ class KnownLoad:
     most: float = math.nan
 
     @classmethod
-    def of(cls, judged_load: JudgedLoad) -> KnownLoad:
+    def of(cls, judged_load: JudgedLoad) -> LoadVerdict:
         """Verdict at a judged load, by the worst side.
 
         Parameters
@@ -83,7 +83,7 @@ class KnownLoad:
         )
 
 
-def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> tuple[KnownLoad, ...]:
+def list_usable_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> tuple[LoadVerdict, ...]:
     """Usable loads of a position, by increasing load.
 
     Parameters
@@ -98,13 +98,13 @@ def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> t
     tuple of KnownLoad
         Verdicts of the usable loads.
     """
-    loads = [KnownLoad.of(load) for load in tried if load.usable]
-    loads += [KnownLoad.of(cell.usable) for cell in cells if cell.usable]
+    loads = [LoadVerdict.of(load) for load in tried if load.usable]
+    loads += [LoadVerdict.of(cell.usable) for cell in cells if cell.usable]
     return tuple(sorted(loads, key=lambda load: load.load_N))
 
 
-def next_load(
-    usable_loads: Sequence[KnownLoad], map_loads_N: Sequence[float], unusable_N: Sequence[float] = ()
+def choose_next_load(
+    usable_loads: Sequence[LoadVerdict], map_loads_N: Sequence[float], unusable_N: Sequence[float] = ()
 ) -> float | None:
     """Load (N) to solve next in the search for load limits.
 
@@ -128,7 +128,7 @@ def next_load(
         Load in N; None if every change of the verdict is enclosed within the tolerance, or if enough loads were tried.
     """
     # This is not the difference of both numbers, because loads of the map may be missing.
-    if len(unusable_N) + sum(load.load_N not in map_loads_N for load in usable_loads) >= MOST_TRIED:
+    if len(unusable_N) + sum(load.load_N not in map_loads_N for load in usable_loads) >= MOST_FURTHER_LOADS:
         return None
     for lower, upper in pairwise(usable_loads):
         if lower.answer == upper.answer or any(lower.load_N < load_N < upper.load_N for load_N in unusable_N):
@@ -158,7 +158,7 @@ def _find_guard_load(failing_N: Sequence[float]) -> float | None:
     return low_N * math.sqrt(gap) if gap > max(_LEAST_GUARDED_RATIO, range_ratio**_GUARDED_FRACTION) else None
 
 
-def _choose_load_between(lower: KnownLoad, upper: KnownLoad, tolerance: float) -> float:
+def _choose_load_between(lower: LoadVerdict, upper: LoadVerdict, tolerance: float) -> float:
     """Load (N) between two loads with different verdicts.
 
     The load is near the zero of the excess that makes the verdict change, on the side with the larger open range.
@@ -192,7 +192,7 @@ def _choose_load_between(lower: KnownLoad, upper: KnownLoad, tolerance: float) -
     return math.exp(min(max(target, low + room), high - room))
 
 
-def load_limit(
+def find_load_limit(
     cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = (), *, stopped: MapCell | None = None
 ) -> LoadLimit:
     """Loads at which Hertz holds at a position, from its solved loads.
@@ -211,7 +211,7 @@ def load_limit(
     LoadLimit
         Intervals of loads with their verdicts.
     """
-    usable_loads = known_loads(cells, tried)
+    usable_loads = list_usable_loads(cells, tried)
     unusable_cells = [] if not usable_loads else [cell for cell in cells if not cell.usable]
     unusable_cells += [] if stopped is None else [stopped]
     statuses = {cell.status for cell in cells}
@@ -224,7 +224,8 @@ def load_limit(
         note="; ".join(notes) or None,
         tried=tuple((load.load_N, load.verdict.answer) for load in tried),
         narrowed=stopped is None
-        and next_load(usable_loads, [cell.load_N for cell in cells], [load.load_N for load in unusable_loads]) is None,
+        and choose_next_load(usable_loads, [cell.load_N for cell in cells], [load.load_N for load in unusable_loads])
+        is None,
     )
 
 

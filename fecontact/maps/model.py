@@ -11,7 +11,7 @@ from fecontact.case import Case
 from fecontact.errors import CONVERGED
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.verdict import Answer
-from fecontact.outputs.flat_records import picked
+from fecontact.outputs.flat_records import select_attributes
 from fecontact.outputs.records.results import Row, load_row
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import Stiffness
@@ -238,7 +238,7 @@ class ApplicabilityMap:
 
     def rows(self) -> list[Row]:
         """Flat row of each cell, with the columns of a case that the cell has."""
-        return [cell_row(cell, position.placement) for position in self.positions for cell in position.cells]
+        return [build_cell_row(cell, position.placement) for position in self.positions for cell in position.cells]
 
     @property
     def all_solved(self) -> bool:
@@ -246,7 +246,7 @@ class ApplicabilityMap:
         return all(cell.usable for cell in self.cells)
 
 
-def cell_row(cell: MapCell, placement: Placement | None) -> Row:
+def build_cell_row(cell: MapCell, placement: Placement | None) -> Row:
     """Flat row of a cell, with the columns of a case that the cell has.
 
     Parameters
@@ -261,5 +261,5 @@ def cell_row(cell: MapCell, placement: Placement | None) -> Row:
     Row
         Shift, load, status and verdict; for a solved cell also the columns of a case.
     """
-    row = picked(cell, "lateral_shift_mm load_kN status") | {"verdict_answer": cell.verdict}
+    row = select_attributes(cell, "lateral_shift_mm load_kN status") | {"verdict_answer": cell.verdict}
     return row if cell.judged is None or placement is None else row | load_row(cell.judged, placement)

@@ -12,18 +12,18 @@ from itertools import pairwise
 from typing import TypeAlias
 
 from fecontact.case import Case
-from fecontact.errors import FecontactError, NotEnoughMemory, failed
-from fecontact.feature_registry import offered
-from fecontact.judging.judge import with_readings
+from fecontact.errors import FecontactError, MemoryShortageError, describe_failure
+from fecontact.feature_registry import load_offers
+from fecontact.judging.judge import add_readings
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.readings import MappedVerdicts
-from fecontact.maps.load_limits import find_intervals, known_loads, load_limit, next_load
+from fecontact.judging.readings import VerdictReadingView
+from fecontact.maps.load_limits import choose_next_load, find_intervals, find_load_limit, list_usable_loads
 from fecontact.maps.model import LoadLimit, MapCell, MapPosition
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import LoadSweep, Stiffness, fit_stiffness
 
 
-def limits_of(
+def find_feature_limits(
     cells: Sequence[MapCell], tried: Sequence[JudgedLoad], placement: Placement, limit: LoadLimit
 ) -> dict[str, LoadLimit]:
     """Loads at which Hertz holds by each verdict of features.
@@ -49,13 +49,13 @@ def limits_of(
     judged_loads = [cell.judged for cell in cells if cell.judged is not None]
     return {
         name: _find_feature_limit(verdicts, cells, tried, placement, limit)
-        for name, verdicts in offered("MAPS").items()
+        for name, verdicts in load_offers("MAPS").items()
         if any(map(verdicts.read, judged_loads))
     }
 
 
 def _find_feature_limit(
-    verdicts: MappedVerdicts,
+    verdicts: VerdictReadingView,
     cells: Sequence[MapCell],
     further_loads: Sequence[JudgedLoad],
     placement: Placement,
@@ -79,7 +79,7 @@ def _find_feature_limit(
     )
 
 
-def with_dear_readings(position: MapPosition) -> MapPosition:
+def add_slow_readings(position: MapPosition) -> MapPosition:
     """Copy of a position with the slow readings of features at each usable load.
 
     These readings take seconds per load.
@@ -97,7 +97,7 @@ def with_dear_readings(position: MapPosition) -> MapPosition:
     if (placement := position.placement) is None:
         return position
     cells = (
-        replace(cell, judged=with_readings(cell.usable, placement, "DEAR_READINGS")) if cell.usable else cell
+        replace(cell, judged=add_readings(cell.usable, placement, "DEAR_READINGS")) if cell.usable else cell
         for cell in position.cells
     )
     return replace(position, cells=tuple(cells))
@@ -107,17 +107,19 @@ def with_dear_readings(position: MapPosition) -> MapPosition:
 _FEWEST_LOADS = 3
 
 
-def stiffness_of(cells: Sequence[MapCell]) -> Stiffness | None:
+def fit_position_stiffness(cells: Sequence[MapCell]) -> Stiffness | None:
     """Contact stiffness of a position from its usable loads; None for fewer than three loads."""
     loads = [cell.usable for cell in cells if cell.usable]
     return None if len(loads) < _FEWEST_LOADS else fit_stiffness(loads)
 
 
-Tell: TypeAlias = Callable[[float, str], None]
+ProgressReport: TypeAlias = Callable[[float, str], None]
 """Function that receives the finished fraction of a job and a text on its progress."""
 
 
-def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda fraction, words: None) -> MapPosition:
+def solve_position(
+    case: Case, loads_N: Sequence[float], tell: ProgressReport = lambda fraction, words: None
+) -> MapPosition:
     """Solve all loads at a position, and find its load limit.
 
     A position or a load that cannot be solved is not an error: the status of its cells has the reason.
@@ -141,7 +143,7 @@ def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda fra
     try:
         sweep = LoadSweep(case, loads_N)
     except FecontactError as error:
-        return failed_position(shift, loads_N, error)
+        return build_failed_position(shift, loads_N, error)
     cells: dict[float, MapCell] = {}
     tried: list[JudgedLoad] = []
     stopped: MapCell | None = None
@@ -157,10 +159,10 @@ def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda fra
                 stopped = stopped or _solve_for_limits(
                     sweep, shift, cells, tried, lambda: tell(*_describe_progress(cells, loads_N, tried))
                 )
-    return mapped_position(shift, map(cells.__getitem__, loads_N), tried, sweep.placement, stopped=stopped)
+    return build_position(shift, map(cells.__getitem__, loads_N), tried, sweep.placement, stopped=stopped)
 
 
-def mapped_position(
+def build_position(
     shift_mm: float,
     solved_cells: Iterable[MapCell],
     tried: Sequence[JudgedLoad],
@@ -189,14 +191,14 @@ def mapped_position(
         Position with load limits and stiffness.
     """
     map_cells = tuple(solved_cells)
-    limit = load_limit(map_cells, tried, stopped=stopped)
+    limit = find_load_limit(map_cells, tried, stopped=stopped)
     return MapPosition(
         lateral_shift_mm=shift_mm,
         cells=map_cells,
         limit=limit,
-        limits_of=limits_of(map_cells, tried, placement, limit),
+        limits_of=find_feature_limits(map_cells, tried, placement, limit),
         placement=placement,
-        stiffness=stiffness_of(map_cells),
+        stiffness=fit_position_stiffness(map_cells),
         tried=tuple(tried),
         stopped=stopped,
     )
@@ -238,7 +240,7 @@ def _solve_for_limits(
 
     def choose_load_N() -> float | None:
         unusable_N = [load.load_N for load in tried if not load.usable]
-        return next_load(known_loads(tuple(cells.values()), tried), tuple(cells), unusable_N)
+        return choose_next_load(list_usable_loads(tuple(cells.values()), tried), tuple(cells), unusable_N)
 
     while (load_N := choose_load_N()) is not None:
         begin()
@@ -256,20 +258,20 @@ def _solve_cell(sweep: LoadSweep, shift: float, load_N: float) -> MapCell:
         judged_load = sweep.solve(load_N)
     except FecontactError as error:
         return _build_failed_cell(shift, load_N, error)
-    return solved_cell(shift, judged_load)
+    return build_solved_cell(shift, judged_load)
 
 
-def solved_cell(shift_mm: float, judged_load: JudgedLoad) -> MapCell:
+def build_solved_cell(shift_mm: float, judged_load: JudgedLoad) -> MapCell:
     """Cell of a solved load."""
     return MapCell(lateral_shift_mm=shift_mm, load_N=judged_load.load_N, status=judged_load.status, judged=judged_load)
 
 
 def _build_failed_cell(shift: float, load_N: float, error: Exception | str) -> MapCell:
-    is_short = isinstance(error, NotEnoughMemory)
-    return MapCell(lateral_shift_mm=shift, load_N=load_N, status=failed(error), short_of_memory=is_short)
+    is_short = isinstance(error, MemoryShortageError)
+    return MapCell(lateral_shift_mm=shift, load_N=load_N, status=describe_failure(error), short_of_memory=is_short)
 
 
-def failed_position(shift_mm: float, loads_N: Sequence[float], error: Exception | str) -> MapPosition:
+def build_failed_position(shift_mm: float, loads_N: Sequence[float], error: Exception | str) -> MapPosition:
     """Position that could not be solved, with the reason in every cell."""
     cells = tuple(_build_failed_cell(shift_mm, load_N, error) for load_N in loads_N)
-    return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=failed(error)))
+    return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=describe_failure(error)))

@@ -9,37 +9,37 @@ from typing import TypeAlias
 
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.feature_registry import offered
+from fecontact.feature_registry import load_offers
 from fecontact.files import write_text
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
-from fecontact.maps.model import ApplicabilityMap, MapCell, cell_row
-from fecontact.maps.telling import cell_record, share_records
+from fecontact.maps.model import ApplicabilityMap, MapCell, build_cell_row
+from fecontact.maps.telling import build_cell_record, count_theory_shares
 from fecontact.maps.theory_views import find_judged_laws
-from fecontact.maps.verdict_views import CAUSE_LETTERS, offered_view, verdict_view
+from fecontact.maps.verdict_views import CAUSE_LETTERS, build_feature_view, build_verdict_view
 from fecontact.maps.view import MapView
-from fecontact.maps.views import map_answer, map_text, views_of
+from fecontact.maps.views import build_views, format_map, write_map_answer
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.case_words import other_wheel_label, roll_words
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.figures.report_pictures import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture, Spot
-from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of, cheapest_words
+from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_words, find_cheapest_of_load
 from fecontact.outputs.records.results import case_inputs
-from fecontact.outputs.report_words import answer_words, lead_style, question
-from fecontact.outputs.study_report import REPORT, closing
-from fecontact.outputs.style import image_of, page, svg_of, webp_of
-from fecontact.outputs.tables import Item, Table, TableRow, columns_of, number, table_of, text
+from fecontact.outputs.report_words import answer_words, lead_style, question_text
+from fecontact.outputs.study_report import REPORT_FILE, closing_parts
+from fecontact.outputs.style import encode_webp, render_image, render_page, render_svg
+from fecontact.outputs.tables import Table, TableRecord, TableRow, make_columns, make_table, number_column, text_column
 from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
 
-WIDE = 120
+DEFAULT_TEXT_WIDTH = 120
 """Width of texts in characters if the output is not a terminal."""
 # Largest number of patches in a picture; more patches are too small to see.
 _MOST_PATCHES = 24
 # Cells get pictures up to a size of the page of 5 MB, with the pictures of the maps and the text of each cell.
-_LARGEST_PAGE_BYTES, _BYTES_PER_CELL, _BYTES_A_PICTURE = 4.9e6, 6e3, 32e3
+_LARGEST_PAGE_BYTES, _BYTES_PER_CELL, _BYTES_PER_PICTURE = 4.9e6, 6e3, 32e3
 _CELL_WIDTH = 480
 _SMALL_PICTURE_WORDS = (
     "Solid the patch, dashed Hertz, colours from zero to the larger of both peaks; below, cut across."
@@ -73,21 +73,21 @@ def write_map_report(
     case = applicability_map.case
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.usable else "failed" for cell in applicability_map.cells]
-    largest_loads, views = _choose_largest_loads(applicability_map), views_of(applicability_map, theory)
+    largest_loads, views = _choose_largest_loads(applicability_map), build_views(applicability_map, theory)
     cells = {f"cell-{number}": _build_cell_parts(cell) for number, cell in enumerate(applicability_map.cells, start=1)}
     map_pictures = [_draw_map_picture(view, cells) for view in views.values()]
     theory_index = list(views).index("theory")
     parts: list[Part] = [
         Heading(f"Applicability map: {pair}", 1),
-        Lead(" ".join(map_answer(applicability_map, "pressure")), lead_style(verdicts)),
+        Lead(" ".join(write_map_answer(applicability_map, "pressure")), lead_style(verdicts)),
         f"{answer_words(verdicts, 'cells')}.",
-        question(pair, case.criteria),
+        question_text(pair, case.criteria),
         _describe_wheel(case),
         *map_pictures[:theory_index],
         Heading("If not Hertz, what?"),
-        " ".join(map_answer(applicability_map, "theory")),
+        " ".join(write_map_answer(applicability_map, "theory")),
         *map_pictures[theory_index:],
-        shares_table(share_records(applicability_map)),
+        build_shares_table(count_theory_shares(applicability_map)),
         Heading("Load limits"),
         _build_limits_table(applicability_map),
         Heading("The pair"),
@@ -95,15 +95,15 @@ def write_map_report(
         Heading("Cells"),
         _build_cells_table(applicability_map),
         *_build_details(
-            applicability_map, cells, pictures or {}, picture_count=pictures_that_fit(map_pictures, len(cells))
+            applicability_map, cells, pictures or {}, picture_count=count_fitting_pictures(map_pictures, len(cells))
         ),
-        *closing(
+        *closing_parts(
             THEORIES,
             *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
             laws=bool(find_judged_laws(applicability_map)),
         ),
     ]
-    return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", parts))
+    return write_text(out / REPORT_FILE, render_page(f"Where Hertz holds: {pair}", parts))
 
 
 def _build_cell_parts(cell: MapCell) -> list[Part]:
@@ -112,7 +112,7 @@ def _build_cell_parts(cell: MapCell) -> list[Part]:
     if not cell.usable or cell.judged is None:
         return [f"{place}: {cell.status}"]
     # The hint for an open verdict depends on the case.
-    parts = case_parts({**cell_record(cell), "case": case_inputs(cell.judged.case)})
+    parts = case_parts({**build_cell_record(cell), "case": case_inputs(cell.judged.case)})
     return [
         f"{place}: Hertz {cell.verdict}",
         *(document_part for document_part in parts if document_part and not isinstance(document_part, Details)),
@@ -125,7 +125,7 @@ def _draw_map_picture(view: MapView, cells: Mapping[str, Sequence[Part]]) -> Pic
     The spot shows the measures of the cell and links to its details."""
     figure = draw_map(view)
     # Drawing the figure also lays it out.
-    content = svg_of(figure)
+    content = render_svg(figure)
     spots = [
         Spot(name=name, words="\n".join(_describe_measures(parts)), box=box)
         for (name, parts), box in zip(cells.items(), cell_boxes(view, figure), strict=True)
@@ -141,7 +141,7 @@ def _describe_measures(parts: Sequence[Part]) -> Iterator[str]:
             yield f"{name}: {deviation} ± {uncertainty} (limit {limit}) {answer}"
 
 
-def pictures_that_fit(map_pictures: Sequence[Picture], cells: int) -> int:
+def count_fitting_pictures(map_pictures: Sequence[Picture], cells: int) -> int:
     """Number of cells for which a page has room for pictures.
 
     Four bytes of the page hold three bytes of a picture.
@@ -159,12 +159,12 @@ def pictures_that_fit(map_pictures: Sequence[Picture], cells: int) -> int:
         Number of pictures of cells.
     """
     bytes_of_maps = sum(4 / 3 * len(picture.content) for picture in map_pictures if isinstance(picture.content, bytes))
-    return max(0, int((_LARGEST_PAGE_BYTES - bytes_of_maps - _BYTES_PER_CELL * cells) / _BYTES_A_PICTURE))
+    return max(0, int((_LARGEST_PAGE_BYTES - bytes_of_maps - _BYTES_PER_CELL * cells) / _BYTES_PER_PICTURE))
 
 
-def cell_picture(load: JudgedLoad, placement: Placement) -> bytes:
+def draw_cell_picture(load: JudgedLoad, placement: Placement) -> bytes:
     """Picture of a cell, as WEBP."""
-    return webp_of(image_of(small_figure(load, placement)), _CELL_WIDTH)
+    return encode_webp(render_image(small_figure(load, placement)), _CELL_WIDTH)
 
 
 def _build_details(
@@ -197,12 +197,12 @@ def _build_details(
     names_with_picture = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:picture_count]
     for (name, (title, *parts)), cell in zip(cells.items(), applicability_map.cells, strict=True):
         if name in names_with_picture:
-            content = pictures.get((cell.lateral_shift_mm, cell.load_N)) or cell_picture(*loads[name])
+            content = pictures.get((cell.lateral_shift_mm, cell.load_N)) or draw_cell_picture(*loads[name])
             parts.insert(0, Picture(content=content, words=_SMALL_PICTURE_WORDS, width=_CELL_WIDTH))
         yield Details(str(title), parts, name)
 
 
-def map_lines(
+def format_map_lines(
     applicability_map: ApplicabilityMap, measure: str, theory: str, *, width: int | None
 ) -> Iterator[Table | str]:
     """Lines of a map on the terminal, by a measure.
@@ -226,11 +226,13 @@ def map_lines(
     Table or str
         Part of the output.
     """
-    yield from (fill(sentence, width or WIDE) for sentence in map_answer(applicability_map, measure, theory))
+    yield from (
+        fill(sentence, width or DEFAULT_TEXT_WIDTH) for sentence in write_map_answer(applicability_map, measure, theory)
+    )
     yield " "
-    yield map_text(applicability_map, measure, theory=theory, width=width)
+    yield format_map(applicability_map, measure, theory=theory, width=width)
     if measure == "theory":
-        yield shares_table(share_records(applicability_map))
+        yield build_shares_table(count_theory_shares(applicability_map))
 
 
 def _describe_wheel(case: Case) -> str:
@@ -261,35 +263,40 @@ def _build_pictures(
         words = (
             f"Section through the first touch point at {shift:+z.2f} mm, the middle one of the positions shown below."
         )
-        parts.append(Picture(content=svg_of(pair_figure(placement)), words=words))
+        parts.append(Picture(content=render_svg(pair_figure(placement)), words=words))
     ladder_rows = [
-        cell_row(position.cells[-1], position.placement)
+        build_cell_row(position.cells[-1], position.placement)
         | {"rail": applicability_map.case.rail, "wheel": applicability_map.case.wheel}
         for position in applicability_map.positions
         if position.cells
     ]
     if (ladder := ladder_figure(ladder_rows)) is not None:
         words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
-        parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=svg_of(ladder), words=words)]
+        parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=render_svg(ladder), words=words)]
     if largest_loads:
         words = f"Pressure at the largest load of each position. {_SMALL_PICTURE_WORDS}"
         parts += [
             Heading("Pressure"),
-            Picture(content=image_of(patches_figure(largest_loads)), words=words, width=2400),
+            Picture(content=render_image(patches_figure(largest_loads)), words=words, width=2400),
         ]
     return parts
 
 
 def _build_limits_table(applicability_map: ApplicabilityMap) -> Table:
     """Table of load limits, by the map's measures and by the verdicts of features."""
-    feature_verdicts = [name for name, verdict in offered("MAPS").items() if verdict.criterion(applicability_map.case)]
-    views = [verdict_view(applicability_map), *(offered_view(applicability_map, name) for name in feature_verdicts)]
-    headings = ("as judged here", *(offered("MAPS")[name].short for name in feature_verdicts))
+    feature_verdicts = [
+        name for name, verdict in load_offers("MAPS").items() if verdict.criterion(applicability_map.case)
+    ]
+    views = [
+        build_verdict_view(applicability_map),
+        *(build_feature_view(applicability_map, name) for name in feature_verdicts),
+    ]
+    headings = ("as judged here", *(load_offers("MAPS")[name].short for name in feature_verdicts))
     rows = [
         TableRow(cells=[f"{columns[0].shift_mm:+z.2f}", *(column.limit for column in columns)])
         for columns in zip(*(view.columns for view in views), strict=True)
     ]
-    return Table(title="", columns=columns_of("shift mm", *headings, texts=headings), rows=rows)
+    return Table(title="", columns=make_columns("shift mm", *headings, texts=headings), rows=rows)
 
 
 def _build_cells_table(applicability_map: ApplicabilityMap) -> Table:
@@ -303,13 +310,13 @@ def _build_cells_table(applicability_map: ApplicabilityMap) -> Table:
         cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
         cells += ["-", cell.status, "-", ""] if load is None else _describe_load(load)
         rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
-    return Table(title="", columns=columns_of(*headings, texts=words, answers=("Hertz",)), rows=rows)
+    return Table(title="", columns=make_columns(*headings, texts=words, answers=("Hertz",)), rows=rows)
 
 
 def _describe_load(load: JudgedLoad) -> list[str]:
     """Table cells of a judged load."""
     unknowns = str(sum(load.level.degrees_of_freedom.values()))
-    cheapest = cheapest_words(cheapest_columns("cheapest_theory", cheapest_of(load)))
+    cheapest = cheapest_words(cheapest_columns("cheapest_theory", find_cheapest_of_load(load)))
     utilisation = load.limit_used if load.plastic is None else load.plastic.deciding.limit_used
     return [f"{utilisation:.2f}", verdict_reason(load), unknowns, cheapest]
 
@@ -321,17 +328,17 @@ _ANSWERS_WITHOUT_THEORY = {
 }
 
 _SHARE_COLUMNS = (
-    text("theory", lambda share: share.get("words") or _ANSWERS_WITHOUT_THEORY[share["theory"]], wraps=True),
-    text("cost", "cost", wraps=True),
-    number("cheapest\ncells", "cheapest_cells", "{:.0f}"),
-    number("cheapest\n%", "cheapest_percent", "{:.0f}"),
-    number("out of\nrange", "out_of_range_cells", "{:.0f}"),
-    number("largest\nshare of\nthe limit", "largest_limit_used", "{:.2f}"),
-    number("holds\n%", "holds_percent", "{:.0f}"),
+    text_column("theory", lambda share: share.get("words") or _ANSWERS_WITHOUT_THEORY[share["theory"]], wraps=True),
+    text_column("cost", "cost", wraps=True),
+    number_column("cheapest\ncells", "cheapest_cells", "{:.0f}"),
+    number_column("cheapest\n%", "cheapest_percent", "{:.0f}"),
+    number_column("out of\nrange", "out_of_range_cells", "{:.0f}"),
+    number_column("largest\nshare of\nthe limit", "largest_limit_used", "{:.2f}"),
+    number_column("holds\n%", "holds_percent", "{:.0f}"),
 )
 
 
-def shares_table(shares: Sequence[Item]) -> Table:
+def build_shares_table(shares: Sequence[TableRecord]) -> Table:
     """Table of the cells in which each theory holds or is the cheapest.
 
     Parameters
@@ -345,4 +352,4 @@ def shares_table(shares: Sequence[Item]) -> Table:
         Table without the theories that were judged in no cell.
     """
     occurring_shares = [share for share in shares if share["cheapest_cells"] or "cost" in share]
-    return table_of("The cheapest theory that holds, and where each holds", _SHARE_COLUMNS, occurring_shares)
+    return make_table("The cheapest theory that holds, and where each holds", _SHARE_COLUMNS, occurring_shares)

@@ -9,7 +9,7 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.verdict_views import CAUSES
 from fecontact.maps.view import CLOSE_SHIFTS_MM, ColumnView, MapView
-from fecontact.outputs.style import BETWEEN
+from fecontact.outputs.style import BETWEEN_VERDICTS
 
 
 def write_verdict_sentences(applicability_map: ApplicabilityMap, view: MapView, name: str, *, why: bool) -> list[str]:
@@ -72,7 +72,7 @@ def _describe_column(column: ColumnView, view: MapView, because: str) -> tuple[i
     str
         Phrase with the placeholders `{it}` and `{ends}`.
     """
-    answers = [answer for _, _, answer in column.bands if answer != BETWEEN]
+    answers = [answer for _, _, answer in column.bands if answer != BETWEEN_VERDICTS]
     if not answers:
         return _WITHOUT_RESULT, "there is no result"
     starts_at_smallest_load = column.bands[0][0] <= min(view.loads_N) / 1e3

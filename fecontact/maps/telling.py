@@ -6,26 +6,31 @@ from collections.abc import Mapping
 from dataclasses import asdict
 
 from fecontact.contact_theories.approximation import TheoryPatch
-from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ, OF_ELLIPSES, THEORIES
-from fecontact.feature_registry import offered
+from fecontact.contact_theories.registry import ELLIPSE_THEORIES, HERTZ, MULTI_HERTZ, THEORIES
+from fecontact.feature_registry import load_offers
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.measures import measures_of_theory
-from fecontact.judging.readings import MappedLaws
-from fecontact.judging.verdict import Judgement, Standing, cheapest, standings
+from fecontact.judging.measures import read_theory_measures
+from fecontact.judging.readings import LawReadingView
+from fecontact.judging.verdict import Judgement, TheoryAnswer, find_cheapest_theory, list_theory_answers
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.alone import SIZES, ellipse_columns, touches
+from fecontact.outputs.alone import SIZE_MEASURES, ellipse_columns, touch_point_columns
 from fecontact.outputs.case_words import roll_words
-from fecontact.outputs.flat_records import Record, flat, picked
-from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of, other_theories, theories_of
-from fecontact.outputs.records.results import case_inputs, load_record, versions
+from fecontact.outputs.flat_records import Record, flatten, select_attributes
+from fecontact.outputs.records.cheapest import (
+    cheapest_columns,
+    find_cheapest_of_load,
+    judgements_by_theory,
+    judgements_of_other_theories,
+)
+from fecontact.outputs.records.results import case_inputs, load_record, package_versions
 from fecontact.outputs.verdict_words import theory_words
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.placing import roll_of_case
+from fecontact.solving.placing import compute_roll
 
 MAP_SCHEMA = "fecontact/map/6"
 
 
-def stiffness_rows(position: MapPosition) -> list[Record]:
+def build_stiffness_rows(position: MapPosition) -> list[Record]:
     """Rows of contact stiffness at each load of a position.
 
     The stiffness is from the fit over all loads.
@@ -70,7 +75,7 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
     return rows
 
 
-def map_record(applicability_map: ApplicabilityMap, provenance: Record | None = None) -> Record:
+def build_map_record(applicability_map: ApplicabilityMap, provenance: Record | None = None) -> Record:
     """Record of a whole map with its base case, criteria, versions and provenance.
 
     Parameters
@@ -87,10 +92,10 @@ def map_record(applicability_map: ApplicabilityMap, provenance: Record | None = 
     """
     feature_limits = {
         f"{name}_limits": [
-            limit_record(position.lateral_shift_mm, position.limits_of.get(name, position.limit))
+            build_limit_record(position.lateral_shift_mm, position.limits_of.get(name, position.limit))
             for position in applicability_map.positions
         ]
-        for name, verdicts in offered("MAPS").items()
+        for name, verdicts in load_offers("MAPS").items()
         if verdicts.criterion(applicability_map.case) is not None
     }
     # Loads of first yield, and loads at which yielding reaches a limit.
@@ -108,23 +113,25 @@ def map_record(applicability_map: ApplicabilityMap, provenance: Record | None = 
         },
         "roll": roll_words(applicability_map.case),
         "criteria": asdict(applicability_map.case.criteria),
-        **picked(applicability_map, "lateral_shifts_mm loads_N"),
-        "cells": [cell_record(cell) for cell in applicability_map.cells],
-        "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in applicability_map.positions],
+        **select_attributes(applicability_map, "lateral_shifts_mm loads_N"),
+        "cells": [build_cell_record(cell) for cell in applicability_map.cells],
+        "limits": [
+            build_limit_record(position.lateral_shift_mm, position.limit) for position in applicability_map.positions
+        ],
         **feature_limits,
         **(
             {"yield_loads_N": yield_records}
             if any(position.yield_loads_N for position in applicability_map.positions)
             else {}
         ),
-        "theory_shares": share_records(applicability_map),
-        "stiffness": [row for position in applicability_map.positions for row in stiffness_rows(position)],
-        "versions": versions(),
+        "theory_shares": count_theory_shares(applicability_map),
+        "stiffness": [row for position in applicability_map.positions for row in build_stiffness_rows(position)],
+        "versions": package_versions(),
         "provenance": provenance or {},
     }
 
 
-def cell_record(cell: MapCell) -> Record:
+def build_cell_record(cell: MapCell) -> Record:
     """Record of a cell, with all results of its load.
 
     Parameters
@@ -138,12 +145,12 @@ def cell_record(cell: MapCell) -> Record:
         Shift, load, status and the results of a solved load.
     """
     return {
-        **picked(cell, "lateral_shift_mm load_N status"),
+        **select_attributes(cell, "lateral_shift_mm load_N status"),
         **({} if cell.judged is None else load_record(cell.judged)),
     }
 
 
-def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
+def build_limit_record(shift_mm: float, limit: LoadLimit) -> Record:
     """Record of a load limit at a position.
 
     Parameters
@@ -160,12 +167,12 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
     """
     return {
         "lateral_shift_mm": shift_mm,
-        **picked(limit, "F_max_N intervals reason note"),
+        **select_attributes(limit, "F_max_N intervals reason note"),
         "tried": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
     }
 
 
-def law_row(cell: MapCell, laws: MappedLaws) -> Record:
+def build_law_row(cell: MapCell, laws: LawReadingView) -> Record:
     """Row of a cell with the cheapest law that holds, and all deviations.
 
     Parameters
@@ -180,15 +187,15 @@ def law_row(cell: MapCell, laws: MappedLaws) -> Record:
     Record
         Shift, load and status; for a judged cell also the cheapest law and the columns of each law.
     """
-    row, judgements = picked(cell, "lateral_shift_mm load_kN status"), laws_of(cell, laws)
+    row, judgements = select_attributes(cell, "lateral_shift_mm load_kN status"), read_laws(cell, laws)
     if judgements:
-        row["cheapest_theory"] = cheapest(standings(judgements)).label
+        row["cheapest_theory"] = find_cheapest_theory(list_theory_answers(judgements)).label
     for name, judgement in judgements.items():
         row |= laws.columns(name, judgement)
     return row
 
 
-def laws_of(cell: MapCell, laws: MappedLaws) -> Mapping[str, Judgement]:
+def read_laws(cell: MapCell, laws: LawReadingView) -> Mapping[str, Judgement]:
     """Judgements of the laws of a feature in a cell; empty for an unusable cell."""
     return laws.read(cell.usable) if cell.usable else {}
 
@@ -196,7 +203,7 @@ def laws_of(cell: MapCell, laws: MappedLaws) -> Mapping[str, Judgement]:
 # --- The judged theories of a cell or a map.
 
 
-def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
+def select_judgement(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
     """Judgement of a load by a theory.
 
     Parameters
@@ -219,7 +226,7 @@ def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | 
     return load if theory == HERTZ else load.judgements.get(theory, load)
 
 
-def find_ellipse_theory(load: JudgedLoad | None) -> Standing | None:
+def find_ellipse_theory(load: JudgedLoad | None) -> TheoryAnswer | None:
     """Cheapest theory of several ellipses that holds although Hertz does not hold.
 
     Parameters
@@ -237,10 +244,10 @@ def find_ellipse_theory(load: JudgedLoad | None) -> Standing | None:
         return None
     holding_theories = (
         standing
-        for standing in standings(other_theories(load))
-        if standing.name in OF_ELLIPSES and standing.answer == "HOLDS"
+        for standing in list_theory_answers(judgements_of_other_theories(load))
+        if standing.name in ELLIPSE_THEORIES and standing.answer == "HOLDS"
     )
-    theory = cheapest(holding_theories, in_range=load.case.criteria.theories_in_range)
+    theory = find_cheapest_theory(holding_theories, in_range=load.case.criteria.theories_in_range)
     return theory if theory.name else None
 
 
@@ -263,7 +270,7 @@ def describe_ellipse_theories(applicability_map: ApplicabilityMap) -> str:
     )
 
 
-def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
+def count_theory_shares(applicability_map: ApplicabilityMap) -> list[Record]:
     """Numbers of cells in which each theory holds or is the cheapest.
 
     The theories are those of the pressure.
@@ -282,7 +289,10 @@ def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
         Counts and percentages of each theory, from the cheapest theory on.
     """
     loads = [cell.usable for cell in applicability_map.cells if cell.usable]
-    judgements_by_cell, cheapest_theories = [theories_of(load) for load in loads], [cheapest_of(load) for load in loads]
+    judgements_by_cell, cheapest_theories = (
+        [judgements_by_theory(load) for load in loads],
+        [find_cheapest_of_load(load) for load in loads],
+    )
     answers = [theory.label for theory in cheapest_theories] + ["failed"] * (len(applicability_map.cells) - len(loads))
 
     def build_count_columns(prefix: str, count: int) -> Record:
@@ -298,7 +308,7 @@ def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
         records.append(
             {
                 "theory": name,
-                **picked(THEORIES[name], "words cost"),
+                **select_attributes(THEORIES[name], "words cost"),
                 **build_count_columns("cheapest", len(utilisations)),
                 "out_of_range_cells": sum(theory.label == name and theory.out_of_range for theory in cheapest_theories),
                 "largest_limit_used": max(utilisations, default=None),
@@ -320,7 +330,7 @@ def share_records(applicability_map: ApplicabilityMap) -> list[Record]:
 # --- Cells as rows of a contact table.
 
 
-def judged_row(cell: MapCell, placement: Placement | None) -> Record:
+def build_contact_row(cell: MapCell, placement: Placement | None) -> Record:
     """Row of a contact table for a cell of a map.
 
     The row has the verdict, the cheapest theory that holds with its patches, ellipses, and finite elements. Positions
@@ -339,16 +349,16 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
     Record
         Values by column.
     """
-    row = picked(cell, "lateral_shift_mm load_kN status verdict")
+    row = select_attributes(cell, "lateral_shift_mm load_kN status verdict")
     load = cell.usable
     if load is None or placement is None:
         return row
-    cheapest = cheapest_of(load)
+    cheapest = find_cheapest_of_load(load)
     row |= {
-        "roll_mrad": 1e3 * roll_of_case(load.case, placement),
+        "roll_mrad": 1e3 * compute_roll(load.case, placement),
         "normal_force_N": load.normal_force_N,
         **cheapest_columns("cheapest_theory", cheapest),
-        **picked(load.comparison.fe, SIZES, "fe_"),
+        **select_attributes(load.comparison.fe, SIZE_MEASURES, "fe_"),
         **_build_centre_columns(
             "fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)
         ),
@@ -357,13 +367,13 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
     theory_contact = cheapest.made if cheapest.answer == "HOLDS" else None
     if theory_contact is not None:
         row |= {
-            **picked(measures_of_theory(theory_contact), SIZES, "theory_"),
+            **select_attributes(read_theory_measures(theory_contact), SIZE_MEASURES, "theory_"),
             **_build_centre_columns("theory", placement, theory_contact.centre_mm),
             "theory_patches": len(theory_contact.patches),
         }
         for number, patch in enumerate(theory_contact.patches, start=1):
-            row |= flat({f"patch{number}": _build_patch_columns(patch, placement, theory_contact.normal_force_N)})
-    return row | touches(placement, _build_spring_columns(load, placement))
+            row |= flatten({f"patch{number}": _build_patch_columns(patch, placement, theory_contact.normal_force_N)})
+    return row | touch_point_columns(placement, _build_spring_columns(load, placement))
 
 
 def _build_centre_columns(prefix: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
@@ -382,8 +392,8 @@ def _build_patch_columns(patch: TheoryPatch, placement: Placement, total_N: floa
     For a theory without touch points the position is the centre of pressure."""
     names = "rail_y_mm wheel_y_mm contact_angle_rad"
     at_centre = zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True)
-    position = dict(at_centre) if patch.touch is None else picked(patch.touch, names)
-    return {**position, "load_share": patch.normal_force_N / total_N, **picked(patch, "a_mm b_mm p_max_MPa")}
+    position = dict(at_centre) if patch.touch is None else select_attributes(patch.touch, names)
+    return {**position, "load_share": patch.normal_force_N / total_N, **select_attributes(patch, "a_mm b_mm p_max_MPa")}
 
 
 def _build_spring_columns(load: JudgedLoad, placement: Placement) -> dict[int, Record]:

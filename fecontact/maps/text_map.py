@@ -9,7 +9,7 @@ from fecontact.maps.view import MapView
 from fecontact.outputs.case_words import other_wheel_label, roll_words
 
 
-def map_table(view: MapView, *, width: int | None = None) -> str:
+def format_map_table(view: MapView, *, width: int | None = None) -> str:
     """Text table of a map, with a line for each position and notes.
 
     Each line has a text for each load and the load limit. If a line is longer than `width`, the limits are below the

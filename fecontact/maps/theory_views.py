@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from itertools import chain, repeat
 
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.feature_registry import offered
-from fecontact.judging.readings import MappedLaws
-from fecontact.judging.verdict import Judgement, Standing, cheapest, standings
+from fecontact.feature_registry import load_offers
+from fecontact.judging.readings import LawReadingView
+from fecontact.judging.verdict import Judgement, TheoryAnswer, find_cheapest_theory, list_theory_answers
 from fecontact.maps.load_limits import find_stretches
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
-from fecontact.maps.telling import laws_of
+from fecontact.maps.telling import read_laws
 from fecontact.maps.verdict_views import describe_bodies, list_solved_loads_kN
 from fecontact.maps.view import CellView, ColumnView, MapView, format_utilisation
-from fecontact.outputs.records.cheapest import theories_of
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, BETWEEN
+from fecontact.outputs.records.cheapest import judgements_by_theory
+from fecontact.outputs.style import ANSWER_COLOURS, ANSWER_WORDS, BETWEEN_VERDICTS
 from fecontact.outputs.words import limits_text
 
 # Colours of the theories of the pressure, from the cheapest. Theories beyond the list have the last colour.
@@ -28,7 +28,7 @@ _OPEN, _NONE, _LOST = "UNRESOLVED", "FAILS", "failed"
 _OUT_MARK, _OUT_WORDS = "*", "out of its range"
 
 
-def find_judged_laws(applicability_map: ApplicabilityMap) -> dict[str, MappedLaws]:
+def find_judged_laws(applicability_map: ApplicabilityMap) -> dict[str, LawReadingView]:
     """Laws of features that were judged in a map.
 
     Parameters
@@ -43,12 +43,12 @@ def find_judged_laws(applicability_map: ApplicabilityMap) -> dict[str, MappedLaw
     """
     return {
         name: laws
-        for name, laws in offered("LAWS").items()
-        if any(laws_of(cell, laws) for cell in applicability_map.cells)
+        for name, laws in load_offers("LAWS").items()
+        if any(read_laws(cell, laws) for cell in applicability_map.cells)
     }
 
 
-def theory_view(applicability_map: ApplicabilityMap) -> MapView:
+def build_theory_view(applicability_map: ApplicabilityMap) -> MapView:
     """View of the cheapest theory of the pressure that holds, with its largest limit utilisation.
 
     Parameters
@@ -61,26 +61,28 @@ def theory_view(applicability_map: ApplicabilityMap) -> MapView:
     MapView
         View.
     """
-    judged_names = {name for cell in applicability_map.cells if cell.usable for name in theories_of(cell.usable)}
+    judged_names = {
+        name for cell in applicability_map.cells if cell.usable for name in judgements_by_theory(cell.usable)
+    }
     names = [name for name in THEORIES if name in judged_names]
     colours = chain(_PRESSURE_COLOURS, repeat(_PRESSURE_COLOURS[-1]))
     title = "the cheapest theory that holds" + " in its range" * applicability_map.case.criteria.theories_in_range
-    theories = MappedLaws(
+    theories = LawReadingView(
         title=f"{title}{describe_bodies(applicability_map, yielding=False)}",
         criterion=lambda case: limits_text(case.criteria),
         lost="could not be solved",
         laws={name: {"words": THEORIES[name].words} for name in names},
-        read=theories_of,
+        read=judgements_by_theory,
         marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
         note=f"{title}, and the largest share of a limit that it uses",
         number="share of the error limit\nthat it uses; above 1 it does not hold",
         of=lambda _, judged_names: format_utilisation(judged_names.limit_used),
         in_range=applicability_map.case.criteria.theories_in_range,
     )
-    return law_view(applicability_map, theories)
+    return build_law_view(applicability_map, theories)
 
 
-def law_view(applicability_map: ApplicabilityMap, theories: MappedLaws) -> MapView:
+def build_law_view(applicability_map: ApplicabilityMap, theories: LawReadingView) -> MapView:
     """View of the cheapest theory or law that holds.
 
     A stretch between two loads with different answers was not solved. A load with an open answer is unresolved.
@@ -100,7 +102,7 @@ def law_view(applicability_map: ApplicabilityMap, theories: MappedLaws) -> MapVi
     columns = tuple(_build_column(position, theories) for position in applicability_map.positions)
     cell_answers = {cell.answer for column in columns for cell in column.cells}
     drawn_answers = cell_answers | {answer for column in columns for _, _, answer in column.bands}
-    cheapest_theories = [_find_cheapest(laws_of(cell, theories), theories) for cell in applicability_map.cells]
+    cheapest_theories = [_find_cheapest(read_laws(cell, theories), theories) for cell in applicability_map.cells]
     criterion = theories.criterion(applicability_map.case) or ""
     cheapest_names, out_of_range = (
         {theory.name for theory in cheapest_theories},
@@ -108,7 +110,12 @@ def law_view(applicability_map: ApplicabilityMap, theories: MappedLaws) -> MapVi
     )
     words_of = {name: law["words"] for name, law in theories.laws.items()}
     letters = {name: f"{theories.marks[name][0]}  {words}" for name, words in words_of.items()}
-    other_answers = {_NONE: "none holds", _LOST: theories.lost, _OPEN: "unresolved", BETWEEN: ANSWER_WORDS[BETWEEN]}
+    other_answers = {
+        _NONE: "none holds",
+        _LOST: theories.lost,
+        _OPEN: "unresolved",
+        BETWEEN_VERDICTS: ANSWER_WORDS[BETWEEN_VERDICTS],
+    }
     marks = {_NONE: ("$x$", "none holds"), _LOST: ("$!$", theories.lost), _OPEN: ("$?$", "open whether it holds")}
     return MapView(
         case=applicability_map.case,
@@ -116,7 +123,7 @@ def law_view(applicability_map: ApplicabilityMap, theories: MappedLaws) -> MapVi
         columns=columns,
         title=theories.title,
         criterion=criterion,
-        colours={**ANSWERS, **{name: colour for name, (_, colour) in theories.marks.items()}},
+        colours={**ANSWER_COLOURS, **{name: colour for name, (_, colour) in theories.marks.items()}},
         answers=[
             *((name, words) for name, words in letters.items() if name in cheapest_names),
             *((answer, words) for answer, words in other_answers.items() if answer in drawn_answers),
@@ -133,26 +140,26 @@ def law_view(applicability_map: ApplicabilityMap, theories: MappedLaws) -> MapVi
     )
 
 
-def _find_cheapest(judgements: Mapping[str, Judgement], theories: MappedLaws) -> Standing:
+def _find_cheapest(judgements: Mapping[str, Judgement], theories: LawReadingView) -> TheoryAnswer:
     """Cheapest theory or law that holds, from the judgements of a cell."""
-    return cheapest(standings(judgements), in_range=theories.in_range)
+    return find_cheapest_theory(list_theory_answers(judgements), in_range=theories.in_range)
 
 
-def _build_column(position: MapPosition, theories: MappedLaws) -> ColumnView:
+def _build_column(position: MapPosition, theories: LawReadingView) -> ColumnView:
     """Column of the cheapest theory or law that holds at a position."""
     cell_views = tuple(_build_cell_view(cell, theories) for cell in position.cells)
     answers_by_load = [(cell.load_kN, cell.answer) for cell in cell_views if cell.answer != _LOST]
     return ColumnView(
         shift_mm=position.lateral_shift_mm,
-        bands=find_stretches(answers_by_load, BETWEEN),
+        bands=find_stretches(answers_by_load, BETWEEN_VERDICTS),
         solved_kN=list_solved_loads_kN(position),
         cells=cell_views,
     )
 
 
-def _build_cell_view(cell: MapCell, theories: MappedLaws) -> CellView:
+def _build_cell_view(cell: MapCell, theories: LawReadingView) -> CellView:
     """View of a cell with the cheapest theory or law that holds."""
-    judgements, load_kN = laws_of(cell, theories), cell.load_kN
+    judgements, load_kN = read_laws(cell, theories), cell.load_kN
     theory = _find_cheapest(judgements, theories)
     if not theory.name:
         text = "x" if judgements else "!"

@@ -8,18 +8,18 @@ from dataclasses import replace
 from typing import Any
 
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.feature_registry import offered
+from fecontact.feature_registry import load_offers
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import PLASTIC
-from fecontact.judging.readings import MappedVerdicts
-from fecontact.judging.verdict import AT_JUNCTION, ELEMENTS, NOT_IN_IT, PROFILE, Judgement
+from fecontact.judging.ladder import PLASTIC_STEP
+from fecontact.judging.readings import VerdictReadingView
+from fecontact.judging.verdict import ELEMENTS_CAUSE, JUNCTION_CAUSE, PLASTIC_VALIDITY, PROFILE_CAUSE, Judgement
 from fecontact.maps.load_limits import find_intervals
 from fecontact.maps.model import FIRST_YIELD, ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.maps.telling import describe_ellipse_theories, find_ellipse_theory, judged_by
+from fecontact.maps.telling import describe_ellipse_theories, find_ellipse_theory, select_judgement
 from fecontact.maps.view import YIELD_WORDS, Band, CellView, ColumnView, MapView, format_utilisation
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, BETWEEN
-from fecontact.outputs.verdict_words import YIELDING
-from fecontact.outputs.words import WORDS, limits_text
+from fecontact.outputs.style import ANSWER_COLOURS, ANSWER_WORDS, BETWEEN_VERDICTS
+from fecontact.outputs.verdict_words import AGAINST_YIELDING_BODIES
+from fecontact.outputs.words import MEASURE_WORDS, limits_text
 
 CAUSES: Mapping[str, tuple[str, str]] = {
     "finite bodies": ("B", "the finite bodies change the pressure"),
@@ -28,17 +28,17 @@ CAUSES: Mapping[str, tuple[str, str]] = {
     "curvature change within the patch": ("J", "the patch reaches a change of curvature"),
     "conformity": ("C", "the surfaces conform"),
     "curvature varies over the patch": ("V", "the curvature varies over the patch"),
-    AT_JUNCTION: ("U", "the curvature jumps at the touch point"),
-    PROFILE: ("P", PROFILE),
-    ELEMENTS: ("E", ELEMENTS),
-    PLASTIC.cause: ("Y", "the bodies yield"),
+    JUNCTION_CAUSE: ("U", "the curvature jumps at the touch point"),
+    PROFILE_CAUSE: ("P", PROFILE_CAUSE),
+    ELEMENTS_CAUSE: ("E", ELEMENTS_CAUSE),
+    PLASTIC_STEP.cause: ("Y", "the bodies yield"),
 }
 """Letter of each cause, and its wording in a sentence."""
 CAUSE_LETTERS = {cause: letter for cause, (letter, _) in CAUSES.items()}
 """Letters of the causes in a map."""
 _SIGNS = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
 _SIGN_WORDS = "+ holds, x fails, ? unresolved, !"
-_LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open", BETWEEN: "not solved"}
+_LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open", BETWEEN_VERDICTS: "not solved"}
 # Fraction of the load up to which the range between two verdicts is left out of texts.
 _OMITTED_RANGE = 0.05
 _OTHER_HOLDS = "*"
@@ -46,7 +46,7 @@ SEPARATE_LOAD = "separate_load"
 """Measure of load on separate patches."""
 
 
-def verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> MapView:
+def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> MapView:
     """View of the verdicts on a theory of the pressure, with its largest limit utilisation.
 
     A letter is the cause for which Hertz does not hold. A diamond marks a cell in which another theory holds instead.
@@ -81,7 +81,7 @@ def verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> Ma
         notes=[
             f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
             "decided by "
-            f"{', '.join(f'{WORDS[key].letter} {WORDS[key].short}' for key in applicability_map.case.criteria.limits)}",
+            f"{', '.join(f'{MEASURE_WORDS[key].letter} {MEASURE_WORDS[key].short}' for key in applicability_map.case.criteria.limits)}",
             *["where the theory is undefined, Hertz is shown"] * (not is_hertz),
             *describe_first_yield(applicability_map),
             *[f"{_OTHER_HOLDS} {other_theories} holds"] * bool(other_theories),
@@ -90,7 +90,7 @@ def verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> Ma
     )
 
 
-def offered_view(applicability_map: ApplicabilityMap, name: str) -> MapView:
+def build_feature_view(applicability_map: ApplicabilityMap, name: str) -> MapView:
     """View of the verdicts on Hertz by a feature, with the limit utilisation.
 
     The load limits are only as sharp as the spacing of the loads that were solved for the pressure's limits.
@@ -107,7 +107,7 @@ def offered_view(applicability_map: ApplicabilityMap, name: str) -> MapView:
     MapView
         View.
     """
-    verdicts: MappedVerdicts = offered("MAPS")[name]
+    verdicts: VerdictReadingView = load_offers("MAPS")[name]
     criterion = verdicts.criterion(applicability_map.case)
     return _build_view(
         applicability_map,
@@ -167,7 +167,7 @@ def _build_view(
         case=applicability_map.case,
         loads_N=applicability_map.loads_N,
         columns=tuple(columns),
-        colours=ANSWERS,
+        colours=ANSWER_COLOURS,
         answers=[
             (answer, meaning.replace("Hertz", name))
             for answer, meaning in ANSWER_WORDS.items()
@@ -199,7 +199,7 @@ def describe_bodies(applicability_map: ApplicabilityMap, yielding: bool) -> str:
     """
     if not applicability_map.case.may_yield:
         return ""
-    return f", {YIELDING if yielding else 'against elastic bodies'}"
+    return f", {AGAINST_YIELDING_BODIES if yielding else 'against elastic bodies'}"
 
 
 def describe_first_yield(applicability_map: ApplicabilityMap) -> list[str]:
@@ -220,10 +220,10 @@ def describe_first_yield(applicability_map: ApplicabilityMap) -> list[str]:
         for position in applicability_map.positions
         if FIRST_YIELD in (loads := position.yield_loads_N)
     ]
-    return [f"first yield from {min(loads_kN):.3g} kN on; {NOT_IN_IT}"] if loads_kN else []
+    return [f"first yield from {min(loads_kN):.3g} kN on; {PLASTIC_VALIDITY}"] if loads_kN else []
 
 
-def bands_of(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
+def list_bands(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
     """Bands of a load limit: smallest load (kN), largest load (kN) and answer.
 
     A stretch with an open verdict but without an open load lies between two loads with different verdicts; nothing was
@@ -243,12 +243,16 @@ def bands_of(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
     """
     bands = ((interval.low_N / 1e3, interval.high_N / 1e3, str(interval.answer)) for interval in limit.intervals)
     return tuple(
-        (low, high, answer if answer != "UNRESOLVED" or any(low <= load <= high for load in open_kN) else BETWEEN)
+        (
+            low,
+            high,
+            answer if answer != "UNRESOLVED" or any(low <= load <= high for load in open_kN) else BETWEEN_VERDICTS,
+        )
         for low, high, answer in bands
     )
 
 
-def limit_text(limit: LoadLimit, open_kN: Collection[float]) -> str:
+def format_limit(limit: LoadLimit, open_kN: Collection[float]) -> str:
     """Loads at which a theory holds, in words.
 
     Parameters
@@ -265,8 +269,8 @@ def limit_text(limit: LoadLimit, open_kN: Collection[float]) -> str:
     """
     texts = [
         f"{_LIMIT_WORDS[answer]} {low:.4g}" + (f" to {high:.4g}" if high > low else "")
-        for low, high, answer in bands_of(limit, open_kN)
-        if answer != BETWEEN or high - low > _OMITTED_RANGE * high
+        for low, high, answer in list_bands(limit, open_kN)
+        if answer != BETWEEN_VERDICTS or high - low > _OMITTED_RANGE * high
     ]
     text = f"{', '.join(texts)} kN" if texts else f"{limit.reason}"
     return f"{text} ({limit.note})" if limit.note else text
@@ -278,10 +282,10 @@ def _build_column(position: MapPosition, limit: LoadLimit, cells: Sequence[CellV
     open_kN |= {load_N / 1e3 for load_N, answer in limit.tried if answer == "UNRESOLVED"}
     return ColumnView(
         shift_mm=position.lateral_shift_mm,
-        bands=bands_of(limit, open_kN),
+        bands=list_bands(limit, open_kN),
         solved_kN=list_solved_loads_kN(position) + tuple(load_N / 1e3 for load_N, _ in limit.tried),
         cells=tuple(cells),
-        limit=limit_text(limit, open_kN),
+        limit=format_limit(limit, open_kN),
         lines=[(load_N / 1e3, YIELD_WORDS[name]) for name, load_N in position.yield_loads_N.items()],
     )
 
@@ -293,7 +297,7 @@ def list_solved_loads_kN(position: MapPosition) -> tuple[float, ...]:
 
 def _find_theory_limit(position: MapPosition, theory: str) -> LoadLimit:
     """Load limit of another theory than Hertz, from the map's solved loads."""
-    judgements = [(cell, judged_by(cell.judged, theory)) for cell in position.cells if cell.usable]
+    judgements = [(cell, select_judgement(cell.judged, theory)) for cell in position.cells if cell.usable]
     answers_by_load = [
         (cell.load_N, judgement.verdict.answer) for cell, judgement in judgements if judgement is not None
     ]
@@ -306,14 +310,14 @@ def _find_theory_limit(position: MapPosition, theory: str) -> LoadLimit:
 
 def _build_verdict_cell(cell: MapCell, theory: str) -> CellView:
     """View of a cell with the verdict on a theory of the pressure."""
-    judgement, is_hertz = judged_by(cell.judged, theory), theory == HERTZ
+    judgement, is_hertz = select_judgement(cell.judged, theory), theory == HERTZ
     if judgement is None or not cell.usable:
         # A verdict on an unconverged result has no deciding measure.
         answer = "failed" if judgement is None else judgement.verdict.answer
         return _build_cell_view(cell, answer, "!", "", " " * 8)
     has_ellipse_theory = is_hertz and find_ellipse_theory(cell.judged) is not None
     answer, percent = judgement.verdict.answer, 1e2 * judgement.deviation["p_max_MPa"]
-    measure_letter = " " if answer == "HOLDS" else WORDS[judgement.verdict.measure].letter
+    measure_letter = " " if answer == "HOLDS" else MEASURE_WORDS[judgement.verdict.measure].letter
     deviation_text = f"{percent:+z.1f}" if math.isfinite(percent) else ""
     letter = CAUSE_LETTERS[cell.cause] if is_hertz and cell.cause is not None else ""
     printed = measure_letter + deviation_text.rjust(6) + (_OTHER_HOLDS if has_ellipse_theory else " ")
@@ -325,7 +329,7 @@ def _build_verdict_cell(cell: MapCell, theory: str) -> CellView:
     return replace(view, text=f"{count}/{len(variant_answers)} {letter}".strip(), share=count / len(variant_answers))
 
 
-def _build_feature_cell(cell: MapCell, verdicts: MappedVerdicts) -> CellView:
+def _build_feature_cell(cell: MapCell, verdicts: VerdictReadingView) -> CellView:
     """View of a cell with the verdict on Hertz by a feature."""
     judgement = verdicts.read(cell.usable) if cell.usable else None
     if judgement is None:

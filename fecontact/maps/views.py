@@ -5,12 +5,12 @@ from __future__ import annotations
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import InputError
-from fecontact.feature_registry import offered
+from fecontact.feature_registry import load_offers
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.sentences import write_theory_sentences, write_verdict_sentences
-from fecontact.maps.text_map import map_table
-from fecontact.maps.theory_views import find_judged_laws, law_view, theory_view
-from fecontact.maps.verdict_views import describe_bodies, offered_view, verdict_view
+from fecontact.maps.text_map import format_map_table
+from fecontact.maps.theory_views import build_law_view, build_theory_view, find_judged_laws
+from fecontact.maps.verdict_views import build_feature_view, build_verdict_view, describe_bodies
 from fecontact.maps.view import MapView
 from fecontact.outputs.theory_alone import check_theory
 
@@ -35,7 +35,7 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
         If the measure does not exist or the case does not request it, or if a theory is given with another measure than
         `pressure`. The message has the remedy.
     """
-    feature_verdicts = offered("MAPS")
+    feature_verdicts = load_offers("MAPS")
     if measure not in ("pressure", "theory", *feature_verdicts):
         raise InputError(f"measure is {measure!r}; allowed: {', '.join(('pressure', 'theory', *feature_verdicts))}")
     if measure in feature_verdicts and feature_verdicts[measure].criterion(case) is None:
@@ -48,7 +48,7 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
         )
 
 
-def views_of(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
+def build_views(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
     """Views of all pictures of a map, by the endings of their file names.
 
     Parameters
@@ -64,22 +64,25 @@ def views_of(applicability_map: ApplicabilityMap, theory: str = HERTZ) -> dict[s
         First the verdicts, then the cheapest theory, then the laws of features.
     """
     views = {
-        "": verdict_view(applicability_map),
-        **({} if theory == HERTZ else {theory: verdict_view(applicability_map, theory)}),
+        "": build_verdict_view(applicability_map),
+        **({} if theory == HERTZ else {theory: build_verdict_view(applicability_map, theory)}),
     }
     views |= {
-        name: offered_view(applicability_map, name)
-        for name, verdict in offered("MAPS").items()
+        name: build_feature_view(applicability_map, name)
+        for name, verdict in load_offers("MAPS").items()
         if verdict.criterion(applicability_map.case)
     }
     return (
         views
-        | {"theory": theory_view(applicability_map)}
-        | {verdict: law_view(applicability_map, laws) for verdict, laws in find_judged_laws(applicability_map).items()}
+        | {"theory": build_theory_view(applicability_map)}
+        | {
+            verdict: build_law_view(applicability_map, laws)
+            for verdict, laws in find_judged_laws(applicability_map).items()
+        }
     )
 
 
-def map_view(applicability_map: ApplicabilityMap, measure: str, theory: str = HERTZ) -> MapView:
+def build_map_view(applicability_map: ApplicabilityMap, measure: str, theory: str = HERTZ) -> MapView:
     """View of a map by a measure, for the measure `pressure` also by a theory.
 
     Parameters
@@ -97,11 +100,13 @@ def map_view(applicability_map: ApplicabilityMap, measure: str, theory: str = HE
         View.
     """
     if measure == "pressure":
-        return verdict_view(applicability_map, theory)
-    return theory_view(applicability_map) if measure == "theory" else offered_view(applicability_map, measure)
+        return build_verdict_view(applicability_map, theory)
+    return (
+        build_theory_view(applicability_map) if measure == "theory" else build_feature_view(applicability_map, measure)
+    )
 
 
-def map_answer(applicability_map: ApplicabilityMap, measure: str, theory: str = HERTZ) -> list[str]:
+def write_map_answer(applicability_map: ApplicabilityMap, measure: str, theory: str = HERTZ) -> list[str]:
     """Answer of a map by a measure, in sentences.
 
     Parameters
@@ -118,16 +123,16 @@ def map_answer(applicability_map: ApplicabilityMap, measure: str, theory: str = 
     list of str
         Sentences.
     """
-    view = map_view(applicability_map, measure, theory)
+    view = build_map_view(applicability_map, measure, theory)
     if measure == "theory":
         return write_theory_sentences(view)
-    name = THEORIES[theory].in_sentence if measure == "pressure" else offered("MAPS")[measure].name
+    name = THEORIES[theory].in_sentence if measure == "pressure" else load_offers("MAPS")[measure].name
     bodies = describe_bodies(applicability_map, theory == HERTZ).removeprefix(", ") if measure == "pressure" else ""
     notes = [f"Verdicts are {bodies}."] if bodies else []
     return write_verdict_sentences(applicability_map, view, name, why=measure == "pressure" and theory == HERTZ) + notes
 
 
-def map_text(
+def format_map(
     applicability_map: ApplicabilityMap, measure: str, *, theory: str = HERTZ, width: int | None = None
 ) -> str:
     """Text of a map by a measure; for the measure `theory` also of the laws of features.
@@ -148,10 +153,10 @@ def map_text(
     str
         Tables of the map.
     """
-    views = [map_view(applicability_map, measure, theory)]
+    views = [build_map_view(applicability_map, measure, theory)]
     views += (
-        [law_view(applicability_map, laws) for laws in find_judged_laws(applicability_map).values()]
+        [build_law_view(applicability_map, laws) for laws in find_judged_laws(applicability_map).values()]
         if measure == "theory"
         else []
     )
-    return "\n\n".join(map_table(view, width=width) for view in views)
+    return "\n\n".join(format_map_table(view, width=width) for view in views)

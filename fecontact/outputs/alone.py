@@ -5,34 +5,34 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.contact_theories.touch_hertz import HertzPoints
-from fecontact.judging.measures import hertz_measures, measures_of_theory
+from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
+from fecontact.judging.measures import read_hertz_measures, read_theory_measures
 from fecontact.outputs.cases import cheapest_column
-from fecontact.outputs.flat_records import Record, flat, picked
+from fecontact.outputs.flat_records import Record, flatten, select_attributes
 from fecontact.outputs.geometry import touch_columns
 from fecontact.outputs.records.cheapest import cheapest_columns
-from fecontact.outputs.tables import Item, number, table_of, text
-from fecontact.outputs.terminal import Lines
+from fecontact.outputs.tables import TableRecord, make_table, number_column, text_column
+from fecontact.outputs.terminal import OutputLines
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.alone import TableLine
-from fecontact.solving.placing import roll_of_case
+from fecontact.solving.alone import ContactTableRow
+from fecontact.solving.placing import compute_roll
 
 # --- Lines of a contact table as flat rows with units in their keys.
 
 # measures that every contact has
-SIZES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
+SIZE_MEASURES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
 _NUMBERED = re.compile(r"(patch|touch)(\d+)_")
-BETWEEN_LINES = {
+INTERPOLATION_ERROR_COLUMNS = {
     "strip_approach_mm": "strip_approach_between_percent",
     "strip_stiffness_N_per_mm": "strip_stiffness_between_percent",
 }
 """Columns of the error of linear interpolation halfway to the adjacent lines, by the interpolated column."""
 
 
-def table_row(line: TableLine) -> Record:
+def table_row(line: ContactTableRow) -> Record:
     """Flat row of a line of a contact table.
 
     Touch points come last, numbered from 1, the first touch first. The ellipse has the complete load at the first touch
@@ -57,12 +57,14 @@ def table_row(line: TableLine) -> Record:
         return row
     hertz, strips, springs = line.hertz, line.strips, line.points
     row |= {
-        "roll_mrad": 1e3 * roll_of_case(line.case, line.placement),
+        "roll_mrad": 1e3 * compute_roll(line.case, line.placement),
         "touch_points": len(line.placement.touch_points),
         **cheapest_columns("cheapest_theory", line.cheapest),
     }
     if hertz is not None:
-        row |= picked(hertz, "normal_force_N", "hertz_") | picked(hertz_measures(hertz), SIZES, "hertz_")
+        row |= select_attributes(hertz, "normal_force_N", "hertz_") | select_attributes(
+            read_hertz_measures(hertz), SIZE_MEASURES, "hertz_"
+        )
         row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
     if springs is not None:
         first_note = next(point.whole_note for point in reversed(springs.points) if point.touch_point == 0)
@@ -71,21 +73,21 @@ def table_row(line: TableLine) -> Record:
     if strips is not None:
         row |= {
             "strip_patches": len(strips.patches),
-            **picked(strips, "normal_force_N", "strip_"),
-            **picked(measures_of_theory(strips), SIZES, "strip_"),
+            **select_attributes(strips, "normal_force_N", "strip_"),
+            **select_attributes(read_theory_measures(strips), SIZE_MEASURES, "strip_"),
             "strip_centre_mm": strips.centre_mm[1],
             "strip_stiffness_N_per_mm": line.strip_stiffness_N_per_mm,
             **_strip_patch_columns(line.placement, strips),
         }
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
-    return row | touches(
+    return row | touch_point_columns(
         line.placement,
         {touch_index: _spring_columns(springs, touch_index) for touch_index in range(row["touch_points"])},
     )
 
 
-def _strip_patch_columns(placement: Placement, strips: Approximation) -> Record:
+def _strip_patch_columns(placement: Placement, strips: TheoryContact) -> Record:
     """Columns of each patch of the strips, the largest force first.
 
     They include the centre on both profiles and the angle of the rail there. All forces are along the normal at first
@@ -95,11 +97,13 @@ def _strip_patch_columns(placement: Placement, strips: Approximation) -> Record:
     for place, patch in enumerate(strips.patches, 1):
         rail_y, wheel_y, angle = placement.on_profiles(*patch.centre_mm)
         place_entries = {"rail_y_mm": rail_y, "wheel_y_mm": wheel_y, "contact_angle_rad": angle}
-        columns |= flat({f"patch{place}": picked(patch, "normal_force_N p_max_MPa a_mm b_mm") | place_entries})
+        columns |= flatten(
+            {f"patch{place}": select_attributes(patch, "normal_force_N p_max_MPa a_mm b_mm") | place_entries}
+        )
     return columns
 
 
-def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
+def touch_point_columns(placement: Placement, springs: Mapping[int, Record]) -> Record:
     """Columns of all touch points, numbered from 1.
 
     Parameters
@@ -115,7 +119,7 @@ def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
         Columns of all touch points, each with the columns of its spring.
     """
     touch_points = enumerate(placement.touch_points)
-    return flat(
+    return flatten(
         {
             f"touch{touch_index + 1}": touch_columns(placement, touch) | springs.get(touch_index, {})
             for touch_index, touch in touch_points
@@ -123,7 +127,7 @@ def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
     )
 
 
-def _spring_columns(points: HertzPoints | None, touch_index: int) -> Record:
+def _spring_columns(points: HertzAtContactPoints | None, touch_index: int) -> Record:
     """Columns of the spring of a touch point and of its ellipse.
 
     The ellipse has the force that this touch point takes as one of several springs.
@@ -153,11 +157,11 @@ def ellipse_columns(shared: HertzContact | None) -> Record:
     """
     if shared is None:
         return {"spring_force_N": 0.0}
-    sizes = picked(shared, "a_mm b_mm", "ellipse_")
+    sizes = select_attributes(shared, "a_mm b_mm", "ellipse_")
     return {"spring_force_N": shared.normal_force_N, **sizes, "ellipse_p_max_MPa": shared.p0_MPa}
 
 
-def ordered(rows: list[Record]) -> list[Record]:
+def equalise_columns(rows: list[Record]) -> list[Record]:
     """Give all rows equal columns.
 
     Parameters
@@ -202,29 +206,29 @@ def map_columns(row: Mapping[str, str] | None) -> Record:
 # --- A contact table on the terminal: its most important columns.
 
 _COLUMNS = (
-    number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
-    number("load\nkN", "load_kN"),
-    number("angle\nmrad", "touch1_contact_angle_rad", "{:.1f}", 1e3, rank=2, name="angle"),
-    number("points", "touch_points", "{:.0f}", rank=1, name="points"),
-    number("Hertz\np_max MPa", "hertz_p_max_MPa", "{:.0f}"),
-    number("strips\np_max MPa", "strip_p_max_MPa", "{:.0f}"),
-    number("area\nmm²", "strip_area_mm2", "{:.1f}", rank=6, name="area"),
-    number("a\nmm", "strip_a_mm", "{:.2f}", rank=5, name="a"),
-    number("b\nmm", "strip_b_mm", "{:.2f}", rank=4, name="b"),
-    number("approach\nmm", "strip_approach_mm", "{:.4f}", rank=3, name="approach"),
-    number("stiffness\nkN/mm", "strip_stiffness_N_per_mm", "{:.0f}", 1e-3, rank=7, name="stiffness"),
-    text("strips", "strip_status", none="-"),
+    number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
+    number_column("load\nkN", "load_kN"),
+    number_column("angle\nmrad", "touch1_contact_angle_rad", "{:.1f}", 1e3, rank=2, name="angle"),
+    number_column("points", "touch_points", "{:.0f}", rank=1, name="points"),
+    number_column("Hertz\np_max MPa", "hertz_p_max_MPa", "{:.0f}"),
+    number_column("strips\np_max MPa", "strip_p_max_MPa", "{:.0f}"),
+    number_column("area\nmm²", "strip_area_mm2", "{:.1f}", rank=6, name="area"),
+    number_column("a\nmm", "strip_a_mm", "{:.2f}", rank=5, name="a"),
+    number_column("b\nmm", "strip_b_mm", "{:.2f}", rank=4, name="b"),
+    number_column("approach\nmm", "strip_approach_mm", "{:.4f}", rank=3, name="approach"),
+    number_column("stiffness\nkN/mm", "strip_stiffness_N_per_mm", "{:.0f}", 1e-3, rank=7, name="stiffness"),
+    text_column("strips", "strip_status", none="-"),
     cheapest_column("cheapest within criteria", "cheapest_theory"),
 )
 _MAP_COLUMN = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
-def _worst_interpolation_text(rows: Sequence[Item], name: str) -> str:
+def _worst_interpolation_text(rows: Sequence[TableRecord], name: str) -> str:
     worst = max(rows, key=lambda row: row.get(name) or 0.0)
     return f"{worst[name]:.2g} % (beside {worst['lateral_shift_mm']:+z.2f} mm, {worst['load_kN']:g} kN)"
 
 
-def contact_table_lines(rows: Sequence[Item]) -> Lines:
+def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
     """Iterate over the outputs of a contact table: its most important columns and notes.
 
     Parameters
@@ -238,9 +242,11 @@ def contact_table_lines(rows: Sequence[Item]) -> Lines:
         The table, the errors of interpolation, and the problems of single lines.
     """
     has_map_columns = any("map_cheapest_theory" in row for row in rows)
-    yield table_of("Contact table", [*_COLUMNS, *[_MAP_COLUMN] * has_map_columns], rows)
+    yield make_table("Contact table", [*_COLUMNS, *[_MAP_COLUMN] * has_map_columns], rows)
     if worst_texts := [
-        _worst_interpolation_text(rows, name) for name in BETWEEN_LINES.values() if any(name in row for row in rows)
+        _worst_interpolation_text(rows, name)
+        for name in INTERPOLATION_ERROR_COLUMNS.values()
+        if any(name in row for row in rows)
     ]:
         yield (
             f"interpolated straight between lines, in the middle of shifts and loads, the strips' approach is off by up"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
-from fecontact.feature_registry import offered
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, HERTZ_OF_EACH_SIDE, THEORIES
+from fecontact.feature_registry import load_offers
 from fecontact.outputs.cases import (
     effort_table,
     elements_table,
@@ -20,21 +20,21 @@ from fecontact.outputs.cases import (
 from fecontact.outputs.hertz_terminal import touch_point_table
 from fecontact.outputs.own_profiles import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
-from fecontact.outputs.records.asked import asked_record, elastic_record
-from fecontact.outputs.tables import Item
+from fecontact.outputs.records.asked import elastic_record, requested_record
+from fecontact.outputs.tables import TableRecord
 from fecontact.outputs.verdict_words import (
-    YIELDING,
-    band_text,
+    AGAINST_YIELDING_BODIES,
     cheapest_text,
-    deciding,
+    deciding_hertz,
     elastic_words,
-    reason_of_record,
-    what_would_decide,
+    peak_range_text,
+    remedy_text,
+    verdict_reason_of_record,
 )
 from fecontact.outputs.words import names_text, unknown_text
 
 
-def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[Part]:
+def case_parts(record: TableRecord, title: str = "", *, elements: bool = True) -> list[Part]:
     """Parts of a report on a case or cell: main results first, then details on demand.
 
     Parameters
@@ -51,11 +51,11 @@ def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[
     list of Part
         Parts in order.
     """
-    converted_record = asked_record(record)
+    converted_record = requested_record(record)
     measures = measures_table(
         converted_record,
-        deciding(converted_record),
-        YIELDING.capitalize() * _has_plastic_step(record),
+        deciding_hertz(converted_record),
+        AGAINST_YIELDING_BODIES.capitalize() * _has_plastic_step(record),
         judged_only=True,
     )
     lobes = [lobes_table(record)] if record["lobes"] else []
@@ -71,15 +71,15 @@ def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[
     ]
 
 
-def _answer_lines(record: Item, title: str) -> Iterator[str]:
+def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
     """Iterate over the lines of the answer: verdict, reason and cause.
 
     If the verdict is open, a line has the remedy.
     """
-    elastic, record = elastic_record(record), asked_record(record)
-    verdict, reference = record["verdict"], f" {YIELDING}" * _has_plastic_step(record)
+    elastic, record = elastic_record(record), requested_record(record)
+    verdict, reference = record["verdict"], f" {AGAINST_YIELDING_BODIES}" * _has_plastic_step(record)
     yield f"{title}:" if title else ""
-    yield f"Hertz {verdict['answer']}{reference}; {reason_of_record(record)}"
+    yield f"Hertz {verdict['answer']}{reference}; {verdict_reason_of_record(record)}"
     other_measures = [name for name in verdict["failing"] if name != verdict["measure"]]
     yield f"it fails by {names_text(other_measures)} as well" if other_measures else ""
     open_measures = [
@@ -88,19 +88,19 @@ def _answer_lines(record: Item, title: str) -> Iterator[str]:
     yield f"open are {names_text(open_measures)} as well" if open_measures else ""
     if reference:
         yield record["plastic"][HERTZ]["cancelling"]
-        yield f"{elastic_words(elastic['verdict']['answer'])}; {reason_of_record(elastic)}"
-    yield band_text(elastic["fe"])
+        yield f"{elastic_words(elastic['verdict']['answer'])}; {verdict_reason_of_record(elastic)}"
+    yield peak_range_text(elastic["fe"])
     if verdict["unknown"]:
         yield unknown_text(verdict["unknown"])
     elif verdict["answer"] == "UNRESOLVED":
-        yield what_would_decide(record)
+        yield remedy_text(record)
 
 
-def _has_plastic_step(record: Item) -> bool:
+def _has_plastic_step(record: TableRecord) -> bool:
     return record.get("plastic") is not None
 
 
-def _theory_lines(record: Item) -> Iterator[str]:
+def _theory_lines(record: TableRecord) -> Iterator[str]:
     """Iterate over two lines: the cheapest theory that holds, and the answers for all theories."""
     reference = "against elastic bodies: " * _has_plastic_step(record)
     yield f"{reference}{text}" if (text := cheapest_text(record)) else ""
@@ -110,23 +110,25 @@ def _theory_lines(record: Item) -> Iterator[str]:
     elastic = elastic_record(record)
     by_answer: dict[str, list[str]] = {}
     for name, theory in judged_theories.items():
-        answer = elastic["verdict"]["answer"] if name in EITHER_SIDE else theory["verdict"]["answer"]
-        range_part = " (out of its range)" if theory["status"] == "out of range" and name not in EITHER_SIDE else ""
+        answer = elastic["verdict"]["answer"] if name in HERTZ_OF_EACH_SIDE else theory["verdict"]["answer"]
+        range_part = (
+            " (out of its range)" if theory["status"] == "out of range" and name not in HERTZ_OF_EACH_SIDE else ""
+        )
         by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_part}")
     yield reference + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
 
 
-def _detail_parts(record: Item, elements: bool) -> Iterator[Part]:
+def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     """Iterate over all further parts on a case."""
     if "touch_points" in record:
         yield touch_point_table(record)
-    for name in (name for name in EITHER_SIDE if name in record["theories"]):
+    for name in (name for name in HERTZ_OF_EACH_SIDE if name in record["theories"]):
         side_part = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
         bodies = f"{'elastic ' * _has_plastic_step(record)}finite elements"
         title = f"Hertz against {bodies}{side_part if HERTZ_GAUGE in record['theories'] else ''}"
         yield measures_table(record, record["theories"][name], title)
     for name, theory in record["theories"].items():
-        if name not in EITHER_SIDE and "verdict" in theory:
+        if name not in HERTZ_OF_EACH_SIDE and "verdict" in theory:
             yield measures_table(record, theory, THEORIES[name].words, "theory")
     yield peaks_table(record)
     yield theories_table(record)
@@ -143,7 +145,7 @@ def _detail_parts(record: Item, elements: bool) -> Iterator[Part]:
         yield elements_table(elastic_record(record))
         yield _elements_verdict_text(record)
     yield from _mesh_lines(record)
-    for name, telling in offered("TELLINGS").items():
+    for name, telling in load_offers("TELLINGS").items():
         if name in record:
             yield from telling.parts(record[name])
     if "von_mises" in record:
@@ -155,7 +157,7 @@ def _detail_parts(record: Item, elements: bool) -> Iterator[Part]:
         yield effort_table(record["solver"])
 
 
-def _mesh_lines(record: Item) -> Iterator[str]:
+def _mesh_lines(record: TableRecord) -> Iterator[str]:
     """Iterate over sentences on mesh refinement, agreement of both contacts, and solver residuals."""
     elements, solver = record["elements"], record["solver"]
     yield f"{_status_word(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
@@ -181,7 +183,7 @@ def _mesh_lines(record: Item) -> Iterator[str]:
     )
 
 
-def _elements_verdict_text(record: Item) -> str:
+def _elements_verdict_text(record: TableRecord) -> str:
     """Sentence on the verdict of the elements alone.
 
     It belongs to the contact on the elements' own nodes.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fecontact.case import Case, Opposite
-from fecontact.outputs.pair_names import Row, pair_words
-from fecontact.placement.irregularity import irregularity_text
+from fecontact.outputs.pair_names import RowMapping, pair_words
+from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.profiles.reading import is_crane_rail, makes_a_wheelset
-from fecontact.solving.placing import roll_of_case
+from fecontact.profiles.reading import can_form_wheelset, is_crane_rail
+from fecontact.solving.placing import compute_roll
 
 
 def case_words(case: Case, placement: Placement) -> str:
@@ -27,7 +27,7 @@ def case_words(case: Case, placement: Placement) -> str:
     str
         Text in one line. Shift in mm, angles in mrad, load in kN.
     """
-    roll = 1e3 * roll_of_case(case, placement)
+    roll = 1e3 * compute_roll(case, placement)
     rotations = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
     if case.roll != "given":
         rotations = f" of the wheelset, {case.side} side, roll {roll:+z.4g} mrad{rotations}"
@@ -35,7 +35,9 @@ def case_words(case: Case, placement: Placement) -> str:
         rotations = f", roll {roll:+.4g} mrad{rotations}"
     irregularities = (("rail", case.rail_irregularity), ("wheel", case.wheel_irregularity))
     irregularity_words = ", ".join(
-        f"{body} {irregularity_text(irregularity)}" for body, irregularity in irregularities if irregularity is not None
+        f"{body} {format_irregularity(irregularity)}"
+        for body, irregularity in irregularities
+        if irregularity is not None
     )
     return (
         f"{pair_words(case)};"
@@ -44,7 +46,7 @@ def case_words(case: Case, placement: Placement) -> str:
     )
 
 
-SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
+SHIFT_LABEL = "lateral shift of the wheelset in mm  (positive: towards this rail)"
 """Label of an axis over the lateral shift."""
 TOUCHING_ROLL_WORDS = "rolled until both wheels touch"
 LOADED_ROLL_WORDS = "roll of the loaded wheelset"
@@ -73,13 +75,13 @@ def roll_words(case: Case) -> str:
     if case.roll == "touching":
         return TOUCHING_ROLL_WORDS
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
-    if makes_a_wheelset(case.rail, case.wheel):
+    if can_form_wheelset(case.rail, case.wheel):
         return fixed
     reason = "a crane rail has" if is_crane_rail(case.rail) else "lines given by their radii have"
     return f"{fixed} ({reason} no wheelset)"
 
 
-def roll_words_of_rows(rows: Sequence[Row]) -> str:
+def roll_words_of_rows(rows: Sequence[RowMapping]) -> str:
     """Words for the roll of several rows of a table.
 
     Parameters
@@ -123,14 +125,14 @@ def _loaded_roll_words(side: str, load_kN: float | None, opposite_load_kN: float
     return f"roll of the wheelset under {load_kN:g} kN on its {side} wheel, {opposite_part}"
 
 
-def _read_number(row: Row, column: str) -> float | None:
+def _read_number(row: RowMapping, column: str) -> float | None:
     return None if row.get(column) in (None, "") else float(row[column])
 
 
 def shift_label(case: Case) -> str:
     """Label of an axis over the lateral shift; for a wheelset it names the wheel."""
     if case.roll == "given" and case.side == "left":
-        return SHIFT
+        return SHIFT_LABEL
     return f"{case.side} wheel: lateral shift of the wheelset in mm  ({_SHIFT_SIGN_WORDS[case.side]})"
 
 

@@ -8,28 +8,28 @@ from pathlib import Path
 
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.criteria import Criteria
-from fecontact.errors import short_status, usable
-from fecontact.feature_registry import offered
-from fecontact.judging.ladder import PLASTIC
+from fecontact.errors import is_usable_status, short_status
+from fecontact.feature_registry import load_offers
+from fecontact.judging.ladder import PLASTIC_STEP
 from fecontact.judging.measures import MEASURES
-from fecontact.outputs.flat_records import flat
-from fecontact.outputs.pair_names import VARIED, pair_of_row
+from fecontact.outputs.flat_records import flatten
+from fecontact.outputs.pair_names import VARIED_COLUMN, row_pair_text
 from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.cheapest import cheapest_words
 from fecontact.outputs.tables import (
     Column,
-    Item,
     Table,
+    TableRecord,
     TableRow,
     Tone,
-    columns_of,
-    number,
+    make_columns,
+    make_table,
+    number_column,
     number_text,
-    table_of,
-    text,
+    text_column,
 )
-from fecontact.outputs.verdict_words import decided, theory_words
-from fecontact.outputs.words import WORDS, deviation_column
+from fecontact.outputs.verdict_words import deciding_measure_text, theory_words
+from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 
 # --- Tables about theories of the pressure, for the terminal and reports.
 
@@ -51,7 +51,7 @@ def cheapest_column(heading: str, column: str, *, name: str = "") -> Column:
     Column
         The words include whether the theory is out of its range.
     """
-    return text(
+    return text_column(
         heading, lambda row: theory_words(row.get(column), row.get(f"{column}_status")), none="-", name=name, wraps=True
     )
 
@@ -77,8 +77,8 @@ class ReportedCase:
         Pressure as a relief that turns; None if it is not drawn.
     """
 
-    row: Item
-    record: Item = field(default_factory=dict)
+    row: TableRecord
+    record: TableRecord = field(default_factory=dict)
     picture: Path | None = None
     relief: Picture | None = None
 
@@ -93,7 +93,7 @@ NO_VERDICT = "failed"
 """Replaces the verdict of a result that must not be used."""
 
 
-def verdict_of(row: Item) -> str:
+def verdict_of(row: TableRecord) -> str:
     """Verdict of a row, or `failed` for an unusable result.
 
     A verdict FAILS that is certain by the half-space alone stays, even if the result must not be used.
@@ -101,12 +101,12 @@ def verdict_of(row: Item) -> str:
     return str(row.get("verdict_answer", NO_VERDICT)) if _has_verdict(row) else NO_VERDICT
 
 
-def _has_verdict(row: Item) -> bool:
-    return usable(row) or row.get("verdict_answer") == "FAILS"
+def _has_verdict(row: TableRecord) -> bool:
+    return is_usable_status(row) or row.get("verdict_answer") == "FAILS"
 
 
-_PLACE_COLUMNS = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
-_DISTANCE_COLUMN = number("distance\nmm", "distance_mm")
+_PLACE_COLUMNS = (number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number_column("load\nkN", "load_kN"))
+_DISTANCE_COLUMN = number_column("distance\nmm", "distance_mm")
 
 
 def _deviation_column(measure: str, limit: float) -> Column:
@@ -114,32 +114,32 @@ def _deviation_column(measure: str, limit: float) -> Column:
 
     A limit below 1 gets a further decimal.
     """
-    words, (column, _, _) = WORDS[measure], deviation_column(measure)
+    words, (column, _, _) = MEASURE_WORDS[measure], deviation_columns(measure)
     form = f"{{:{'+' * words.signed}z.{1 + (words.factor * limit < 1.0)}f}}"
     unit = f"in {words.off_unit}" if words.off_unit != "%" else "dev %" if measure in MEASURES else "%"
     short = words.short if len(words.short) < 8 else f"{words.short[:5]}."
-    return number(f"{short}\n{unit}", column, form, rank=words.rank, name=words.short * bool(words.rank))
+    return number_column(f"{short}\n{unit}", column, form, rank=words.rank, name=words.short * bool(words.rank))
 
 
 _P_MAX, *_OTHER_DEVIATIONS = (_deviation_column(measure, limit) for measure, limit in Criteria().limits.items())
 _DEVIATION_COLUMNS = (
-    number("p_max\nFE MPa", "fe_p_max_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
+    number_column("p_max\nFE MPa", "fe_p_max_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
     _P_MAX,
-    number("\n± %", "hertz_uncertainty_p_max_percent", "{:.1f}", rank=3, name="± of p_max"),
+    number_column("\n± %", "hertz_uncertainty_p_max_percent", "{:.1f}", rank=3, name="± of p_max"),
     *_OTHER_DEVIATIONS,
 )
 _EFFORT_COLUMNS = (
-    number("meshes", "solver_meshes", "{:.0f}", rank=2, name="meshes"),
-    number("time\ns", "seconds", "{:.0f}", rank=1, name="time"),
+    number_column("meshes", "solver_meshes", "{:.0f}", rank=2, name="meshes"),
+    number_column("time\ns", "seconds", "{:.0f}", rank=1, name="time"),
 )
 _PEAKS = (
-    number("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
-    number("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
-    number("share of the limit", "verdict_limit_used", "{:.2f}"),
+    number_column("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
+    number_column("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
+    number_column("share of the limit", "verdict_limit_used", "{:.2f}"),
 )
 
 
-def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
+def deviation_table(rows: Sequence[TableRecord], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
     """Table of the deviations of Hertz in each case, with the failing measures.
 
     Parameters
@@ -160,30 +160,31 @@ def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, wit
     """
     has_theories = any(row.get("cheapest_theory") for row in rows)
     columns = [
-        *[text("rail, wheel", pair_of_row)] * with_pair,
+        *[text_column("rail, wheel", row_pair_text)] * with_pair,
         *_place_columns(rows),
         *_DEVIATION_COLUMNS,
         # a result that must not be used has no verdict
-        text("verdict", lambda row: row.get("verdict_answer", "-") if _has_verdict(row) else short_status(row)),
-        text("fails by", lambda row: _failing_measures_text(row, failing_width)),
-        *[text("elastic\nbodies", "elastic_verdict_answer")] * any("elastic_verdict_answer" in row for row in rows),
+        text_column("verdict", lambda row: row.get("verdict_answer", "-") if _has_verdict(row) else short_status(row)),
+        text_column("fails by", lambda row: _failing_measures_text(row, failing_width)),
+        *[text_column("elastic\nbodies", "elastic_verdict_answer")]
+        * any("elastic_verdict_answer" in row for row in rows),
         *[cheapest_column("cheapest\ntheory", "cheapest_theory", name="cheapest theory")] * has_theories,
         *_EFFORT_COLUMNS,
     ]
-    return table_of(title, columns, rows, lambda row: "plain" if usable(row) else "fails")
+    return make_table(title, columns, rows, lambda row: "plain" if is_usable_status(row) else "fails")
 
 
-def _place_columns(rows: Sequence[Item]) -> list[Column]:
+def _place_columns(rows: Sequence[TableRecord]) -> list[Column]:
     """Columns of shift and load, of the distance along an irregularity, and of varied inputs."""
     has_distance = any(row.get("distance_mm") is not None for row in rows)
     return [
         *_PLACE_COLUMNS,
         *[_DISTANCE_COLUMN] * has_distance,
-        *[text(VARIED, VARIED, wraps=True)] * any(row.get(VARIED) for row in rows),
+        *[text_column(VARIED_COLUMN, VARIED_COLUMN, wraps=True)] * any(row.get(VARIED_COLUMN) for row in rows),
     ]
 
 
-def _failing_measures_text(row: Item, width: int) -> str:
+def _failing_measures_text(row: TableRecord, width: int) -> str:
     """Short names of the failing measures, the deciding measure first.
 
     Measures without room are counted.
@@ -192,7 +193,9 @@ def _failing_measures_text(row: Item, width: int) -> str:
         filter(None, str(row.get("verdict_failing") or "").split("; ")),
         row.get("verdict_measure"),
     )
-    names = [WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != deciding_measure)]
+    names = [
+        MEASURE_WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != deciding_measure)
+    ]
     for shown_count in range(len(names), 0, -1):
         hidden_parts = [f"+{len(names) - shown_count}"] if shown_count < len(names) else []
         text = " ".join((*names[:shown_count], *hidden_parts))
@@ -215,29 +218,29 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
         The table.
     """
     rows = [{**case.row, "limits": case.limits} for case in cases]
-    has_several_pairs = len({pair_of_row(row) for row in rows}) > 1
+    has_several_pairs = len({row_pair_text(row) for row in rows}) > 1
     has_theories = any(row.get("cheapest_theory") for row in rows)
     columns = [
-        *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * has_several_pairs,
+        *[text_column("rail and wheel", lambda row: row_pair_text(row, " and "))] * has_several_pairs,
         *_place_columns(rows),
-        text("Hertz", verdict_of, "answer"),
-        *[text("Hertz against elastic bodies", "elastic_verdict_answer", "answer")]
+        text_column("Hertz", verdict_of, "answer"),
+        *[text_column("Hertz against elastic bodies", "elastic_verdict_answer", "answer")]
         * any("elastic_verdict_answer" in row for row in rows),
-        text("decided by", lambda row: decided(row, row["limits"])),
-        text("because", "verdict_cause"),
+        text_column("decided by", lambda row: deciding_measure_text(row, row["limits"])),
+        text_column("because", "verdict_cause"),
         *_PEAKS,
-        *[text("cheapest theory that holds", cheapest_words)] * has_theories,
+        *[text_column("cheapest theory that holds", cheapest_words)] * has_theories,
         *(
             column
-            for name, telling in offered("TELLINGS").items()
+            for name, telling in load_offers("TELLINGS").items()
             if any(key.startswith(f"{name}_") for row in rows for key in row)
             for column in telling.columns
         ),
     ]
-    return table_of("", columns, rows, lambda row: "fails" if verdict_of(row) == "FAILS" else "plain")
+    return make_table("", columns, rows, lambda row: "fails" if verdict_of(row) == "FAILS" else "plain")
 
 
-def elements_table(record: Item) -> Table:
+def elements_table(record: TableRecord) -> Table:
     """Table of Hertz's measures against the contact on the elements' nodes alone.
 
     These are the elements' own, coarser nodes.
@@ -256,7 +259,7 @@ def elements_table(record: Item) -> Table:
     hertz = contact[HERTZ]
     lines = []
     for measure in limits:
-        words, answer = WORDS[measure], hertz["verdict"]["each"][measure]
+        words, answer = MEASURE_WORDS[measure], hertz["verdict"]["each"][measure]
         values = (number_text(contact[measure]), number_text(fe[measure])) if measure in contact else ("", "")
         deviation, uncertainty = (hertz[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
         cells = [
@@ -267,13 +270,15 @@ def elements_table(record: Item) -> Table:
             words.limit_text(limits[measure]),
         ]
         lines.append(TableRow(cells=[*cells, answer], tone=_TONES[answer]))
-    columns = columns_of("own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",))
+    columns = make_columns(
+        "own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",)
+    )
     title = f"The elements by themselves: Hertz {hertz['verdict']['answer']} (verdict: {record['verdict']['answer']})"
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
 def measures_table(
-    record: Item, judgement: Item, title: str = "", name: str = "Hertz", *, judged_only: bool = False
+    record: TableRecord, judgement: TableRecord, title: str = "", name: str = "Hertz", *, judged_only: bool = False
 ) -> Table:
     """Table of the measures of finite elements and of a theory, deciding measures first.
 
@@ -296,10 +301,10 @@ def measures_table(
         The table.
     """
     limits, answers = record["verdict"]["limits"], judgement["verdict"]["each"]
-    other_measures = () if judged_only else (measure for measure in WORDS if measure not in limits)
+    other_measures = () if judged_only else (measure for measure in MEASURE_WORDS if measure not in limits)
     lines = []
     for measure in (*limits, *other_measures):
-        words, deviation = WORDS[measure], judgement["deviation"].get(measure)
+        words, deviation = MEASURE_WORDS[measure], judgement["deviation"].get(measure)
         # some measures are zero for an ellipse
         values = (words.deviation_text(deviation).removesuffix(words.off_unit).strip(), "0")
         if measure in judgement:
@@ -312,22 +317,26 @@ def measures_table(
         ]
         cells += [words.limit_text(limits[measure]) if measure in limits else "", answers.get(measure, "not judged")]
         lines.append(TableRow(cells=cells, tone=_TONES.get(answers.get(measure, ""), "dim")))
-    columns = columns_of("FE", name, "off by", "±", "limit", "answer", texts=("answer",))
+    columns = make_columns("FE", name, "off by", "±", "limit", "answer", texts=("answer",))
     # without room the names take two lines
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
 _THEORY_COLUMNS = (
-    text("theory", lambda theory: THEORIES[theory["name"]].words),
-    number("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
-    number("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
-    number("share of\nthe limit", "limit_used", "{:.2f}", none=""),
-    text("decided by", lambda theory: theory.get("problem") or WORDS[theory["verdict"]["measure"]].name, wraps=True),
-    text("verdict", lambda theory: theory_words(theory["verdict"]["answer"], theory.get("status")), wraps=True),
+    text_column("theory", lambda theory: THEORIES[theory["name"]].words),
+    number_column("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
+    number_column("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
+    number_column("share of\nthe limit", "limit_used", "{:.2f}", none=""),
+    text_column(
+        "decided by",
+        lambda theory: theory.get("problem") or MEASURE_WORDS[theory["verdict"]["measure"]].name,
+        wraps=True,
+    ),
+    text_column("verdict", lambda theory: theory_words(theory["verdict"]["answer"], theory.get("status")), wraps=True),
 )
 
 
-def theories_table(record: Item) -> Table:
+def theories_table(record: TableRecord) -> Table:
     """Table of the verdicts on all theories of the pressure, with reasons for missing contacts.
 
     Parameters
@@ -343,42 +352,45 @@ def theories_table(record: Item) -> Table:
     no_contact = {"deviation": {}, "verdict": {"answer": "none"}}
     theories = [{**no_contact, **theory, "name": name} for name, theory in record["theories"].items()]
     title = "Theories of the contact, the cheapest first"
-    return table_of(title, _THEORY_COLUMNS, theories, lambda theory: _TONES.get(theory["verdict"]["answer"], "dim"))
+    return make_table(title, _THEORY_COLUMNS, theories, lambda theory: _TONES.get(theory["verdict"]["answer"], "dim"))
 
 
 _PEAK_COLUMNS = (
-    number("peak", "number", "{:.0f}"),
-    number("its s from the\ntouch point mm", "y_mm", "{:+z.1f}"),
-    number("peak\nMPa", "p_max_MPa", "{:.0f}"),
-    number("of the force\n%", "force_share", "{:.1f}", 1e2),
+    number_column("peak", "number", "{:.0f}"),
+    number_column("its s from the\ntouch point mm", "y_mm", "{:+z.1f}"),
+    number_column("peak\nMPa", "p_max_MPa", "{:.0f}"),
+    number_column("of the force\n%", "force_share", "{:.1f}", 1e2),
 )
 _LOBE_COLUMNS = (
-    text("part", lambda lobe: "patch" if lobe["separate"] else "lobe"),
-    number("centre at\nrail y mm", "rail_y_mm", "{:+z.1f}"),
-    number("its force\nkN", "normal_force_N", "{:.2f}", 1e-3),
-    number("\n± %", lambda lobe: lobe["fe_uncertainty"]["normal_force_N"], "{:.1f}", 1e2, name="± of its force"),
-    number("p_max\nFE MPa", lambda lobe: lobe["fe"]["p_max_MPa"], "{:.0f}"),
-    number("\n± %", lambda lobe: lobe["fe_uncertainty"]["p_max_MPa"], "{:.1f}", 1e2, name="± of p_max"),
-    number("p_max\ndev %", lambda lobe: lobe["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2),
-    number("area\ndev %", lambda lobe: lobe["deviation"].get("area_mm2"), "{:+z.1f}", 1e2),
-    text("decided by", lambda lobe: WORDS[lobe["verdict"]["measure"]].short if lobe["verdict"] else "no ellipse there"),
-    text("Hertz", lambda lobe: lobe["verdict"]["answer"] if lobe["verdict"] else "none", "answer"),
+    text_column("part", lambda lobe: "patch" if lobe["separate"] else "lobe"),
+    number_column("centre at\nrail y mm", "rail_y_mm", "{:+z.1f}"),
+    number_column("its force\nkN", "normal_force_N", "{:.2f}", 1e-3),
+    number_column("\n± %", lambda lobe: lobe["fe_uncertainty"]["normal_force_N"], "{:.1f}", 1e2, name="± of its force"),
+    number_column("p_max\nFE MPa", lambda lobe: lobe["fe"]["p_max_MPa"], "{:.0f}"),
+    number_column("\n± %", lambda lobe: lobe["fe_uncertainty"]["p_max_MPa"], "{:.1f}", 1e2, name="± of p_max"),
+    number_column("p_max\ndev %", lambda lobe: lobe["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2),
+    number_column("area\ndev %", lambda lobe: lobe["deviation"].get("area_mm2"), "{:+z.1f}", 1e2),
+    text_column(
+        "decided by",
+        lambda lobe: MEASURE_WORDS[lobe["verdict"]["measure"]].short if lobe["verdict"] else "no ellipse there",
+    ),
+    text_column("Hertz", lambda lobe: lobe["verdict"]["answer"] if lobe["verdict"] else "none", "answer"),
 )
 
 
-def lobes_table(record: Item) -> Table:
+def lobes_table(record: TableRecord) -> Table:
     """Table of all separate patches and lobes, each compared with Hertz's ellipse under its force."""
-    return table_of("", _LOBE_COLUMNS, record["lobes"])
+    return make_table("", _LOBE_COLUMNS, record["lobes"])
 
 
-def peaks_table(record: Item) -> Table:
+def peaks_table(record: TableRecord) -> Table:
     """Table of the peaks of a contact, the highest first."""
     peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
     counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
-    return table_of(counts, _PEAK_COLUMNS, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
+    return make_table(counts, _PEAK_COLUMNS, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
 
 
-def ladder_table(record: Item) -> Table:
+def ladder_table(record: TableRecord) -> Table:
     """Table of the rungs from Hertz to the finite elements.
 
     Parameters
@@ -391,7 +403,7 @@ def ladder_table(record: Item) -> Table:
     Table
         Peak pressure, area and approach of each rung, with uncertainties.
     """
-    columns = columns_of("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
+    columns = make_columns("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
     lines = []
     rungs = {**record["theories"], **record, "fe_plastic": record.get("plastic")}
     for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
@@ -400,7 +412,7 @@ def ladder_table(record: Item) -> Table:
         # the uncertainty of other rungs on these nodes is not smaller than the uncertainty of the judged rung
         uncertainty = record["elements"]["uncertainty"] if name == "elements" else {}
         if name == "fe_plastic":
-            uncertainty = record["steps_uncertainty"][PLASTIC.name]
+            uncertainty = record["steps_uncertainty"][PLASTIC_STEP.name]
         cells = (
             number_text(rung[measure]) + (f" ± {1e2 * uncertainty[measure]:.1f} %" if measure in uncertainty else "")
             for measure in ("p_max_MPa", "area_mm2", "approach_mm")
@@ -410,21 +422,21 @@ def ladder_table(record: Item) -> Table:
 
 
 _YIELDING_COLUMNS = (
-    text("body", "name"),
-    number("yield stress\nMPa", "yield_MPa"),
-    number("tangent\nMPa", "tangent_MPa"),
-    number("first yield\nkN", "first_yield_N", "{:.1f}", 1e-3),
-    number("plastic strain\n%", "largest_strain", "{:.2f}", 1e2),
-    number("depth\nmm", "depth_mm", "{:.1f}"),
-    text("zone\nmm", lambda body: _zone_text(body) if body["largest_strain"] else "-", "number"),
+    text_column("body", "name"),
+    number_column("yield stress\nMPa", "yield_MPa"),
+    number_column("tangent\nMPa", "tangent_MPa"),
+    number_column("first yield\nkN", "first_yield_N", "{:.1f}", 1e-3),
+    number_column("plastic strain\n%", "largest_strain", "{:.2f}", 1e2),
+    number_column("depth\nmm", "depth_mm", "{:.1f}"),
+    text_column("zone\nmm", lambda body: _zone_text(body) if body["largest_strain"] else "-", "number"),
 )
 
 
-def _zone_text(body: Item) -> str:
+def _zone_text(body: TableRecord) -> str:
     return f"{body['top_mm']:.1f} to {body['bottom_mm']:.1f}"
 
 
-def plastic_tables(record: Item) -> list[Table]:
+def plastic_tables(record: TableRecord) -> list[Table]:
     """Tables of the effects of yielding on a contact, and of the yielding bodies.
 
     Parameters
@@ -440,41 +452,45 @@ def plastic_tables(record: Item) -> list[Table]:
     plastic = record.get("plastic")
     if plastic is None:
         return []
-    steps, uncertainty = (record[group][PLASTIC.name] for group in ("steps", "steps_uncertainty"))
+    steps, uncertainty = (record[group][PLASTIC_STEP.name] for group in ("steps", "steps_uncertainty"))
     lower, higher = (plastic[f"step_with_yield_stress_15_percent_{band_side}"] for band_side in ("lower", "higher"))
     columns = [
-        text("measure", lambda measure: WORDS[measure].name, wraps=True),
-        text("by plasticity", lambda measure: WORDS[measure].deviation_text(steps[measure]), "number"),
-        text("±", lambda measure: WORDS[measure].deviation_text(uncertainty[measure], size=True), "number"),
-        text("yield stress\n-15 %", lambda measure: WORDS[measure].deviation_text(lower[measure]), "number"),
-        text("+15 %", lambda measure: WORDS[measure].deviation_text(higher[measure]), "number"),
+        text_column("measure", lambda measure: MEASURE_WORDS[measure].name, wraps=True),
+        text_column("by plasticity", lambda measure: MEASURE_WORDS[measure].deviation_text(steps[measure]), "number"),
+        text_column(
+            "±", lambda measure: MEASURE_WORDS[measure].deviation_text(uncertainty[measure], size=True), "number"
+        ),
+        text_column(
+            "yield stress\n-15 %", lambda measure: MEASURE_WORDS[measure].deviation_text(lower[measure]), "number"
+        ),
+        text_column("+15 %", lambda measure: MEASURE_WORDS[measure].deviation_text(higher[measure]), "number"),
     ]
-    change_tables = [table_of(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
+    change_tables = [make_table(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
     bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())
-    return [*change_tables, table_of("Bodies that yield", _YIELDING_COLUMNS, bodies)]
+    return [*change_tables, make_table("Bodies that yield", _YIELDING_COLUMNS, bodies)]
 
 
 _NUMBER_COLUMNS = (
-    text("number", lambda path_and_number: path_and_number[0]),
-    number("value", lambda path_and_number: path_and_number[1], "{:.6g}"),
+    text_column("number", lambda path_and_number: path_and_number[0]),
+    number_column("value", lambda path_and_number: path_and_number[1], "{:.6g}"),
 )
 
 
-def numbers_table(record: Item) -> Table:
+def numbers_table(record: TableRecord) -> Table:
     """Table of all numbers of a record by their paths.
 
     The columns of tables have these paths as names.
     """
     entries = {name: value for name, value in record.items() if name not in ("case", "theories", "versions")}
-    numbers = flat({**entries, **record["theories"]}).items()
-    return table_of(
+    numbers = flatten({**entries, **record["theories"]}).items()
+    return make_table(
         "",
         _NUMBER_COLUMNS,
         (path_and_number for path_and_number in numbers if isinstance(path_and_number[1], int | float)),
     )
 
 
-def effort_table(solver: Item) -> Table:
+def effort_table(solver: TableRecord) -> Table:
     """Table of time (s) and memory (MB) of each step of a case.
 
     Parameters
@@ -491,23 +507,23 @@ def effort_table(solver: Item) -> Table:
         (step, f"{seconds:.2f}", f"{solver['memory_MB'][step]:.0f}") for step, seconds in solver["seconds"].items()
     ]
     lines.append(("all (memory: peak)", f"{sum(solver['seconds'].values()):.2f}", f"{solver['peak_memory_MB']:.0f}"))
-    columns = columns_of("step", "time\ns", "memory after\nMB", texts=("step",))
+    columns = make_columns("step", "time\ns", "memory after\nMB", texts=("step",))
     return Table(title="Time and memory", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
 
 
 _RESIDUALS = ("contact_residual", "load_balance", "force_balance", "moment_balance")
 _SOLVER_COLUMNS = (
     *_PLACE_COLUMNS,
-    text("status", "status"),
-    text("elements per semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
-    number("unknowns", "unknowns", "{:.0f}"),
-    text("solver", lambda row: row["path"]),
-    number("residual", "contact_residual", "{:.0e}"),
-    number("load balance", "load_balance", "{:.0e}"),
-    number("force balance", "force_balance", "{:.0e}"),
-    number("moment balance", "moment_balance", "{:.0e}"),
-    number("seconds", "seconds", "{:.0f}"),
-    number("memory MB", "peak_memory_MB", "{:.0f}"),
+    text_column("status", "status"),
+    text_column("elements per semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
+    number_column("unknowns", "unknowns", "{:.0f}"),
+    text_column("solver", lambda row: row["path"]),
+    number_column("residual", "contact_residual", "{:.0e}"),
+    number_column("load balance", "load_balance", "{:.0e}"),
+    number_column("force balance", "force_balance", "{:.0e}"),
+    number_column("moment balance", "moment_balance", "{:.0e}"),
+    number_column("seconds", "seconds", "{:.0f}"),
+    number_column("memory MB", "peak_memory_MB", "{:.0f}"),
 )
 
 
@@ -531,4 +547,4 @@ def solver_table(cases: Sequence[ReportedCase]) -> Table:
         elements, path = solver.get("elements_a_semi_axis", ()), solver.get("path", "-")
         unknowns = sum(solver["degrees_of_freedom"].values()) if solver else None
         rows.append({**case.row, **residuals, "elements": elements, "path": path, "unknowns": unknowns})
-    return table_of("", _SOLVER_COLUMNS, rows)
+    return make_table("", _SOLVER_COLUMNS, rows)

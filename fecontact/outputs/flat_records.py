@@ -18,7 +18,7 @@ Record: TypeAlias = dict[str, Any]
 _RELATIVE_GROUPS = ("deviation", "uncertainty", "step")
 
 
-def told(value: Any) -> Any:
+def to_plain(value: Any) -> Any:
     """Convert a value to plain JSON types.
 
     A dataclass gives the fields and properties that its `TELLS` lists, or else all its fields.
@@ -44,15 +44,15 @@ def told(value: Any) -> Any:
         names: tuple[str, ...] = getattr(type(value), "TELLS", None) or tuple(
             attribute.name for attribute in fields(value)
         )
-        return {name: told(getattr(value, name)) for name in names}
+        return {name: to_plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
-        return {str(key): told(member) for key, member in value.items()}
+        return {str(key): to_plain(member) for key, member in value.items()}
     if isinstance(value, tuple | list):
-        return [told(member) for member in value]
+        return [to_plain(member) for member in value]
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
-def picked(value: object, names: str, prefix: str = "") -> Record:
+def select_attributes(value: object, names: str, prefix: str = "") -> Record:
     """Select attributes of a value as a record.
 
     Parameters
@@ -69,10 +69,10 @@ def picked(value: object, names: str, prefix: str = "") -> Record:
     Record
         Plain values by name.
     """
-    return {f"{prefix}{name}": told(getattr(value, name)) for name in names.split()}
+    return {f"{prefix}{name}": to_plain(getattr(value, name)) for name in names.split()}
 
 
-def flat(record: Mapping[str, Any]) -> Record:
+def flatten(record: Mapping[str, Any]) -> Record:
     """Flatten a record to a row: each number or text by its path, joined by `_`.
 
     Numbers of a relative group are in percent, and `percent` replaces the unit in their names. For a list of records

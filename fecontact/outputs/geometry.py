@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.case import Case, case_record
+from fecontact.case import Case, make_case_record
 from fecontact.contact_theories.touch_hertz import sides
-from fecontact.outputs.flat_records import Record, flat, picked, told
+from fecontact.outputs.flat_records import Record, flatten, select_attributes, to_plain
 from fecontact.outputs.pair_names import inclination_words, short_name
-from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
-from fecontact.outputs.tables import Item, Table, number, radius, table_of, text
-from fecontact.outputs.terminal import Lines, notes
-from fecontact.placement.poses import RelativeCurvature, TouchPoint
+from fecontact.outputs.style import SERIES_COLOURS, add_grid, blank_figure, save_figure
+from fecontact.outputs.tables import Table, TableRecord, make_table, number_column, radius_column, text_column
+from fecontact.outputs.terminal import OutputLines, note_lines
+from fecontact.placement.poses import ContactPoint, RelativeCurvature
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.placement.wheelset import ContactFunctions, PlacedWheelset, rolling_radius_difference_mm
-from fecontact.profiles.curve import radius_mm
+from fecontact.profiles.curve import invert_curvature_mm
 from fecontact.profiles.library import profile_identity
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def touch_records(placement: Placement) -> Record:
     }
 
 
-def touch_record(touch: TouchPoint) -> Record:
+def touch_record(touch: ContactPoint) -> Record:
     """Record of a touch point with its curvatures.
 
     Parameters
@@ -69,15 +69,15 @@ def touch_record(touch: TouchPoint) -> Record:
         at a junction.
     """
     return {
-        **picked(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
+        **select_attributes(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
         "curvatures": [
-            {"side": side, **told(curvature), **_radii(curvature)}
+            {"side": side, **to_plain(curvature), **_radii(curvature)}
             for side, curvature in zip(sides(touch), touch.curvatures, strict=True)
         ],
     }
 
 
-def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
+def touch_columns(placement: Placement, touch: ContactPoint) -> Record:
     """Columns of a touch point.
 
     Parameters
@@ -94,7 +94,7 @@ def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
         radii belong to one side.
     """
     return {
-        **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
+        **select_attributes(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
         "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
         "at_junction": touch.at_junction,
         **_radii(touch.curvature),
@@ -102,10 +102,10 @@ def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
 
 
 def _radii(curvature: RelativeCurvature) -> Record:
-    return {f"{name}_radius_mm": radius_mm(getattr(curvature, f"{name}_per_mm")) for name in _RADII}
+    return {f"{name}_radius_mm": invert_curvature_mm(getattr(curvature, f"{name}_per_mm")) for name in _RADII}
 
 
-def functions_record(case: Case, contact_functions: ContactFunctions) -> Record:
+def contact_functions_record(case: Case, contact_functions: ContactFunctions) -> Record:
     """Record of the contact functions of a wheelset.
 
     Parameters
@@ -120,11 +120,13 @@ def functions_record(case: Case, contact_functions: ContactFunctions) -> Record:
     Record
         Content of the JSON output, with units in its keys. Radii are positive if convex, None if straight.
     """
-    inputs = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
+    inputs = make_case_record(
+        case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()})
+    )
     return {
         "schema": "fecontact/geometry/2",
         "case": {name: inputs[name] for name in _INPUT_NAMES if name in inputs},
-        **picked(contact_functions, "symmetric jumps"),
+        **select_attributes(contact_functions, "symmetric jumps"),
         "positions": [
             _position_record(shift, wheelset, contact_functions.centred_height_mm)
             for shift, wheelset in contact_functions.positions.items()
@@ -136,7 +138,7 @@ def functions_record(case: Case, contact_functions: ContactFunctions) -> Record:
                 ("unrolled", contact_functions.unrolled),
             )
         },
-        "equivalent_conicity": told(contact_functions.conicities),
+        "equivalent_conicity": to_plain(contact_functions.conicities),
         "warnings": _placement_notes(contact_functions),
     }
 
@@ -161,7 +163,7 @@ def _position_record(shift: float, wheelset: PlacedWheelset | str, centred_mm: f
     }
 
 
-def functions_rows(record: Record) -> list[Record]:
+def contact_functions_rows(record: Record) -> list[Record]:
     """Flat rows of the positions of a record.
 
     Parameters
@@ -179,7 +181,7 @@ def functions_rows(record: Record) -> list[Record]:
         row = {name: value for name, value in position.items() if name not in ("left", "right")}
         for side in ("left", "right"):
             for index, touch in enumerate(position.get(side, {}).get("touch_points", ()), start=1):
-                row |= flat({f"{side}_touch{index}": touch})
+                row |= flatten({f"{side}_touch{index}": touch})
         rows.append(row)
     return rows
 
@@ -189,7 +191,7 @@ def _side_record(placement: Placement) -> Record:
     return {
         "touch_points": [
             {
-                **picked(touch, "rail_y_mm wheel_y_mm"),
+                **select_attributes(touch, "rail_y_mm wheel_y_mm"),
                 "ahead_mm": touch.x_mm - float(placement.wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0]),
                 **touch_columns(placement, touch),
             }
@@ -201,22 +203,22 @@ def _side_record(placement: Placement) -> Record:
 # --- The geometry of a wheelset over its lateral shift on the terminal.
 
 _COLUMNS = (
-    number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
-    number("roll\nmrad", "roll_mrad", "{:+z.4f}"),
-    number("lift\nmm", "lift_mm", "{:+z.3f}", rank=2, name="lift"),
-    number("r left -\nright mm", "rolling_radius_difference_mm", "{:+z.3f}"),
-    number("y rail\nmm", "rail_y_mm", "{:+z.2f}"),
-    number("y wheel\nmm", "wheel_y_mm", "{:+z.2f}", rank=4, name="y wheel"),
-    number("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3),
-    number("radius\nmm", "rolling_radius_mm", "{:.3f}", rank=3, name="rolling radius"),
-    radius("R rail\nmm", "rail_radius_mm"),
-    radius("R wheel\nacross mm", "wheel_lateral_radius_mm", rank=5, name="radius of the wheel across"),
-    radius("R wheel\nrolling mm", "wheel_rolling_radius_mm", rank=1, name="radius of the wheel along the rail"),
-    text("touch\npoints", lambda row: f"{row['points']}{' junction' * row['at_junction']}", "number"),
+    number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
+    number_column("roll\nmrad", "roll_mrad", "{:+z.4f}"),
+    number_column("lift\nmm", "lift_mm", "{:+z.3f}", rank=2, name="lift"),
+    number_column("r left -\nright mm", "rolling_radius_difference_mm", "{:+z.3f}"),
+    number_column("y rail\nmm", "rail_y_mm", "{:+z.2f}"),
+    number_column("y wheel\nmm", "wheel_y_mm", "{:+z.2f}", rank=4, name="y wheel"),
+    number_column("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3),
+    number_column("radius\nmm", "rolling_radius_mm", "{:.3f}", rank=3, name="rolling radius"),
+    radius_column("R rail\nmm", "rail_radius_mm"),
+    radius_column("R wheel\nacross mm", "wheel_lateral_radius_mm", rank=5, name="radius of the wheel across"),
+    radius_column("R wheel\nrolling mm", "wheel_rolling_radius_mm", rank=1, name="radius of the wheel along the rail"),
+    text_column("touch\npoints", lambda row: f"{row['points']}{' junction' * row['at_junction']}", "number"),
 )
 
 
-def functions_lines(record: Item) -> Lines:
+def contact_functions_lines(record: TableRecord) -> OutputLines:
     """Iterate over the outputs of a geometry record: tables, jumps, conicity and notes.
 
     There is a table of the left side, and of the right side if it is not the mirror image.
@@ -252,10 +254,10 @@ def functions_lines(record: Item) -> Lines:
     for row in record["positions"]:
         if "problem" in row:
             yield f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}"
-    yield from notes(record["warnings"])
+    yield from note_lines(record["warnings"])
 
 
-def _conicity_lines(record: Item) -> Lines:
+def _conicity_lines(record: TableRecord) -> OutputLines:
     """Iterate over the conicities by amplitude, of the kinematic motion and linearised.
 
     Both are about the shift with equal radii.
@@ -279,19 +281,19 @@ def _conicity_text(value: float) -> str:
     return "none" if math.isnan(value) else f"{value:.3f}"
 
 
-def _side_table(record: Item, side: str) -> Table:
+def _side_table(record: TableRecord, side: str) -> Table:
     """Table of a side of the wheelset at each shift, by its first touch point."""
     placed_rows = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
-    return table_of(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed_rows])
+    return make_table(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed_rows])
 
 
 # --- The picture of a wheelset's geometry over its lateral shift.
 
-_LEFT, _RIGHT, _UNROLLED = SERIES[:3]
+_LEFT, _RIGHT, _UNROLLED = SERIES_COLOURS[:3]
 
 
-def functions_figure(case: Case, contact_functions: ContactFunctions, path: str | Path) -> Path:
+def draw_contact_functions(case: Case, contact_functions: ContactFunctions, path: str | Path) -> Path:
     """Draw rolling-radius difference, touch points, contact angles and equivalent conicity.
 
     Parameters
@@ -328,7 +330,7 @@ def functions_figure(case: Case, contact_functions: ContactFunctions, path: str 
     for ax in (axes[0, 0], axes[0, 1], axes[1, 0]):
         ax.set_xlabel("lateral shift of the wheelset, mm (> 0: to the left)")
     _draw_conicity(axes[1, 1], contact_functions)
-    finish(*axes.flat)
+    add_grid(*axes.flat)
     axes[0, 1].legend(fontsize=9)
     axes[1, 0].legend(fontsize=9)
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))

@@ -4,40 +4,40 @@ from __future__ import annotations
 
 from fecontact.outputs.own_profiles import pair_geometry_lines
 from fecontact.outputs.tables import (
-    Item,
     Table,
-    number,
-    radius,
-    table_of,
-    text,
+    TableRecord,
+    make_table,
+    number_column,
+    radius_column,
+    text_column,
 )
-from fecontact.outputs.terminal import Lines, notes
+from fecontact.outputs.terminal import OutputLines, note_lines
 
 _ELLIPSE_COLUMNS = (
-    number("point", lambda ellipse: ellipse["touch_point"] + 1, "{:.0f}"),
-    text("side", "side"),
-    number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
-    number("p0\nMPa", "p_max_MPa", "{:.1f}"),
-    number("a\nmm", "a_mm", "{:.3f}"),
-    number("b\nmm", "b_mm", "{:.3f}"),
-    number("turned\nmrad", "orientation_rad", "{:+z.1f}", 1e3),
-    number("area\nmm²", "area_mm2", "{:.2f}"),
-    number("approach\nmm", "approach_mm", "{:.5f}"),
+    number_column("point", lambda ellipse: ellipse["touch_point"] + 1, "{:.0f}"),
+    text_column("side", "side"),
+    number_column("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
+    number_column("p0\nMPa", "p_max_MPa", "{:.1f}"),
+    number_column("a\nmm", "a_mm", "{:.3f}"),
+    number_column("b\nmm", "b_mm", "{:.3f}"),
+    number_column("turned\nmrad", "orientation_rad", "{:+z.1f}", 1e3),
+    number_column("area\nmm²", "area_mm2", "{:.2f}"),
+    number_column("approach\nmm", "approach_mm", "{:.5f}"),
 )
 _TOUCH_POINT_COLUMNS = (
-    number("point", "point", "{:.0f}", none=""),
-    number("y rail\nmm", "rail_y_mm", "{:+z.3f}", none=""),
-    number("y wheel\nmm", "wheel_y_mm", "{:+z.3f}", none=""),
-    number("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3, none=""),
-    number("gap\nmm", "vertical_gap_mm", "{:.4f}", none=""),
-    text("side", "side"),
-    radius("R rail\nmm", "rail_radius_mm"),
-    radius("R wheel\nacross mm", "wheel_lateral_radius_mm"),
-    radius("R wheel\nrolling mm", "wheel_rolling_radius_mm"),
+    number_column("point", "point", "{:.0f}", none=""),
+    number_column("y rail\nmm", "rail_y_mm", "{:+z.3f}", none=""),
+    number_column("y wheel\nmm", "wheel_y_mm", "{:+z.3f}", none=""),
+    number_column("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3, none=""),
+    number_column("gap\nmm", "vertical_gap_mm", "{:.4f}", none=""),
+    text_column("side", "side"),
+    radius_column("R rail\nmm", "rail_radius_mm"),
+    radius_column("R wheel\nacross mm", "wheel_lateral_radius_mm"),
+    radius_column("R wheel\nrolling mm", "wheel_rolling_radius_mm"),
 )
 
 
-def hertz_lines(record: Item) -> Lines:
+def hertz_lines(record: TableRecord) -> OutputLines:
     """Iterate over the outputs of a Hertz record: touch points, ellipses and notes.
 
     At a junction there is an ellipse for each side.
@@ -54,16 +54,16 @@ def hertz_lines(record: Item) -> Lines:
     """
     yield from pair_geometry_lines(record)
     yield touch_point_table(record)
-    yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE_COLUMNS, record["ellipses"])
+    yield make_table("Hertz's ellipse, each with the whole load", _ELLIPSE_COLUMNS, record["ellipses"])
     if len(record["springs"]["patches"]) > 1:
         yield _shared_load_text(record["springs"])
     for ellipse in record["ellipses"]:
         if "problem" in ellipse:
             yield f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
-    yield from notes([*record["notes"], *record["warnings"]])
+    yield from note_lines([*record["notes"], *record["warnings"]])
 
 
-def _shared_load_text(springs: Item) -> str:
+def _shared_load_text(springs: TableRecord) -> str:
     patch_texts = (
         f"point {patch['touch_point'] + 1} {patch['normal_force_N'] / 1e3:.1f} kN, p0 {patch['p_max_MPa']:.0f} MPa"
         for patch in springs["patches"]
@@ -72,7 +72,7 @@ def _shared_load_text(springs: Item) -> str:
     return f"As springs side by side they share the load: {'; '.join(patch_texts)}{overlap}."
 
 
-def touch_point_table(record: Item) -> Table:
+def touch_point_table(record: TableRecord) -> Table:
     """Table of the touch points of the rigid bodies, with the radii there.
 
     At a junction the second side has a separate line without the place.
@@ -92,4 +92,4 @@ def touch_point_table(record: Item) -> Table:
         for place, touch in enumerate(record["touch_points"], start=1)
         for is_field_side, curvature in enumerate(touch["curvatures"])
     ]
-    return table_of("Touch points (radii positive where convex)", _TOUCH_POINT_COLUMNS, rows)
+    return make_table("Touch points (radii positive where convex)", _TOUCH_POINT_COLUMNS, rows)

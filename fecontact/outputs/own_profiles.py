@@ -12,12 +12,12 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.pair_names import inclination_words
-from fecontact.outputs.tables import Item
+from fecontact.outputs.tables import TableRecord
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import is_known, profile_identity
+from fecontact.profiles.library import is_library_name, profile_identity
 from fecontact.profiles.reading import is_short_form
-from fecontact.solving.placing import placed_or_why
+from fecontact.solving.placing import place_or_explain
 
 _POINT_SPACING_MM = 0.05
 # A lower region of a wheel is called a flange only if it is deeper than this below the tread.
@@ -29,7 +29,7 @@ def pair_geometry_record(case: Case, placement: Placement) -> Record:
 
     The record is empty if both profiles are from the library or given by their radii.
     """
-    if all(is_short_form(spec) or is_known(spec) for spec in case.profiles.values()):
+    if all(is_short_form(spec) or is_library_name(spec) for spec in case.profiles.values()):
         return {}
     return {"own_profiles": pair_geometry_text(case, placement)}
 
@@ -58,7 +58,7 @@ def pair_geometry_text(case: Case, placement: Placement) -> str:
     )
 
 
-def pair_geometry_lines(record: Item) -> list[str]:
+def pair_geometry_lines(record: TableRecord) -> list[str]:
     """Lines on the geometry from a record: a list with a line, or an empty list."""
     return [record["own_profiles"]] if "own_profiles" in record else []
 
@@ -101,7 +101,7 @@ def geometry_of_cases(cases: Iterable[Case]) -> Iterator[str]:
     shown_pairs: set[tuple[object, ...]] = set()
     for case in cases:
         pair = (case.rail, case.wheel, case.rail_file, case.wheel_file, case.track, case.inclination_rad)
-        if pair not in shown_pairs and not isinstance(placement := placed_or_why(case), str):
+        if pair not in shown_pairs and not isinstance(placement := place_or_explain(case), str):
             shown_pairs.add(pair)
             place_text = f"at a shift of {case.lateral_shift_mm:g} mm"
             yield from (f"{place_text}: {text}" for text in pair_geometry_record(case, placement).values())

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from fecontact.case import Case
 
 
-Row: TypeAlias = Mapping[str, Any]
+RowMapping: TypeAlias = Mapping[str, Any]
 
 
 # Characters of a name. Longer names leave no room for a picture.
@@ -61,7 +61,7 @@ def pair_words(case: Case, between: str = ", ") -> str:
     return pair_text(profile_identity(case.rail), profile_identity(case.wheel), case.inclination_rad, between)
 
 
-def pair_of_row(row: Row, between: str = ", ") -> str:
+def row_pair_text(row: RowMapping, between: str = ", ") -> str:
     """Rail and wheel of a row, in the form of `pair_words`."""
     return pair_text(str(row["rail"]), str(row["wheel"]), float(row.get("inclination_rad") or 0.0), between)
 
@@ -83,11 +83,11 @@ def body_words(body: str, name: str) -> str:
     return short if short.lower().partition(".")[0] == body else f"{body} {short}"
 
 
-VARIED = "varied"
+VARIED_COLUMN = "varied"
 """Column of the further inputs that vary in a study: names and values, separated by commas."""
 
 
-def position_text(row: Row) -> str:
+def position_text(row: RowMapping) -> str:
     """Shift and load of a row, with the distance along an irregularity and varied inputs.
 
     Parameters
@@ -107,5 +107,5 @@ def position_text(row: Row) -> str:
     '+3.00 mm, 100 kN'
     """
     along = "" if row.get("distance_mm") is None else f", at {row['distance_mm']:g} mm"
-    varied = f", {row[VARIED]}" if row.get(VARIED) else ""
+    varied = f", {row[VARIED_COLUMN]}" if row.get(VARIED_COLUMN) else ""
     return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN{along}{varied}"

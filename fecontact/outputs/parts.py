@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from fecontact.outputs.flat_records import told
-from fecontact.outputs.tables import Column, Item, Table
+from fecontact.outputs.flat_records import to_plain
+from fecontact.outputs.tables import Column, Table, TableRecord
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -123,8 +123,8 @@ class Telling:
         Function from rows to the parts that are shown below them.
     """
 
-    record: Callable[[Any], Any] = told
+    record: Callable[[Any], Any] = to_plain
     left_out: tuple[str, ...] = ()
     columns: tuple[Column, ...] = ()
-    parts: Callable[[Item], Parts] = lambda record: ()
-    of_rows: Callable[[Sequence[Item]], Parts] = lambda rows: ()
+    parts: Callable[[TableRecord], Parts] = lambda record: ()
+    of_rows: Callable[[Sequence[TableRecord]], Parts] = lambda rows: ()

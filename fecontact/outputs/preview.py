@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.outputs.flat_records import picked
+from fecontact.outputs.flat_records import select_attributes
 from fecontact.outputs.geometry import touch_record
 from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs
-from fecontact.outputs.terminal import Lines, notes
+from fecontact.outputs.terminal import OutputLines, note_lines
 from fecontact.solving.preview import Preview
 
 _EXPECTED_PATCH_ATTRIBUTES = "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm parts"
@@ -33,10 +33,10 @@ def preview_record(preview: Preview) -> dict[str, Any]:
         "schema": "fecontact/place/1",
         "case": case_inputs(preview.case, preview.placement),
         "touch_points": [touch_record(touch) for touch in preview.placement.touch_points],
-        "hertz": {"p_max_MPa": preview.hertz.p0_MPa, **picked(preview.hertz, "a_mm b_mm")},
+        "hertz": {"p_max_MPa": preview.hertz.p0_MPa, **select_attributes(preview.hertz, "a_mm b_mm")},
         "uncertainty_of_profile": preview.hertz_uncertainty,
-        "expected_patch": picked(preview.expected, _EXPECTED_PATCH_ATTRIBUTES),
-        **picked(preview, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
+        "expected_patch": select_attributes(preview.expected, _EXPECTED_PATCH_ATTRIBUTES),
+        **select_attributes(preview, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
         "junctions": junction_records(preview),
         "notes": list(preview.placement.notes),
     }
@@ -66,7 +66,7 @@ def junction_records(preview: Preview) -> list[dict[str, Any]]:
     return sorted(junctions, key=lambda junction: abs(junction["distance_mm"]))
 
 
-def preview_lines(preview: Preview) -> Lines:
+def preview_lines(preview: Preview) -> OutputLines:
     """Iterate over the lines of a preview.
 
     Parameters
@@ -109,7 +109,7 @@ def preview_lines(preview: Preview) -> Lines:
         f" {round(preview.degrees_of_freedom, -3)} unknowns, {preview.cpu_seconds:.0f} CPU s and"
         f" {preview.memory_GB:.1f} GB; more where the verdict is open, up to {preview.case.most_unknowns} unknowns"
     )
-    yield from notes(preview.placement.notes)
+    yield from note_lines(preview.placement.notes)
 
 
 def uncertainty_text(uncertainty: dict[str, float]) -> str:

@@ -9,43 +9,46 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.outputs.flat_records import Record, picked
+from fecontact.outputs.flat_records import Record, select_attributes
 from fecontact.outputs.pair_names import body_words
-from fecontact.outputs.style import MARKS, SIDE_LABELS, Colour, blank_figure, finish, save_figure
-from fecontact.outputs.tables import number, radius, table_of, text
-from fecontact.outputs.terminal import Lines, notes
-from fecontact.profiles.curve import Profile, radius_mm, radius_text
-from fecontact.profiles.point_problems import Problem
-from fecontact.profiles.segments import Arc, Line, Measured, Segment
+from fecontact.outputs.style import SERIES_MARKS, SIDE_LABELS, Colour, add_grid, blank_figure, save_figure
+from fecontact.outputs.tables import make_table, number_column, radius_column, text_column
+from fecontact.outputs.terminal import OutputLines, note_lines
+from fecontact.profiles.curve import Profile, format_radius, invert_curvature_mm
+from fecontact.profiles.point_problems import PointProblem
+from fecontact.profiles.segments import Arc, Segment, SmoothingResult, StraightSegment
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from fecontact.profiles.recognition import Nearest
+    from fecontact.profiles.recognition import ProfileMatch
 
 
 # Keys of the ends of a profile, from the gauge side to the field side.
 _RANGE_KEYS = ("y_from_mm", "y_to_mm")
 _LIBRARY_COLUMNS = (
-    text("name", "name"),
-    text("kind", "kind"),
-    *(number(f"{name}\nmm", key, "{:.1f}", none="") for name, key in zip(("y from", "y to"), _RANGE_KEYS, strict=True)),
-    text("junctions", "junctions", "number"),
-    text("certainty", "certainty"),
-    text("source", "source", wraps=True),
+    text_column("name", "name"),
+    text_column("kind", "kind"),
+    *(
+        number_column(f"{name}\nmm", key, "{:.1f}", none="")
+        for name, key in zip(("y from", "y to"), _RANGE_KEYS, strict=True)
+    ),
+    text_column("junctions", "junctions", "number"),
+    text_column("certainty", "certainty"),
+    text_column("source", "source", wraps=True),
 )
 _JUNCTION_COLUMNS = (
-    number("y mm", lambda junction: junction.y_mm, "{:.4f}"),
-    number("z mm", lambda junction: junction.z_mm, "{:.4f}"),
-    radius("R before mm", lambda junction: radius_mm(junction.curvature_left_per_mm), "{:.2f}"),
-    radius("R after mm", lambda junction: radius_mm(junction.curvature_right_per_mm), "{:.2f}"),
-    number("kink mrad", lambda junction: junction.turn_rad, "{:z.3f}", 1e3),
+    number_column("y mm", lambda junction: junction.y_mm, "{:.4f}"),
+    number_column("z mm", lambda junction: junction.z_mm, "{:.4f}"),
+    radius_column("R before mm", lambda junction: invert_curvature_mm(junction.curvature_left_per_mm), "{:.2f}"),
+    radius_column("R after mm", lambda junction: invert_curvature_mm(junction.curvature_right_per_mm), "{:.2f}"),
+    number_column("kink mrad", lambda junction: junction.turn_rad, "{:z.3f}", 1e3),
 )
 _SEGMENT_COLUMNS = (
-    text("segment", "number", "number"),
-    text("kind", lambda segment_row: type(segment_row["segment"]).__name__.lower()),
-    *(number(f"{name} mm", name, "{:.4f}") for name in ("y from", "y to", "z from", "z to")),
-    text("R mm", lambda segment_row: _segment_radius(segment_row["segment"]), "number"),
+    text_column("segment", "number", "number"),
+    text_column("kind", lambda segment_row: type(segment_row["segment"]).__name__.lower()),
+    *(number_column(f"{name} mm", name, "{:.4f}") for name in ("y from", "y to", "z from", "z to")),
+    text_column("R mm", lambda segment_row: _segment_radius(segment_row["segment"]), "number"),
 )
 
 
@@ -62,11 +65,11 @@ def library_record(folder: Path | None = None) -> list[Record]:
     list of Record
         Name, kind, range in mm, number of junctions and source.
     """
-    from fecontact.profiles.library import load, names
+    from fecontact.profiles.library import list_names, load_library_profile
 
     records: list[Record] = []
-    for profile in map(load, names()):
-        entries = picked(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
+    for profile in map(load_library_profile, list_names()):
+        entries = select_attributes(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
         records.append(entries | dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)))
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
@@ -74,7 +77,7 @@ def library_record(folder: Path | None = None) -> list[Record]:
     return records
 
 
-def library_lines(records: Sequence[Record]) -> Lines:
+def library_lines(records: Sequence[Record]) -> OutputLines:
     """Iterate over the outputs of the library, with the texts allowed instead of a name.
 
     Parameters
@@ -87,11 +90,11 @@ def library_lines(records: Sequence[Record]) -> Lines:
     Lines
         Table and line.
     """
-    yield table_of("Profile library", _LIBRARY_COLUMNS, records)
+    yield make_table("Profile library", _LIBRARY_COLUMNS, records)
     yield "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
 
 
-def profile_record(profile: Profile, nearest_profiles: Sequence[Nearest]) -> Record:
+def profile_record(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -> Record:
     """Record of a profile: junctions, smoothing, and nearest profiles of the library.
 
     Parameters
@@ -109,22 +112,23 @@ def profile_record(profile: Profile, nearest_profiles: Sequence[Nearest]) -> Rec
     measured = profile.measured
     return {
         "schema": "fecontact/profile/1",
-        **picked(profile, "name kind source length_mm"),
+        **select_attributes(profile, "name kind source length_mm"),
         **dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)),
         "notes": list(profile.notes),
-        "smoothed": None if measured is None else picked(measured, "nominal filter_mm noise_mm"),
+        "smoothed": None if measured is None else select_attributes(measured, "nominal filter_mm noise_mm"),
         "junctions": [
-            picked(junction, "y_mm z_mm curvature_left_per_mm curvature_right_per_mm turn_rad")
+            select_attributes(junction, "y_mm z_mm curvature_left_per_mm curvature_right_per_mm turn_rad")
             for junction in profile.junctions
         ],
         "nearest": [
-            picked(candidate, "name usual_mm farthest_mm at_y_mm") | picked(candidate.registration, "turn_rad")
+            select_attributes(candidate, "name usual_mm farthest_mm at_y_mm")
+            | select_attributes(candidate.registration, "turn_rad")
             for candidate in nearest_profiles
         ],
     }
 
 
-def profile_lines(profile: Profile, nearest_profiles: Sequence[Nearest]) -> Lines:
+def profile_lines(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -> OutputLines:
     """Iterate over the outputs of a profile: segments, curvature junctions and nearest library profile.
 
     Parameters
@@ -144,19 +148,19 @@ def profile_lines(profile: Profile, nearest_profiles: Sequence[Nearest]) -> Line
     yield f"{name}: y from {low:.3f} to {high:.3f} mm, {length_text}"
     if profile.source:
         yield f"source: {profile.source}"
-    yield from notes(profile.notes)
+    yield from note_lines(profile.notes)
     segment_rows = []
     for place, segment in enumerate(profile.segments, start=1):
         ends = segment.evaluate(np.array([0.0, 1.0]))
         where = dict(zip(("y from", "y to", "z from", "z to"), (*ends.y, *ends.z), strict=True))
         segment_rows.append({"number": place, "segment": segment, **where})
-    yield table_of("Running surface, from the gauge side to the field side", _SEGMENT_COLUMNS, segment_rows)
-    yield table_of("Junctions (radii positive where convex)", _JUNCTION_COLUMNS, profile.junctions)
+    yield make_table("Running surface, from the gauge side to the field side", _SEGMENT_COLUMNS, segment_rows)
+    yield make_table("Junctions (radii positive where convex)", _JUNCTION_COLUMNS, profile.junctions)
     if profile.points is not None:
         yield nearest_text(nearest_profiles, "" if profile.measured is None else profile.measured.nominal or "")
 
 
-def nearest_text(nearest_profiles: Sequence[Nearest], nominal: str = "") -> str:
+def nearest_text(nearest_profiles: Sequence[ProfileMatch], nominal: str = "") -> str:
     """Text on the library profile nearest to the measured points, and on the nominal profile.
 
     Parameters
@@ -190,7 +194,11 @@ def nearest_text(nearest_profiles: Sequence[Nearest], nominal: str = "") -> str:
 
 
 def _segment_radius(segment: Segment) -> str:
-    return radius_text(getattr(segment, "radius", None), "{:.4g}") if isinstance(segment, Line | Arc) else "varies"
+    return (
+        format_radius(getattr(segment, "radius", None), "{:.4g}")
+        if isinstance(segment, StraightSegment | Arc)
+        else "varies"
+    )
 
 
 # --- The picture of a profile.
@@ -205,7 +213,7 @@ _PROBLEM_LABELS = {
 _MIN_ARC_WIDTH = 0.045
 
 
-def profile_figure(profile: Profile, path: str | Path) -> Path:
+def draw_profile(profile: Profile, path: str | Path) -> Path:
     """Draw a profile and its curvature (positive if convex) over y, with marked junctions.
 
     For a smoothed profile the points, their deviations and twice the noise of the curvature are drawn too.
@@ -253,11 +261,11 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
     profile_axes.set(title=f"{body_words(profile.kind, profile.name)}{description}", ylabel="z (up) in mm")
     _write_radii(profile_axes, profile)
     draw_problems(profile_axes, profile)
-    finish(profile_axes, *point_axes, curvature_axes)
+    add_grid(profile_axes, *point_axes, curvature_axes)
     return save_figure(figure, path)
 
 
-def _draw_points(profile_axes: Axes, deviation_axes: Axes, measured: Measured) -> str:
+def _draw_points(profile_axes: Axes, deviation_axes: Axes, measured: SmoothingResult) -> str:
     """Draw the points of a smoothed profile and their deviations from it.
 
     Returns
@@ -289,10 +297,10 @@ def draw_problems(
     to_picture
         Function from y and z of the profile (mm) to coordinates of the picture; None if they are equal.
     """
-    groups: dict[str, list[Problem]] = {}
+    groups: dict[str, list[PointProblem]] = {}
     for problem in profile.problems:
         groups.setdefault(_PROBLEM_LABELS[problem.what], []).append(problem)
-    for (reason, problems), marker in zip(groups.items(), MARKS, strict=False):
+    for (reason, problems), marker in zip(groups.items(), SERIES_MARKS, strict=False):
         y, z = np.array([(mark.y_mm, mark.z_mm) for mark in problems]).T
         y, z = (y, z) if to_picture is None else to_picture(y, z)
         # hollow, so that the profile is visible through the marks

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from fecontact.contact_theories.registry import EITHER_SIDE, THEORIES
+from fecontact.contact_theories.registry import HERTZ_OF_EACH_SIDE, THEORIES
 from fecontact.criteria import Criteria
-from fecontact.feature_registry import offered
+from fecontact.feature_registry import load_offers
 from fecontact.judging.ladder import RUNGS
-from fecontact.outputs.words import TEXTS, WORDS, criteria_text
+from fecontact.outputs.words import MEASURE_WORDS, TEXTS, criteria_text
 
 _RUNGS = "; ".join(f"{name.replace('_', ' ')}: {words}" for name, words in RUNGS.items())
 GLOSSARY = tuple((term, meaning.format(rungs=_RUNGS)) for term, meaning in TEXTS["terms"].items())
@@ -19,7 +19,8 @@ GLOSSARY = tuple((term, meaning.format(rungs=_RUNGS)) for term, meaning in TEXTS
 def measure_terms() -> tuple[tuple[str, str], ...]:
     """Names of the measures with their meanings."""
     return tuple(
-        (f"{words.short}: {words.title}", f"{words.meaning[0].upper()}{words.meaning[1:]}.") for words in WORDS.values()
+        (f"{words.short}: {words.title}", f"{words.meaning[0].upper()}{words.meaning[1:]}.")
+        for words in MEASURE_WORDS.values()
     )
 
 
@@ -38,15 +39,17 @@ def theory_terms(names: Iterable[str], *, laws: bool) -> Iterator[tuple[str, str
     Iterator of (str, str)
         Words of each theory or law, with its source, its range of validity and its cost.
     """
-    shown_names = {*names} - {*EITHER_SIDE}
+    shown_names = {*names} - {*HERTZ_OF_EACH_SIDE}
     descriptions: list[Mapping[str, Any]] = [vars(theory) for name, theory in THEORIES.items() if name in shown_names]
     if laws:
-        descriptions += [law for laws_of_feature in offered("LAWS").values() for law in laws_of_feature.laws.values()]
+        descriptions += [
+            law for laws_of_feature in load_offers("LAWS").values() for law in laws_of_feature.laws.values()
+        ]
     for description in descriptions:
         yield description["words"], "{source}. It takes for granted: {range}. Cost: {cost}.".format_map(description)
 
 
-def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:
+def question_text(pair: str, criteria: Criteria | None, roll: str = "") -> str:
     """Question of a study or map, with the criteria and the roll of the wheels.
 
     Parameters

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from fecontact.outputs.pair_names import VARIED, Row, short_name
+from fecontact.outputs.pair_names import VARIED_COLUMN, RowMapping, short_name
 
 # All cases of a series have equal values in the first columns. The optional columns separate series only if several
 # cases would have equal shifts (the roll may follow from the shift).
 _SERIES_COLUMNS = ("rail", "wheel", "load_kN")
 _OPTIONAL_COLUMNS = (
     *("side", "roll", "inclination_rad", "yaw_mrad", "resolution"),
-    *("roll_load_kN", "opposite_load_kN", "roll_mrad", VARIED),
+    *("roll_load_kN", "opposite_load_kN", "roll_mrad", VARIED_COLUMN),
 )
 # Values for rows without these columns: rows of single left wheels.
 _DEFAULTS = {"side": "left", "roll": "given"}
@@ -38,7 +38,7 @@ class Series:
         Values that distinguish the series from other series, by column.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[RowMapping, ...]
     labels: Mapping[str, str]
 
     @property
@@ -55,12 +55,12 @@ class Series:
         )
 
 
-def series(rows: Sequence[Row]) -> tuple[Series, ...]:
+def split_into_series(rows: Sequence[RowMapping]) -> tuple[Series, ...]:
     """Divide the rows of a study into series, in the order of their first cases."""
     return tuple(_split(rows, {}, (*_SERIES_COLUMNS, *_OPTIONAL_COLUMNS)))
 
 
-def _split(rows: Sequence[Row], labels: Mapping[str, str], columns: Sequence[str]) -> Iterator[Series]:
+def _split(rows: Sequence[RowMapping], labels: Mapping[str, str], columns: Sequence[str]) -> Iterator[Series]:
     """Divide rows by the first column that separates them, then by the other columns.
 
     Parameters
@@ -85,7 +85,7 @@ def _column_words(column: str, value: str) -> str:
     """Words for the value of a column, such as "100 kN" or "roll 2 mrad"."""
     if column in ("rail", "wheel"):
         return short_name(value)
-    if column == VARIED:
+    if column == VARIED_COLUMN:
         return value
     if (column, value) in _WORDS:
         return _WORDS[column, value]

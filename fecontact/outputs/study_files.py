@@ -7,16 +7,16 @@ from pathlib import Path
 
 from fecontact.criteria import Criteria
 from fecontact.files import write_sealed
-from fecontact.outputs.pair_names import Row
-from fecontact.outputs.records.results import versions
-from fecontact.outputs.series import series
+from fecontact.outputs.pair_names import RowMapping
+from fecontact.outputs.records.results import package_versions
+from fecontact.outputs.series import split_into_series
 from fecontact.outputs.tables import write_csv
 from fecontact.profiles.curve import Profile
 
 STUDY_SCHEMA = "fecontact/study/3"
 
 
-def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> None:
+def write_tables(study: str, cases: int, rows: Sequence[RowMapping], path: Path) -> None:
     """Write the rows of a study as CSV and JSON.
 
     Parameters
@@ -36,13 +36,13 @@ def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> Non
         "study": study,
         "cases": cases,
         "rows": list(rows),
-        "versions": versions(),
+        "versions": package_versions(),
     }
     write_sealed(path.with_name(f"{path.name}.json"), record, [path.with_name(f"{path.name}.csv")])
 
 
 def study_figures(
-    rows: Sequence[Row], out: Path, rail: Profile | None = None, criteria: Criteria | None = None
+    rows: Sequence[RowMapping], out: Path, rail: Profile | None = None, criteria: Criteria | None = None
 ) -> tuple[str, ...]:
     """Draw the figure of a study and write its collections.
 
@@ -62,15 +62,15 @@ def study_figures(
     tuple of str
         Names of the collections.
     """
-    from fecontact.outputs.figures.study import study_figure
+    from fecontact.outputs.figures.study import draw_study
 
     solved_rows = [row for row in rows if row.get("fe_p_max_MPa") is not None]
     if solved_rows:
-        study_figure(list(rows), out / "study.png", rail, criteria)
+        draw_study(list(rows), out / "study.png", rail, criteria)
     return _write_collections(solved_rows, out)
 
 
-def _write_collections(rows: Sequence[Row], out: Path) -> tuple[str, ...]:
+def _write_collections(rows: Sequence[RowMapping], out: Path) -> tuple[str, ...]:
     """Write a .pvd for each series of cases over the lateral shift.
 
     ParaView merges equal times, so that two series cannot share a collection. Single cases are left out if there are
@@ -79,7 +79,7 @@ def _write_collections(rows: Sequence[Row], out: Path) -> tuple[str, ...]:
     from fecontact.outputs.paraview.vtk import write_pvd
 
     unique = list({row["id"]: row for row in rows}.values())
-    found_series = series(unique)
+    found_series = split_into_series(unique)
     written_names: list[str] = []
     for series_ in found_series:
         folders_by_shift = {float(row["lateral_shift_mm"]): out / "cases" / str(row["id"]) for row in series_.rows}

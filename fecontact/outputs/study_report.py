@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError, usable
-from fecontact.feature_registry import offered
+from fecontact.errors import InputError, is_usable_status
+from fecontact.feature_registry import load_offers
 from fecontact.files import read_json, write_text
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.case_words import roll_words_of_rows
@@ -22,37 +22,44 @@ from fecontact.outputs.cases import (
 )
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.figures.report_pictures import ladder_figure
-from fecontact.outputs.pair_names import Row, pair_of_row, position_text
+from fecontact.outputs.pair_names import RowMapping, position_text, row_pair_text
 from fecontact.outputs.parts import Details, Heading, Items, Lead, Part, Picture, Terms
-from fecontact.outputs.records.asked import asked_row
+from fecontact.outputs.records.asked import requested_row
 from fecontact.outputs.records.cheapest import theory_text
-from fecontact.outputs.records.results import versions
-from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question, theory_terms
-from fecontact.outputs.style import page, svg_of
-from fecontact.outputs.tables import Item, Table
+from fecontact.outputs.records.results import package_versions
+from fecontact.outputs.report_words import (
+    GLOSSARY,
+    answer_words,
+    lead_style,
+    measure_terms,
+    question_text,
+    theory_terms,
+)
+from fecontact.outputs.style import render_page, render_svg
+from fecontact.outputs.tables import Table, TableRecord
 from fecontact.outputs.verdict_words import (
-    YIELDING,
-    decided,
+    AGAINST_YIELDING_BODIES,
+    deciding_measure_text,
     elastic_words,
 )
 from fecontact.placement.wheel_on_rail import Placement
 
-_Row = TypeVar("_Row", bound=Row)
+_Row = TypeVar("_Row", bound=RowMapping)
 
-REPORT = "report.html"
-MOST_PICTURES = 40
+REPORT_FILE = "report.html"
+MAX_PICTURES = 40
 """Largest number of pictures in a report. More pictures make a page of tens of megabytes."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShownPair:
+class DrawnCase:
     """Case for the section through both profiles."""
 
-    row: Row
+    row: RowMapping
     placement: Placement
 
 
-def reported_case(row: Row, folder: Path) -> ReportedCase:
+def read_reported_case(row: RowMapping, folder: Path) -> ReportedCase:
     """Read a case from its folder for a report.
 
     Parameters
@@ -79,7 +86,7 @@ def reported_case(row: Row, folder: Path) -> ReportedCase:
     )
 
 
-def most_used(rows: Iterable[_Row], count: int) -> list[_Row]:
+def rows_by_utilisation(rows: Iterable[_Row], count: int) -> list[_Row]:
     """Rows with the largest limit utilisations, in descending order."""
     return sorted(rows, key=lambda row: -float(row.get("verdict_limit_used") or 0.0))[:count]
 
@@ -89,7 +96,7 @@ def write_study_report(
     cases: Sequence[ReportedCase],
     out: Path,
     *,
-    shown: ShownPair | None = None,
+    shown: DrawnCase | None = None,
     criteria: Criteria | None = None,
     conclusion: str | None = None,
     pictures: str = "all are in cases/ID/case.png",
@@ -118,17 +125,17 @@ def write_study_report(
     Path
         The written page.
     """
-    cases = [replace(case, row=asked_row(case.row)) for case in cases]
+    cases = [replace(case, row=requested_row(case.row)) for case in cases]
     rows = [case.row for case in cases]
     verdicts = [verdict_of(row) for row in rows]
-    pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
+    pairs = list(dict.fromkeys(row_pair_text(row, " and ") for row in rows))
     pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
     title = _report_title(name, rows)
     parts: list[Part] = [
         Heading(title, 1),
         Lead(conclusion or _answer_text(cases), lead_style(verdicts)),
         f"{name}: {_answer_text(cases)}." if conclusion else f"Study {name}." if title != name else "",
-        question(pair, criteria, roll_words_of_rows(rows)),
+        question_text(pair, criteria, roll_words_of_rows(rows)),
         Heading("Verdicts"),
         verdict_table(cases),
         Picture(content=out / "study.svg", words="Peak pressure, how far Hertz is off, and the touch point."),
@@ -138,15 +145,15 @@ def write_study_report(
         *_case_sections(cases, pictures),
         Heading("Meshes and solver"),
         Details("Of each case", [solver_table(cases)]),
-        *closing(
+        *closing_parts(
             (name for case in cases for name in case.record.get("theories", ())),
-            laws=any(name in case.record for case in cases for name in offered("TELLINGS")),
+            laws=any(name in case.record for case in cases for name in load_offers("TELLINGS")),
         ),
     ]
-    return write_text(out / REPORT, page(f"{title}: where Hertz holds", parts))
+    return write_text(out / REPORT_FILE, render_page(f"{title}: where Hertz holds", parts))
 
 
-def closing(theories: Iterable[str], *further_terms: tuple[str, str], laws: bool) -> list[Part]:
+def closing_parts(theories: Iterable[str], *further_terms: tuple[str, str], laws: bool) -> list[Part]:
     """Last parts of every report: the terms of reports, theories and laws, then versions.
 
     Parameters
@@ -163,17 +170,17 @@ def closing(theories: Iterable[str], *further_terms: tuple[str, str], laws: bool
     list of Part
         Headings, terms and versions.
     """
-    packages = [f"{package} {version}" for package, version in versions().items() if version]
+    packages = [f"{package} {version}" for package, version in package_versions().items() if version]
     terms = Terms((*GLOSSARY, *measure_terms(), *theory_terms(theories, laws=laws), *further_terms))
     return [Heading("Terms"), terms, Heading("What made it"), Items(packages)]
 
 
-def _report_title(name: str, rows: Sequence[Row]) -> str:
+def _report_title(name: str, rows: Sequence[RowMapping]) -> str:
     """Title of a report: the pair and its loads.
 
     It is the name of the study if there are several pairs or a single case.
     """
-    pairs = {pair_of_row(row, " and ") for row in rows}
+    pairs = {row_pair_text(row, " and ") for row in rows}
     if len(rows) == 1 or len(pairs) != 1:
         return name
     loads = sorted({float(row["load_kN"]) for row in rows})
@@ -188,57 +195,61 @@ def _answer_text(cases: Sequence[ReportedCase]) -> str:
     if len(cases) != 1:
         elastic = [case.row["elastic_verdict_answer"] for case in cases if "elastic_verdict_answer" in case.row]
         elastic_part = (
-            f"; {YIELDING}, and against elastic bodies it holds in {elastic.count('HOLDS')}" if elastic else ""
+            f"; {AGAINST_YIELDING_BODIES}, and against elastic bodies it holds in {elastic.count('HOLDS')}"
+            if elastic
+            else ""
         )
         return answer_words([verdict_of(case.row) for case in cases], "cases") + elastic_part
     (row,) = (case.row for case in cases)
     cause_part = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
     reference = elastic_part = ""
     if "elastic_verdict_answer" in row:
-        reference, elastic_part = f" {YIELDING}", f"; {elastic_words(row['elastic_verdict_answer'])}"
-    return f"Hertz {verdict_of(row)}{reference}: {decided(row, cases[0].limits)}{cause_part}{elastic_part}"
+        reference, elastic_part = f" {AGAINST_YIELDING_BODIES}", f"; {elastic_words(row['elastic_verdict_answer'])}"
+    return (
+        f"Hertz {verdict_of(row)}{reference}: {deciding_measure_text(row, cases[0].limits)}{cause_part}{elastic_part}"
+    )
 
 
-def _pair_parts(shown: ShownPair | None, rows: Sequence[Row]) -> list[Part]:
+def _pair_parts(shown: DrawnCase | None, rows: Sequence[RowMapping]) -> list[Part]:
     """Section through the pair, with words that name the case."""
     if shown is None:
         return []
     words = f"Section through the first touch point {_drawn_case_text(shown.row, rows)}."
-    return [Heading("The pair"), Picture(content=svg_of(pair_figure(shown.placement)), words=words)]
+    return [Heading("The pair"), Picture(content=render_svg(pair_figure(shown.placement)), words=words)]
 
 
-def _drawn_case_text(row: Row, rows: Sequence[Row]) -> str:
+def _drawn_case_text(row: RowMapping, rows: Sequence[RowMapping]) -> str:
     """Text that names the drawn case and the reason of its choice."""
     place_text = f"at {position_text(row)}" + (
-        f" of {pair_of_row(row, ' and ')}" if len({pair_of_row(other_row) for other_row in rows}) > 1 else ""
+        f" of {row_pair_text(row, ' and ')}" if len({row_pair_text(other_row) for other_row in rows}) > 1 else ""
     )
-    if sum(usable(other_row) for other_row in rows) < 2:
+    if sum(is_usable_status(other_row) for other_row in rows) < 2:
         return place_text
     limit_utilisation = row.get("verdict_limit_used")
     utilisation_part = "" if limit_utilisation is None else f" ({float(limit_utilisation):.2f} times the limit)"
     return f"{place_text}, the case that uses most of a limit{utilisation_part}"
 
 
-def _ladder_parts(rows: Sequence[Row]) -> list[Part]:
+def _ladder_parts(rows: Sequence[RowMapping]) -> list[Part]:
     # a single case gives no curve over the shift
     figure = ladder_figure(rows) if len(rows) > 1 else None
     words = "The ladder: by how much the shape of the gap, and then the finite bodies, change the peak pressure."
-    return [] if figure is None else [Picture(content=svg_of(figure), words=words)]
+    return [] if figure is None else [Picture(content=render_svg(figure), words=words)]
 
 
 def _case_sections(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     """Picture and all measures of the drawn cases, and the place of the other cases."""
     rows_with_picture = [case.row for case in cases if case.picture is not None]
-    drawn_ids = {str(row["id"]) for row in most_used(rows_with_picture, MOST_PICTURES)}
+    drawn_ids = {str(row["id"]) for row in rows_by_utilisation(rows_with_picture, MAX_PICTURES)}
     parts: list[Part] = []
-    if len(drawn_ids) < max(sum(usable(case.row) for case in cases), len(rows_with_picture)):
+    if len(drawn_ids) < max(sum(is_usable_status(case.row) for case in cases), len(rows_with_picture)):
         parts.append(f"{len(drawn_ids)} of {len(cases)} cases, those that use most of a limit; {pictures}.")
     for case in (case for case in cases if str(case.row["id"]) in drawn_ids):
         row, words = case.row, "Dashed: Hertz's ellipse; solid: the patch of the finite elements."
         assert case.picture is not None
         parts += [
-            Heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
-            Picture(content=case.picture, words=f"{decided(row, {})}. {words}"),
+            Heading(f"{row_pair_text(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
+            Picture(content=case.picture, words=f"{deciding_measure_text(row, {})}. {words}"),
             *([] if case.relief is None else [case.relief]),
             *(case_parts(case.record) if "theories" in case.record else ()),
         ]
@@ -252,8 +263,8 @@ _MAX_TABLES = 6
 _FAILING_WIDTHS = (50, 34, 30, 26, 22, 18)
 
 
-def judged_rows_parts(rows: Sequence[Item]) -> Iterator[Part]:
-    """Iterate over the parts of `rows_parts` and the parts that features add.
+def parts_of_judged_rows(rows: Sequence[TableRecord]) -> Iterator[Part]:
+    """Iterate over the parts of `parts_of_rows` and the parts that features add.
 
     Parameters
     ----------
@@ -265,12 +276,12 @@ def judged_rows_parts(rows: Sequence[Item]) -> Iterator[Part]:
     Iterator of Part
         Parts in order.
     """
-    yield from rows_parts(rows)
-    for telling in offered("TELLINGS").values():
+    yield from parts_of_rows(rows)
+    for telling in load_offers("TELLINGS").values():
         yield from telling.of_rows(rows)
 
 
-def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
+def parts_of_rows(rows: Sequence[TableRecord]) -> Iterator[Table | str]:
     """Iterate over tables of cases, and lines on unusable rows and causes.
 
     There is a table for each rail, wheel and inclination, with one line per case.
@@ -285,8 +296,8 @@ def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
     Iterator of Table or str
         Parts in order.
     """
-    groups: dict[tuple[Any, ...], list[Item]] = {}
-    rows = [asked_row(row) for row in rows]
+    groups: dict[tuple[Any, ...], list[TableRecord]] = {}
+    rows = [requested_row(row) for row in rows]
     for row in rows:
         pair = (row["rail"], row["wheel"], float(row.get("inclination_rad") or 0.0))
         groups.setdefault(pair, []).append(row)
@@ -294,14 +305,14 @@ def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
         yield _shrinking_table(rows, "", with_pair=True)
     else:
         for group in groups.values():
-            yield _shrinking_table(group, "; ".join(filter(None, (pair_of_row(group[0]), roll_words_of_rows(group)))))
-    if any(usable(row) for row in rows):
+            yield _shrinking_table(group, "; ".join(filter(None, (row_pair_text(group[0]), roll_words_of_rows(group)))))
+    if any(is_usable_status(row) for row in rows):
         yield _COLUMN_KEY
     if any("elastic_verdict_answer" in row for row in rows):
-        yield f"verdict, FE, dev %: {YIELDING}"
+        yield f"verdict, FE, dev %: {AGAINST_YIELDING_BODIES}"
     for row in rows:
-        place_text = (f"{pair_of_row(row)}, " if len(groups) > 1 else "") + position_text(row)
-        if not usable(row):
+        place_text = (f"{row_pair_text(row)}, " if len(groups) > 1 else "") + position_text(row)
+        if not is_usable_status(row):
             yield f"{place_text}: {row['status']}"
             continue
         if row.get("verdict_cause"):
@@ -310,7 +321,7 @@ def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
             yield f"{place_text}: {text}"
 
 
-def _shrinking_table(rows: Sequence[Item], title: str, *, with_pair: bool = False) -> Table:
+def _shrinking_table(rows: Sequence[TableRecord], title: str, *, with_pair: bool = False) -> Table:
     """Table in which first the list of measures shrinks, then columns disappear."""
     wide, *shorter = (deviation_table(rows, title, width, with_pair=with_pair) for width in _FAILING_WIDTHS)
     return replace(wide, shorter=shorter)

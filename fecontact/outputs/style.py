@@ -49,20 +49,26 @@ class Colour:
     PROBLEM = "#cc79a7"
 
 
-BETWEEN = "between"
+BETWEEN_VERDICTS = "between"
 """Replaces a verdict between two loads with different verdicts if no load between them was solved."""
-ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8", BETWEEN: "#ffffff"}
+ANSWER_COLOURS = {
+    "HOLDS": "#56b4e9",
+    "UNRESOLVED": "#f0e442",
+    "FAILS": "#d55e00",
+    "failed": "#c8c8c8",
+    BETWEEN_VERDICTS: "#ffffff",
+}
 """Colours of the verdicts, of cases that could not be solved, and of loads that were not solved."""
 ANSWER_WORDS = {
     "HOLDS": "Hertz holds",
     "UNRESOLVED": "unresolved",
     "FAILS": "Hertz fails",
     "failed": "could not be solved",
-    BETWEEN: "not solved: between two verdicts",
+    BETWEEN_VERDICTS: "not solved: between two verdicts",
 }
-SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
+SERIES_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
 """Colours of series. Series have different marks as well."""
-MARKS = "os^DvP*X"
+SERIES_MARKS = "os^DvP*X"
 SIDE_LABELS = "gauge side ←            → field side"
 
 
@@ -89,21 +95,21 @@ def blank_figure(width: float, height: float) -> Figure:
 
 def series_style(number: int) -> dict[str, Any]:
     """Colour and mark of a series by its number."""
-    return {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+    return {"color": SERIES_COLOURS[number % len(SERIES_COLOURS)], "marker": SERIES_MARKS[number % len(SERIES_MARKS)]}
 
 
-def finish(*axes: Axes) -> None:
+def add_grid(*axes: Axes) -> None:
     """Give axes the grid of all pictures."""
     for ax in axes:
         ax.grid(alpha=0.3)
 
 
-def legend_beside(ax: Axes, **options: Any) -> Legend:
+def add_legend_beside(ax: Axes, **options: Any) -> Legend:
     """Add a legend on the right of axes, where it hides nothing."""
     return ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **options)
 
 
-def plain_log(ax: Axes, axis_names: str = "xy") -> None:
+def set_plain_log_scale(ax: Axes, axis_names: str = "xy") -> None:
     """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers.
 
     A narrow axis has numbers between the decades too.
@@ -157,7 +163,7 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     as_png, as_svg = (
         path if path.suffix.lower() == suffix else path.with_suffix(suffix) for suffix in (".png", ".svg")
     )
-    svg = svg_of(figure)
+    svg = render_svg(figure)
     write_atomically(as_svg, lambda temporary: temporary.write_bytes(svg))
     save_image(figure, as_png)
     return path
@@ -178,7 +184,7 @@ def save_image(figure: Figure, path: Path) -> Path:
     Path
         The written file.
     """
-    image = image_of(figure)
+    image = render_image(figure)
     write_atomically(
         path, lambda temporary: image.save(temporary, "PNG", compress_level=_PNG_COMPRESSION, dpi=(DPI, DPI))
     )
@@ -189,7 +195,7 @@ def save_image(figure: Figure, path: Path) -> Path:
 _DRAWING_LOCK = threading.Lock()
 
 
-def svg_of(figure: Figure) -> bytes:
+def render_svg(figure: Figure) -> bytes:
     """Render a figure as SVG.
 
     Parameters
@@ -217,7 +223,7 @@ def svg_of(figure: Figure) -> bytes:
     return content.getvalue()
 
 
-def image_of(figure: Figure) -> Image:
+def render_image(figure: Figure) -> Image:
     """Render a figure as pixels.
 
     The image has no alpha channel: matplotlib's files have one, but it is invisible and takes time.
@@ -267,7 +273,7 @@ _WEBP_SIGNATURE = b"RIFF"
 _ANSWERS = ("HOLDS", "UNRESOLVED", "FAILS")
 
 
-def page(title: str, parts: Parts) -> str:
+def render_page(title: str, parts: Parts) -> str:
     """Render a document as a complete HTML page, which is also well-formed XML.
 
     Parameters
@@ -305,14 +311,14 @@ def _picture_source(picture: Picture) -> str:
             from PIL.Image import open as open_image
 
             with open_image(content) as image:
-                return _data_uri("image/webp", webp_of(image, picture.width))
+                return _data_uri("image/webp", encode_webp(image, picture.width))
         content = content.read_bytes()
     if isinstance(content, bytes):
         return _data_uri("image/webp" if content.startswith(_WEBP_SIGNATURE) else "image/svg+xml", content)
-    return _data_uri("image/webp", webp_of(content, picture.width))
+    return _data_uri("image/webp", encode_webp(content, picture.width))
 
 
-def webp_of(image: Image, width: int) -> bytes:
+def encode_webp(image: Image, width: int) -> bytes:
     """Encode an image of limited width as WEBP.
 
     A WEBP has a fifth of the size of a PNG.

@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from fecontact.files import FORMULA, write_text
-from fecontact.profiles.curve import radius_text
+from fecontact.files import FORMULA_PREFIXES, write_text
+from fecontact.profiles.curve import format_radius
 
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
 """Emphasis of a row: no emphasis, failing or unusable, open, or dimmed because the row does not decide."""
-Item: TypeAlias = Mapping[str, Any]
+TableRecord: TypeAlias = Mapping[str, Any]
 """Content of a line of a table: a record of results, or a row."""
 ColumnKind: TypeAlias = Literal["number", "text", "answer"]
-Of: TypeAlias = str | Callable[[Any], Any]
+CellSource: TypeAlias = str | Callable[[Any], Any]
 """Source of the value of a column: a key of the record, or a function of the record."""
 
 
@@ -37,7 +37,7 @@ class Column:
     wraps
         Whether texts may take several lines if there is no room.
     cell
-        Function from a record to the text of the cell, for tables that are made of records (`table_of`).
+        Function from a record to the text of the cell, for tables that are made of records (`make_table`).
     """
 
     heading: str
@@ -122,7 +122,7 @@ class Table:
             yield shortest.drop_columns(names[:count]), names[:count]
 
 
-def table_of(
+def make_table(
     title: str, columns: Sequence[Column], records: Iterable[Any], tone: Callable[[Any], Tone] | None = None
 ) -> Table:
     """Make a table with a line for each record.
@@ -157,8 +157,15 @@ def table_of(
     return Table(title=title, columns=columns, rows=rows)
 
 
-def number(
-    heading: str, source: Of, form: str = "{:g}", factor: float = 1.0, *, none: str = "-", rank: int = 0, name: str = ""
+def number_column(
+    heading: str,
+    source: CellSource,
+    form: str = "{:g}",
+    factor: float = 1.0,
+    *,
+    none: str = "-",
+    rank: int = 0,
+    name: str = "",
 ) -> Column:
     """Make a column of numbers in a format.
 
@@ -185,14 +192,14 @@ def number(
 
     def cell(record: Any) -> str:
         value = _read_value(source, record)
-        return none if missing(value) else form.format(factor * float(value))
+        return none if is_missing(value) else form.format(factor * float(value))
 
     return Column(heading=heading, rank=rank, name=name, cell=cell)
 
 
-def text(
+def text_column(
     heading: str,
-    source: Of,
+    source: CellSource,
     kind: ColumnKind = "text",
     *,
     none: str = "",
@@ -228,16 +235,18 @@ def text(
     return Column(heading=heading, kind=kind, rank=rank, name=name, wraps=wraps, cell=cell)
 
 
-def radius(heading: str, source: Of, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
+def radius_column(heading: str, source: CellSource, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
     """Make a column of radii in mm; None is a straight line."""
-    return text(heading, lambda record: radius_text(_read_value(source, record), form), "number", rank=rank, name=name)
+    return text_column(
+        heading, lambda record: format_radius(_read_value(source, record), form), "number", rank=rank, name=name
+    )
 
 
-def _read_value(source: Of, record: Any) -> Any:
+def _read_value(source: CellSource, record: Any) -> Any:
     return source(record) if callable(source) else record.get(source)
 
 
-def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str] = ()) -> list[Column]:
+def make_columns(*headings: str, texts: Sequence[str] = (), answers: Sequence[str] = ()) -> list[Column]:
     """Make columns of numbers, texts and answers from their headings.
 
     Parameters
@@ -258,24 +267,24 @@ def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str]
     ]
 
 
-def missing(value: object) -> bool:
+def is_missing(value: object) -> bool:
     """Whether a value of a row is None, NaN or infinite."""
     return value is None or (isinstance(value, float) and not math.isfinite(value))
 
 
 def number_text(value: float | None, form: str = "{:.5g}") -> str:
     """Text for a number, or a dash for a missing number."""
-    return "-" if value is None or missing(value) else form.format(value)
+    return "-" if value is None or is_missing(value) else form.format(value)
 
 
 # --- Rows as CSV, for other programs.
 
 
-def write_csv(rows: Iterable[Item], path: str | Path) -> Path:
+def write_csv(rows: Iterable[TableRecord], path: str | Path) -> Path:
     """Write rows as CSV.
 
     Columns are in the order in which they first occur. Missing values and NaN are empty. A text that spreadsheets would
-    evaluate has an apostrophe before it (`files.FORMULA`).
+    evaluate has an apostrophe before it (`files.FORMULA_PREFIXES`).
 
     Parameters
     ----------
@@ -299,6 +308,6 @@ def write_csv(rows: Iterable[Item], path: str | Path) -> Path:
 
 
 def _cell(value: object) -> object:
-    if isinstance(value, str) and value.startswith(FORMULA):
+    if isinstance(value, str) and value.startswith(FORMULA_PREFIXES):
         return f"'{value}"
-    return None if missing(value) else value
+    return None if is_missing(value) else value

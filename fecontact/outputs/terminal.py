@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from fecontact.outputs.tables import Table
 
 
-Lines: TypeAlias = "Iterator[Table | str]"
+OutputLines: TypeAlias = "Iterator[Table | str]"
 """Tables and lines in the order in which they are printed."""
 
 # Width of a table that goes to a file or a pipe. It is not limited, so that nothing is left out or broken.
 _UNLIMITED_WIDTH = 10_000
 
 
-def answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool, **files: Path | None) -> None:
+def print_answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool, **files: Path | None) -> None:
     """Print a record as lines or as JSON, then the written files.
 
     Parameters
@@ -36,18 +36,18 @@ def answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool
     files
         Written files by kind; None for a file that was not written.
     """
-    from fecontact.files import json_text
+    from fecontact.files import format_json
 
     if json:
-        print(json_text(record))
+        print(format_json(record))
     else:
-        show(lines(record))
+        print_parts(lines(record))
     for file_kind, path in files.items():
         if path is not None:
             print(f"{file_kind}: {path}", file=sys.stderr if json else sys.stdout)
 
 
-def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = False) -> None:
+def print_parts(parts: Iterable[Part], console: Console | None = None, *, long: bool = False) -> None:
     """Print the parts of a document on standard output or on a console.
 
     Pictures and other parts without words are left out.
@@ -67,9 +67,9 @@ def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = 
     for part in parts:
         match part:
             case Details():
-                show(part.parts if long else (), console, long=long)
+                print_parts(part.parts if long else (), console, long=long)
             case Items():
-                show(notes(part.lines), console)
+                print_parts(note_lines(part.lines), console)
             case Heading() | Lead():
                 _print_line(console, part.text)
             case Terms() | Picture() | "":
@@ -80,7 +80,7 @@ def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = 
                 _print_table(console, part)
 
 
-def notes(texts: Iterable[str]) -> Iterator[str]:
+def note_lines(texts: Iterable[str]) -> Iterator[str]:
     """Notes as lines for the terminal."""
     return (f"note: {text}" for text in texts)
 
@@ -203,6 +203,6 @@ def print_page(text: str, without_links: Callable[[str], str]) -> None:
     console.print(Markdown(without_links(text), hyperlinks=False))
 
 
-def count(number: int, noun: str) -> str:
+def count_text(number: int, noun: str) -> str:
     """Number with its noun, in the plural with an s unless the number is 1."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
-from fecontact.feature_registry import offered
-from fecontact.outputs.flat_records import Record, picked, told
+from fecontact.feature_registry import load_offers
+from fecontact.outputs.flat_records import Record, select_attributes, to_plain
 from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
-from fecontact.outputs.records.results import case_inputs, contact_record, versions
-from fecontact.outputs.tables import Item, number, table_of, text
-from fecontact.outputs.terminal import Lines, notes
-from fecontact.solving.alone import TheoryAlone
+from fecontact.outputs.records.results import case_inputs, contact_record, package_versions
+from fecontact.outputs.tables import TableRecord, make_table, number_column, text_column
+from fecontact.outputs.terminal import OutputLines, note_lines
+from fecontact.solving.alone import TheoryEvaluation
 
 _THEORY_ATTRIBUTES = "words cost source range differs"
 
@@ -32,7 +32,7 @@ def check_theory(name: str) -> None:
         raise InputError(f"theory is {name!r}; allowed: {', '.join(THEORIES)}; `fecontact theories` says what they are")
 
 
-def theories_listed() -> Record:
+def list_theories() -> Record:
     """List of the theories of the `pressure` and of the laws of features.
 
     The cheapest theory and the cheapest law of each kind come first.
@@ -43,12 +43,12 @@ def theories_listed() -> Record:
         Description by name, for each kind.
     """
     return {
-        "pressure": {name: picked(theory, _THEORY_ATTRIBUTES) for name, theory in THEORIES.items()},
-        **{laws.kind: told(laws.laws) for laws in offered("LAWS").values()},
+        "pressure": {name: select_attributes(theory, _THEORY_ATTRIBUTES) for name, theory in THEORIES.items()},
+        **{laws.kind: to_plain(laws.laws) for laws in load_offers("LAWS").values()},
     }
 
 
-def alone_record(theory_alone: TheoryAlone) -> Record:
+def theory_record(theory_alone: TheoryEvaluation) -> Record:
     """Record of a theory at a position.
 
     Parameters
@@ -70,7 +70,7 @@ def alone_record(theory_alone: TheoryAlone) -> Record:
     return {
         "schema": "fecontact/theory/1",
         "theory": theory_alone.name,
-        **picked(THEORIES[theory_alone.name], _THEORY_ATTRIBUTES),
+        **select_attributes(THEORIES[theory_alone.name], _THEORY_ATTRIBUTES),
         "case": case_inputs(theory_alone.case, placement),
         **pair_geometry_record(theory_alone.case, placement),
         "contact_angle_rad": placement.first.contact_angle_rad,
@@ -78,36 +78,36 @@ def alone_record(theory_alone: TheoryAlone) -> Record:
         "problem": theory_alone.problem,
         **contact_entries,
         "warnings": list(placement.notes),
-        "versions": versions(),
+        "versions": package_versions(),
     }
 
 
 _PATCH_COLUMNS = (
-    text("patch", "patch"),
-    number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
-    number("p_max\nMPa", "p_max_MPa", "{:.1f}"),
-    number("area\nmm²", "area_mm2", "{:.2f}"),
-    number("a\nmm", "a_mm", "{:.3f}"),
-    number("b\nmm", "b_mm", "{:.3f}"),
-    number("approach\nmm", "approach_mm", "{:.5f}", none=""),
-    number("centre s\nmm", lambda patch: patch["centre_mm"][1], "{:+z.3f}"),
+    text_column("patch", "patch"),
+    number_column("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
+    number_column("p_max\nMPa", "p_max_MPa", "{:.1f}"),
+    number_column("area\nmm²", "area_mm2", "{:.2f}"),
+    number_column("a\nmm", "a_mm", "{:.3f}"),
+    number_column("b\nmm", "b_mm", "{:.3f}"),
+    number_column("approach\nmm", "approach_mm", "{:.5f}", none=""),
+    number_column("centre s\nmm", lambda patch: patch["centre_mm"][1], "{:+z.3f}"),
 )
 
 
-def theories_lines(listed: Item) -> Lines:
+def theories_lines(listed: TableRecord) -> OutputLines:
     """Iterate over the descriptions of all theories.
 
     Parameters
     ----------
     listed
-        Record of `theories_listed`.
+        Record of `list_theories`.
 
     Returns
     -------
     Lines
         Name, cost, source, range of validity and differences from the source of each theory.
     """
-    headings = {laws.kind: laws.heading for laws in offered("LAWS").values()}
+    headings = {laws.kind: laws.heading for laws in load_offers("LAWS").values()}
     for kind, theories in listed.items():
         yield f"{headings.get(kind, 'Theories of the pressure')}, from the cheapest:"
         for name, theory in theories.items():
@@ -115,7 +115,7 @@ def theories_lines(listed: Item) -> Lines:
             yield from (f"      {key}: {theory[key]}" for key in ("source", "range", "differs") if theory.get(key))
 
 
-def alone_lines(record: Item) -> Lines:
+def theory_lines(record: TableRecord) -> OutputLines:
     """Iterate over the outputs of a theory at a position.
 
     Parameters
@@ -132,9 +132,9 @@ def alone_lines(record: Item) -> Lines:
     if record["problem"] is None:
         patches = record["patches"] if len(record["patches"]) > 1 else []
         numbered_patches = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
-        yield table_of(record["words"], _PATCH_COLUMNS, [{**record, "patch": "all"}, *numbered_patches])
+        yield make_table(record["words"], _PATCH_COLUMNS, [{**record, "patch": "all"}, *numbered_patches])
     yield f"status: {record['status']}"
     yield from filter(None, (record["problem"], *record["notes"]))
     if record["solutions"] > 1:
         yield f"approaches that carry the force: {record['solutions']}"
-    yield from notes(record["warnings"])
+    yield from note_lines(record["warnings"])

@@ -9,18 +9,18 @@ from typing import Any
 
 from fecontact.case import RESOLUTIONS
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
-from fecontact.errors import usable, with_remedy
+from fecontact.errors import describe_status, is_usable_status
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import PLASTIC
-from fecontact.judging.lines import FILTER
+from fecontact.judging.ladder import PLASTIC_STEP
+from fecontact.judging.lines import FILTER_LABEL
 from fecontact.judging.measures import MEASURES, Measures
-from fecontact.judging.uncertainty import unmeshed
-from fecontact.judging.verdict import PROFILE, answer_of
+from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
+from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
-from fecontact.outputs.words import WORDS, deviation_column
+from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 from fecontact.solving.solve import CaseResult
 
-YIELDING = "against bodies that yield"
+AGAINST_YIELDING_BODIES = "against bodies that yield"
 """Reference of a verdict if there is a yield stress."""
 
 
@@ -34,7 +34,7 @@ Record = Mapping[str, Any]
 _NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
 
 
-BY_EACH_LINE = " over all lines, each of which is judged by itself"
+BY_EACH_VARIANT = " over all lines, each of which is judged by itself"
 """Reason for an apparent contradiction of uncertainty and verdict, if several profile variants fit the points."""
 
 
@@ -68,11 +68,11 @@ def deviation_sentence(
     str
         Text such as "peak pressure +3.20 % ± 1.00 % (limit ±5 %)".
     """
-    words = WORDS[measure]
+    words = MEASURE_WORDS[measure]
     limit_part = "" if limit is None else f" (limit {words.limit_text(limit)})"
     variants = ""
     if answer in ("HOLDS", "FAILS") and deviation is not None and uncertainty is not None and limit is not None:
-        variants = "" if answer_of(deviation, uncertainty, limit) == answer else BY_EACH_LINE
+        variants = "" if compare_with_limit(deviation, uncertainty, limit) == answer else BY_EACH_VARIANT
     nearness = f"{_NEARNESS_WORDS[answer]}: " if nearest else ""
     return (
         f"{nearness}{words.name} {words.deviation_text(deviation)} ± {words.deviation_text(uncertainty, size=True)}"
@@ -101,11 +101,11 @@ def _cause_text(cause: str | None) -> str:
 def _reason(verdict: Record, judgement: Record) -> str:
     """Deciding measure of a verdict, with curvature, cause and share of profile variants."""
     side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
-    variants = f"; it {share_text(verdict['lines'])}" if verdict["lines"] else ""
+    variants = f"; it {variant_share_text(verdict['lines'])}" if verdict["lines"] else ""
     return f"{_decision_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
 
 
-def share_text(lines: Mapping[str, str]) -> str:
+def variant_share_text(lines: Mapping[str, str]) -> str:
     """Text for the number of profile variants on which a theory holds or fails.
 
     The text names the filters with which the theory fails.
@@ -143,7 +143,8 @@ def _failing_text(holds: Sequence[str], fails: Sequence[str]) -> str:
         Names of the variants on which the theory holds, and on which it fails.
     """
     holding_filters_mm, failing_filters_mm = (
-        [float(variant.split()[1]) for variant in variants if variant.startswith(FILTER)] for variants in (holds, fails)
+        [float(variant.split()[1]) for variant in variants if variant.startswith(FILTER_LABEL)]
+        for variants in (holds, fails)
     )
     if (
         holding_filters_mm
@@ -160,7 +161,7 @@ def _failing_text(holds: Sequence[str], fails: Sequence[str]) -> str:
     return f"it fails on {', '.join(fails)}" if len(fails) < 4 else f"it fails on {len(fails)}"
 
 
-def band_text(fe: Record) -> str:
+def peak_range_text(fe: Record) -> str:
     """Range of the peak pressure over the profile variants; empty for exact profiles."""
     if "p_max_low_MPa" not in fe:
         return ""
@@ -187,7 +188,7 @@ def verdict_reason(load: JudgedLoad) -> str:
         judgement = load.plastic.deciding
         limits = {"limits": load.case.criteria.limits, "side": load.plastic.deciding_side}
         reason = _reason({**vars(judgement.verdict), **limits}, vars(judgement))
-        return f"{YIELDING}, {reason}; {elastic_words(load.elastic_verdict.answer)}"
+        return f"{AGAINST_YIELDING_BODIES}, {reason}; {elastic_words(load.elastic_verdict.answer)}"
     limits = {"limits": load.case.criteria.limits, "side": load.deciding_side}
     reason = _reason({**vars(load.verdict), **limits}, vars(load.deciding))
     if load.usable:
@@ -201,12 +202,12 @@ def reference_measures(load: JudgedLoad) -> Measures:
 
     If there is a yield stress, they are measures of bodies that yield.
     """
-    return load.ladder.rungs.get(PLASTIC.end, load.comparison.fe)
+    return load.ladder.rungs.get(PLASTIC_STEP.end, load.comparison.fe)
 
 
-def reason_of_record(record: Record) -> str:
+def verdict_reason_of_record(record: Record) -> str:
     """Reason of the verdict of a record, also for an unusable record."""
-    return _reason(record["verdict"], deciding(record))
+    return _reason(record["verdict"], deciding_hertz(record))
 
 
 def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
@@ -243,13 +244,15 @@ def cheapest_text(record: Record) -> str:
         )
         lines = verdicts[possible_theory]["lines"]
         return (
-            f"the cheapest theory that may hold: {THEORIES[possible_theory].words} {share_text(lines)}" if lines else ""
+            f"the cheapest theory that may hold: {THEORIES[possible_theory].words} {variant_share_text(lines)}"
+            if lines
+            else ""
         )
     if name not in THEORIES or (name == HERTZ and status[0] != "out of range"):
         return ""
-    judged_theory = deciding(record) if name == HERTZ else record["theories"][name]
+    judged_theory = deciding_hertz(record) if name == HERTZ else record["theories"][name]
     deviations = {
-        WORDS[measure].short: WORDS[measure].deviation_text(judged_theory["deviation"][measure])
+        MEASURE_WORDS[measure].short: MEASURE_WORDS[measure].deviation_text(judged_theory["deviation"][measure])
         for measure in ("p_max_MPa", "area_mm2")
     }
     deviations_text = ", ".join(f"{short} {value}" for short, value in deviations.items())
@@ -257,7 +260,7 @@ def cheapest_text(record: Record) -> str:
     return f"the cheapest theory that holds: {words} ({deviations_text}; {judged_theory['limit_used']:.2f} of a limit)"
 
 
-def decided(row: Record, limits: Mapping[str, float]) -> str:
+def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
     """Deciding measure of a row with the deviation of Hertz and its limit.
 
     Parameters
@@ -272,23 +275,23 @@ def decided(row: Record, limits: Mapping[str, float]) -> str:
     str
         The text. For an unusable row it is the status; without a deciding measure it is empty.
     """
-    if not usable(row):
+    if not is_usable_status(row):
         return str(row["status"])
     measure = row.get("verdict_measure")
-    if measure not in WORDS:
+    if measure not in MEASURE_WORDS:
         return ""
-    *columns, factor = deviation_column(measure)
+    *columns, factor = deviation_columns(measure)
     deviation, uncertainty = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
     return deviation_sentence(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
 
 
-def deciding(record: Record) -> Record:
+def deciding_hertz(record: Record) -> Record:
     """Record of Hertz with the curvature of the side that decided the verdict."""
     hertz: Record = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
     return hertz
 
 
-def what_would_decide(record: Record) -> str:
+def remedy_text(record: Record) -> str:
     """Remedy for an open verdict: finer meshes, or better profiles.
 
     Parameters
@@ -302,18 +305,20 @@ def what_would_decide(record: Record) -> str:
         Sentence for the reader.
     """
     measure = record["verdict"]["measure"]
-    if record.get("plastic") and not usable(record["plastic"]):
-        return f"what yielding does was not solved: {with_remedy(record['plastic'])}"
-    if not usable(record):
-        return f"the result must not be used: {with_remedy(record)}"
-    if record["verdict"]["cause"] == PROFILE:
-        change = WORDS[measure].deviation_text(record["uncertainty_of_profile"][measure], size=True)
+    if record.get("plastic") and not is_usable_status(record["plastic"]):
+        return f"what yielding does was not solved: {describe_status(record['plastic'])}"
+    if not is_usable_status(record):
+        return f"the result must not be used: {describe_status(record)}"
+    if record["verdict"]["cause"] == PROFILE_CAUSE:
+        change = MEASURE_WORDS[measure].deviation_text(record["uncertainty_of_profile"][measure], size=True)
         return (
             f"no finer mesh decides it: over the lines that the points allow the deviation changes by {change}; say the"
             " filter that counts, or measure the profiles with less noise, or closer points"
         )
     if (irreducible := _irreducible_uncertainty(record)) is not None:
-        distance, irreducible_uncertainty = (WORDS[measure].deviation_text(size, size=True) for size in irreducible)
+        distance, irreducible_uncertainty = (
+            MEASURE_WORDS[measure].deviation_text(size, size=True) for size in irreducible
+        )
         return (
             f"no finer mesh decides it: it is {distance} beside its limit, and reading it and the bodies' cut planes"
             f" leave {irreducible_uncertainty} open"
@@ -334,9 +339,9 @@ def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:
     No mesh removes the irreducible uncertainty. The result is None if the distance is at least as large, or if the
     stated uncertainty is more than 2 times the irreducible uncertainty.
     """
-    measure, hertz = record["verdict"]["measure"], deciding(record)
+    measure, hertz = record["verdict"]["measure"], deciding_hertz(record)
     deviation, stated_uncertainty = (hertz[name].get(measure, math.nan) for name in ("deviation", "uncertainty"))
-    uncertainty = unmeshed(measure, deviation, shared=record["fe"]["pieces"] > 1)
+    uncertainty = estimate_irreducible_uncertainty(measure, deviation, shared=record["fe"]["pieces"] > 1)
     if uncertainty is None:
         return None
     irreducible_uncertainty = uncertainty * (abs(1.0 + deviation) if measure in MEASURES else 1.0)

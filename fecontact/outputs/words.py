@@ -84,18 +84,18 @@ class MeasureWords:
 
 
 TEXTS = tomllib.loads((files("fecontact.outputs") / "words.toml").read_text("utf-8"))
-WORDS: dict[str, MeasureWords] = {name: MeasureWords(**parts) for name, parts in TEXTS["measures"].items()}
+MEASURE_WORDS: dict[str, MeasureWords] = {name: MeasureWords(**parts) for name, parts in TEXTS["measures"].items()}
 """Words of each measure, by its name."""
 
 
 def names_text(measures: Iterable[str]) -> str:
     """Names of measures, joined by commas."""
-    return ", ".join(WORDS[measure].name for measure in measures)
+    return ", ".join(MEASURE_WORDS[measure].name for measure in measures)
 
 
 def criteria_text(criteria: Criteria) -> str:
     """Text for the deciding measures, each with its limit."""
-    limits_of_measures = ((WORDS[measure], limit) for measure, limit in criteria.limits.items())
+    limits_of_measures = ((MEASURE_WORDS[measure], limit) for measure, limit in criteria.limits.items())
     return ", ".join(f"{words.short} {words.limit_text(limit)}" for words, limit in limits_of_measures)
 
 
@@ -114,7 +114,7 @@ def limits_text(criteria: Criteria) -> str:
     """
     groups: dict[str, list[str]] = {}
     for measure, limit in criteria.limits.items():
-        words = WORDS[measure]
+        words = MEASURE_WORDS[measure]
         groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}", []).append(words.short)
     return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
 
@@ -124,7 +124,7 @@ def unknown_text(measures: Iterable[str]) -> str:
     return f"the stored result does not have {names_text(measures)}; solve it again to judge by them"
 
 
-def deviation_column(measure: str) -> tuple[str, str, float]:
+def deviation_columns(measure: str) -> tuple[str, str, float]:
     """Columns of the deviation and of the uncertainty of a measure, with their factor.
 
     Parameters
@@ -138,6 +138,6 @@ def deviation_column(measure: str) -> tuple[str, str, float]:
         Column of the deviation, column of the uncertainty, and factor from relative values to the numbers of both
         columns.
     """
-    factor = WORDS[measure].factor
+    factor = MEASURE_WORDS[measure].factor
     name = relative_name(measure)
     return f"hertz_deviation_{name}", f"hertz_uncertainty_{name}", factor

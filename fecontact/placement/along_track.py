@@ -11,7 +11,7 @@ from fecontact.placement.irregularity import Irregularity
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class AlongTrack:
+class PlacedIrregularities:
     """Irregularities of both bodies at a distance along the track.
 
     Attributes

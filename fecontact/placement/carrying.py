@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 
 from fecontact.placement.poses import (
-    TouchPoint,
-    search_points,
+    ContactPoint,
+    sample_profile,
 )
 from fecontact.profiles.curve import Profile
 
@@ -25,7 +25,7 @@ _MIN_FLANGE_ANGLE_RAD = 0.25 * np.pi
 _FLANK_ANGLE_RANGE_RAD = 4e-3
 
 
-def find_support_problem(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
+def find_support_problem(wheel: Profile, touch: ContactPoint, *, climbs: bool, flange_climb: bool) -> str:
     """Reason why a wheel cannot run on a contact point; empty if it can.
 
     Parameters
@@ -59,7 +59,7 @@ def find_support_problem(wheel: Profile, touch: TouchPoint, *, climbs: bool, fla
     return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb takes it nevertheless)"
 
 
-def climbs_at(wheel: Profile, y_mm: float) -> bool:
+def is_beyond_flank(wheel: Profile, y_mm: float) -> bool:
     """Whether a position across a wheel profile lies beyond the steepest place of the flange."""
     return y_mm < _locate_flange(wheel)[1]
 
@@ -76,7 +76,7 @@ def _locate_flange(wheel: Profile) -> tuple[float, float]:
 
     A wheel without a flange cannot climb: its steepest place is at minus infinity.
     """
-    p = search_points(wheel)[1].taken(slice(1, -1))
+    p = sample_profile(wheel)[1].taken(slice(1, -1))
     # Angles, not slopes: a flange may be upright.
     angles = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
     steepest, top = float(np.max(angles)), float(p.y[np.argmin(p.z)])

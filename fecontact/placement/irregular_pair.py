@@ -7,16 +7,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from fecontact.errors import InputError
-from fecontact.placement.along_track import AlongTrack
+from fecontact.placement.along_track import PlacedIrregularities
 from fecontact.placement.irregularity import Irregularity
-from fecontact.placement.openings import on_edge, touches
+from fecontact.placement.openings import find_gap_minima, is_on_edge
 from fecontact.placement.poses import (
-    TouchPoint,
+    ContactPoint,
 )
-from fecontact.placement.wheel_on_rail import REACH_MM, Placement
+from fecontact.placement.wheel_on_rail import TOUCH_REACH_MM, Placement
 
 
-def with_irregularities(placement: Placement, irregularities: Sequence[Irregularity], distance_mm: float) -> Placement:
+def lower_on_irregularities(
+    placement: Placement, irregularities: Sequence[Irregularity], distance_mm: float
+) -> Placement:
     """Lower the rigid wheel on an irregular rail, with its contact points and their curvatures.
 
     The openings are taken along the normals of the rail. Range of validity: slopes along the track are small, so that
@@ -42,11 +44,11 @@ def with_irregularities(placement: Placement, irregularities: Sequence[Irregular
         If the wheel touches an edge, where there is no curvature.
     """
     deepened = [irregularity.on_wheel(placement.wheel.rolling_radius_mm) for irregularity in irregularities]
-    along = AlongTrack(lines=tuple(deepened), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
+    along = PlacedIrregularities(lines=tuple(deepened), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
     points = [touch for smooth in placement.touch_points for touch in _irregular_contact_points(smooth, along)]
     points.sort(key=lambda touch: touch.vertical_gap_mm)
     first_gap_mm = points[0].vertical_gap_mm
-    near = [touch for touch in points if touch.vertical_gap_mm <= first_gap_mm + REACH_MM]
+    near = [touch for touch in points if touch.vertical_gap_mm <= first_gap_mm + TOUCH_REACH_MM]
     return replace(
         placement,
         touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - first_gap_mm) for touch in near),
@@ -54,15 +56,15 @@ def with_irregularities(placement: Placement, irregularities: Sequence[Irregular
     )
 
 
-def _irregular_contact_points(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
+def _irregular_contact_points(smooth: ContactPoint, along: PlacedIrregularities) -> list[ContactPoint]:
     """Contact points that replace a contact point of the smooth bodies.
 
     Their gaps are measured from the first touch of the smooth bodies.
     """
     xx, upright = smooth.curvature.xx_per_mm, float(smooth.normal[2])
-    reach = math.sqrt(2.0 * (REACH_MM + along.height_mm) / xx)
-    minima = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
-    if on_edge(minima, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
+    reach = math.sqrt(2.0 * (TOUCH_REACH_MM + along.height_mm) / xx)
+    minima = find_gap_minima(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
+    if is_on_edge(minima, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
         raise InputError(
             f"at {along.distance_mm:g} mm the wheel stands on an edge of its irregularity, where there is no curvature"
             " and the pressure has no bound; give a haversine, a table with the edge's radius, or another distance"

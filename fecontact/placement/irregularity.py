@@ -18,9 +18,9 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import choice, number
-from fecontact.inputs.slots import inputs
-from fecontact.inputs.texts import nearest
+from fecontact.inputs.kinds import choice_field, number_field
+from fecontact.inputs.slots import input_dataclass
+from fecontact.inputs.texts import suggest_name
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -51,7 +51,7 @@ _LENGTH_INPUTS = ("wavelength_mm", "amplitude_mm", "length_mm", "depth_mm")
 _REMEDY = "give lengths in mm, um, cm or m"
 
 
-@inputs
+@input_dataclass
 class Irregularity:
     """An opening e(s) along the track.
 
@@ -78,12 +78,12 @@ class Irregularity:
     [0.4, 0.2, 0.0]
     """
 
-    kind: IrregularityKind = choice(MISSING, "Its shape", get_args(IrregularityKind), label="irregularity")
-    wavelength_mm: float | None = number(None, "Of a sine", remedy=_REMEDY)
-    amplitude_mm: float | None = number(None, "Half of peak to valley of a sine", remedy=_REMEDY)
-    phase_rad: float = number(0.0, "Of a sine", low=-1e6, high=1e6)
-    length_mm: float | None = number(None, "Of a flat", remedy=_REMEDY)
-    depth_mm: float | None = number(None, "Of a flat", remedy=_REMEDY)
+    kind: IrregularityKind = choice_field(MISSING, "Its shape", get_args(IrregularityKind), label="irregularity")
+    wavelength_mm: float | None = number_field(None, "Of a sine", remedy=_REMEDY)
+    amplitude_mm: float | None = number_field(None, "Half of peak to valley of a sine", remedy=_REMEDY)
+    phase_rad: float = number_field(0.0, "Of a sine", low=-1e6, high=1e6)
+    length_mm: float | None = number_field(None, "Of a flat", remedy=_REMEDY)
+    depth_mm: float | None = number_field(None, "Of a flat", remedy=_REMEDY)
     points_mm: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
@@ -242,7 +242,7 @@ def _check_points(points: Sequence[tuple[float, float]]) -> None:
 
 # --- An irregularity as a text, such as `sine:wavelength_mm=30,amplitude_um=25`, and as a table in a file.
 
-FORMS = (
+IRREGULARITY_FORMS = (
     "sine:wavelength_mm=30,amplitude_um=25[,phase_deg=90] (a cosine), chord:length_mm=40,"
     " haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um"
 )
@@ -257,7 +257,7 @@ def parse_irregularity(text: str) -> Irregularity:
     Parameters
     ----------
     text
-        A kind with its quantities, as in `FORMS`.
+        A kind with its quantities, as in `IRREGULARITY_FORMS`.
 
     Returns
     -------
@@ -279,10 +279,10 @@ def parse_irregularity(text: str) -> Irregularity:
     if kind == "table":
         fields[:1] = [f"file={field.strip()}" for field in fields[:1]]
     pairs = (field.partition("=") for field in fields)
-    return irregularity_of({"kind": kind, **{name.strip(): value.strip() for name, _, value in pairs}})
+    return read_irregularity({"kind": kind, **{name.strip(): value.strip() for name, _, value in pairs}})
 
 
-def irregularity_of(value: Any) -> Irregularity:
+def read_irregularity(value: Any) -> Irregularity:
     """Read an irregularity from a text or a mapping.
 
     Parameters
@@ -305,13 +305,13 @@ def irregularity_of(value: Any) -> Irregularity:
     if isinstance(value, str):
         return parse_irregularity(value)
     if not isinstance(value, dict) or "kind" not in value:
-        raise InputError(f"irregularity is {value!r}; allowed: {FORMS}, or a table with a kind")
+        raise InputError(f"irregularity is {value!r}; allowed: {IRREGULARITY_FORMS}, or a table with a kind")
     inputs_of_kind = {name: quantity_value for name, quantity_value in value.items() if name != "kind"}
     if value["kind"] == "table":
         if unknown := inputs_of_kind.keys() - {"file", "distance", "opening"}:
             raise InputError(f"irregularity table: {', '.join(sorted(unknown))}; it has file, distance and opening")
         if not inputs_of_kind.get("file"):
-            raise InputError(f"irregularity table: no file is given; allowed: {FORMS}")
+            raise InputError(f"irregularity table: no file is given; allowed: {IRREGULARITY_FORMS}")
         return read_irregularity_table(
             inputs_of_kind["file"],
             distance_unit=inputs_of_kind.get("distance"),
@@ -323,7 +323,7 @@ def irregularity_of(value: Any) -> Irregularity:
     return Irregularity(kind=value["kind"], **quantities)
 
 
-def irregularity_text(value: Irregularity) -> str:
+def format_irregularity(value: Irregularity) -> str:
     """Text of an irregularity.
 
     Parameters
@@ -373,7 +373,7 @@ def convert_quantity(name: str, value: Any) -> tuple[str, float]:
         names = {name: name for name in (*_LENGTH_INPUTS, "phase_deg")}
         raise InputError(
             f"irregularity: {name or 'an empty item'} is no known quantity; allowed: {', '.join(names)}, also in"
-            f" um, cm and m{nearest(name, names)}"
+            f" um, cm and m{suggest_name(name, names)}"
         )
     try:
         number = float(value)

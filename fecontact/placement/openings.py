@@ -21,7 +21,7 @@ _SEARCH_PLACES = 2001
 
 
 @dataclass(frozen=True, kw_only=True)
-class Touch:
+class GapMinimum:
     """A place at which the rigid bodies touch.
 
     Attributes
@@ -39,7 +39,7 @@ class Touch:
     A_per_mm: float
 
 
-def touches(A_per_mm: float, opening: GapOpening, reach_mm: float) -> tuple[Touch, ...]:
+def find_gap_minima(A_per_mm: float, opening: GapOpening, reach_mm: float) -> tuple[GapMinimum, ...]:
     """Minima of the gap within a reach, the lowest first.
 
     The rigid wheel touches at the first of them.
@@ -71,7 +71,7 @@ def touches(A_per_mm: float, opening: GapOpening, reach_mm: float) -> tuple[Touc
     return tuple(sorted(minima, key=lambda touch: touch.gap_mm))
 
 
-def on_edge(minima: tuple[Touch, ...], kinks_mm: tuple[float, ...], reach_mm: float) -> bool:
+def is_on_edge(minima: tuple[GapMinimum, ...], kinks_mm: tuple[float, ...], reach_mm: float) -> bool:
     """Whether the rigid wheel touches an edge, where there is no curvature.
 
     Parameters
@@ -92,8 +92,10 @@ def on_edge(minima: tuple[Touch, ...], kinks_mm: tuple[float, ...], reach_mm: fl
     return any(abs(touch.x_mm - kink) < max_distance for touch in minima for kink in kinks_mm)
 
 
-def _parabola_minimum(x: Floats, gap: Floats) -> Touch:
+def _parabola_minimum(x: Floats, gap: Floats) -> GapMinimum:
     """Lowest point of the parabola through three places."""
     step = float(x[1] - x[0])
     slope, bend = float(gap[2] - gap[0]) / (2.0 * step), float(gap[0] - 2.0 * gap[1] + gap[2]) / step**2
-    return Touch(x_mm=float(x[1]) - slope / bend, gap_mm=float(gap[1]) - 0.5 * slope**2 / bend, A_per_mm=0.5 * bend)
+    return GapMinimum(
+        x_mm=float(x[1]) - slope / bend, gap_mm=float(gap[1]) - 0.5 * slope**2 / bend, A_per_mm=0.5 * bend
+    )

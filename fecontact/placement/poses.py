@@ -14,7 +14,7 @@ from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Track
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile, Side
-from fecontact.profiles.reading import remedy
+from fecontact.profiles.reading import suggest_option
 from fecontact.profiles.segments import CurvePoints
 
 _SEARCH_STEP_MM = 0.02
@@ -82,7 +82,7 @@ class RailPose:
 
         They are `_SEARCH_STEP_MM` apart, and empty if no place is visible.
         """
-        u, points = search_points(self.profile)
+        u, points = sample_profile(self.profile)
         y, z = self.point(points.y, points.z)
         with np.errstate(invalid="ignore"):
             is_visible = np.abs(self.parameter_at_y(y) - u) < 1e-6
@@ -132,7 +132,7 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         If the head does not extend down to the gauge plane and no crown position is given.
     """
     at_origin = RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=0.0, crown_z_mm=0.0)
-    u, points = search_points(profile)
+    u, points = sample_profile(profile)
     _, z = at_origin.point(points.y, points.z)
     top = int(np.argmax(z))
     u_top = u[top]
@@ -171,9 +171,7 @@ def _gauge_side_message(profile: Profile, gauge_side_mm: float, field_side_mm: f
 
     It gives the depth to which each side of the rail extends.
     """
-    mirrored = (
-        f"its field side reaches {field_side_mm:.2f} mm down: {remedy('rail', 'mirror', 'yes')} if it is mirrored; "
-    )
+    mirrored = f"its field side reaches {field_side_mm:.2f} mm down: {suggest_option('rail', 'mirror', 'yes')} if it is mirrored; "
     return (
         f"rail {profile.name}: its gauge side ends {gauge_side_mm:.2f} mm below the highest point, but the gauge is"
         f" measured {depth_mm:g} mm below it; {mirrored * (field_side_mm > depth_mm)}give a rail line that reaches"
@@ -334,7 +332,7 @@ class WheelPose:
 
 # cached: equal for every position of the profile, and a table of positions has many searches
 @lru_cache(maxsize=64)
-def search_points(profile: Profile) -> tuple[Floats, CurvePoints]:
+def sample_profile(profile: Profile) -> tuple[Floats, CurvePoints]:
     """Parameters along a profile and the points there, `_SEARCH_STEP_MM` apart."""
     u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
@@ -489,7 +487,7 @@ class RelativeCurvature:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TouchPoint:
+class ContactPoint:
     """A separate minimum of the vertical gap between wheel and rail.
 
     Attributes
@@ -545,7 +543,7 @@ class TouchPoint:
 
 def make_contact_points(
     rail: RailPose, wheel: WheelPose, u_wheel: Floats, u_rail: Floats, gap: Floats
-) -> tuple[TouchPoint, ...]:
+) -> tuple[ContactPoint, ...]:
     """Make contact points with their curvatures from parameters of both profiles.
 
     Parameters
@@ -571,7 +569,7 @@ def make_contact_points(
     at_end = np.any((at_wheel % 1.0 == 0.0) | (at_rail % 1.0 == 0.0))
     left = _relative_curvatures(rail, wheel, at_wheel, at_rail, theta, angle, "left") if at_end else right
     return tuple(
-        TouchPoint(
+        ContactPoint(
             x_mm=float(x[i]),
             y_mm=float(y[i]),
             z_mm=float(z[i]),

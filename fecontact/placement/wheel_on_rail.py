@@ -18,17 +18,17 @@ from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats
 from fecontact.bodies import Track, TrackSide
-from fecontact.errors import InputError, NotCovered
-from fecontact.placement.along_track import AlongTrack
-from fecontact.placement.carrying import climbs_at, find_support_problem
+from fecontact.errors import CoverageError, InputError
+from fecontact.placement.along_track import PlacedIrregularities
+from fecontact.placement.carrying import find_support_problem, is_beyond_flank
 from fecontact.placement.poses import (
+    ContactPoint,
     RailPose,
-    TouchPoint,
     WheelPose,
     find_sign_changes,
     make_contact_points,
     place_rail,
-    search_points,
+    sample_profile,
     select_near_minima,
 )
 from fecontact.profiles.curve import Junction, Profile
@@ -40,7 +40,7 @@ from fecontact.profiles.curve import Junction, Profile
 OPEN_GAP_MM = 1e3
 # Largest height in mm of a minimum of the vertical gap that counts as a contact point, three times the approach under
 # 200 kN.
-REACH_MM = 0.3
+TOUCH_REACH_MM = 0.3
 TRIAL_SHIFTS_MM = np.arange(-40.0, 40.5, 0.5)
 """Shifts (mm) to try for a message with the possible shifts."""
 # Largest height step of a profile above the contact points. Segments may miss each other by this step.
@@ -48,7 +48,7 @@ _MAX_HEIGHT_STEP_MM = 2e-3
 # Turning angle of a rail profile at the start of the side of the head, and spacing of the trial places for it.
 _SIDE_TURNING_ANGLE_RAD = math.pi / 3.0
 _SIDE_STEP_MM = 0.1
-SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
+SIDE_SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
 
 
@@ -91,10 +91,10 @@ class Placement:
 
     rail: RailPose
     wheel: WheelPose
-    touch_points: tuple[TouchPoint, ...]
+    touch_points: tuple[ContactPoint, ...]
     climbs: bool = False
     other_climbs: bool = False
-    along: AlongTrack | None = None
+    along: PlacedIrregularities | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -112,7 +112,7 @@ class Placement:
         return (*(f"{profile.kind}: {note}" for profile in profiles for note in profile.notes), *climb_notes)
 
     @property
-    def first(self) -> TouchPoint:
+    def first(self) -> ContactPoint:
         """The contact point of the rigid bodies."""
         return self.touch_points[0]
 
@@ -136,7 +136,7 @@ class Placement:
         """
         return self.first.normal if normal else np.array([0.0, 0.0, 1.0])
 
-    def arc_mm(self, touch: TouchPoint) -> float:
+    def arc_mm(self, touch: ContactPoint) -> float:
         """Surface coordinate s (mm) of a contact point."""
         return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm
 
@@ -269,7 +269,7 @@ class Placement:
             if not np.any(np.abs(step) > 1e-11):
                 break
         if not np.all(np.abs(step) < 1e-8):
-            raise NotCovered(
+            raise CoverageError(
                 "the wheel's contact zone reaches past the rail's running surface; use a smaller zone or a longer"
                 " rail line"
             )
@@ -384,7 +384,7 @@ class Pair:
         )
 
     def placed(
-        self, shift_mm: float, roll_rad: float, yaw_rad: float, *, reach_mm: float = REACH_MM
+        self, shift_mm: float, roll_rad: float, yaw_rad: float, *, reach_mm: float = TOUCH_REACH_MM
     ) -> Placement | str:
         """Lower the wheel on the rail.
 
@@ -403,7 +403,7 @@ class Pair:
         return _lower_wheel(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm, flange_climb=self.flange_climb)
 
 
-def pair_of(
+def set_up_pair(
     rail_profile: Profile,
     wheel_profile: Profile,
     *,
@@ -458,7 +458,7 @@ def place(
     rolling_radius_mm: float = 460.0,
     track: Track | None = None,
     side: TrackSide = "left",
-    reach_mm: float = REACH_MM,
+    reach_mm: float = TOUCH_REACH_MM,
     flange_climb: bool = False,
 ) -> Placement:
     """Lower a wheel on a rail until the rigid bodies touch.
@@ -501,7 +501,7 @@ def place(
     >>> len(placement.touch_points), round(placement.first.wheel_y_mm, 1)
     (2, 3.2)
     """
-    pair = pair_of(
+    pair = set_up_pair(
         rail_profile,
         wheel_profile,
         inclination_rad=inclination_rad,
@@ -509,7 +509,7 @@ def place(
         track=track,
         flange_climb=flange_climb,
     )
-    sign = SIGN[side]
+    sign = SIDE_SIGN[side]
 
     def place_at(shift: float) -> Placement | str:
         """The wheel at a shift, or the reason against it."""
@@ -557,7 +557,7 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
 
     Returns the reason if the wheel cannot stand there.
     """
-    u, points = search_points(wheel.profile)
+    u, points = sample_profile(wheel.profile)
     places = select_near_minima(rail, wheel, points, reach_mm)
     _, _, y, z = wheel.silhouette_of(points.taken(places))
     # All other places are higher.
@@ -601,7 +601,7 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
         )
     lowered = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, drop]))
     touch_points = make_contact_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)
-    climbs = climbs_at(lowered.profile, touch_points[0].wheel_y_mm)
+    climbs = is_beyond_flank(lowered.profile, touch_points[0].wheel_y_mm)
     if reason := find_support_problem(lowered.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
     return Placement(rail=rail, wheel=lowered, touch_points=touch_points, climbs=climbs)

@@ -19,10 +19,10 @@ from fecontact.bodies import TrackSide
 from fecontact.errors import InputError
 from fecontact.placement.carrying import is_on_flange_top
 from fecontact.placement.conicity import RadiusDifference
-from fecontact.placement.poses import search_points, select_near_minima_at_shifts
-from fecontact.placement.wheel_on_rail import SIGN, TRIAL_SHIFTS_MM, Pair, Placement
+from fecontact.placement.poses import sample_profile, select_near_minima_at_shifts
+from fecontact.placement.wheel_on_rail import SIDE_SIGN, TRIAL_SHIFTS_MM, Pair, Placement
 
-SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
+TRACK_SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
 # Largest difference of both wheels' axle heights. The heights are equally exact: a roll of 1e-12 rad.
 _HEIGHT_TOLERANCE_MM = 1e-9
 _MAX_ITERATIONS = 60
@@ -104,7 +104,7 @@ class PairSampler:
             The wheel on its rail for each shift.
         """
         pose, rail = self.pair.hung(0.0, roll_rad, yaw_rad), self.pair.rail
-        points = search_points(self.pair.wheel)[1].taken(slice(1, -1))
+        points = sample_profile(self.pair.wheel)[1].taken(slice(1, -1))
         places_by_shift = select_near_minima_at_shifts(rail, pose, points, shifts_mm)
         places, sizes = np.concatenate(places_by_shift), [places_at_shift.size for places_at_shift in places_by_shift]
         _, _, y, z = pose.silhouette_of(points.taken(places))
@@ -115,12 +115,14 @@ class PairSampler:
         slide, wheel_y, radius = z * np.tan(tangent), points.y[places], self.pair.rolling_radius_mm - points.z[places]
         ends = np.cumsum([0, *sizes])
         return [
-            _lowest(shift, places[samples], gap[samples], y[samples], slide[samples], wheel_y[samples], radius[samples])
+            _refine_first_touch(
+                shift, places[samples], gap[samples], y[samples], slide[samples], wheel_y[samples], radius[samples]
+            )
             for shift, samples in zip(shifts_mm, map(slice, ends[:-1], ends[1:]), strict=True)
         ]
 
 
-def _lowest(
+def _refine_first_touch(
     shift_mm: float, places: Integers, gap: Floats, y: Floats, slide: Floats, wheel_y: Floats, radius: Floats
 ) -> LoweredWheel | None:
     """The wheel at the smallest gap over samples (n,) along it; None without a finite gap."""
@@ -300,7 +302,7 @@ class Wheelset:
         Placement or str
             The wheel on its rail, or the reason against it.
         """
-        sign, pair = SIGN[side], (self.left if side == "left" else self.right).pair
+        sign, pair = SIDE_SIGN[side], (self.left if side == "left" else self.right).pair
         if self.asked not in (None, side):
             pair = replace(pair, flange_climb=True)
         placement = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
@@ -327,7 +329,7 @@ class Wheelset:
         if isinstance(lowered, str):
             return lowered
         placements: dict[TrackSide, Placement] = {}
-        for side in SIDES:
+        for side in TRACK_SIDES:
             placement = self.placed(side, shift_mm, lowered.roll_rad, yaw_rad)
             if isinstance(placement, str):
                 return placement
@@ -374,7 +376,7 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     """
     placement = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placement, str):
-        shifts = possible_wheelset_shifts(wheelset, yaw_rad)
+        shifts = describe_possible_wheelset_shifts(wheelset, yaw_rad)
         raise InputError(
             f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placement}; {shifts}; a roll that is given"
             " (--roll-mrad) leaves the other wheel out"
@@ -382,7 +384,7 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     return placement
 
 
-def possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
+def describe_possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
     """Text with the possible shifts of a wheelset.
 
     The search goes from the middle outwards, up to the first impossible shift.
@@ -557,7 +559,7 @@ def rolling_radius_difference_mm(placed_wheelset: PlacedWheelset) -> float:
     return left - right
 
 
-def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float = 0.0) -> ContactFunctions:
+def compute_contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float = 0.0) -> ContactFunctions:
     """Set a wheelset on its rails at many shifts.
 
     Its roll is the roll at which both wheels touch.
@@ -577,7 +579,7 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     ContactFunctions
         Positions, jumps and radius differences.
     """
-    positions = positions_at(wheelset, shifts_mm, yaw_rad)
+    positions = place_wheelset_at_shifts(wheelset, shifts_mm, yaw_rad)
     centred_wheelset = wheelset.stand(0.0, yaw_rad)
     height = float("nan") if isinstance(centred_wheelset, str) else centred_wheelset.left.axle_mm
     # Without a possible shift there are no jumps.
@@ -594,11 +596,11 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
         jumps=jumps,
         largest_amplitude_mm=amplitude,
         rolled=contact_points.radius_difference(-farthest, farthest),
-        unrolled=radius_difference(wheelset, -farthest, farthest, yaw_rad, rolls=False),
+        unrolled=compute_radius_difference(wheelset, -farthest, farthest, yaw_rad, rolls=False),
     )
 
 
-def radius_difference(
+def compute_radius_difference(
     wheelset: Wheelset, low_mm: float, high_mm: float, yaw_rad: float = 0.0, *, rolls: bool
 ) -> RadiusDifference | None:
     """Compute the difference of the rolling radii, left minus right, between two shifts.
@@ -624,7 +626,7 @@ def radius_difference(
     return _ContactPointsOverShift(wheelset, yaw_rad, rolls=rolls).radius_difference(low_mm, high_mm)
 
 
-def positions_at(
+def place_wheelset_at_shifts(
     wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float = 0.0
 ) -> dict[float, PlacedWheelset | str]:
     """Place the wheelset on its rails at many shifts.

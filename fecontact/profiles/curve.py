@@ -17,15 +17,15 @@ from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.pieces import MonotoneFunction, Pieces
-from fecontact.profiles.reading import MM, remedy, suggest_mirroring
-from fecontact.profiles.segments import Arc, CurvePoints, Line, Measured, Polynomial, Segment, Spline
+from fecontact.profiles.pieces import MonotoneFunction, PiecewiseCurve
+from fecontact.profiles.reading import MM_PER_UNIT, suggest_mirroring, suggest_option
+from fecontact.profiles.segments import Arc, CurvePoints, Polynomial, Segment, SmoothingResult, Spline, StraightSegment
 
 if TYPE_CHECKING:
-    from fecontact.profiles.point_problems import Problem
+    from fecontact.profiles.point_problems import PointProblem
 
 
-Kind = Literal["rail", "wheel"]
+ProfileKind = Literal["rail", "wheel"]
 Side = Literal["left", "right"]
 
 # Largest coordinate (mm): doubles are 1e-7 mm apart there, and products of a few coordinates are finite.
@@ -42,12 +42,12 @@ JOINT_GAP_MM = 1e-3
 _STRAIGHT_PER_MM = 1e-9
 
 
-def radius_mm(curvature_per_mm: float) -> float | None:
+def invert_curvature_mm(curvature_per_mm: float) -> float | None:
     """Signed radius of a curvature; None for a straight line."""
     return 1.0 / curvature_per_mm if abs(curvature_per_mm) > _STRAIGHT_PER_MM else None
 
 
-def radius_text(radius_mm: float | None, form: str = "{:.1f}") -> str:
+def format_radius(radius_mm: float | None, form: str = "{:.1f}") -> str:
     """Text of a radius in mm; None is a straight line."""
     return "straight" if radius_mm is None else form.format(radius_mm)
 
@@ -126,15 +126,15 @@ class Profile:
     """
 
     name: str
-    kind: Kind
+    kind: ProfileKind
     segments: tuple[Segment, ...]
     source: str = ""
     certainty: str = ""
     outline: tuple[Segment, ...] = ()
     notes: tuple[str, ...] = ()
-    measured: Measured | None = None
+    measured: SmoothingResult | None = None
     points: Floats | None = None
-    problems: tuple[Problem, ...] = ()
+    problems: tuple[PointProblem, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.segments:
@@ -211,8 +211,8 @@ class Profile:
         return np.where((u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12)), u, np.nan)
 
     @cached_property
-    def _pieces(self) -> Pieces:
-        return Pieces.of(self.segments)
+    def _pieces(self) -> PiecewiseCurve:
+        return PiecewiseCurve.of(self.segments)
 
     def locate(self, t: ArrayLike, *, angle_rad: float = 0.0, origin: tuple[float, float] = (0.0, 0.0)) -> Floats:
         """Parameter u of the points at a coordinate along a tilted axis.
@@ -356,10 +356,10 @@ def _find_stretch(profile: Profile, angle_rad: float) -> MonotoneFunction | None
 
 # --- Profiles that a few lengths define: arcs, straight segments, and standard heads of tangent arcs.
 
-Point = tuple[float, float]
+PlanePoint = tuple[float, float]
 
 
-def make_arc(start: Point, end: Point, *, centre: Point, radius: float, label: str = "arc") -> Arc:
+def make_arc(start: PlanePoint, end: PlanePoint, *, centre: PlanePoint, radius: float, label: str = "arc") -> Arc:
     """Make the shorter arc between two points about a centre.
 
     The points only define its two angles.
@@ -447,7 +447,7 @@ def make_tangent_head(
     if not side_to_z < corner[1]:
         raise InputError(f"head: side_to_z is {side_to_z:g} mm; allowed: below the last arc, {corner[1]:.4f} mm")
     foot = (corner[0] + (corner[1] - side_to_z) / side_one_in, side_to_z)
-    right.append(Line(start=corner, end=foot))
+    right.append(StraightSegment(start=corner, end=foot))
     crown = Arc(centre=(0.0, -radii[0]), radius=radii[0], angle_from=math.pi - angles[1], angle_to=angles[1])
     return [*mirror_segments(right[1:]), crown, *right[1:]]
 
@@ -467,8 +467,10 @@ def mirror_segments(segments: Sequence[Segment]) -> list[Segment]:
     """
     image: list[Segment] = []
     for segment in reversed(segments):
-        if isinstance(segment, Line):
-            image.append(Line(start=(-segment.end[0], segment.end[1]), end=(-segment.start[0], segment.start[1])))
+        if isinstance(segment, StraightSegment):
+            image.append(
+                StraightSegment(start=(-segment.end[0], segment.end[1]), end=(-segment.start[0], segment.start[1]))
+            )
         elif isinstance(segment, Arc):
             image.append(
                 Arc(
@@ -486,7 +488,7 @@ def mirror_segments(segments: Sequence[Segment]) -> list[Segment]:
     return image
 
 
-def circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile:
+def make_circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile:
     """Circular rail head with its crown at (0, 0), for comparisons with closed forms.
 
     The arc reaches to |y| = min(half_width_mm, 0.95 radius_mm).
@@ -584,7 +586,7 @@ def make_two_arc_rail_head(
     return Profile(name=name, kind="rail", segments=tuple(segments), source="two tangent arcs")
 
 
-def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
+def make_cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
     """Wheel with a straight tread at z = 0 and no flange.
 
     It serves for comparisons with closed forms.
@@ -604,7 +606,7 @@ def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
     InputError
         The tread does not run from small to large y.
     """
-    tread = Line(start=(float(y_from_mm), 0.0), end=(float(y_to_mm), 0.0))
+    tread = StraightSegment(start=(float(y_from_mm), 0.0), end=(float(y_to_mm), 0.0))
     return Profile(name="cylinder", kind="wheel", segments=(tread,), source="straight line")
 
 
@@ -619,7 +621,7 @@ _LARGEST_DIP_MM = 8.0
 _LEAST_HEAD_WIDTH_MM = 20.0
 
 
-def check_size(y: Floats, z: Floats, *, kind: Kind, label: str, unit: str = "mm") -> None:
+def check_size(y: Floats, z: Floats, *, kind: ProfileKind, label: str, unit: str = "mm") -> None:
     """Check the size of a profile.
 
     Parameters
@@ -641,9 +643,9 @@ def check_size(y: Floats, z: Floats, *, kind: Kind, label: str, unit: str = "mm"
     span, (low, high) = float(max(np.ptp(y), np.ptp(z))), _ALLOWED_SPAN_MM[kind]
     if low <= span <= high:
         return
-    in_file, usual = max(span / MM[unit], 1e-300), _USUAL_SPAN_MM[kind]
-    likely = min(MM, key=lambda unit_name: abs(math.log(in_file * MM[unit_name] / usual)))
-    advice = f"the file looks like {likely}: {remedy(kind, 'units', likely)}"
+    in_file, usual = max(span / MM_PER_UNIT[unit], 1e-300), _USUAL_SPAN_MM[kind]
+    likely = min(MM_PER_UNIT, key=lambda unit_name: abs(math.log(in_file * MM_PER_UNIT[unit_name] / usual)))
+    advice = f"the file looks like {likely}: {suggest_option(kind, 'units', likely)}"
     raise InputError(
         f"{label}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; "
         + (advice if likely != unit else f"give the running surface of the {kind} alone, whole")
@@ -654,7 +656,7 @@ def check_shape(
     y: Floats,
     z: Floats,
     *,
-    kind: Kind,
+    kind: ProfileKind,
     what: str,
     flipped_columns: str = "1,-2",
     unit: str = "mm",
@@ -700,7 +702,7 @@ def check_shape(
             raise InputError(
                 f"{what}: the middle of the rail lies {-height_above_chord:.2f} mm below the chord between its ends, "
                 "but z points up and a rail head is highest in the middle; flip the sign of z, or "
-                + remedy(kind, "columns", flipped_columns)
+                + suggest_option(kind, "columns", flipped_columns)
             )
         if dip > _LARGEST_DIP_MM:
             raise InputError(
@@ -729,7 +731,7 @@ def check_shape(
         raise InputError(
             f"{what}: the line rises to {rise:.1f} mm above the tread at y = {y[z.argmax()]:.1f} mm and falls only "
             f"{drop:.1f} mm below it, but z points up and a flange reaches down; flip the sign of z, or "
-            + remedy(kind, "columns", flipped_columns)
+            + suggest_option(kind, "columns", flipped_columns)
         )
     if drop > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
         raise InputError(

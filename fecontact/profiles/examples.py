@@ -8,7 +8,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.files import write_text
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load_library_profile
 
 WEAR_MM, NOISE_MM, STEP_MM = 0.4, 0.008, 0.25
 """Largest wear along the normal, standard deviation of the noise along the normal, and spacing of the points."""
@@ -35,10 +35,12 @@ def make_measured_points(name: str, *, seed: int = 1) -> Floats:
     ndarray
         Points (n, 2) in mm, every 0.25 mm along the profile.
     """
-    return worn_points(name, _WEAR_MIDDLE_MM[name], WEAR_MM, NOISE_MM, np.random.default_rng(seed))
+    return make_worn_points(name, _WEAR_MIDDLE_MM[name], WEAR_MM, NOISE_MM, np.random.default_rng(seed))
 
 
-def worn_points(name: str, middle_mm: float, wear_mm: float, noise_mm: float, random: np.random.Generator) -> Floats:
+def make_worn_points(
+    name: str, middle_mm: float, wear_mm: float, noise_mm: float, random: np.random.Generator
+) -> Floats:
     """Points of a worn profile of the library, with noise along its normals.
 
     The wear is `wear_mm` cos²(pi d / 50) at a lateral distance d of up to 25 mm from its middle.
@@ -61,7 +63,7 @@ def worn_points(name: str, middle_mm: float, wear_mm: float, noise_mm: float, ra
     ndarray
         Points (n, 2) in mm, every 0.25 mm along the profile.
     """
-    profile = load(name)
+    profile = load_library_profile(name)
     s = np.arange(0.0, profile.length_mm, STEP_MM)
     surface = profile.evaluate(profile.at_arc_length(s))
     relative_distance = np.clip((surface.y - middle_mm) / _WEAR_HALF_WIDTH_MM, -1.0, 1.0)
@@ -73,7 +75,7 @@ def worn_points(name: str, middle_mm: float, wear_mm: float, noise_mm: float, ra
     )
 
 
-def points_text(points: Floats, remark: str) -> str:
+def format_points(points: Floats, remark: str) -> str:
     """Text of a file of points (n, 2) in mm, as an instrument writes it."""
     return f"# {remark}\ny [mm],z [mm]\n" + "".join(f"{y:.4f},{z:.4f}\n" for y, z in points)
 
@@ -96,7 +98,7 @@ def write_examples(folder: Path) -> list[Path]:
     return [
         write_text(
             folder / f"{body}.csv",
-            points_text(
+            format_points(
                 make_measured_points(name), f"{name} with wear and noise, made by fecontact profiles --examples"
             ),
         )

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.errors import InputError
-from fecontact.files import sha256
-from fecontact.profiles.curve import Kind, Profile
+from fecontact.files import hash_file
+from fecontact.profiles.curve import Profile, ProfileKind
 from fecontact.profiles.readers.formats import parse_library_file
 from fecontact.profiles.reading import is_short_form
 
@@ -32,7 +32,7 @@ _DATA = resources.files("fecontact.profiles") / "data"
 
 
 @cache
-def _read_library_kinds() -> dict[str, Kind]:
+def _read_library_kinds() -> dict[str, ProfileKind]:
     """Kind of each library profile by its name."""
     files = sorted(_DATA.iterdir(), key=lambda file: file.name)
     return {
@@ -40,7 +40,7 @@ def _read_library_kinds() -> dict[str, Kind]:
     }
 
 
-def names(kind: Kind | None = None) -> tuple[str, ...]:
+def list_names(kind: ProfileKind | None = None) -> tuple[str, ...]:
     """Names of all library profiles, or of the profiles of a kind.
 
     Parameters
@@ -56,7 +56,7 @@ def names(kind: Kind | None = None) -> tuple[str, ...]:
     return tuple(name for name, its_kind in _read_library_kinds().items() if kind in (None, its_kind))
 
 
-def in_folder(name: str, folder: str | Path) -> str:
+def find_in_folder(name: str, folder: str | Path) -> str:
     """Path of a profile in a user's folder, by its name with or without ending.
 
     Parameters
@@ -92,12 +92,12 @@ def in_folder(name: str, folder: str | Path) -> str:
 
 # cached: a fleet has several hundred thousand cases
 @lru_cache(maxsize=1024)
-def is_known(name: str) -> bool:
+def is_library_name(name: str) -> bool:
     """Whether the library has a profile of this name, in any case of letters."""
-    return name.lower() in {library_name.lower() for library_name in names()} | _BY_ALIAS.keys()
+    return name.lower() in {library_name.lower() for library_name in list_names()} | _BY_ALIAS.keys()
 
 
-def find(name: str, kind: Kind | None = None) -> str:
+def find_library_name(name: str, kind: ProfileKind | None = None) -> str:
     """Name of a profile in the spelling of the library.
 
     Parameters
@@ -117,7 +117,7 @@ def find(name: str, kind: Kind | None = None) -> str:
     InputError
         The name does not exist; the message has similar names.
     """
-    library_names = names(kind)
+    library_names = list_names(kind)
     by_lower = {library_name.lower(): library_name for library_name in library_names}
     lower_name = _BY_ALIAS.get(name.lower(), name).lower()
     if lower_name in by_lower:
@@ -149,11 +149,11 @@ def toml_text(name: str) -> str:
     InputError
         The name does not exist; the message has similar names.
     """
-    return (_DATA / f"{find(name)}.toml").read_text("utf-8")
+    return (_DATA / f"{find_library_name(name)}.toml").read_text("utf-8")
 
 
 @cache
-def load(name: str) -> Profile:
+def load_library_profile(name: str) -> Profile:
     """Load a profile of the library by its name, in any case of letters.
 
     Parameters
@@ -177,7 +177,7 @@ def load(name: str) -> Profile:
     >>> load("uic60").name
     '60E1'
     """
-    name = find(name)
+    name = find_library_name(name)
     return parse_library_file(toml_text(name), name=name)
 
 
@@ -189,7 +189,7 @@ HASH_DIGITS = 8
 _NAME_PATTERN = re.compile(r"[A-Za-z0-9][\w.-]{0,59}", re.ASCII)
 
 
-class GivenProfile(str):
+class ArrayProfile(str):
     """Profile from arrays in Python.
 
     Its text is the identity of the file that it would be, NAME.csv@HASH. It can be passed wherever a case can, also to
@@ -204,13 +204,13 @@ class GivenProfile(str):
     __slots__ = ("text",)
     text: str
 
-    def __new__(cls, identity: str, text: str) -> GivenProfile:  # noqa: D102
+    def __new__(cls, identity: str, text: str) -> ArrayProfile:  # noqa: D102
         instance = super().__new__(cls, identity)
         instance.text = text
         return instance
 
-    def __reduce__(self) -> tuple[type[GivenProfile], tuple[str, str]]:
-        return GivenProfile, (str(self), self.text)
+    def __reduce__(self) -> tuple[type[ArrayProfile], tuple[str, str]]:
+        return ArrayProfile, (str(self), self.text)
 
     @property
     def file(self) -> str:
@@ -223,7 +223,7 @@ class GivenProfile(str):
         return self.text.encode()
 
 
-def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenProfile:
+def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> ArrayProfile:
     """Profile from arrays, for `Case(rail=...)` and `Case(wheel=...)`.
 
     The points are treated as points from a file: checked, and smoothed if they are noisy, with the settings `rail_file`
@@ -273,7 +273,7 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenP
             f"profile name is {str(name)[:80]!r}; allowed: up to 60 letters, digits, dots, hyphens and underscores"
         )
     text = "y [mm],z [mm]\n" + "".join(f"{a!r},{b!r}\n" for a, b in zip(y.tolist(), z.tolist(), strict=True))
-    return GivenProfile(f"{name}.csv@{hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]}", text)
+    return ArrayProfile(f"{name}.csv@{hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]}", text)
 
 
 # --- Identity of a profile in results: a name that does not depend on the folders of a user.
@@ -295,10 +295,10 @@ def profile_file(spec: str) -> Path | None:
     Path or None
         Path; None if the text does not refer to an existing file.
     """
-    if isinstance(spec, GivenProfile):
+    if isinstance(spec, ArrayProfile):
         return None
     # os.path.isfile never raises, in contrast to Path.is_file
-    return Path(spec) if not is_short_form(spec) and not is_known(spec) and os.path.isfile(spec) else None
+    return Path(spec) if not is_short_form(spec) and not is_library_name(spec) and os.path.isfile(spec) else None
 
 
 def can_be_file(spec: str) -> bool:
@@ -309,7 +309,7 @@ def can_be_file(spec: str) -> bool:
     return bool(Path(spec).suffix) or any(sign in spec for sign in "/\\") or file_of_identity(spec) is not None
 
 
-def refuse_unknown(spec: str) -> None:
+def refuse_unknown_profile(spec: str) -> None:
     """Refuse a text other than a library name, a short form or a possible file.
 
     Parameters
@@ -323,10 +323,10 @@ def refuse_unknown(spec: str) -> None:
         The message has similar names of the library.
     """
     # os.path.exists never raises, in contrast to Path.exists
-    if can_be_file(spec) or is_short_form(spec) or is_known(spec) or os.path.exists(spec):
+    if can_be_file(spec) or is_short_form(spec) or is_library_name(spec) or os.path.exists(spec):
         return
     try:
-        find(spec)
+        find_library_name(spec)
     except InputError as error:
         raise InputError(f"{error} (a file has an ending, or a folder before its name)") from None
 
@@ -348,14 +348,14 @@ def profile_identity(spec: str) -> str:
     str
         Identity.
     """
-    if is_short_form(spec) or is_known(spec) or isinstance(spec, GivenProfile):
+    if is_short_form(spec) or is_library_name(spec) or isinstance(spec, ArrayProfile):
         return str(spec)
     path = profile_file(spec)
     if path is None:
         # a path of Windows or POSIX, from a record of another machine
         return PureWindowsPath(spec).name or spec
     try:
-        return f"{path.name}@{sha256(path)[:HASH_DIGITS]}"
+        return f"{path.name}@{hash_file(path)[:HASH_DIGITS]}"
     except OSError:
         return path.name
 
@@ -366,7 +366,7 @@ def file_of_identity(identity: str) -> str | None:
     return file[1] if file else None
 
 
-def content_of(spec: str) -> tuple[str, bytes] | None:
+def read_content(spec: str) -> tuple[str, bytes] | None:
     """Name and content of the file that a text or a value refers to.
 
     Parameters
@@ -384,7 +384,7 @@ def content_of(spec: str) -> tuple[str, bytes] | None:
     OSError
         The file cannot be read.
     """
-    if isinstance(spec, GivenProfile):
+    if isinstance(spec, ArrayProfile):
         return spec.file, spec.content
     path = profile_file(spec)
     return None if path is None else (path.name, path.read_bytes())

@@ -9,8 +9,8 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Kind
-from fecontact.profiles.reading import Reading, remedy
+from fecontact.profiles.curve import ProfileKind
+from fecontact.profiles.reading import Reading, suggest_option
 
 # Least extent of a profile on both sides of its tape circle.
 _LEAST_INSIDE_MM = 1.0
@@ -25,7 +25,7 @@ _TIP_OVER_BACK_MM = (5.0, 30.0)
 _LARGEST_HEIGHT_MM, _NOTED_HEIGHT_MM = 0.5, 0.1
 
 
-def check_origin(points: Floats, kind: Kind, reading: Reading, label: str) -> list[str]:
+def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str) -> list[str]:
     """Check the origin of points.
 
     Parameters
@@ -65,7 +65,7 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, label: str) -> li
         if reading.tape_circle_mm is None:
             raise InputError(
                 f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}, or"
-                f" {remedy('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
+                f" {suggest_option('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
             )
         notes.append(f"{tip_text}; usual are {usual_text}")
     if not inside:
@@ -83,8 +83,8 @@ def check_origin(points: Floats, kind: Kind, reading: Reading, label: str) -> li
         raise InputError(
             f"{label}: the line passes the tape circle y = 0 at z = {height:.4g} mm; allowed: "
             f"{-_LARGEST_HEIGHT_MM:g} to"
-            f" {_LARGEST_HEIGHT_MM:g} mm; {remedy(kind, 'tape_circle_z_mm', round(height, 4))} if the rolling radius is"
-            f" that of the line there, or {remedy(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
+            f" {_LARGEST_HEIGHT_MM:g} mm; {suggest_option(kind, 'tape_circle_z_mm', round(height, 4))} if the rolling radius is"
+            f" that of the line there, or {suggest_option(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
         )
     if abs(height) > _NOTED_HEIGHT_MM:
         notes.append(
@@ -125,10 +125,10 @@ def _suggest_tape_circle(tip_mm: float, reading: Reading) -> str:
     side = -1.0 if reading.mirror else 1.0
     tip_in_file_mm = _locate_in_file(tip_mm, reading)
     if _TIP_OVER_BACK_MM[0] <= side * tip_in_file_mm <= _TIP_OVER_BACK_MM[1]:
-        usual = remedy("wheel", "tape_circle_mm", side * _USUAL_FROM_BACK_MM)
+        usual = suggest_option("wheel", "tape_circle_mm", side * _USUAL_FROM_BACK_MM)
         return f"where y counts from the back of the flange, {usual}"
     rounded_mm = float(round(tip_in_file_mm - side * _USUAL_TIP_MM))
-    return f"{remedy('wheel', 'tape_circle_mm', rounded_mm)} for the usual {-_USUAL_TIP_MM:g} mm from the tip"
+    return f"{suggest_option('wheel', 'tape_circle_mm', rounded_mm)} for the usual {-_USUAL_TIP_MM:g} mm from the tip"
 
 
 def _check_rail_origin(points: Floats, reading: Reading, label: str) -> list[str]:

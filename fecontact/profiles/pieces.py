@@ -99,7 +99,7 @@ class MonotoneFunction:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Pieces:
+class PiecewiseCurve:
     """Chain of segments in short polynomial pieces.
 
     Where two segments meet, a piece of zero length leads from the first to the second.
@@ -122,7 +122,7 @@ class Pieces:
     arc: MonotoneFunction
 
     @classmethod
-    def of(cls, segments: Sequence[Segment]) -> Pieces:
+    def of(cls, segments: Sequence[Segment]) -> PiecewiseCurve:
         """Divide a chain of segments into pieces.
 
         Parameters

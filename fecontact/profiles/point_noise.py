@@ -13,7 +13,7 @@ from fecontact.arrays import Floats
 _FEWEST_FOR_SCATTER = 60
 
 
-def noise_of(points: Floats) -> float:
+def estimate_noise_mm(points: Floats) -> float:
     """Largest standard deviation of points across their profile.
 
     Parameters
@@ -26,7 +26,7 @@ def noise_of(points: Floats) -> float:
     float
         Standard deviation (mm), from the distance of each point to the cubic through its four neighbours.
     """
-    distances, weight = missed_by_neighbours(points)
+    distances, weight = compare_with_neighbours(points)
     return float(estimate_scatter(points, distances / weight).max()) if distances.size else 0.0
 
 
@@ -63,7 +63,7 @@ def _estimate_robust_deviation(distances: Floats) -> float:
     return float(np.median(np.abs(distances))) / 0.6745
 
 
-def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[Floats, Floats]:
+def compare_with_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[Floats, Floats]:
     """Distances of points from the cubic through their four neighbours, with their error factors.
 
     Parameters

@@ -19,7 +19,7 @@ _LARGEST_DENT_MM = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Problem:
+class PointProblem:
     """Problem of a measured point.
 
     Attributes
@@ -41,7 +41,7 @@ class Problem:
     size_mm: float
 
     @classmethod
-    def make_at(cls, what: ProblemType, index: int, point: Floats, size_mm: float) -> Problem:
+    def make_at(cls, what: ProblemType, index: int, point: Floats, size_mm: float) -> PointProblem:
         """Make the problem of a point (2,) in mm."""
         return cls(what=what, index=index, y_mm=float(point[0]), z_mm=float(point[1]), size_mm=size_mm)
 
@@ -64,7 +64,7 @@ def compute_turning_angles(points: Floats) -> Floats:
     return np.asarray(np.arctan2(d[:-1, 0] * d[1:, 1] - d[:-1, 1] * d[1:, 0], (d[:-1] * d[1:]).sum(axis=1)))
 
 
-def out_of_order(points: Floats, noise_mm: Floats) -> list[Problem]:
+def find_disorder(points: Floats, noise_mm: Floats) -> list[PointProblem]:
     """Points at which the profile turns back by more than the noise.
 
     Parameters
@@ -97,12 +97,12 @@ def out_of_order(points: Floats, noise_mm: Floats) -> list[Problem]:
         )
     )
     return [
-        Problem.make_at("out of order", int(i), points[i], float(sizes[i]))
+        PointProblem.make_at("out of order", int(i), points[i], float(sizes[i]))
         for i in sorted(sizes, key=lambda i: -sizes[i])
     ]
 
 
-def crossings(points: Floats) -> list[Problem]:
+def find_crossings(points: Floats) -> list[PointProblem]:
     """Points at which the profile crosses itself.
 
     Parameters
@@ -130,5 +130,5 @@ def crossings(points: Floats) -> list[Problem]:
             t = (offset[:, 0] * e[:, 1] - offset[:, 1] * e[:, 0]) / cross
             u = (offset[:, 0] * d[i, 1] - offset[:, 1] * d[i, 0]) / cross
         if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):
-            problems.append(Problem.make_at("crosses itself", int(i), a[i], float(np.hypot(*d[i]))))
+            problems.append(PointProblem.make_at("crosses itself", int(i), a[i], float(np.hypot(*d[i]))))
     return problems

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
-from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Kind, Profile, check_shape
+from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Profile, ProfileKind, check_shape
 from fecontact.profiles.origin import check_origin
-from fecontact.profiles.point_noise import estimate_scatter, missed_by_neighbours, noise_of
-from fecontact.profiles.point_problems import Problem, compute_turning_angles, crossings, out_of_order
-from fecontact.profiles.reading import Reading, remedy
-from fecontact.profiles.segments import Line, Measured, Segment, Spline
+from fecontact.profiles.point_noise import compare_with_neighbours, estimate_noise_mm, estimate_scatter
+from fecontact.profiles.point_problems import PointProblem, compute_turning_angles, find_crossings, find_disorder
+from fecontact.profiles.reading import Reading, suggest_option
+from fecontact.profiles.segments import Segment, SmoothingResult, Spline, StraightSegment
 
 # --- Single points that are off their profile: spikes of a measurement, and wrong digits in a table of exact points.
 #
@@ -50,7 +50,7 @@ _LARGEST_SPIKE_COUNT = 50
 _TWO_JUNCTIONS_FACTOR, _EVEN_SPACING_RATIO = 0.75, 1.6
 
 
-def spikes(points: Floats) -> list[Problem]:
+def find_spikes(points: Floats) -> list[PointProblem]:
     """Single points that are off the profile through their neighbours.
 
     Parameters
@@ -63,16 +63,16 @@ def spikes(points: Floats) -> list[Problem]:
     list of Problem
         Spikes, the largest first.
     """
-    problems: list[Problem] = []
+    problems: list[PointProblem] = []
     remaining, index = points, np.arange(len(points))
     while len(problems) < _LARGEST_SPIKE_COUNT and (spike := _find_largest_spike(remaining)) is not None:
         k, distance = spike
-        problems.append(Problem.make_at("spike", int(index[k]), remaining[k], distance))
+        problems.append(PointProblem.make_at("spike", int(index[k]), remaining[k], distance))
         remaining, index = np.delete(remaining, k, axis=0), np.delete(index, k)
     return problems
 
 
-def unclear(points: Floats) -> list[Problem]:
+def find_unclear_points(points: Floats) -> list[PointProblem]:
     """Points near a corner or a junction that may be spikes.
 
     They are off the profile on their left and off the profile on their right. A junction is off one side only, but two
@@ -97,7 +97,7 @@ def unclear(points: Floats) -> list[Problem]:
     for k in (int(i) for i in np.flatnonzero(np.abs(distances) > limit)):
         remaining, _ = _compare_with_both_sides(np.delete(points, k + 2, axis=0), rounding, np.delete(harmless_mm, k))
         if np.abs(remaining[max(k - 4, 0) : k + 4]).max() < min(_REMAINDER_OF_SMALL * abs(distances[k]), limit[k]):
-            problems.append(Problem.make_at("unclear", k + 2, points[k + 2], float(distances[k])))
+            problems.append(PointProblem.make_at("unclear", k + 2, points[k + 2], float(distances[k])))
     return problems
 
 
@@ -114,7 +114,7 @@ def _find_largest_spike(points: Floats) -> tuple[int, float] | None:
     tuple of int and float, or None
         Index of the point, and its distance from the cubic through its neighbours (mm); None without a spike.
     """
-    distances, weight = missed_by_neighbours(points)
+    distances, weight = compare_with_neighbours(points)
     if distances.size < _FEWEST_LOCAL_POINTS + 1:
         return None
     rounding = _ROUNDING_STEPS * _estimate_resolution_mm(points)
@@ -128,7 +128,7 @@ def _find_largest_spike(points: Floats) -> tuple[int, float] | None:
         # a corner or a junction causes the distances next to it
         around = slice(max(k - 4, 0), k + 9)
         position = k - around.start
-        rest, _ = missed_by_neighbours(np.delete(points[around], position + 2, axis=0))
+        rest, _ = compare_with_neighbours(np.delete(points[around], position + 2, axis=0))
         near = np.abs(rest[max(position - 2, 0) : position + 2])
         largest_remainder = max(_REMAINDER_OF_LARGE * size, everywhere[k])
         large = size > beyond_junctions[k] and near.size > 0 and near.max() < largest_remainder
@@ -271,7 +271,7 @@ def _compare_with_both_sides(points: Floats, rounding: float, harmless_mm: Float
                 distances, weight, rounding, harmless_mm, estimate_scatter(points, distances / weight)
             ),
         )
-        for distances, weight in (missed_by_neighbours(points, place) for place in (0, 4))
+        for distances, weight in (compare_with_neighbours(points, place) for place in (0, 4))
     )
     smaller_distances, limit = np.zeros(right.size), np.full(right.size, np.inf)
     # the first of five points is compared with the points on its right, the last with the points on its left
@@ -342,7 +342,7 @@ _REPEATED_POINT_MM = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Points:
+class ProfilePoints:
     """Points along a running surface, before a profile is made of them.
 
     Attributes
@@ -358,15 +358,15 @@ class Points:
     """
 
     points: Floats
-    kind: Kind
+    kind: ProfileKind
     name: str
     source: str = ""
     notes: tuple[str, ...] = ()
-    problems: tuple[Problem, ...] = ()
+    problems: tuple[PointProblem, ...] = ()
     flipped_columns: str = "1,-2"
 
 
-def checked(file_points: Points, reading: Reading) -> Points:
+def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
     """Check the points of a running surface, and put them in order.
 
     Parameters
@@ -429,17 +429,17 @@ def checked(file_points: Points, reading: Reading) -> Points:
     return replace(file_points, points=points, notes=tuple(remarks), problems=problems)
 
 
-def spacing_mm(points: Floats) -> float:
+def measure_spacing_mm(points: Floats) -> float:
     """Median distance of neighbours among points (n, 2), in mm."""
     return float(np.median(np.hypot(*np.diff(points, axis=0).T)))
 
 
 def is_exact(points: Floats) -> bool:
     """Whether the noise of points (n, 2) is invisible in the curvature of a spline."""
-    return SPLINE_NOISE * noise_of(points) / spacing_mm(points) ** 2 < _CURVATURE_NOISE_PER_MM
+    return SPLINE_NOISE * estimate_noise_mm(points) / measure_spacing_mm(points) ** 2 < _CURVATURE_NOISE_PER_MM
 
 
-def fit_splines(file_points: Points) -> Profile:
+def fit_splines(file_points: ProfilePoints) -> Profile:
     """Fit cubic splines through checked points, between their corners.
 
     Parameters
@@ -464,7 +464,10 @@ def fit_splines(file_points: Points) -> Profile:
 
 
 def build_profile(
-    file_points: Points, segments: tuple[Segment, ...], remarks: Sequence[str], measured: Measured | None = None
+    file_points: ProfilePoints,
+    segments: tuple[Segment, ...],
+    remarks: Sequence[str],
+    measured: SmoothingResult | None = None,
 ) -> Profile:
     """Build the profile of segments that were made of points.
 
@@ -558,7 +561,7 @@ def drop_close_points(points: Floats, closest_mm: float) -> Floats:
     return np.array(kept_points)
 
 
-def _cut_turned_in_ends(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
+def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list[str]]:
     """Cut the ends of a profile that turn in beyond its widest points.
 
     A wheel or a rail that approaches from above or below does not touch such an end behind the widest point.
@@ -579,7 +582,7 @@ def _cut_turned_in_ends(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
     # the foot of a complete section is wider than its head
     near = np.flatnonzero((points[:, 1] > points[:, 1].max() - _HEAD_DEPTH_MM) | (kind == "wheel"))
     low, high = (_find_widest(points[:, 0], int(near[np.argmin(side * y[near])]), side) for side in (1.0, -1.0))
-    middle, turned_in = 0.5 * (y[low] + y[high]), max(_LEAST_TURN_IN_MM, _NOISE_SIGMAS * noise_of(points))
+    middle, turned_in = 0.5 * (y[low] + y[high]), max(_LEAST_TURN_IN_MM, _NOISE_SIGMAS * estimate_noise_mm(points))
     first, last, remarks = 0, len(points) - 1, []
     if low < high and y[low] + turned_in < y[: low + 1].max() < middle:
         first = low
@@ -609,8 +612,8 @@ def _filter_single_points(values: Floats) -> Floats:
 
 
 def _remove_wrong_points(
-    points: Floats, file_points: Points, *, repair: bool
-) -> tuple[Floats, tuple[Problem, ...], list[str]]:
+    points: Floats, file_points: ProfilePoints, *, repair: bool
+) -> tuple[Floats, tuple[PointProblem, ...], list[str]]:
     """Remove wrong points, if it is requested.
 
     Parameters
@@ -632,9 +635,9 @@ def _remove_wrong_points(
     InputError
         Points are wrong and may not be removed, or too many points are wrong.
     """
-    left_out: list[Problem] = []
+    left_out: list[PointProblem] = []
     tiny = _TINY_SPIKE_MM[0] if is_exact(points) else _TINY_SPIKE_MM[1]
-    for find_problems in (_find_disorder_beyond_noise, spikes, _find_crossings_beyond_noise):
+    for find_problems in (_find_disorder_beyond_noise, find_spikes, _find_crossings_beyond_noise):
         while problems := find_problems(points):
             large = [problem for problem in problems if problem.what != "spike" or abs(problem.size_mm) > tiny]
             too_many = len(left_out) + len(problems) > _LARGEST_OMITTED_SHARE * len(points)
@@ -643,13 +646,13 @@ def _remove_wrong_points(
             if too_many:
                 break
             # points out of order are searched again among their new neighbours
-            removed = problems if find_problems is spikes else problems[:1]
+            removed = problems if find_problems is find_spikes else problems[:1]
             left_out += removed
             # a removed point may have been between two equal points
             points, _ = _drop_repeated_points(np.delete(points, [problem.index for problem in removed], axis=0))
     omitted_text = _list_texts([problem.text for problem in left_out])
     notes = [f"{format_count(len(left_out), 'point')} left out: {omitted_text}"] if left_out else []
-    if doubtful := unclear(points):
+    if doubtful := find_unclear_points(points):
         notes.append(
             f"{_list_texts([problem.text for problem in doubtful])}: wrong, or at two junctions close to one another; a"
             " spline bends there"
@@ -663,15 +666,15 @@ def _remove_wrong_points(
     return points, (*left_out, *doubtful), notes
 
 
-def _find_disorder_beyond_noise(points: Floats) -> list[Problem]:
+def _find_disorder_beyond_noise(points: Floats) -> list[PointProblem]:
     """Find points at which the profile turns back by more than the local noise."""
-    return out_of_order(points, _estimate_local_noise(points))
+    return find_disorder(points, _estimate_local_noise(points))
 
 
-def _find_crossings_beyond_noise(points: Floats) -> list[Problem]:
+def _find_crossings_beyond_noise(points: Floats) -> list[PointProblem]:
     """Find points at which the profile crosses itself by more than the local noise."""
     noise = _estimate_local_noise(points)
-    return [problem for problem in crossings(points) if problem.size_mm > noise[problem.index]]
+    return [problem for problem in find_crossings(points) if problem.size_mm > noise[problem.index]]
 
 
 def _estimate_local_noise(points: Floats) -> Floats:
@@ -689,8 +692,8 @@ def _estimate_local_noise(points: Floats) -> Floats:
     ndarray
         Displacements (n,) in mm.
     """
-    distances, weight = missed_by_neighbours(points)
-    usual = noise_of(points)
+    distances, weight = compare_with_neighbours(points)
+    usual = estimate_noise_mm(points)
     if not distances.size:
         return np.zeros(len(points))
     local = np.clip(
@@ -701,7 +704,7 @@ def _estimate_local_noise(points: Floats) -> Floats:
     return _NOISE_SIGMAS * np.pad(local, 2, "edge")
 
 
-def _explain_refusal(problems: list[Problem], file_points: Points, *, repair: bool, too_many: bool) -> str:
+def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *, repair: bool, too_many: bool) -> str:
     """Explain the refusal of wrong points, with the remedy.
 
     Parameters
@@ -727,9 +730,11 @@ def _explain_refusal(problems: list[Problem], file_points: Points, *, repair: bo
             y, z = file_points.flipped_columns.replace("-", "").split(",")
             return (
                 f"{text}; the columns are y and z the other way round:"
-                f" {remedy(file_points.kind, 'columns', f'{z},{y}')}"
+                f" {suggest_option(file_points.kind, 'columns', f'{z},{y}')}"
             )
-    mend = f", or {remedy(file_points.kind, 'repair', 'yes')} to leave such points out" * (not (repair or too_many))
+    mend = f", or {suggest_option(file_points.kind, 'repair', 'yes')} to leave such points out" * (
+        not (repair or too_many)
+    )
     if problems[0].what == "spike":
         return f"{text}; {'correct the file' if mend else 'measure the profile again'}{mend}"
     return (
@@ -751,7 +756,7 @@ def _format_point(point: Floats) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g}) mm"
 
 
-def _check_spacing(points: Floats, kind: Kind, name: str) -> list[str]:
+def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> list[str]:
     """Check the gaps between points.
 
     Parameters
@@ -802,7 +807,7 @@ def _check_spacing(points: Floats, kind: Kind, name: str) -> list[str]:
     return remarks
 
 
-def _is_out_of_reach(points: Floats, kind: Kind) -> NDArray[np.bool_]:
+def _is_out_of_reach(points: Floats, kind: ProfileKind) -> NDArray[np.bool_]:
     """Whether chords of points (n, 2) are where no contact can be.
 
     Such chords are on chamfers, sides of heads and backs of flanges.
@@ -828,7 +833,7 @@ def _is_out_of_reach(points: Floats, kind: Kind) -> NDArray[np.bool_]:
     return np.asarray(((y[:-1] > _TREAD_END_MM) & (steep > _CHAMFER_RAD)) | (behind[:-1] & behind[1:]))
 
 
-def _describe_assumptions(kind: Kind) -> list[str]:
+def _describe_assumptions(kind: ProfileKind) -> list[str]:
     across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
     canted = ", not canted" if kind == "rail" else ""
     return [f"taken as: mm, {across}, z up{canted}"]
@@ -876,8 +881,8 @@ def _describe_noise(points: Floats) -> str:
     str
         Note.
     """
-    scatter = noise_of(points)
-    spacing = spacing_mm(points)
+    scatter = estimate_noise_mm(points)
+    spacing = measure_spacing_mm(points)
     noise = SPLINE_NOISE * scatter / spacing**2
     return (
         f"{len(points)} points about {spacing:.2g} mm apart, scatter about {scatter:.1g} mm: "
@@ -887,5 +892,7 @@ def _describe_noise(points: Floats) -> str:
 
 def _make_segment(points: Floats) -> Segment:
     if len(points) == 2:
-        return Line(start=(float(points[0, 0]), float(points[0, 1])), end=(float(points[1, 0]), float(points[1, 1])))
+        return StraightSegment(
+            start=(float(points[0, 0]), float(points[0, 1])), end=(float(points[1, 0]), float(points[1, 1]))
+        )
     return Spline(points=points)

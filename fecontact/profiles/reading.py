@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 
-from fecontact.inputs.kinds import choice, flag, number, text
-from fecontact.inputs.slots import inputs
+from fecontact.inputs.kinds import choice_field, flag_field, number_field, text_field
+from fecontact.inputs.slots import input_dataclass
 
-MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
+MM_PER_UNIT = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
 """Units of length that a file may have, with their size in mm."""
 
 
-@inputs
+@input_dataclass
 class Reading:
     """Options for a profile file; None leaves the choice to the file or the points.
 
@@ -37,25 +37,27 @@ class Reading:
     'cm'
     """
 
-    units: str | None = choice(None, "Unit of the points in a file", tuple(MM), label="units of the profile file")
-    mirror: bool | None = flag(
+    units: str | None = choice_field(
+        None, "Unit of the points in a file", tuple(MM_PER_UNIT), label="units of the profile file"
+    )
+    mirror: bool | None = flag_field(
         "Turn the line over, left to right: the file has the other side of the track; no says that it is not so",
         default=None,
         alone=False,
     )
-    columns: str | None = text(
+    columns: str | None = text_field(
         None,
         "Columns of y and z in a file of points, with a minus sign where the sign is to be turned",
         "two numbers such as 2,3 or 1,-2, counted from 1, or two names of the header such as y,-z",
     )
-    tape_circle_mm: float | None = number(
+    tape_circle_mm: float | None = number_field(
         None,
         "y at which the file has the tape circle of a wheel, such as 70 where y counts from the back of the flange",
         low=-1000.0,
         high=1000.0,
         remedy="70 from the back of the flange is usual",
     )
-    tape_circle_z_mm: float | None = number(
+    tape_circle_z_mm: float | None = number_field(
         None,
         "z of the file at which a wheel has its rolling radius; not given, the line must pass the tape circle at z = 0",
         label="height of the tape circle",
@@ -63,7 +65,7 @@ class Reading:
         high=1000.0,
         remedy="the height of the line at the tape circle, or 0 for the z = 0 of the file",
     )
-    filter_mm: float | None = number(
+    filter_mm: float | None = number_field(
         None,
         "Wave length along the line of which smoothing leaves half; 0 takes points as exact; from the points if not"
         " given",
@@ -71,27 +73,27 @@ class Reading:
         high=1000.0,
         remedy="4 to 8 mm are usual; 0 puts a spline through the points",
     )
-    noise_mm: float | None = number(
+    noise_mm: float | None = number_field(
         None,
         "Scatter of the points across the line, one standard deviation; estimated from the points if not given",
         high=1.0,
         inclusive=False,
         remedy="measured profiles have 0.002 to 0.05 mm",
     )
-    nominal: str = text(
+    nominal: str = text_field(
         "auto",
         "Profile from which a measured line is smoothed as its deviation",
         "auto for the nearest of the library where it is certain, none, or a name of the library",
         label="nominal profile",
     )
-    repair: bool = flag("Leave out what is wrong in a file of points, and say what was left out", alone=False)
+    repair: bool = flag_field("Leave out what is wrong in a file of points, and say what was left out", alone=False)
 
 
-PLAIN = Reading()
+DEFAULT_READING = Reading()
 """Options of a file that is read without changes."""
 
 
-def remedy(kind: str, key: str, value: str | float) -> str:
+def suggest_option(kind: str, key: str, value: str | float) -> str:
     """Option that answers a question about a file, for command line and study file.
 
     Parameters
@@ -123,12 +125,12 @@ def suggest_mirroring(kind: str, *, mirrored: bool) -> str:
 
     If the profile is mirrored already, the text suggests to leave out the option.
     """
-    return f"leave out --{kind}-mirror (mirror in [{kind}_file])" if mirrored else remedy(kind, "mirror", "yes")
+    return f"leave out --{kind}-mirror (mirror in [{kind}_file])" if mirrored else suggest_option(kind, "mirror", "yes")
 
 
 # --- Profiles that are defined by their radii, such as `circle:300`, and profiles that a wheelset on a track may have.
 
-CIRCLE, ARCS, CYLINDER = "circle:", "arcs:", "cylinder:"
+CIRCLE_PREFIX, ARCS_PREFIX, CYLINDER_PREFIX = "circle:", "arcs:", "cylinder:"
 # DIN 536-1, form A: symmetric heads without a gauge face
 _CRANE_RAIL = re.compile(r"A\d{2,3}", re.IGNORECASE)
 
@@ -138,7 +140,7 @@ def is_short_form(spec: str) -> bool:
 
     Such a text is neither a name nor a file.
     """
-    return spec.lower().startswith((CIRCLE, ARCS, CYLINDER))
+    return spec.lower().startswith((CIRCLE_PREFIX, ARCS_PREFIX, CYLINDER_PREFIX))
 
 
 def has_no_gauge_face(spec: str) -> bool:
@@ -146,10 +148,10 @@ def has_no_gauge_face(spec: str) -> bool:
 
     It has no gauge face, and its crown lies under the tape circle.
     """
-    return spec.lower().startswith((CIRCLE, ARCS))
+    return spec.lower().startswith((CIRCLE_PREFIX, ARCS_PREFIX))
 
 
-def makes_a_wheelset(rail: str, wheel: str) -> bool:
+def can_form_wheelset(rail: str, wheel: str) -> bool:
     """Whether rail and wheel may belong to a wheelset on its track.
 
     A profile that is defined by its radii (`circle:300`, `arcs:300/80@2.5`, `cylinder:460`) is a test body: it has

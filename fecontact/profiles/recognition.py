@@ -10,24 +10,31 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.library import find, load, names
-from fecontact.profiles.point_noise import noise_of
+from fecontact.profiles.curve import Profile, ProfileKind
+from fecontact.profiles.library import find_library_name, list_names, load_library_profile
+from fecontact.profiles.point_noise import estimate_noise_mm
 from fecontact.profiles.points import (
     LARGEST_FIELD_SIDE_DROP_MM,
-    Points,
+    ProfilePoints,
     build_profile,
-    checked,
+    check_points,
     drop_close_points,
     fit_splines,
     format_count,
     is_exact,
     measure_field_side_drop_mm,
-    spacing_mm,
+    measure_spacing_mm,
 )
 from fecontact.profiles.reading import Reading, suggest_mirroring, suggest_unmirrored
-from fecontact.profiles.registration import LEAST_NOISE_MM, FootPoints, Lines, first_shift, register_all, select_unworn
-from fecontact.profiles.segments import Held, Measured, Registration
+from fecontact.profiles.registration import (
+    LEAST_NOISE_MM,
+    FootPoints,
+    ProfileChain,
+    estimate_shift,
+    register_all,
+    select_unworn,
+)
+from fecontact.profiles.segments import Registration, SmoothingFrame, SmoothingResult
 from fecontact.profiles.smoothing import (
     FIRST_LOOK_POINTS,
     PRACTICE_MM,
@@ -68,7 +75,7 @@ _CLOSEST_OVER_SPACING = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nearest:
+class ProfileMatch:
     """Profile of the library that measured points may belong to.
 
     Attributes
@@ -96,7 +103,9 @@ class Nearest:
     lost_on_field_side_mm: float | None
 
 
-def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
+def find_nearest_profiles(
+    points: Floats, kind: ProfileKind, among: tuple[str, ...] | None = None
+) -> list[ProfileMatch]:
     """Profiles of the library that points may belong to, the nearest first.
 
     Parameters
@@ -113,11 +122,11 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
     list of Nearest
         Profiles with a usual distance of at most 2 mm.
     """
-    library_names, noise = names(kind) if among is None else among, max(noise_of(points), LEAST_NOISE_MM)
+    library_names, noise = list_names(kind) if among is None else among, max(estimate_noise_mm(points), LEAST_NOISE_MM)
     starts = _select_candidates(points[:: max(1, len(points) // FIRST_LOOK_POINTS)], library_names, noise)
     if not starts:
         return []
-    lines = Lines.of(*map(load, starts))
+    lines = ProfileChain.of(*map(load_library_profile, starts))
     registrations, usual, all_feet = register_all(lines, points, list(starts.values()))
     unworn_feet, unworn = select_unworn(lines, points, registrations, noise)
     matches = []
@@ -129,14 +138,14 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
         farthest_index = int(np.argmax(distances))
         has_unworn_feet = unworn[number] > _UNWORN_SHARE
         matches.append(
-            Nearest(
+            ProfileMatch(
                 name=name,
                 registration=registrations[number],
                 usual_mm=usual[number],
                 farthest_mm=float(distances[farthest_index]),
                 at_y_mm=float(points[farthest_index, 0]),
                 unworn=unworn[number],
-                lost_on_field_side_mm=_lost_on_field_side_mm(unworn_feet.of(number) if has_unworn_feet else feet),
+                lost_on_field_side_mm=_measure_field_side_loss_mm(unworn_feet.of(number) if has_unworn_feet else feet),
             )
         )
     largest_share = max((match.unworn for match in matches), default=0.0)
@@ -162,9 +171,9 @@ def _select_candidates(few_points: Floats, library_names: Sequence[str], noise_m
     dict of str to Registration
         Registrations on the points.
     """
-    profiles = [load(name) for name in library_names]
-    start = [Registration(shift=first_shift(profile, few_points)) for profile in profiles]
-    registrations, usual, _ = register_all(Lines.of(*profiles), few_points, start, steps=_FIRST_STEPS)
+    profiles = [load_library_profile(name) for name in library_names]
+    start = [Registration(shift=estimate_shift(profile, few_points)) for profile in profiles]
+    registrations, usual, _ = register_all(ProfileChain.of(*profiles), few_points, start, steps=_FIRST_STEPS)
     registration_by_name, usual_by_name = (
         dict(zip(library_names, registrations, strict=True)),
         dict(zip(library_names, usual, strict=True)),
@@ -180,7 +189,7 @@ def _select_candidates(few_points: Floats, library_names: Sequence[str], noise_m
     if other_names:
         # deep wear moves a profile away from its points, and different profiles nearer
         _, shares = select_unworn(
-            Lines.of(*map(load, other_names)),
+            ProfileChain.of(*map(load_library_profile, other_names)),
             few_points,
             [registration_by_name[name] for name in other_names],
             noise_mm,
@@ -189,7 +198,7 @@ def _select_candidates(few_points: Floats, library_names: Sequence[str], noise_m
     return {name: registration_by_name[name] for name in chosen}
 
 
-def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
+def _measure_field_side_loss_mm(feet: FootPoints) -> float | None:
     """Loss of a head on its field side minus the loss on its gauge side.
 
     Parameters
@@ -211,7 +220,7 @@ def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
     return float(field - gauge)
 
 
-def _check_mirroring(file_points: Points, reading: Reading, matches: Sequence[Nearest] = ()) -> list[str]:
+def _check_mirroring(file_points: ProfilePoints, reading: Reading, matches: Sequence[ProfileMatch] = ()) -> list[str]:
     """Check whether a head may be mirrored.
 
     Such a head is canted or worn to the field side.
@@ -269,7 +278,7 @@ def _check_mirroring(file_points: Points, reading: Reading, matches: Sequence[Ne
     return []
 
 
-def line_through(file_points: Points, reading: Reading) -> Profile:
+def fit_profile(file_points: ProfilePoints, reading: Reading) -> Profile:
     """Profile through points, which are checked here.
 
     The points are smoothed. If they have no noise or are declared exact, splines go through them.
@@ -292,25 +301,27 @@ def line_through(file_points: Points, reading: Reading) -> Profile:
         The points do not look like a running surface, the requested nominal profile is not in the library, or the
         points are not over it.
     """
-    file_points = checked(file_points, reading)
+    file_points = check_points(file_points, reading)
     if reading.filter_mm == 0.0 or len(file_points.points) < 20:
         return fit_splines(replace(file_points, notes=(*file_points.notes, *_check_mirroring(file_points, reading))))
-    points = drop_close_points(file_points.points, _CLOSEST_OVER_SPACING * spacing_mm(file_points.points))
+    points = drop_close_points(file_points.points, _CLOSEST_OVER_SPACING * measure_spacing_mm(file_points.points))
     is_requested = (
         reading.filter_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
     )
     if not is_requested and is_exact(points):
         return fit_splines(replace(file_points, notes=(*file_points.notes, *_check_mirroring(file_points, reading))))
     is_named = reading.nominal not in ("auto", "none")
-    matches = nearest(points, file_points.kind, (find(reading.nominal, file_points.kind),) if is_named else None)
+    matches = find_nearest_profiles(
+        points, file_points.kind, (find_library_name(reading.nominal, file_points.kind),) if is_named else None
+    )
     measured = _smooth_points(replace(file_points, points=points), reading, matches)
     crowded = len(file_points.points) - len(points)
     remarks = [*_check_mirroring(file_points, reading, matches), *_describe_omissions(file_points, measured, crowded)]
-    remarks += [_describe_smoothing(measured, reading), *_choices(measured, file_points.kind)]
+    remarks += [_describe_smoothing(measured, reading), *_describe_choices(measured, file_points.kind)]
     return build_profile(file_points, make_segments(measured), remarks, measured)
 
 
-def _smooth_points(file_points: Points, reading: Reading, matches: Sequence[Nearest]) -> Measured:
+def _smooth_points(file_points: ProfilePoints, reading: Reading, matches: Sequence[ProfileMatch]) -> SmoothingResult:
     """Smooth points, as a deviation from a library profile if it is certain.
 
     Parameters
@@ -362,7 +373,7 @@ def _smooth_points(file_points: Points, reading: Reading, matches: Sequence[Near
     return measured if usual < _LARGEST_TYPICAL_WEAR_MM else free_smoothing[0]
 
 
-def _median_running_filter_mm(measured: Measured) -> float:
+def _median_running_filter_mm(measured: SmoothingResult) -> float:
     """Median filter length on the running part of a profile (mm)."""
     relative = measured.held.relative_filter
     return measured.filter_mm * (
@@ -371,8 +382,8 @@ def _median_running_filter_mm(measured: Measured) -> float:
 
 
 def _smooth_deviation(
-    match: Nearest, points: Floats, smooth: Callable[[Held], tuple[Measured, float]]
-) -> tuple[Measured, float] | None:
+    match: ProfileMatch, points: Floats, smooth: Callable[[SmoothingFrame], tuple[SmoothingResult, float]]
+) -> tuple[SmoothingResult, float] | None:
     """Smooth points as their deviation from a profile.
 
     Parameters
@@ -389,14 +400,14 @@ def _smooth_deviation(
     tuple of Measured and float, or None
         Smoothing and its score; None if the points are not over the profile.
     """
-    frame = frame_on_reference(load(match.name), match.registration, points)
+    frame = frame_on_reference(load_library_profile(match.name), match.registration, points)
     try:
         return None if frame is None else smooth(frame)
     except np.linalg.LinAlgError:
         return None
 
 
-def _choices(measured: Measured, kind: Kind) -> list[str]:
+def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]:
     """Describe assumptions about points with a nominal profile, and the options against them.
 
     Parameters
@@ -414,7 +425,7 @@ def _choices(measured: Measured, kind: Kind) -> list[str]:
     if not measured.nominal:
         return []
     remarks = []
-    if load(measured.nominal).junctions:
+    if load_library_profile(measured.nominal).junctions:
         remarks.append(
             f"where the curvature of {measured.nominal} jumps, the curvature of the {kind} is taken to jump too:"
             f" --{kind}-nominal none takes the points alone"
@@ -429,7 +440,7 @@ def _choices(measured: Measured, kind: Kind) -> list[str]:
     return remarks
 
 
-def _describe_omissions(file_points: Points, measured: Measured, crowded: int) -> list[str]:
+def _describe_omissions(file_points: ProfilePoints, measured: SmoothingResult, crowded: int) -> list[str]:
     """Describe the number of points that the smoothing ignores, with the reasons."""
     beyond_ends = len(file_points.points) - crowded - len(measured.points)
     reasons = [f"{crowded} that nearly repeat the one before"] * (crowded > 0)
@@ -437,7 +448,7 @@ def _describe_omissions(file_points: Points, measured: Measured, crowded: int) -
     return [f"of {format_count(len(file_points.points), 'point')} left out: {', '.join(reasons)}"] if reasons else []
 
 
-def _describe_smoothing(measured: Measured, reading: Reading) -> str:
+def _describe_smoothing(measured: SmoothingResult, reading: Reading) -> str:
     """Describe the noise, the filter length and the uncertainty of a smoothing.
 
     Parameters

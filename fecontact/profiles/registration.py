@@ -39,7 +39,7 @@ _POINTS_PER_BLOCK, _SAMPLE_STRIDE = 500, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lines:
+class ProfileChain:
     """Exact profiles (k,) as a single curve, in a row.
 
     The nearest points on all of them are found in one calculation.
@@ -64,7 +64,7 @@ class Lines:
     last_mm: Floats
 
     @classmethod
-    def of(cls, *lines: Profile) -> Lines:
+    def of(cls, *lines: Profile) -> ProfileChain:
         """Join profiles, with room between each and the next.
 
         Parameters
@@ -161,7 +161,7 @@ class FootPoints:
         return [estimate_distance_mm(off[inside]) for off, inside in zip(self.off_mm, self.inside, strict=True)]
 
 
-def foot_points(profile: Profile, points: Floats) -> FootPoints:
+def find_foot_points(profile: Profile, points: Floats) -> FootPoints:
     """Nearest points of a profile for points within a few mm.
 
     Parameters
@@ -176,11 +176,11 @@ def foot_points(profile: Profile, points: Floats) -> FootPoints:
     FootPoints
         Foot points (n,).
     """
-    return _foot_points(Lines.of(profile), points[None]).of(0)
+    return _find_foot_points(ProfileChain.of(profile), points[None]).of(0)
 
 
-def _foot_points(
-    lines: Lines, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
+def _find_foot_points(
+    lines: ProfileChain, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
     """Nearest points of k profiles.
 
@@ -247,13 +247,13 @@ def register(profile: Profile, points: Floats) -> tuple[Registration, float]:
         most 80 % of the points.
     """
     registrations, usual, _ = register_all(
-        Lines.of(profile), points, [Registration(shift=first_shift(profile, points))]
+        ProfileChain.of(profile), points, [Registration(shift=estimate_shift(profile, points))]
     )
     return registrations[0], usual[0]
 
 
 def register_all(
-    lines: Lines, points: Floats, begin: Sequence[Registration], *, steps: int = _MOST_STEPS
+    lines: ProfileChain, points: Floats, begin: Sequence[Registration], *, steps: int = _MOST_STEPS
 ) -> tuple[list[Registration], list[float], FootPoints]:
     """Register several profiles on points, from given registrations.
 
@@ -276,8 +276,8 @@ def register_all(
     """
     registrations, feet, is_active = list(begin), None, np.ones(len(begin), dtype=bool)
     for _ in range(steps):
-        moved_points = _to_references(registrations, points)
-        feet = _foot_points(lines, moved_points, near=feet, steps=_FIRST_FOOT_STEPS)
+        moved_points = _move_to_references(registrations, points)
+        feet = _find_foot_points(lines, moved_points, near=feet, steps=_FIRST_FOOT_STEPS)
         reach = _HUBER_FACTOR * np.array(feet.usual_mm)[:, None]
         weight = np.where(feet.inside, np.minimum(1.0, reach / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
         improved, size = _improve_registrations(registrations, moved_points, feet, weight)
@@ -291,7 +291,7 @@ def register_all(
         is_active &= size >= 1e-7
         if not is_active.any():
             break
-    feet = _foot_points(lines, _to_references(registrations, points))
+    feet = _find_foot_points(lines, _move_to_references(registrations, points))
     is_covering = np.count_nonzero(feet.inside, axis=1) > 0.8 * len(points)
     usual_mm = [
         distance_mm if is_covered else math.inf
@@ -300,7 +300,7 @@ def register_all(
     return registrations, usual_mm, feet
 
 
-def _to_references(registrations: Sequence[Registration], points: Floats) -> Floats:
+def _move_to_references(registrations: Sequence[Registration], points: Floats) -> Floats:
     """Points (k, n, 2) relative to each registered reference, from points (n, 2)."""
     return np.stack([registration.to_reference(points) for registration in registrations])
 
@@ -344,7 +344,7 @@ def _improve_registrations(
 
 
 def select_unworn(
-    lines: Lines, points: Floats, begin: Sequence[Registration], noise_mm: float
+    lines: ProfileChain, points: Floats, begin: Sequence[Registration], noise_mm: float
 ) -> tuple[FootPoints, list[float]]:
     """Foot points of unworn points, with the share of points that each profile fits.
 
@@ -370,12 +370,12 @@ def select_unworn(
     """
     registrations, feet, reach = list(begin), None, _FIRST_REACH_MM
     while reach > _LAST_REACH_OVER_NOISE * noise_mm:
-        moved_points = _to_references(registrations, points)
-        feet = _foot_points(lines, moved_points, near=feet, steps=_FIRST_FOOT_STEPS)
+        moved_points = _move_to_references(registrations, points)
+        feet = _find_foot_points(lines, moved_points, near=feet, steps=_FIRST_FOOT_STEPS)
         weight = np.where(feet.inside, 1.0 / (1.0 + (feet.off_mm / reach) ** 2) ** 2, 0.0)
         registrations, _ = _improve_registrations(registrations, moved_points, feet, weight)
         reach *= _REACH_FACTOR
-    feet = _foot_points(lines, _to_references(registrations, points))
+    feet = _find_foot_points(lines, _move_to_references(registrations, points))
     unworn = (feet.inside & (np.abs(feet.off_mm) < _UNWORN_OVER_NOISE * noise_mm)).mean(axis=1)
     return feet, [float(share) for share in unworn]
 
@@ -398,7 +398,7 @@ def estimate_distance_mm(distances_mm: Floats) -> float:
     return float(np.median(np.abs(distances_mm))) / 0.6745 + 1e-9 if distances_mm.size else math.inf
 
 
-def first_shift(profile: Profile, points: Floats) -> tuple[float, float]:
+def estimate_shift(profile: Profile, points: Floats) -> tuple[float, float]:
     """Displacement that aligns the crowns of two rails or the flange tips of two wheels.
 
     Parameters

@@ -12,13 +12,35 @@ from functools import lru_cache
 from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, make_two_arc_rail_head
-from fecontact.profiles.library import GivenProfile, can_be_file, find, is_known, load, names, profile_file
-from fecontact.profiles.points import Points
-from fecontact.profiles.readers.columns import Source, file_bytes, header_radius_mm, parse_points
-from fecontact.profiles.readers.formats import DEFAULT_READER, reader_of
-from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face, is_short_form
-from fecontact.profiles.recognition import line_through
+from fecontact.profiles.curve import (
+    Profile,
+    ProfileKind,
+    make_circular_rail_head,
+    make_cylinder_wheel,
+    make_two_arc_rail_head,
+)
+from fecontact.profiles.library import (
+    ArrayProfile,
+    can_be_file,
+    find_library_name,
+    is_library_name,
+    list_names,
+    load_library_profile,
+    profile_file,
+)
+from fecontact.profiles.points import ProfilePoints
+from fecontact.profiles.readers.columns import ColumnSource, file_bytes, header_radius_mm, parse_points
+from fecontact.profiles.readers.formats import DEFAULT_READER, find_reader
+from fecontact.profiles.reading import (
+    ARCS_PREFIX,
+    CIRCLE_PREFIX,
+    CYLINDER_PREFIX,
+    DEFAULT_READING,
+    Reading,
+    has_no_gauge_face,
+    is_short_form,
+)
+from fecontact.profiles.recognition import fit_profile
 
 
 class WrongKindError(InputError):
@@ -50,7 +72,7 @@ class WheelProfile:
     rolling_radius_mm: float | None = None
 
 
-def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
+def resolve_rail(spec: str, reading: Reading = DEFAULT_READING) -> Profile:
     """Rail from a text of the command line.
 
     Measured points in a file are smoothed (`profiles.smoothing`).
@@ -78,16 +100,16 @@ def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
     >>> round(1.0 / float(resolve_rail("circle:300").curvature(0.0)))
     300
     """
-    if spec.lower().startswith(CIRCLE):
-        return circular_rail_head(*_parse_numbers(spec, r"circle:([^:]*)", _NO_RADIUS.format("circle:300")))
-    if spec.lower().startswith(ARCS):
+    if spec.lower().startswith(CIRCLE_PREFIX):
+        return make_circular_rail_head(*_parse_numbers(spec, r"circle:([^:]*)", _NO_RADIUS.format("circle:300")))
+    if spec.lower().startswith(ARCS_PREFIX):
         return make_two_arc_rail_head(*_parse_numbers(spec, r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", _NO_ARCS))
-    if spec.lower().startswith(CYLINDER):
+    if spec.lower().startswith(CYLINDER_PREFIX):
         raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
     return _resolve(spec, "rail", reading)
 
 
-def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
+def resolve_wheel(spec: str, reading: Reading = DEFAULT_READING) -> WheelProfile:
     """Wheel from a text of the command line.
 
     Parameters
@@ -113,10 +135,10 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
     >>> resolve_wheel("cylinder:460").rolling_radius_mm
     460.0
     """
-    if spec.lower().startswith(CYLINDER):
+    if spec.lower().startswith(CYLINDER_PREFIX):
         radius, *_ = _parse_numbers(spec, r"cylinder:([^:]*)", _NO_RADIUS.format("cylinder:460"))
         check_positive("radius of the wheel", radius, "mm", "for example cylinder:460")
-        return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
+        return WheelProfile(profile=make_cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
         raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
     return WheelProfile(profile=_resolve(spec, "wheel", reading))
@@ -152,7 +174,7 @@ def radius_note(spec: str, radius_mm: float) -> str:
 _EXACT_FILE_OPTIONS = ("mirror", "tape_circle_mm", "tape_circle_z_mm")
 
 
-def used_reading(spec: str, reading: Reading) -> Reading:
+def select_used_options(spec: str, reading: Reading) -> Reading:
     """Options that a profile uses, with defaults for all unused options.
 
     A name of the library or a short form uses no option. A TOML file uses the options of an exact profile. All other
@@ -170,15 +192,15 @@ def used_reading(spec: str, reading: Reading) -> Reading:
     Reading
         Used options.
     """
-    if not isinstance(spec, GivenProfile):
-        if is_known(spec) or is_short_form(spec):
-            return PLAIN
+    if not isinstance(spec, ArrayProfile):
+        if is_library_name(spec) or is_short_form(spec):
+            return DEFAULT_READING
         if Path(spec).suffix.lower() == ".toml":
-            return replace(PLAIN, **{name: getattr(reading, name) for name in _EXACT_FILE_OPTIONS})
+            return replace(DEFAULT_READING, **{name: getattr(reading, name) for name in _EXACT_FILE_OPTIONS})
     return reading
 
 
-def refuse_unused_reading(kind: Kind, specs: Iterable[str], reading: Reading) -> None:
+def refuse_unused_reading(kind: ProfileKind, specs: Iterable[str], reading: Reading) -> None:
     """Refuse options that no profile uses.
 
     Parameters
@@ -198,7 +220,9 @@ def refuse_unused_reading(kind: Kind, specs: Iterable[str], reading: Reading) ->
     specs = tuple(specs)
     for option in fields(Reading):
         name, value = option.name, getattr(reading, option.name)
-        if value != option.default and all(getattr(used_reading(spec, reading), name) != value for spec in specs):
+        if value != option.default and all(
+            getattr(select_used_options(spec, reading), name) != value for spec in specs
+        ):
             exact = "a TOML file of exact segments" if specs[0].lower().endswith(".toml") else "an exact profile"
             raise InputError(
                 f"{name} of the {kind} file is {value!r}, but {specs[0]!r} is {exact}, which has no use for it; leave"
@@ -238,7 +262,7 @@ def _parse_numbers(spec: str, pattern: str, complaint: str) -> list[float]:
     raise InputError(f"{spec!r}{complaint}")
 
 
-def _read_file(spec: str, kind: Kind, reading: Reading) -> Profile:
+def _read_file(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
     """Read a file, once per content.
 
     The smoothing of a measurement takes half a second.
@@ -249,12 +273,12 @@ def _read_file(spec: str, kind: Kind, reading: Reading) -> Profile:
 
 
 @lru_cache(maxsize=16)
-def _read_once(spec: str, kind: Kind, reading: Reading, content: str) -> Profile:
-    content_or_points = content_of_file(spec, kind, reading)
-    return content_or_points if isinstance(content_or_points, Profile) else line_through(content_or_points, reading)
+def _read_once(spec: str, kind: ProfileKind, reading: Reading, content: str) -> Profile:
+    content_or_points = read_profile_content(spec, kind, reading)
+    return content_or_points if isinstance(content_or_points, Profile) else fit_profile(content_or_points, reading)
 
 
-def content_of_file(spec: str, kind: Kind, reading: Reading) -> Profile | Points:
+def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Profile | ProfilePoints:
     """Content of a file: a profile of exact segments, or unchecked points.
 
     Parameters
@@ -280,18 +304,18 @@ def content_of_file(spec: str, kind: Kind, reading: Reading) -> Profile | Points
     path = Path(spec)
     if any(unicodedata.category(sign) in _HIDDEN_CATEGORIES for sign in path.name):
         raise InputError(f"{spec!r}: its name has signs that are not shown, such as a line's end; rename the file")
-    content = reader_of(path)(path, kind, reading)
+    content = find_reader(path)(path, kind, reading)
     _check_kind(content, spec, kind)
     return content
 
 
 @lru_cache(maxsize=16)
-def _read_given_profile(given_profile: GivenProfile, kind: Kind, reading: Reading) -> Profile:
-    source = Source(what=str(given_profile), kind=kind, reading=reading)
-    return line_through(parse_points(given_profile.text, Path(given_profile.file).stem, source), reading)
+def _read_given_profile(given_profile: ArrayProfile, kind: ProfileKind, reading: Reading) -> Profile:
+    source = ColumnSource(what=str(given_profile), kind=kind, reading=reading)
+    return fit_profile(parse_points(given_profile.text, Path(given_profile.file).stem, source), reading)
 
 
-def _check_kind(content: Profile | Points, spec: str, kind: Kind) -> None:
+def _check_kind(content: Profile | ProfilePoints, spec: str, kind: ProfileKind) -> None:
     """Check that a file has a profile of the wanted kind.
 
     Parameters
@@ -311,11 +335,11 @@ def _check_kind(content: Profile | Points, spec: str, kind: Kind) -> None:
     if content.kind != kind:
         raise WrongKindError(
             f"{spec!r} is a {content.kind} but a {kind} is wanted; give it as the {content.kind} (--{content.kind}, "
-            f"or --kind {content.kind}), or as the {kind} one of {', '.join(names(kind))}"
+            f"or --kind {content.kind}), or as the {kind} one of {', '.join(list_names(kind))}"
         )
 
 
-def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
+def _resolve(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
     """Resolve a library name, a profile from arrays or a file.
 
     Parameters
@@ -338,14 +362,14 @@ def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
         The name or file does not exist, or has the wrong kind.
     """
     path = Path(spec)
-    if is_known(spec):
-        _check_kind(load(find(spec)), spec, kind)
-        return load(find(spec))
-    if isinstance(spec, GivenProfile):
+    if is_library_name(spec):
+        _check_kind(load_library_profile(find_library_name(spec)), spec, kind)
+        return load_library_profile(find_library_name(spec))
+    if isinstance(spec, ArrayProfile):
         return _read_given_profile(spec, kind, reading)
     # A text with the ending of a special reader is a file, and the reader explains errors.
-    if reader_of(path) is not DEFAULT_READER or os.path.exists(spec):  # in contrast to Path.exists, it never raises
+    if find_reader(path) is not DEFAULT_READER or os.path.exists(spec):  # in contrast to Path.exists, it never raises
         return _read_file(spec, kind, reading)
     if can_be_file(spec):
-        raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
-    return load(find(spec, kind))
+        raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(list_names(kind))}")
+    return load_library_profile(find_library_name(spec, kind))

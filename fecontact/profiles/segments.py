@@ -83,7 +83,7 @@ class CurvePoints:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
+class StraightSegment:
     """Straight segment from `start` to `end` (mm).
 
     Examples
@@ -340,7 +340,7 @@ class SmoothedSegment:
     field: PPoly
     s_from: float
     s_to: float
-    base: Line | Arc | Polynomial | None = None
+    base: StraightSegment | Arc | Polynomial | None = None
     v_from: float = 0.0
     v_to: float = 1.0
     registration: Registration = IDENTITY_REGISTRATION
@@ -444,7 +444,7 @@ def integrate_polynomial_length(base: Polynomial, v_from: float, v_to: float, s_
     return CubicSpline(v, s_from + np.concatenate(([0.0], np.cumsum(steps))))
 
 
-Segment: TypeAlias = Line | Arc | Polynomial | Spline | SmoothedSegment
+Segment: TypeAlias = StraightSegment | Arc | Polynomial | Spline | SmoothedSegment
 
 
 def translate_segment(segment: Segment, dy_mm: float, dz_mm: float) -> Segment:
@@ -469,9 +469,9 @@ def translate_segment(segment: Segment, dy_mm: float, dz_mm: float) -> Segment:
         return replace(segment, coefficients=(constant + dz_mm, *rest), **ends)
     if isinstance(segment, Arc):
         return replace(segment, centre=(segment.centre[0] + dy_mm, segment.centre[1] + dz_mm))
-    assert isinstance(segment, Line)
+    assert isinstance(segment, StraightSegment)
     (y0, z0), (y1, z1) = segment.start, segment.end
-    return Line(start=(y0 + dy_mm, z0 + dz_mm), end=(y1 + dy_mm, z1 + dz_mm))
+    return StraightSegment(start=(y0 + dy_mm, z0 + dz_mm), end=(y1 + dy_mm, z1 + dz_mm))
 
 
 # Local parameters that differ by less are equal.
@@ -482,7 +482,7 @@ _PARAMETER_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Held:
+class SmoothingFrame:
     """Measured points as deviations from a reference.
 
     The reference is a nominal profile, or the chain of chords through the points.
@@ -519,7 +519,7 @@ class Held:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Measured:
+class SmoothingResult:
     """Measured points of a smoothed profile, with the settings and results of the smoothing.
 
     Attributes
@@ -541,7 +541,7 @@ class Measured:
         Standard deviation of the curvature of the profile that the noise causes (1/mm).
     """
 
-    held: Held
+    held: SmoothingFrame
     residual_mm: Floats
     noise_mm: float
     independent_noise_mm: float

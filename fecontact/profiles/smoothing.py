@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.point_noise import noise_of
-from fecontact.profiles.registration import estimate_distance_mm, foot_points
-from fecontact.profiles.segments import Held, Measured, Registration, Segment
-from fecontact.profiles.smoothing_splines import least_bending, smoothed_by
+from fecontact.profiles.point_noise import estimate_noise_mm
+from fecontact.profiles.registration import estimate_distance_mm, find_foot_points
+from fecontact.profiles.segments import Registration, Segment, SmoothingFrame, SmoothingResult
+from fecontact.profiles.smoothing_splines import fit_smoothing_spline, minimise_bending
 
 # --- A profile with a usable curvature from measured points: smoothing splines along the arc with a stated filter
 # length.
@@ -53,7 +53,7 @@ SEED = 14
 _SLIDE_STEPS = 4
 
 
-def frame_on_reference(reference: Profile, registration: Registration, points: Floats) -> Held | None:
+def frame_on_reference(reference: Profile, registration: Registration, points: Floats) -> SmoothingFrame | None:
     """Assign points to the foot points on a registered reference.
 
     Parameters
@@ -70,11 +70,11 @@ def frame_on_reference(reference: Profile, registration: Registration, points: F
     Held or None
         Points with their deviations from the reference; None if less than 80 % of the points are over the reference.
     """
-    feet = foot_points(reference, registration.to_reference(points))
+    feet = find_foot_points(reference, registration.to_reference(points))
     is_over = feet.inside & np.concatenate(([True], np.diff(np.maximum.accumulate(feet.s_mm)) > 1e-9))
     if np.count_nonzero(is_over) < 0.8 * len(points):
         return None
-    return Held(
+    return SmoothingFrame(
         points=points[is_over],
         s_mm=feet.s_mm[is_over],
         values=points[is_over] - registration.from_reference(feet.points[is_over]),
@@ -85,7 +85,7 @@ def frame_on_reference(reference: Profile, registration: Registration, points: F
     )
 
 
-def frame_on_chords(points: Floats) -> Held:
+def frame_on_chords(points: Floats) -> SmoothingFrame:
     """Assign points (n, 2) to the length of the chords between them.
 
     Parameters
@@ -99,9 +99,9 @@ def frame_on_chords(points: Floats) -> Held:
         Points without a nominal profile.
     """
     s = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
-    first = smoothed_by(s, points, _PILOT_MM)(s, 1)
+    first = fit_smoothing_spline(s, points, _PILOT_MM)(s, 1)
     normals = np.column_stack((-first[:, 1], first[:, 0])) / np.hypot(*first.T)[:, None]
-    return Held(points=points, s_mm=s, values=points, normals=normals)
+    return SmoothingFrame(points=points, s_mm=s, values=points, normals=normals)
 
 
 @lru_cache(maxsize=8)
@@ -113,7 +113,7 @@ def make_nominal_profile(segments: tuple[Segment, ...]) -> Profile:
     return Profile(name="nominal", kind="rail", segments=segments)
 
 
-def slide_along_nominal(frame: Held, filter_mm: float) -> Held:
+def slide_along_nominal(frame: SmoothingFrame, filter_mm: float) -> SmoothingFrame:
     """Assign points to the nominal positions from which a smooth displacement leads to them.
 
     These positions differ from the foot points. A displacement across the nominal profile turns with its normal, and
@@ -141,7 +141,7 @@ def slide_along_nominal(frame: Held, filter_mm: float) -> Held:
     for _ in range(_SLIDE_STEPS):
         values, tangent = _measure_deviations(nominal_profile, frame, s_mm)
         normals = np.column_stack((-tangent[:, 1], tangent[:, 0]))
-        remainder = values - least_bending(s_mm, values, normals, filter_mm)
+        remainder = values - minimise_bending(s_mm, values, normals, filter_mm)
         next_s = s_mm + np.clip((remainder * tangent).sum(axis=1), -1.0, 1.0)
         # there is no position beyond an end: the last points stay next to the end, one after another
         next_s = np.clip(next_s, end_margin, nominal_profile.length_mm - end_margin[::-1])
@@ -152,7 +152,7 @@ def slide_along_nominal(frame: Held, filter_mm: float) -> Held:
     return replace(frame, s_mm=s_mm, values=values, normals=np.column_stack((-tangent[:, 1], tangent[:, 0])))
 
 
-def _measure_deviations(nominal_profile: Profile, frame: Held, s: Floats) -> tuple[Floats, Floats]:
+def _measure_deviations(nominal_profile: Profile, frame: SmoothingFrame, s: Floats) -> tuple[Floats, Floats]:
     """Measure the deviations of points from positions on the registered nominal profile.
 
     Parameters
@@ -174,7 +174,9 @@ def _measure_deviations(nominal_profile: Profile, frame: Held, s: Floats) -> tup
     return frame.points - frame.registration.from_reference(np.column_stack((p.y, p.z))), tangent
 
 
-def smooth_frame(frame: Held, *, filter_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
+def smooth_frame(
+    frame: SmoothingFrame, *, filter_mm: float | None, noise_mm: float | None
+) -> tuple[SmoothingResult, float]:
     """Smooth the deviations of points from their reference.
 
     Parameters
@@ -204,21 +206,21 @@ def smooth_frame(frame: Held, *, filter_mm: float | None, noise_mm: float | None
     frame, length, residual, freedom, score = min(fits, key=lambda fit: fit[-1])
     inner = _limit_outliers(residual[select_running_part(frame)])
     scatter = math.sqrt(float((inner**2).mean()) / max(1.0 - freedom, 0.1)) if noise_mm is None else noise_mm
-    measured = Measured(
+    measured = SmoothingResult(
         held=frame,
         residual_mm=residual,
         noise_mm=scatter,
-        independent_noise_mm=noise_of(frame.points) if noise_mm is None else noise_mm,
+        independent_noise_mm=estimate_noise_mm(frame.points) if noise_mm is None else noise_mm,
         correlated_noise_mm=residual * (noise_mm is None),
         filter_mm=length,
         curvature_noise_per_mm=np.zeros(0),
     )
     draws = draw_noise(measured, [SEED], _NOISE_DRAW_COUNT)
-    second_derivatives = smoothed_by(frame.s_mm, draws, length, frame.relative_filter)(frame.s_mm, 2)
+    second_derivatives = fit_smoothing_spline(frame.s_mm, draws, length, frame.relative_filter)(frame.s_mm, 2)
     return replace(measured, curvature_noise_per_mm=np.sqrt((second_derivatives**2).mean(axis=1))), score
 
 
-def _list_filter_lengths(frame: Held) -> list[float]:
+def _list_filter_lengths(frame: SmoothingFrame) -> list[float]:
     """List the candidate filter lengths, of at least four points each.
 
     Deviations from a nominal profile have a wider range of lengths.
@@ -228,7 +230,7 @@ def _list_filter_lengths(frame: Held) -> list[float]:
     return [float(length) for length in np.geomspace(low, max(low, high), _FILTER_STEPS if frame.reference else 5)]
 
 
-def _compute_relative_filter(frame: Held, filter_mm: float) -> Floats:
+def _compute_relative_filter(frame: SmoothingFrame, filter_mm: float) -> Floats:
     """Compute the filter length at each point divided by the full filter length.
 
     It is proportional to the square root of the radius, and not below the shortest usual length. A head has radii of 13
@@ -258,7 +260,7 @@ def _compute_relative_filter(frame: Held, filter_mm: float) -> Floats:
     return np.asarray(np.clip(relative, PRACTICE_MM[0] / filter_mm, 1.0))
 
 
-def select_running_part(frame: Held) -> NDArray[np.bool_]:
+def select_running_part(frame: SmoothingFrame) -> NDArray[np.bool_]:
     """Select the points on the running part of the profile.
 
     The mask (n,) selects all points if hardly any point is on the running part.
@@ -273,7 +275,7 @@ def _limit_outliers(distances_mm: Floats) -> Floats:
     return np.clip(distances_mm, -largest, largest)
 
 
-def fit_deviation(frame: Held, filter_mm: float, noise: float | None) -> tuple[Floats, float, float]:
+def fit_deviation(frame: SmoothingFrame, filter_mm: float, noise: float | None) -> tuple[Floats, float, float]:
     """Fit the deviations with a given filter length, and rate the filter.
 
     Parameters
@@ -293,7 +295,7 @@ def fit_deviation(frame: Held, filter_mm: float, noise: float | None) -> tuple[F
     """
     s, values, running = frame.s_mm, frame.values, select_running_part(frame)
     probes = _draw_probes(s.size)
-    fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, frame.relative_filter)(s)
+    fitted = fit_smoothing_spline(s, np.column_stack((values, probes)), filter_mm, frame.relative_filter)(s)
     # the trace of the smoother (Hutchinson) is its number of degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:])[running]))
     residual = np.asarray(((values - fitted[:, :2]) * frame.normals).sum(axis=1))
@@ -309,7 +311,7 @@ def _draw_probes(number: int) -> Floats:
     return np.random.default_rng(SEED).choice(np.array([-1.0, 1.0]), size=(number, _PROBE_COUNT))
 
 
-def draw_noise(measured: Measured, seed: Sequence[int], number: int) -> Floats:
+def draw_noise(measured: SmoothingResult, seed: Sequence[int], number: int) -> Floats:
     """Draw noise with the statistics of the measured points.
 
     Each point has an independent error. Waves that neighbours have in common keep their position and their size, and

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _ALONG_WEIGHT = 1e-5
 
 
-def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats | None = None) -> PPoly:
+def fit_smoothing_spline(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats | None = None) -> PPoly:
     """Cubic smoothing spline that halves a wave of a given length.
 
     The length does not depend on the spacing of the points.
@@ -82,10 +82,10 @@ def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats
     )
 
 
-def least_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float) -> Floats:
+def minimise_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float) -> Floats:
     """Displacements with the least bending that match the points across the profile.
 
-    They agree with `smoothed_by`, but displacements along the profile have only a small weight. Second differences
+    They agree with `fit_smoothing_spline`, but displacements along the profile have only a small weight. Second differences
     replace the spline: they are accurate enough for the positions of points, and need one banded solution.
 
     Parameters

@@ -13,12 +13,12 @@ from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import (
     Arc,
-    Held,
-    Line,
-    Measured,
     Polynomial,
     Segment,
     SmoothedSegment,
+    SmoothingFrame,
+    SmoothingResult,
+    StraightSegment,
     integrate_polynomial_length,
 )
 from fecontact.profiles.smoothing import (
@@ -31,15 +31,15 @@ from fecontact.profiles.smoothing import (
     slide_along_nominal,
     smooth_frame,
 )
-from fecontact.profiles.smoothing_splines import smoothed_by
+from fecontact.profiles.smoothing_splines import fit_smoothing_spline
 
 
-def make_segments(measured: Measured) -> tuple[Segment, ...]:
+def make_segments(measured: SmoothingResult) -> tuple[Segment, ...]:
     """Make the segments of a smoothed profile."""
-    return pieces_of(measured.held, measured.filter_mm)
+    return build_smoothed_segments(measured.held, measured.filter_mm)
 
 
-def pieces_of(frame: Held, filter_mm: float) -> tuple[Segment, ...]:
+def build_smoothed_segments(frame: SmoothingFrame, filter_mm: float) -> tuple[Segment, ...]:
     """Segments of a profile that is smoothed through points.
 
     Parameters
@@ -54,16 +54,16 @@ def pieces_of(frame: Held, filter_mm: float) -> tuple[Segment, ...]:
     tuple of SmoothedSegment
         One segment for each segment of the nominal profile, or a single segment without a nominal profile.
     """
-    field = smoothed_by(frame.s_mm, frame.values, filter_mm, frame.relative_filter)
+    field = fit_smoothing_spline(frame.s_mm, frame.values, filter_mm, frame.relative_filter)
     first, last = float(frame.s_mm[0]), float(frame.s_mm[-1])
     if not frame.reference:
         return (SmoothedSegment(field=field, s_from=first, s_to=last),)
     segments: list[Segment] = []
     start = 0.0
     for base in frame.reference:
-        assert isinstance(base, Line | Arc | Polynomial)
+        assert isinstance(base, StraightSegment | Arc | Polynomial)
         full_segment = SmoothedSegment(
-            field=field, s_from=start, s_to=start + _length(base), base=base, registration=frame.registration
+            field=field, s_from=start, s_to=start + _measure_length_mm(base), base=base, registration=frame.registration
         )
         low, high = max(first, full_segment.s_from), min(last, full_segment.s_to)
         start = full_segment.s_to
@@ -73,7 +73,7 @@ def pieces_of(frame: Held, filter_mm: float) -> tuple[Segment, ...]:
     return tuple(segments)
 
 
-def scaled(profile: Profile, factor: float) -> Profile:
+def scale_deviation(profile: Profile, factor: float) -> Profile:
     """Smoothed profile with a scaled deviation from its nominal profile.
 
     Parameters
@@ -133,7 +133,7 @@ _VARIANT_DRAWS = 4
 _NO_SUPPORT = 10.0
 
 
-def other_lines(profile: Profile) -> tuple[ProfileVariant, ...]:
+def make_profile_variants(profile: Profile) -> tuple[ProfileVariant, ...]:
     """Profile variants that the points of a smoothed profile allow, besides the profile itself.
 
     They are smoothed over 4, 5.7 and 8 mm. If the deviation from a profile of the library is smoothed over longer
@@ -150,11 +150,11 @@ def other_lines(profile: Profile) -> tuple[ProfileVariant, ...]:
     tuple of ProfileVariant
         Variants; empty for an exact profile.
     """
-    return _make_variants(_ByContent(profile=profile)) if profile.measured is not None else ()
+    return _make_variants(_ContentKey(profile=profile)) if profile.measured is not None else ()
 
 
 @dataclass(frozen=True, eq=False)
-class _ByContent:
+class _ContentKey:
     """Smoothed profile as a key: profiles with equal points, filter and nominal profile are equal."""
 
     profile: Profile
@@ -167,14 +167,14 @@ class _ByContent:
         return (*settings, measured.points.tobytes(), measured.s_mm.tobytes())
 
     def __eq__(self, key: object) -> bool:
-        return isinstance(key, _ByContent) and self._content() == key._content()
+        return isinstance(key, _ContentKey) and self._content() == key._content()
 
     def __hash__(self) -> int:
         return hash(self._content())
 
 
 @lru_cache(maxsize=16)
-def _make_variants(key: _ByContent) -> tuple[ProfileVariant, ...]:
+def _make_variants(key: _ContentKey) -> tuple[ProfileVariant, ...]:
     """Make the variants of a smoothed profile.
 
     Parameters
@@ -218,7 +218,7 @@ def _make_variants(key: _ByContent) -> tuple[ProfileVariant, ...]:
     )
 
 
-def _is_supported(score: float, measured: Measured) -> bool:
+def _is_supported(score: float, measured: SmoothingResult) -> bool:
     """Whether a variant with this score is nearly as good as the reference variant.
 
     Without a nominal profile, the corners of a variant are blunt. Waves that neighbouring points have in common reduce
@@ -243,7 +243,7 @@ def _is_supported(score: float, measured: Measured) -> bool:
     return bool(independent_points * math.log(score / reference_score) <= _NO_SUPPORT)
 
 
-def _build_variant(profile: Profile, changed: Measured) -> Profile | None:
+def _build_variant(profile: Profile, changed: SmoothingResult) -> Profile | None:
     """Build the profile of points that are smoothed differently.
 
     The result is None if the points are no longer over their nominal profile.
@@ -255,7 +255,7 @@ def _build_variant(profile: Profile, changed: Measured) -> Profile | None:
     return replace(profile, segments=make_segments(smoothed_measured), measured=smoothed_measured)
 
 
-def _redraw_noise(profile: Profile, measured: Measured, number: int) -> Measured:
+def _redraw_noise(profile: Profile, measured: SmoothingResult, number: int) -> SmoothingResult:
     """Redraw the noise of the points of a smoothed profile, with equal size.
 
     Parameters
@@ -278,7 +278,7 @@ def _redraw_noise(profile: Profile, measured: Measured, number: int) -> Measured
     return replace(measured, held=_replace_points(points + noise * normals, measured.held))
 
 
-def _replace_points(points: Floats, frame: Held) -> Held:
+def _replace_points(points: Floats, frame: SmoothingFrame) -> SmoothingFrame:
     """Replace the points (n, 2) at equal positions on an equal reference."""
     return replace(frame, points=points, values=frame.values + (points - frame.points))
 
@@ -316,8 +316,8 @@ def _invert_arc_length(segment: SmoothedSegment, s: Floats) -> Floats:
     return np.interp(s, segment._arc_length(grid), grid)
 
 
-def _length(base: Line | Arc | Polynomial) -> float:
-    if isinstance(base, Line):
+def _measure_length_mm(base: StraightSegment | Arc | Polynomial) -> float:
+    if isinstance(base, StraightSegment):
         return math.hypot(base.end[0] - base.start[0], base.end[1] - base.start[1])
     if isinstance(base, Arc):
         return base.radius * abs(base.angle_to - base.angle_from)

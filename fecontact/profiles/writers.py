@@ -15,7 +15,7 @@ from fecontact.profiles.segments import Spline
 STEP_MM = 0.1
 
 
-def points_along(profile: Profile, step_mm: float = STEP_MM) -> Floats:
+def sample_points(profile: Profile, step_mm: float = STEP_MM) -> Floats:
     """Points along a running surface, with the ends of all segments.
 
     Parameters
@@ -60,7 +60,7 @@ def csv_text(profile: Profile, *, step_mm: float = STEP_MM) -> str:
     str
         Text with a header of two lines.
     """
-    rows = "".join(f"{y:.12f},{z:.12f}\n" for y, z in points_along(profile, step_mm))
+    rows = "".join(f"{y:.12f},{z:.12f}\n" for y, z in sample_points(profile, step_mm))
     return f"# {profile.kind} {profile.name}: y to the field side, z up\ny [mm],z [mm]\n{rows}"
 
 

@@ -9,10 +9,18 @@ from pathlib import Path
 
 import pandas
 
-from fecontact.errors import InputError, usable
+from fecontact.errors import InputError, is_usable_status
 from fecontact.files import write_json, write_text
 from fecontact.regression.compare import TableComparison, compare_tables, format_count
-from fecontact.regression.tables import EFFORT, TEXT, ResultTable, Tolerances, kind_of, load_table, parse_number
+from fecontact.regression.tables import (
+    EFFORT_KIND,
+    TEXT_KIND,
+    ResultTable,
+    Tolerances,
+    find_kind,
+    load_table,
+    parse_number,
+)
 
 # Enough for every tolerance. Further digits would differ between machines and fill the version history.
 _SIGNIFICANT_DIGITS = 10
@@ -105,7 +113,7 @@ def _check_status(table: ResultTable, allow_failed: bool) -> None:
     if "status" not in table.columns:
         raise InputError(f"results {table.path}: there is no column status; give a folder that `fecontact run` wrote")
     rows = table.rows.to_dict("index")
-    unusable = [f"{case}: {row['status']}" for case, row in rows.items() if not usable(row)]
+    unusable = [f"{case}: {row['status']}" for case, row in rows.items() if not is_usable_status(row)]
     if unusable and not allow_failed:
         raise InputError(
             f"results {table.path}: not converged: {len(unusable)} of {format_count(len(table.rows), 'case')}"
@@ -126,14 +134,14 @@ def _compare_with_old(path: Path, table: ResultTable) -> tuple[TableComparison |
 
 def _csv_text(table: ResultTable) -> str:
     """Text of the CSV of a baseline, without the columns of the kind `effort`."""
-    columns = [name for name in table.columns if kind_of(name) != EFFORT]
+    columns = [name for name in table.columns if find_kind(name) != EFFORT_KIND]
     rounded = {name: [_round_text(name, text) for text in table.rows[name]] for name in ("id", *columns)}
     return str(pandas.DataFrame(rounded).to_csv(index=False, lineterminator="\n"))
 
 
 def _round_text(column: str, text: str) -> str:
     """Text of a cell with rounded numbers."""
-    value = math.nan if kind_of(column) == TEXT else parse_number(text)
+    value = math.nan if find_kind(column) == TEXT_KIND else parse_number(text)
     if math.isnan(value):
         return text
     tolerance = Tolerances().of(column)

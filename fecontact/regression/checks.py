@@ -63,7 +63,7 @@ class Check:
         return math.isfinite(self.deviation_percent) and abs(self.deviation_percent) <= self.limit_percent
 
 
-def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: float) -> Check:
+def compare_with_hertz(row: Mapping[str, Any], measure: str, case: str, limit_percent: float) -> Check:
     """Check of a measure against Hertz, in a case for which Hertz's theory is exact.
 
     Parameters
@@ -95,7 +95,7 @@ def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: 
     )
 
 
-def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float) -> list[Check]:
+def compare_discretisation(rows: Sequence[Mapping[str, Any]], limit_percent: float) -> list[Check]:
     """Check of the largest deviation of the discrete half-space from Hertz, under Hertz's gap.
 
     Both have equal normal force: they differ only by the resolution of the pressure and the contact solver.
@@ -136,7 +136,7 @@ reference. Inputs are the same on both sides and add nothing. A closed form has 
 states one: u_val has the result's uncertainty alone there, and the limit has room for the rest."""
 
 
-def reports(
+def render_reports(
     checks: Mapping[str, Sequence[Check]],
     questions: Mapping[str, str],
     versions: Mapping[str, str | None],

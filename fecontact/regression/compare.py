@@ -13,12 +13,12 @@ import pandas
 
 from fecontact.errors import InputError
 from fecontact.regression.tables import (
-    LATER,
-    TEXT,
+    LATER_COLUMN_PREFIXES,
+    TEXT_KIND,
     ResultTable,
     Tolerance,
     Tolerances,
-    kind_of,
+    find_kind,
     name_rows,
     normalise_for_match,
     parse_number,
@@ -118,7 +118,11 @@ def match_cases(table: ResultTable, columns: Sequence[str], other_table: ResultT
         filled = [name for name in two if name in other_table.rows and name not in columns and "" not in set(two[name])]
         differing = [name for name in filled if _count_values(two, name) > 1]
         # A column without a known kind may be an input in a table from another program.
-        inputs = (*_MATCH_COLUMNS, *_IRREGULARITY_COLUMNS, *(name for name in differing if kind_of(name) == "default"))
+        inputs = (
+            *_MATCH_COLUMNS,
+            *_IRREGULARITY_COLUMNS,
+            *(name for name in differing if find_kind(name) == "default"),
+        )
         hints = [name for name in inputs if name in differing] or [
             name for name in _ELEMENT_SIZE_COLUMNS if name in differing
         ]
@@ -309,7 +313,7 @@ def compare_tables(
         for table, other_table in ((baseline, new), (new, baseline))
     )
     # A baseline with any column of a kind is not older than this kind.
-    later = tuple(kind for kind in LATER if not any(name.startswith(kind) for name in was))
+    later = tuple(kind for kind in LATER_COLUMN_PREFIXES if not any(name.startswith(kind) for name in was))
     effort_columns = [name for name in worst.column if not tolerances.compares(name)]
     return TableComparison(
         baseline=baseline,
@@ -381,14 +385,14 @@ def _compare_values(baseline: pandas.DataFrame, new: pandas.DataFrame, tolerance
     tolerance_by_column = {name: tolerances.of(name) or Tolerance() for name in baseline}
     kinds = pandas.DataFrame(
         [
-            (name, kind_of(name), tolerance.relative, tolerance.absolute, tolerance.reason)
+            (name, find_kind(name), tolerance.relative, tolerance.absolute, tolerance.reason)
             for name, tolerance in tolerance_by_column.items()
         ],
         columns=["column", "kind", "relative", "absolute", "reason"],
     )
     values = values.merge(kinds, on="column")
     was, now = (
-        values[side].where(values.kind != TEXT, "").map(parse_number).astype(float) for side in ("baseline", "new")
+        values[side].where(values.kind != TEXT_KIND, "").map(parse_number).astype(float) for side in ("baseline", "new")
     )
     # infinite minus infinite is NaN, though both are equal
     difference = (now - was).mask(was == now, 0.0)

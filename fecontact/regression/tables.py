@@ -19,12 +19,12 @@ import pandas
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
-from fecontact.files import FORMULA, SEAL, broken_seal, read_json, sha256
+from fecontact.files import FORMULA_PREFIXES, SEAL_KEY, explain_broken_seal, hash_file, read_json
 
-TEXT = "text"
+TEXT_KIND = "text"
 """Kind of a column that is compared letter by letter."""
 
-EFFORT = "effort"
+EFFORT_KIND = "effort"
 """Kind of a column that is shown and not compared: its values depend on the machine and on the solver's path."""
 
 
@@ -50,13 +50,15 @@ class Tolerance:
 _TOLERANCE_DOCUMENT = tomllib.loads((files("fecontact.regression") / "tolerances.toml").read_text("utf-8"))
 _KIND_BY_COLUMN = {column: kind for kind, columns in _TOLERANCE_DOCUMENT["names"].items() for column in columns.split()}
 
-LATER = tuple(_TOLERANCE_DOCUMENT["later"])
+LATER_COLUMN_PREFIXES = tuple(_TOLERANCE_DOCUMENT["later"])
 """Beginnings of columns that are listed, and are no difference, if the baseline is older than the columns."""
-KINDS: Mapping[str, Tolerance] = {kind: Tolerance(**parts) for kind, parts in _TOLERANCE_DOCUMENT["kinds"].items()}
+TOLERANCES_BY_KIND: Mapping[str, Tolerance] = {
+    kind: Tolerance(**parts) for kind, parts in _TOLERANCE_DOCUMENT["kinds"].items()
+}
 """Tolerances by kind of number."""
 
 
-def kind_of(column: str) -> str:
+def find_kind(column: str) -> str:
     """Kind of a column, by its whole name, by its unit, or `default`."""
     fitting = (kind for pattern, kind in _TOLERANCE_DOCUMENT["patterns"].items() if re.search(pattern, column))
     return _KIND_BY_COLUMN.get(column) or next(fitting, "default")
@@ -79,19 +81,19 @@ class Tolerances:
     0.0001
     """
 
-    kinds: Mapping[str, Tolerance] = field(default_factory=lambda: KINDS)
+    kinds: Mapping[str, Tolerance] = field(default_factory=lambda: TOLERANCES_BY_KIND)
     columns: Mapping[str, Tolerance] = field(default_factory=dict)
 
     def of(self, column: str) -> Tolerance | None:
         """Tolerance of a column; None for texts and columns that are not compared."""
-        return self.columns.get(column) or self.kinds.get(kind_of(column))
+        return self.columns.get(column) or self.kinds.get(find_kind(column))
 
     def compares(self, column: str) -> bool:
         """Whether a column is compared.
 
         A column of kind `effort` is compared only if it has a tolerance in `columns`.
         """
-        return kind_of(column) != EFFORT or column in self.columns
+        return find_kind(column) != EFFORT_KIND or column in self.columns
 
 
 _ToleranceFields: TypeAlias = dict[
@@ -108,7 +110,7 @@ class _ToleranceFile(BaseModel):
 
 
 def read_tolerances(path: str | Path) -> Tolerances:
-    """Read tolerances from a TOML file, which replace tolerances of `KINDS`.
+    """Read tolerances from a TOML file, which replace tolerances of `TOLERANCES_BY_KIND`.
 
     A missing relative or absolute part keeps its value. A column of kind `effort` is compared if the file names it.
 
@@ -138,14 +140,19 @@ def read_tolerances(path: str | Path) -> Tolerances:
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"tolerances {path}: it cannot be read as TOML ({error}); {remedy}") from error
     for name in tolerance_file.kinds:
-        if name not in KINDS:
-            raise InputError(f"tolerances {path}: kinds.{name}: no such kind; allowed are {', '.join(KINDS)}")
+        if name not in TOLERANCES_BY_KIND:
+            raise InputError(
+                f"tolerances {path}: kinds.{name}: no such kind; allowed are {', '.join(TOLERANCES_BY_KIND)}"
+            )
     for name in tolerance_file.columns:
-        if kind_of(name) == TEXT:
+        if find_kind(name) == TEXT_KIND:
             raise InputError(f"tolerances {path}: columns.{name} is text and compared exactly; take it out")
-    kinds = {**KINDS, **{name: _replace_fields(KINDS[name], parts) for name, parts in tolerance_file.kinds.items()}}
+    kinds = {
+        **TOLERANCES_BY_KIND,
+        **{name: _replace_fields(TOLERANCES_BY_KIND[name], parts) for name, parts in tolerance_file.kinds.items()},
+    }
     columns = {
-        name: _replace_fields(kinds.get(kind_of(name), Tolerance()), parts)
+        name: _replace_fields(kinds.get(find_kind(name), Tolerance()), parts)
         for name, parts in tolerance_file.columns.items()
     }
     return Tolerances(kinds=kinds, columns=columns)
@@ -162,10 +169,10 @@ _TABLE_NAMES = ("study.json", "study.csv", "map.csv", "row.json")
 _SEALED_SCHEMAS = ("fecontact/study/", "fecontact/map/")
 # Schemas from before documents were sealed.
 _SCHEMAS_BEFORE_SEALS = ("fecontact/study/1", *(f"fecontact/map/{version}" for version in (1, 2, 3)))
-_GUARDED_BEGINNINGS = tuple(f"'{sign}" for sign in FORMULA)
+_GUARDED_BEGINNINGS = tuple(f"'{sign}" for sign in FORMULA_PREFIXES)
 _MAP_KEY = ("lateral_shift_mm", "load_kN")
 # Entries of a document that are not settings.
-_RESULT_ENTRIES = ("schema", "cases", "rows", "row", "versions", "reason", SEAL)
+_RESULT_ENTRIES = ("schema", "cases", "rows", "row", "versions", "reason", SEAL_KEY)
 _REMEDY = f"give a folder of results that fecontact wrote, a {', a '.join(_TABLE_NAMES)} or a CSV of studies/baselines"
 
 
@@ -309,15 +316,15 @@ def _read_document(path: Path) -> Mapping[str, Any]:
 def _check_seal(path: Path, document: Mapping[str, Any], *, folder: bool) -> None:
     """Refuse a document or its table if it was changed after it was written."""
     schema = str(document.get("schema"))
-    if (schema in _SCHEMAS_BEFORE_SEALS or not schema.startswith(_SEALED_SCHEMAS)) and SEAL not in document:
+    if (schema in _SCHEMAS_BEFORE_SEALS or not schema.startswith(_SEALED_SCHEMAS)) and SEAL_KEY not in document:
         # A baseline, a row, or a table alone has no seal.
         return
-    problem = broken_seal(path, document)
+    problem = explain_broken_seal(path, document)
     table = path.with_suffix(".csv")
     if not problem and not table.is_file():
         # A document without its folder needs no table next to it.
         problem = f"{table} is missing" if folder else None
-    elif not problem and sha256(table) != document[SEAL].get(table.name):
+    elif not problem and hash_file(table) != document[SEAL_KEY].get(table.name):
         problem = f"{table} was changed after it was written (its checksum differs)"
     if problem:
         raise InputError(f"results: {problem}; run the study again, or move the wrong file away")
@@ -435,7 +442,7 @@ def normalise_for_match(column: str, texts: pandas.Series) -> pandas.Series:
     pandas.Series
         Numbers with nine significant digits; other values unchanged.
     """
-    if kind_of(column) == TEXT:
+    if find_kind(column) == TEXT_KIND:
         return texts
     numbers = texts.map(parse_number)
     return (numbers + 0.0).map("{:.9g}".format).where(numbers.notna(), texts)

@@ -10,14 +10,14 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.inputs.texts import listed
-from fecontact.jobs.remaining import Progress, watched
-from fecontact.outputs.alone import BETWEEN_LINES, map_columns, ordered, table_row
+from fecontact.inputs.texts import require_number_list
+from fecontact.jobs.remaining import Progress, report_progress
+from fecontact.outputs.alone import INTERPOLATION_ERROR_COLUMNS, equalise_columns, map_columns, table_row
 from fecontact.outputs.records.results import hertz_record
-from fecontact.outputs.theory_alone import alone_record, check_theory, theories_listed
-from fecontact.runs.map_lookup import map_rows
-from fecontact.solving.alone import stiffness_at, table_lines, theory_alone
-from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.outputs.theory_alone import check_theory, list_theories, theory_record
+from fecontact.runs.map_lookup import read_map_rows
+from fecontact.solving.alone import compute_strip_stiffness, evaluate_theory, iterate_table_rows
+from fecontact.solving.hertz_alone import evaluate_hertz
 
 Record = dict[str, Any]
 
@@ -49,7 +49,7 @@ def hertz(case: Case) -> Record:
     >>> round(record["ellipses"][0]["p_max_MPa"], -1)
     1480.0
     """
-    return hertz_record(hertz_alone(case))
+    return hertz_record(evaluate_hertz(case))
 
 
 def theory(case: Case, name: str) -> Record:
@@ -82,7 +82,7 @@ def theory(case: Case, name: str) -> Record:
     ('solved', 1480.0)
     """
     check_theory(name)
-    return alone_record(theory_alone(case, name))
+    return theory_record(evaluate_theory(case, name))
 
 
 def theories() -> Record:
@@ -99,7 +99,7 @@ def theories() -> Record:
     >>> list(fecontact.theories()["pressure"])[0]
     'hertz'
     """
-    return theories_listed()
+    return list_theories()
 
 
 # --- Contact tables for vehicle codes: lines over shift and load, with the verdicts of a stored map if it has them.
@@ -153,22 +153,24 @@ def table(
     >>> [(row["lateral_shift_mm"], row["load_kN"], row["cheapest_theory"]) for row in rows]
     [(0.0, 50.0, 'strip'), (0.0, 100.0, 'strip'), (4.0, 50.0, 'hertz'), (4.0, 100.0, 'hertz')]
     """
-    shifts, loads = listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N")
+    shifts, loads = require_number_list(lateral_shifts_mm, "lateral_shifts_mm"), require_number_list(loads_N, "loads_N")
     if not shifts or not loads:
         raise InputError("table: give at least one lateral shift and one load")
-    map_rows_by_line = None if map_folder is None else {_line_key(row): row for row in map_rows(Path(map_folder), case)}
+    map_rows_by_line = (
+        None if map_folder is None else {_line_key(row): row for row in read_map_rows(Path(map_folder), case)}
+    )
     rows = []
-    lines = table_lines(case, shifts, loads)
-    for line in watched(lines, len(shifts) * len(loads), progress, "strips and cheaper theories"):
+    lines = iterate_table_rows(case, shifts, loads)
+    for line in report_progress(lines, len(shifts) * len(loads), progress, "strips and cheaper theories"):
         row = table_row(line)
         if map_rows_by_line is not None:
             row |= map_columns(map_rows_by_line.get(_line_key(row)))
         rows.append(row)
     rows_by_line = {(float(row["lateral_shift_mm"]), float(row["load_kN"])): row for row in rows}
     middles = list(_iterate_middles(shifts, [load_N / 1e3 for load_N in loads]))
-    for middle, corners in watched(middles, len(middles), progress, "strips between lines"):
+    for middle, corners in report_progress(middles, len(middles), progress, "strips between lines"):
         _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners])
-    return ordered(rows)
+    return equalise_columns(rows)
 
 
 def _iterate_middles(shifts: Sequence[float], loads_kN: Sequence[float]) -> Iterator[tuple[Line, list[Line]]]:
@@ -191,14 +193,16 @@ def _add_interpolation_errors(case: Case, middle: Line, rows: Sequence[Record]) 
 
     A row keeps the largest error of all its middles, in %.
     """
-    strip_values = stiffness_at(replace(case, lateral_shift_mm=middle[0], load_N=1e3 * middle[1]))
+    strip_values = compute_strip_stiffness(replace(case, lateral_shift_mm=middle[0], load_N=1e3 * middle[1]))
     if strip_values is None or not all("strip_approach_mm" in row for row in rows):
         return
-    for name, value in zip(BETWEEN_LINES, strip_values, strict=True):
+    for name, value in zip(INTERPOLATION_ERROR_COLUMNS, strip_values, strict=True):
         row_values = [row[name] for row in rows]
         deviation_percent = 1e2 * abs(sum(row_values) / len(row_values) / value - 1.0)
         for row in rows:
-            row[BETWEEN_LINES[name]] = max(deviation_percent, row.get(BETWEEN_LINES[name], 0.0))
+            row[INTERPOLATION_ERROR_COLUMNS[name]] = max(
+                deviation_percent, row.get(INTERPOLATION_ERROR_COLUMNS[name], 0.0)
+            )
 
 
 def _line_key(row: Mapping[str, Any]) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.regression.checks import Check
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.runs.toml_cases import read_toml_cases
 
 # --- Studies as files: a Python script with `cases(quick=False)`, or a TOML file of cases.
 
@@ -70,18 +70,18 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     if path.suffix == ".py":
         return _load_script(path, quick)
     if path.suffix == ".toml":
-        return Study(name=path.stem, cases=toml_cases(path, quick=quick))
+        return Study(name=path.stem, cases=read_toml_cases(path, quick=quick))
     raise InputError(f"study {path}: the ending {path.suffix or '(none)'} is not known; allowed are .py and .toml")
 
 
-def kinds() -> dict[str, str]:
+def list_result_files() -> dict[str, str]:
     """Files that identify a folder of results, with the kind of the results."""
     return {"study.json": "study", "row.json": "case", "map.json": "map"}
 
 
 def _describe_folder(folder: Path) -> str:
     """Describe a folder that was given in place of a file, and the remedy."""
-    for file, kind in kinds().items():
+    for file, kind in list_result_files().items():
         if (folder / file).is_file():
             return f"it is a folder with the results of a {kind}; `fecontact judge` reads it; give the file of a study"
     study_files = sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".py"))

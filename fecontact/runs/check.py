@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from fecontact.case import INPUTS, Case, unusual
+from fecontact.case import INPUTS, Case, describe_unusual_inputs
 from fecontact.errors import InputError
-from fecontact.jobs.workers import default_workers
+from fecontact.jobs.workers import count_default_workers
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.casefile import load_study
-from fecontact.runs.cost import STUDY_FILES_S, Cost, cost_of, spread
+from fecontact.runs.cost import STUDY_FILES_S, Cost, estimate_cost, select_evenly
 from fecontact.solving.placing import place_case
 
 # A position takes 15 ms. If there are more positions than this, some that are spread over the study are tried.
@@ -76,11 +76,11 @@ def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
     return StudyCheck(
         cases=len(cases),
         varied=tuple(_describe_varied_inputs(cases)),
-        cost=None if problems else cost_of(cases, min(default_workers(), len(cases)), files=STUDY_FILES_S),
+        cost=None if problems else estimate_cost(cases, min(count_default_workers(), len(cases)), files=STUDY_FILES_S),
         positions=len(positions),
         placed=tried_count,
         problems=problems,
-        notes=unusual(cases),
+        notes=describe_unusual_inputs(cases),
     )
 
 
@@ -117,7 +117,7 @@ def _try_positions(positions: Sequence[Case]) -> tuple[int, str | None]:
     Returns the number of tried positions, and the problem of the last position; None without a problem.
     """
 
-    chosen = spread(positions, _MAX_POSITIONS_TRIED)
+    chosen = select_evenly(positions, _MAX_POSITIONS_TRIED)
     for number, case in enumerate(chosen, start=1):
         for problem in _find_problem(partial(place_case, case)):
             return number, problem

@@ -9,9 +9,9 @@ from typing import TypeVar
 
 from fecontact.case import Case
 from fecontact.errors import FecontactError
-from fecontact.jobs.remaining import duration
-from fecontact.solving.cost import START_SECONDS, cpu_seconds, memory_GB, times_by_yielding
-from fecontact.solving.preview import preview, preview_to_solve
+from fecontact.jobs.remaining import format_duration
+from fecontact.solving.cost import START_SECONDS, estimate_cpu_seconds, estimate_memory_GB, estimate_yield_factor
+from fecontact.solving.preview import preview_case, preview_case_to_solve
 
 # A preview takes 0.1 to 0.6 s.
 _MAX_PREVIEWS = 3
@@ -49,8 +49,8 @@ class Cost:
         """Time and memory in words, and a note if there is too little memory."""
         workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
         expected = (
-            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB per worker; up to"
-            f" {duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where verdicts stay open"
+            f"about {format_duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB per worker; up to"
+            f" {format_duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where verdicts stay open"
         )
         if self.most_memory_GB * self.workers <= self.available_GB:
             return (expected,)
@@ -66,7 +66,7 @@ CASE_FILES_S, STUDY_FILES_S, MAP_FILES_S = (0.0, 2.8), (1.3, 3.3), (0.6, 2.2)
 _FURTHER_LOAD_FRACTION = 0.5
 
 
-def cost_of(
+def estimate_cost(
     cases: Sequence[Case],
     workers: int,
     *,
@@ -95,10 +95,10 @@ def cost_of(
     import psutil
 
     previews = []
-    for case in spread(cases, _MAX_PREVIEWS):
+    for case in select_evenly(cases, _MAX_PREVIEWS):
         # the error of a case that cannot be solved is reported when the case is solved
         with suppress(FecontactError):
-            previews.append(preview_to_solve(case))
+            previews.append(preview_case_to_solve(case))
     if not previews:
         return None
     first_unknowns = [case_preview.degrees_of_freedom for case_preview in previews]
@@ -109,9 +109,12 @@ def cost_of(
         min(_REFINEMENT_RATIO * unknowns, finest_count)
         for unknowns, finest_count in zip(first_unknowns, finest_unknowns, strict=True)
     ]
-    times = [times_by_yielding(case_preview.case, case_preview.hertz.p0_MPa) for case_preview in previews]
+    times = [estimate_yield_factor(case_preview.case, case_preview.hertz.p0_MPa) for case_preview in previews]
     solved_s, refined_s = (
-        sum(time_factor * cpu_seconds(unknowns) for time_factor, unknowns in zip(times, unknown_counts, strict=True))
+        sum(
+            time_factor * estimate_cpu_seconds(unknowns)
+            for time_factor, unknowns in zip(times, unknown_counts, strict=True)
+        )
         for unknown_counts in (first_unknowns, refined_unknowns)
     )
     variant_seconds = sum(case_preview.lines_seconds for case_preview in previews)
@@ -124,9 +127,9 @@ def cost_of(
     return Cost(
         workers=workers,
         seconds=fixed_s + solutions_per_worker * solved_s + variants_s + limits_s,
-        memory_GB=memory_GB(max(first_unknowns)),
+        memory_GB=estimate_memory_GB(max(first_unknowns)),
         most_seconds=fixed_s + solutions_per_worker * refined_s + variants_s + most_limits_s,
-        most_memory_GB=memory_GB(max(finest_unknowns)),
+        most_memory_GB=estimate_memory_GB(max(finest_unknowns)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
 
@@ -135,7 +138,7 @@ def cost_of(
 _MAX_FORECASTS = 24
 
 
-def longest_first(cases: Mapping[str, Case], workers: int) -> list[str]:
+def sort_longest_first(cases: Mapping[str, Case], workers: int) -> list[str]:
     """Sort names of positions by the expected time, the longest first.
 
     So no worker waits long for the last position. The order stays if sorting saves nothing: with a single worker, with
@@ -159,11 +162,11 @@ def longest_first(cases: Mapping[str, Case], workers: int) -> list[str]:
     for name, case in cases.items():
         # a case that cannot be solved takes no time; its error is reported when it is solved
         with suppress(FecontactError):
-            seconds[name] = preview(case).cpu_seconds
+            seconds[name] = preview_case(case).cpu_seconds
     return sorted(cases, key=lambda name: -seconds[name])
 
 
-def spread(candidates: Sequence[Item], max_count: int) -> list[Item]:
+def select_evenly(candidates: Sequence[Item], max_count: int) -> list[Item]:
     """Select evenly spaced elements of a sequence, from the first to the last.
 
     Parameters

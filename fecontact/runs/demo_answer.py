@@ -6,19 +6,19 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.errors import has_numbers, usable
-from fecontact.judging.verdict import cheapest, standings
+from fecontact.errors import has_numbers, is_usable_status
+from fecontact.judging.verdict import find_cheapest_theory, list_theory_answers
 from fecontact.maps.model import ApplicabilityMap, LoadInterval, MapCell, MapPosition
 from fecontact.maps.sentences import capitalise, join_words
 from fecontact.maps.verdict_views import CAUSES
 from fecontact.outputs.paraview.vtk import COLLECTION
-from fecontact.outputs.records.cheapest import theories_of
+from fecontact.outputs.records.cheapest import judgements_by_theory
 from fecontact.outputs.records.results import Row
-from fecontact.runs.demo import RADIUS_MM, SPHERE, DemoOutcome, exact_peak_MPa
-from fecontact.runs.store import case_folder
+from fecontact.runs.demo import RADIUS_MM, SPHERE_CASE, DemoOutcome, compute_exact_peak_MPa
+from fecontact.runs.store import name_case_folder
 
 
-def answer_sentences(map_: ApplicabilityMap) -> list[str]:
+def write_answer_sentences(map_: ApplicabilityMap) -> list[str]:
     """Describe the positions at which Hertz holds and fails, with the causes.
 
     Parameters
@@ -103,7 +103,7 @@ def _describe_causes(position: MapPosition) -> str:
     return join_words([CAUSES[cause][1] if cause else "of an unknown cause" for cause in causes])
 
 
-def remedy_sentences(map_: ApplicabilityMap) -> list[str]:
+def write_remedy_sentences(map_: ApplicabilityMap) -> list[str]:
     """Name the cheapest theory inside its range that holds at the cells where Hertz fails.
 
     Parameters
@@ -119,7 +119,7 @@ def remedy_sentences(map_: ApplicabilityMap) -> list[str]:
     cells_by_theory: dict[str, list[MapCell]] = {}
     for cell in map_.cells:
         if cell.usable and cell.verdict == "FAILS":
-            remedy = cheapest(standings(theories_of(cell.usable)), in_range=True)
+            remedy = find_cheapest_theory(list_theory_answers(judgements_by_theory(cell.usable)), in_range=True)
             cells_by_theory.setdefault(remedy.label, []).append(cell)
     parts = [
         f"{_close_with_comma(theory.in_sentence)} at {_list_cells(cells_by_theory[name])}"
@@ -143,7 +143,7 @@ def _close_with_comma(theory: str) -> str:
     return f"{theory}," if "," in theory else theory
 
 
-def sphere_sentence(row: Row) -> str:
+def write_sphere_sentence(row: Row) -> str:
     """Compare the peak pressure of the finite elements with the closed form, for the sphere.
 
     Parameters
@@ -156,17 +156,17 @@ def sphere_sentence(row: Row) -> str:
     str
         Sentence with both pressures in MPa and the deviation in %.
     """
-    where = f"Sphere of radius {RADIUS_MM:g} mm on a plane, {_format_load(SPHERE.load_N)}, where Hertz is exact"
-    if not usable(row):
+    where = f"Sphere of radius {RADIUS_MM:g} mm on a plane, {_format_load(SPHERE_CASE.load_N)}, where Hertz is exact"
+    if not is_usable_status(row):
         return f"{where}: {row['status']}"
-    exact_MPa, found_MPa = exact_peak_MPa(), float(str(row["fe_p_max_MPa"]))
+    exact_MPa, found_MPa = compute_exact_peak_MPa(), float(str(row["fe_p_max_MPa"]))
     return (
         f"{where}: peak pressure {found_MPa:.1f} MPa by finite elements, {exact_MPa:.1f} MPa in closed form,"
         f" deviation {1e2 * (found_MPa / exact_MPa - 1.0):+.2f} %."
     )
 
 
-def file_lines(out: Path, outcome: DemoOutcome) -> Iterator[str]:
+def list_files(out: Path, outcome: DemoOutcome) -> Iterator[str]:
     """Yield the files of the demo for the user, a file per line.
 
     Parameters
@@ -184,7 +184,7 @@ def file_lines(out: Path, outcome: DemoOutcome) -> Iterator[str]:
     yield f"Map:      {out / 'map.png'}"
     yield f"Report:   {out / 'report.html'}"
     if outcome.shown is not None and has_numbers(outcome.shown):
-        yield f"ParaView: {case_folder(out, str(outcome.shown['id'])) / COLLECTION}"
+        yield f"ParaView: {name_case_folder(out, str(outcome.shown['id'])) / COLLECTION}"
     yield f"Table:    {out / 'map.csv'}"
 
 

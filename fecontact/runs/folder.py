@@ -10,9 +10,9 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.files import read_json
-from fecontact.runs.casefile import kinds
-from fecontact.runs.identity import case_id
-from fecontact.runs.store import ROW
+from fecontact.runs.casefile import list_result_files
+from fecontact.runs.identity import make_case_id
+from fecontact.runs.store import ROW_FILE
 
 
 def prepare_for_case(out: Path, case: Case, *, force: bool = False) -> None:
@@ -36,8 +36,8 @@ def prepare_for_case(out: Path, case: Case, *, force: bool = False) -> None:
     OSError
         If the folder cannot be written.
     """
-    name = case_id(case)
-    prepare(out, ROW, lambda stored: stored["row"]["id"] == name, force)
+    name = make_case_id(case)
+    prepare_folder(out, ROW_FILE, lambda stored: stored["row"]["id"] == name, force)
 
 
 def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
@@ -45,10 +45,10 @@ def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
 
     Parameters, and exceptions, are those of `prepare_for_case`; `name` is the name of the study.
     """
-    prepare(out, "study.json", lambda stored: stored["study"] == name, force)
+    prepare_folder(out, "study.json", lambda stored: stored["study"] == name, force)
 
 
-def prepare(out: Path, result_file: str, can_continue: Callable[[Any], bool], force: bool) -> None:
+def prepare_folder(out: Path, result_file: str, can_continue: Callable[[Any], bool], force: bool) -> None:
     """Create a folder of results and check that it can be written.
 
     A folder with other results is used only by force.
@@ -71,7 +71,7 @@ def prepare(out: Path, result_file: str, can_continue: Callable[[Any], bool], fo
     OSError
         If the folder cannot be written.
     """
-    for file, kind in () if force else kinds().items():
+    for file, kind in () if force else list_result_files().items():
         if (out / file).is_file() and not (file == result_file and _has_continuable_result(can_continue, out / file)):
             existing_result = f"another {kind}" if file == result_file else f"a {kind}"
             raise InputError(

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from fecontact import __version__
-from fecontact.case import Case, case_record
+from fecontact.case import Case, make_case_record
 from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.jobs.store import Origin
-from fecontact.profiles.library import content_of, profile_file
-from fecontact.runs.sources import digests
+from fecontact.profiles.library import profile_file, read_content
+from fecontact.runs.sources import read_digests
 
 SOLVING_SOURCE = "source of solving"
 _MAX_NAME_BYTES = 60
@@ -25,7 +25,7 @@ _COMMON_PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVER_PACKAGES = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 
 
-def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
+def make_case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
     """Readable file name of a case with a hash of all inputs of its solution.
 
     For a profile that is a file the hash covers the content, not the folder. Criteria and creepages, with which a
@@ -46,9 +46,9 @@ def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
         The id.
     """
     if loads_N:
-        return f"{case_id(replace(case, load_N=max(loads_N)))}_{json_digest(sorted(set(loads_N)))[:8]}"
-    record = {name: value for name, value in case_record(case).items() if name not in ("criteria", "creep")}
-    files = input_files(case)
+        return f"{make_case_id(replace(case, load_N=max(loads_N)))}_{digest_json(sorted(set(loads_N)))[:8]}"
+    record = {name: value for name, value in make_case_record(case).items() if name not in ("criteria", "creep")}
+    files = digest_input_files(case)
     for body, file in files.items():
         # the ending decides how the content is read
         content = {"sha256": file["sha256"], "ending": Path(file["name"]).suffix.lower()}
@@ -61,7 +61,7 @@ def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
         _shorten_name("".join(character if character.isalnum() or character in ".-" else "-" for character in name))
         for name in profile_names
     )
-    return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{json_digest(record)[:8]}"
+    return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{digest_json(record)[:8]}"
 
 
 def _shorten_name(name: str) -> str:
@@ -69,7 +69,7 @@ def _shorten_name(name: str) -> str:
     return name.encode("utf-8", "replace")[:_MAX_NAME_BYTES].decode("utf-8", "ignore")
 
 
-def input_files(case: Case) -> dict[str, dict[str, str]]:
+def digest_input_files(case: Case) -> dict[str, dict[str, str]]:
     """Name and sha256 of the profiles that are files.
 
     A file that cannot be read is left out; `solve` refuses it.
@@ -87,7 +87,7 @@ def input_files(case: Case) -> dict[str, dict[str, str]]:
     files_by_body = {}
     for body, spec in case.profiles.items():
         try:
-            file = content_of(spec)
+            file = read_content(spec)
         except OSError:
             continue
         if file is not None:
@@ -95,13 +95,13 @@ def input_files(case: Case) -> dict[str, dict[str, str]]:
     return files_by_body
 
 
-def with_absolute_paths(case: Case) -> Case:
+def make_paths_absolute(case: Case) -> Case:
     """Make the paths of a case absolute, for a process in another folder."""
     paths = {body: profile_file(spec) for body, spec in case.profiles.items()}
     return case.with_profiles({body: str(path.absolute()) for body, path in paths.items() if path is not None})
 
 
-def origin_of(case: Case) -> Origin:
+def determine_origin(case: Case) -> Origin:
     """Determine the versions, sources and criteria of the numbers of a case on this machine.
 
     They are the versions of this package, of Python and of the packages that compute, the solver path, the
@@ -118,18 +118,18 @@ def origin_of(case: Case) -> Origin:
     Origin
         Versions, sources and criteria.
     """
-    solved_by = _solving(case.solver)
-    if input_files(case):
+    solved_by = _determine_solving_origin(case.solver)
+    if digest_input_files(case):
         # theories for the other profile variants of measured points are stored with the solution
-        solved_by = {**solved_by, SOLVING_SOURCE: json_digest([digests().solving, digests().evaluating])}
+        solved_by = {**solved_by, SOLVING_SOURCE: digest_json([read_digests().solving, read_digests().evaluating])}
     criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items()}
     creep = {f"creep {name}": repr(value) for name, value in asdict(case.creep).items() if case.creep.friction}
-    evaluated_by = {"source of evaluation": digests().evaluating, **criteria, **creep}
+    evaluated_by = {"source of evaluation": read_digests().evaluating, **criteria, **creep}
     return Origin(solved_by=solved_by, evaluated_by=evaluated_by)
 
 
 @cache
-def _solving(solver: str) -> Mapping[str, str]:
+def _determine_solving_origin(solver: str) -> Mapping[str, str]:
     """Versions and sources of a solution with a solver, by name."""
     try:
         path: str = choose_solver(solver)  # type: ignore[arg-type]
@@ -140,7 +140,7 @@ def _solving(solver: str) -> Mapping[str, str]:
         "python": ".".join(platform.python_version_tuple()[:2]),
         **_read_versions((*_COMMON_PACKAGES, *_SOLVER_PACKAGES[path])),
         "solver path": path,
-        SOLVING_SOURCE: digests().solving,
+        SOLVING_SOURCE: read_digests().solving,
     }
 
 
@@ -157,7 +157,7 @@ def _read_versions(packages: Iterable[str]) -> dict[str, str]:
     return versions_by_package
 
 
-def provenance(case: Case, **entries: Any) -> dict[str, Any]:
+def make_provenance(case: Case, **entries: Any) -> dict[str, Any]:
     """Provenance of a result: versions and sources, platform and input files.
 
     Parameters
@@ -172,16 +172,16 @@ def provenance(case: Case, **entries: Any) -> dict[str, Any]:
     dict
         The provenance, for a file.
     """
-    origin = origin_of(case)
+    origin = determine_origin(case)
     return {
         **entries,
         "made_by": {**origin.solved_by},
         "evaluated_by": {**origin.evaluated_by},
         "platform": platform.platform(),
-        "input_files": input_files(case),
+        "input_files": digest_input_files(case),
     }
 
 
-def json_digest(value: object) -> str:
+def digest_json(value: object) -> str:
     """SHA-256 of a value of plain JSON, independent of the order of its keys."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()

@@ -10,25 +10,25 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.criteria import Creep, Criteria
-from fecontact.errors import InputError, failed, has_numbers, usable
-from fecontact.jobs.remaining import Progress, watched
-from fecontact.jobs.workers import began_on_one_thread, default_workers, evaluators
-from fecontact.outputs.pair_names import VARIED
+from fecontact.errors import InputError, describe_failure, has_numbers, is_usable_status
+from fecontact.jobs.remaining import Progress, report_progress
+from fecontact.jobs.workers import count_default_workers, has_single_thread, open_evaluators
+from fecontact.outputs.pair_names import VARIED_COLUMN
 from fecontact.outputs.parts import Part
 from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
-from fecontact.outputs.study_report import judged_rows_parts
-from fecontact.outputs.terminal import count
-from fecontact.runs.casefile import kinds
+from fecontact.outputs.study_report import parts_of_judged_rows
+from fecontact.outputs.terminal import count_text
+from fecontact.runs.casefile import list_result_files
 from fecontact.runs.report import report_judged
-from fecontact.runs.store import RESULT, ROW, case_folder, read_case
-from fecontact.runs.stored_folder import stored_study, unusable
+from fecontact.runs.store import RECORD_FILE, ROW_FILE, name_case_folder, read_case
+from fecontact.runs.stored_folder import describe_unusable_result, read_stored_study
 
 # Number of cases from which on processes save time: a case takes some hundredths of a second, with creep forces
 # seconds, and a process takes seconds to begin.
 _WORTH_PROCESSES = 100
 # Files and folders that only solved results have, and not results that were judged again.
-_FILES_OF_SOLVED_RESULTS = ("cases", "positions", RESULT)
+_FILES_OF_SOLVED_RESULTS = ("cases", "positions", RECORD_FILE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class JudgedStudy:
     @property
     def all_judged(self) -> bool:
         """Whether every case was judged and may be used."""
-        return not self.missing and all(usable(row) for row in self.rows)
+        return not self.missing and all(is_usable_status(row) for row in self.rows)
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -63,9 +63,9 @@ class JudgedStudy:
     def words(self) -> str:
         """Numbers of judged cases and of changed verdicts, in words."""
         unjudged_count = sum("verdict_answer" not in row for row in self.rows)
-        cases, changed = count(len(self.rows), "case"), count(len(self.changed), "verdict")
+        cases, changed = count_text(len(self.rows), "case"), count_text(len(self.changed), "verdict")
         if self.missing:
-            all_cases = count(len(self.rows) + self.missing, "case")
+            all_cases = count_text(len(self.rows) + self.missing, "case")
             cases = f"{len(self.rows)} of {all_cases} ({self.missing} not solved yet)"
         return f"{cases} judged by {{criteria}}: {changed} changed" + (
             f", {unjudged_count} not judged" if unjudged_count else ""
@@ -79,7 +79,7 @@ class JudgedStudy:
     def parts(self, width: int | None) -> Iterable[Part]:
         """Parts for a terminal: the rows and the changed verdicts."""
         changed = (f"{name}: {before} -> {now}" for name, (before, now) in self.changed.items())
-        return (*judged_rows_parts(self.rows), *changed)
+        return (*parts_of_judged_rows(self.rows), *changed)
 
 
 def judge_study(
@@ -117,12 +117,12 @@ def judge_study(
     """
     folder = Path(folder)
     refuse_output_folder(folder, out)
-    if (folder / RESULT).is_file():
-        row = read_row(folder / ROW)
+    if (folder / RECORD_FILE).is_file():
+        row = read_row(folder / ROW_FILE)
         name, before, folders, cases = str(row["id"]), [row], [folder], 1
     else:
-        name, before, cases = stored_study(folder)
-        folders = [case_folder(folder, str(row["id"])) for row in before]
+        name, before, cases = read_stored_study(folder)
+        folders = [name_case_folder(folder, str(row["id"])) for row in before]
     rows = _judge_rows(before, folders, criteria, creep, progress)
     changed = {
         str(new["id"]): (str(old["verdict_answer"]), str(new["verdict_answer"]))
@@ -143,9 +143,13 @@ def _judge_rows(
     open_folders = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
     with judges(len(open_folders), creep) as map_over:
         judged_rows = map_over(partial(_judge_row, criteria=criteria, creep=creep), open_folders)
-        remaining_rows = iter(list(watched(judged_rows, len(open_folders), progress, "judging")))
+        remaining_rows = iter(list(report_progress(judged_rows, len(open_folders), progress, "judging")))
     return [
-        {"id": old["id"], **next(remaining_rows), **({VARIED: old[VARIED]} if old.get(VARIED) else {})}
+        {
+            "id": old["id"],
+            **next(remaining_rows),
+            **({VARIED_COLUMN: old[VARIED_COLUMN]} if old.get(VARIED_COLUMN) else {}),
+        }
         if row is None
         else row
         for old, row in zip(before, rows, strict=True)
@@ -169,26 +173,26 @@ def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[.
     context manager
         Yields the function; it works in this process if processes would save no time.
     """
-    return evaluators(count, here=_is_done_here(count, creep))
+    return open_evaluators(count, here=_is_done_here(count, creep))
 
 
 def count_judging_processes(count: int, creep: Creep | None) -> int:
     """Number of processes that judge a number of cases."""
-    return 1 if _is_done_here(count, creep) else min(default_workers(), count)
+    return 1 if _is_done_here(count, creep) else min(count_default_workers(), count)
 
 
 def _is_done_here(count: int, creep: Creep | None) -> bool:
     worthwhile_count = _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
-    return count < worthwhile_count and began_on_one_thread()
+    return count < worthwhile_count and has_single_thread()
 
 
 def _row_without_verdict(old: Row, folder: Path) -> Row | None:
     """Row of a case that has no result or cannot be judged any more; None for other cases."""
     if not has_numbers(old):
         return old
-    problem = unusable(folder)
+    problem = describe_unusable_result(folder)
     inputs = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
-    return None if problem is None else {"id": old["id"], "status": failed(problem), **inputs}
+    return None if problem is None else {"id": old["id"], "status": describe_failure(problem), **inputs}
 
 
 def _judge_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
@@ -215,7 +219,7 @@ def refuse_output_folder(folder: Path, out: Path | None) -> None:
     if out is not None and out.resolve().is_relative_to(folder.resolve()):
         relation = "is" if out.resolve() == folder.resolve() else "lies in"
         raise InputError(f"--out {out} {relation} the folder of the results, which stay as they are; give another one")
-    if out is not None and any((out / file).is_file() for file in kinds()):
+    if out is not None and any((out / file).is_file() for file in list_result_files()):
         solved_file = next((name for name in _FILES_OF_SOLVED_RESULTS if (out / name).exists()), None)
         if solved_file is not None:
             raise InputError(f"--out {out} holds other results, which were solved ({solved_file}); give another folder")

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError, has_numbers
-from fecontact.runs.store import RESULT, case_folder, read_case
-from fecontact.runs.stored_folder import REMEDY, refuse_unusable, stored_study
+from fecontact.runs.store import RECORD_FILE, name_case_folder, read_case
+from fecontact.runs.stored_folder import REMEDY, read_stored_study, refuse_unusable
 from fecontact.runs.stored_map import load_map
 
-_FILES = (RESULT, "study.json", "map.json")
+_FILES = (RECORD_FILE, "study.json", "map.json")
 
 
 def load(folder: str | Path) -> Any:
@@ -32,12 +32,12 @@ def load(folder: str | Path) -> Any:
         If there is nothing to read, a result is damaged, or another version of the program solved it.
     """
     folder = Path(folder)
-    if (folder / RESULT).is_file():
+    if (folder / RECORD_FILE).is_file():
         refuse_unusable(folder)
         return read_case(folder)
     if (folder / "study.json").is_file():
-        _, rows, _ = stored_study(folder)
-        folders = [case_folder(folder, row["id"]) for row in rows if has_numbers(row)]
+        _, rows, _ = read_stored_study(folder)
+        folders = [name_case_folder(folder, row["id"]) for row in rows if has_numbers(row)]
         for case_path in folders:
             refuse_unusable(case_path)
         return tuple(read_case(case_path) for case_path in folders)

@@ -9,12 +9,12 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.maps.model import LoadInterval, LoadLimit
-from fecontact.maps.verdict_views import bands_of
+from fecontact.maps.verdict_views import list_bands
 from fecontact.maps.view import Band, column_width
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.records.results import case_inputs
 from fecontact.regression.tables import load_table
-from fecontact.runs.stored_map import map_document
+from fecontact.runs.stored_map import read_map_document
 
 # Inputs of a case that determine the contact. Other inputs determine how it is solved and judged.
 _CONTACT_INPUTS = (
@@ -23,7 +23,7 @@ _CONTACT_INPUTS = (
 )
 
 
-def map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[Mapping[str, str]]:
+def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[Mapping[str, str]]:
     """Read the rows of a stored map, with the verdicts at the time of writing.
 
     Parameters
@@ -45,7 +45,7 @@ def map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[M
     InputError
         For a map of another contact, and for files that were changed.
     """
-    document = map_document(folder)
+    document = read_map_document(folder)
     map_inputs, given_inputs = (_select_contact_inputs(record) for record in (document["case"], case_inputs(case)))
     different = [
         name for name in _CONTACT_INPUTS if name not in but_for and map_inputs.get(name) != given_inputs.get(name)
@@ -70,7 +70,7 @@ def _select_contact_inputs(record: Mapping[str, Any]) -> Record:
     return contact_inputs
 
 
-def map_bands(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
+def read_map_bands(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
     """Read the verdicts of a stored map over the load.
 
     Parameters
@@ -83,7 +83,7 @@ def map_bands(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
     list of tuple
         For each lateral shift: the shift in mm, its range on both sides in mm, and its verdicts over the load.
     """
-    document = map_document(folder)
+    document = read_map_document(folder)
     reach = 0.5 * column_width(document["lateral_shifts_mm"])
     return [(limit["lateral_shift_mm"], reach, _bands(limit, document["cells"])) for limit in document["limits"]]
 
@@ -96,6 +96,6 @@ def _bands(limit: Mapping[str, Any], cells: Sequence[Mapping[str, Any]]) -> Sequ
     answers = [(cell["load_N"], cell["verdict"]["answer"]) for cell in cells_at_shift]
     answers += [(load_record["load_N"], load_record["verdict"]) for load_record in limit["tried"]]
     open_kN = {1e-3 * load_N for load_N, answer in answers if answer == "UNRESOLVED"}
-    return bands_of(
+    return list_bands(
         LoadLimit(intervals=tuple(LoadInterval(**load_record) for load_record in limit["intervals"])), open_kN
     )

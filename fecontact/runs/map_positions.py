@@ -10,16 +10,16 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.criteria import Creep, Criteria
-from fecontact.errors import InputError, usable
-from fecontact.jobs.store import tell_part
-from fecontact.jobs.workers import Made
+from fecontact.errors import InputError, is_usable_status
+from fecontact.jobs.store import write_job_progress
+from fecontact.jobs.workers import WorkResult
 from fecontact.maps.model import LoadLimit, MapCell, MapPosition
-from fecontact.maps.positions import mapped_position, solve_position, solved_cell, with_dear_readings
-from fecontact.outputs.flat_records import picked
+from fecontact.maps.positions import add_slow_readings, build_position, build_solved_cell, solve_position
+from fecontact.outputs.flat_records import select_attributes
 from fecontact.runs.store import (
-    Stored,
+    StoredPosition,
     copy_solved,
-    judged_again,
+    judge_again,
     keep_loads,
     read_solution,
     read_stored,
@@ -27,13 +27,13 @@ from fecontact.runs.store import (
 )
 
 
-def position_folder(out: Path, name: str) -> Path:
+def name_position_folder(out: Path, name: str) -> Path:
     """Folder of a finished position; different inputs or loads have different folders."""
     return out / "positions" / name
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolvingPosition:
+class PositionWork:
     """Work on a position under several increasing loads: solve it and keep it.
 
     Attributes
@@ -45,7 +45,7 @@ class SolvingPosition:
     loads_N
         Loads in N, increasing.
     dear, pictured
-        As in `found_position`.
+        As in `read_pictured_position`.
     """
 
     case: Case
@@ -54,20 +54,20 @@ class SolvingPosition:
     dear: bool = False
     pictured: bool = False
 
-    def __call__(self, folder: Path, finished: Path | None) -> Made:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         """Solve the position, or copy the finished folder.
 
         The folder is copied if a new solution would not have more data.
         """
-        stored_position = None if finished is None else judged_again(read_position, finished, self.case)
+        stored_position = None if finished is None else judge_again(read_position, finished, self.case)
         if finished is not None and stored_position is not None and stored_position.limit.narrowed:
             copy_solved(finished, folder, self.case)
-            return Made()
-        position = solve_position(self.case, self.loads_N, partial(tell_part, folder, self.name))
+            return WorkResult()
+        position = solve_position(self.case, self.loads_N, partial(write_job_progress, folder, self.name))
         keep_position(position, self.case, folder)
         refuse_changed_profiles(self.case, self.name, self.loads_N)
         position_with_pictures = _draw_position(position, dear=self.dear, pictured=self.pictured)
-        return Made(short_of_memory=position.short_of_memory, value=position_with_pictures)
+        return WorkResult(short_of_memory=position.short_of_memory, value=position_with_pictures)
 
 
 def keep_position(position: MapPosition, case: Case, folder: Path) -> None:
@@ -89,7 +89,7 @@ def keep_position(position: MapPosition, case: Case, folder: Path) -> None:
 
 
 def _cell_record(cell: MapCell) -> dict[str, Any]:
-    return picked(cell, "load_N status short_of_memory")
+    return select_attributes(cell, "load_N status short_of_memory")
 
 
 def read_position(
@@ -117,7 +117,7 @@ def read_position(
         As `read_case` does.
     """
     position = read_stored(_restore_position, Path(folder), criteria, creep)
-    return with_dear_readings(position) if dear else position
+    return add_slow_readings(position) if dear else position
 
 
 # --- Readings and pictures of a position. A worker makes them while other workers have other positions.
@@ -139,7 +139,9 @@ class PicturedPosition:
     pictures: Mapping[float, bytes]
 
 
-def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool) -> PicturedPosition:
+def read_pictured_position(
+    folder: Path, *, criteria: Criteria, creep: Creep, dear: bool, pictured: bool
+) -> PicturedPosition:
     """Read a finished position, with pictures of its cells.
 
     Parameters
@@ -168,7 +170,7 @@ def found_position(folder: Path, *, criteria: Criteria, creep: Creep, dear: bool
 
 def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> PicturedPosition:
     """Draw the cells of a position, and evaluate the slow quantities of a row."""
-    from fecontact.maps.report import cell_picture
+    from fecontact.maps.report import draw_cell_picture
 
     pictures = {}
     for cell in position.cells:
@@ -176,11 +178,11 @@ def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> Pict
             # the most expensive quantity of a row; the load keeps it
             _ = cell.judged.comparison.overlap
             if pictured and position.placement is not None:
-                pictures[cell.load_N] = cell_picture(cell.judged, position.placement)
-    return PicturedPosition(position=with_dear_readings(position) if dear else position, pictures=pictures)
+                pictures[cell.load_N] = draw_cell_picture(cell.judged, position.placement)
+    return PicturedPosition(position=add_slow_readings(position) if dear else position, pictures=pictures)
 
 
-def _restore_position(stored: Stored) -> MapPosition:
+def _restore_position(stored: StoredPosition) -> MapPosition:
     """Restore a position, its load limit and its cells from the stored loads."""
     record, shift, placement = stored.record, stored.case.lateral_shift_mm, stored.placement
     cells = {cell["load_N"]: MapCell(lateral_shift_mm=shift, **cell) for cell in record["cells"]}
@@ -191,14 +193,14 @@ def _restore_position(stored: Stored) -> MapPosition:
     tried = tuple(stored.judged(number, is_from_search=True) for number in range(record["tried"]))
     for number in range(len(tried), len(record["loads"])):
         load = stored.judged(number)
-        cells[load.load_N] = solved_cell(shift, load)
-    return mapped_position(shift, cells.values(), tried, placement, stopped=stopped_cell)
+        cells[load.load_N] = build_solved_cell(shift, load)
+    return build_position(shift, cells.values(), tried, placement, stopped=stopped_cell)
 
 
 def has_open_loads(folder: Path) -> bool:
     """Whether a finished position has failed or not converged loads, which are worth another attempt."""
     try:
-        return not all(usable(cell) for cell in read_solution(folder)["cells"])
+        return not all(is_usable_status(cell) for cell in read_solution(folder)["cells"])
     except (InputError, KeyError, TypeError):
         # a missing or damaged position is solved anyway
         return False

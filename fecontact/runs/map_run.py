@@ -15,28 +15,28 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.errors import InputError
-from fecontact.files import json_text
-from fecontact.inputs.texts import listed
-from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
+from fecontact.files import format_json
+from fecontact.inputs.texts import require_number_list
+from fecontact.jobs.engine import OpenRun, RunSettings, finish_jobs, open_run
 from fecontact.jobs.remaining import Progress
-from fecontact.jobs.store import kept_folder
-from fecontact.jobs.workers import Done, Job
+from fecontact.jobs.store import check_stored_job
+from fecontact.jobs.workers import Job, JobOutcome
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition
-from fecontact.maps.positions import failed_position
-from fecontact.maps.report import pictures_that_fit, write_map_report
+from fecontact.maps.positions import build_failed_position
+from fecontact.maps.report import count_fitting_pictures, write_map_report
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs
 from fecontact.packages import require_finite_elements
-from fecontact.runs.cost import longest_first
-from fecontact.runs.folder import prepare
-from fecontact.runs.identity import case_id, provenance, with_absolute_paths
-from fecontact.runs.map_positions import SolvingPosition, found_position, has_open_loads, position_folder
-from fecontact.runs.store import job_of
+from fecontact.runs.cost import sort_longest_first
+from fecontact.runs.folder import prepare_folder
+from fecontact.runs.identity import make_case_id, make_paths_absolute, make_provenance
+from fecontact.runs.map_positions import PositionWork, has_open_loads, name_position_folder, read_pictured_position
+from fecontact.runs.store import make_job
 
 # Interval of drawing, and fraction of the time for tables. Pictures are drawn while a map is made, except in its first
 # minute. The cost of tables grows with the positions and takes time from solving, so its fraction is small.
-_DRAWING_INTERVAL_S, _PART_FOR_TABLES = 60.0, 0.02
+_DRAWING_INTERVAL_S, _TABLE_TIME_FRACTION = 60.0, 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,12 +147,12 @@ class _MapRun:
     dear: bool
 
     def __post_init__(self) -> None:
-        self._shifts = {case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
+        self._shifts = {make_case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self.pictures: dict[tuple[float, float], bytes] = {}
         cells = len(self.cases) * len(self.loads_N)
         # if there are more cells, only some get a picture, and they are chosen at the end
-        self._pictured = self.opened_run.settings.part is None and cells <= pictures_that_fit((), cells)
+        self._pictured = self.opened_run.settings.part is None and cells <= count_fitting_pictures((), cells)
         self._drawn_at, self._tables_at = time.monotonic(), -math.inf
 
     def solve(self) -> None:
@@ -161,10 +161,10 @@ class _MapRun:
         # towards the gauge corner curvatures are large and second patches appear: the longest positions come first
         names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
         largest = {name: replace(self.cases[self._shifts[name]], load_N=self.loads_N[-1]) for name in names}
-        names = tuple(longest_first(largest, self.opened_run.crew.workers))
+        names = tuple(sort_longest_first(largest, self.opened_run.crew.workers))
         # loads that failed or did not converge are tried again, after all others
         jobs = sorted(map(self._job, names), key=lambda job: job.force)
-        finish(jobs, self.opened_run, on_done=self._keep_position)
+        finish_jobs(jobs, self.opened_run, on_done=self._keep_position)
 
     def write(self, *, drawn: bool = True) -> ApplicabilityMap:
         """Write the files of the map, or of the part, with the finished positions."""
@@ -172,10 +172,10 @@ class _MapRun:
         map_result = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=positions_so_far)
         name, start = f"map{self.opened_run.settings.part_suffix}", time.monotonic()
         positions = {name: shift for name, shift in self._shifts.items() if shift in self._positions}
-        origin = provenance(self.base_case, positions=positions)
+        origin = make_provenance(self.base_case, positions=positions)
         write_map(map_result, self.out, name, theory=self.theory, provenance=origin, drawn=drawn)
         now = time.monotonic()
-        self._tables_at = now + (now - start) / _PART_FOR_TABLES
+        self._tables_at = now + (now - start) / _TABLE_TIME_FRACTION
         if drawn:
             self._drawn_at = now
         return map_result
@@ -184,17 +184,17 @@ class _MapRun:
         """Job of a position; it is forced if loads failed or did not converge."""
         case = self.cases[self._shifts[name]]
         if self.opened_run.settings.scheduler:
-            case = with_absolute_paths(case)
+            case = make_paths_absolute(case)
         dear, pictured, base_case = self.dear, self._pictured, self.base_case
-        work = SolvingPosition(case=case, name=name, loads_N=self.loads_N, dear=dear, pictured=pictured)
+        work = PositionWork(case=case, name=name, loads_N=self.loads_N, dear=dear, pictured=pictured)
         read_folder = partial(
-            found_position, criteria=base_case.criteria, creep=base_case.creep, dear=dear, pictured=pictured
+            read_pictured_position, criteria=base_case.criteria, creep=base_case.creep, dear=dear, pictured=pictured
         )
-        job = job_of(case, position_folder(self.out, name), work)
-        has_retry = has_open_loads(job.folder) and kept_folder(job.folder, job.name, job.origin).problem is None
+        job = make_job(case, name_position_folder(self.out, name), work)
+        has_retry = has_open_loads(job.folder) and check_stored_job(job.folder, job.name, job.origin).problem is None
         return replace(job, read=read_folder, label=f"{case.lateral_shift_mm:+z.2f} mm", force=has_retry)
 
-    def _keep_position(self, outcome: Done) -> None:
+    def _keep_position(self, outcome: JobOutcome) -> None:
         """Keep the outcome of a position; write the files if their time has come."""
         shift = self._shifts[outcome.name]
         failure = outcome.failure
@@ -202,7 +202,7 @@ class _MapRun:
             self._positions[shift] = outcome.value.position
             self.pictures |= {(shift, load_N): picture for load_N, picture in outcome.value.pictures.items()}
         else:
-            self._positions[shift] = failed_position(shift, self.loads_N, failure)
+            self._positions[shift] = build_failed_position(shift, self.loads_N, failure)
         now = time.monotonic()
         # positions finished before are drawn with the next solved position, or at the end, like the last position
         if (
@@ -249,7 +249,7 @@ def prepare_for_map(
         If the folder cannot be written.
     """
     map_inputs = {name: value for name, value in case_inputs(case).items() if name not in _IGNORED_INPUTS}
-    stored_form = json.loads(json_text(map_inputs))
+    stored_form = json.loads(format_json(map_inputs))
 
     def is_own(stored: Any) -> bool:
         has_same_places = set(stored["lateral_shifts_mm"]) <= set(lateral_shifts_mm) and set(stored["loads_N"]) == set(
@@ -257,7 +257,7 @@ def prepare_for_map(
         )
         return has_same_places and all(stored["case"].get(name) == value for name, value in stored_form.items())
 
-    prepare(out, "map.json", is_own, force)
+    prepare_folder(out, "map.json", is_own, force)
 
 
 def map_(
@@ -304,7 +304,12 @@ def map_(
         As `run_map` does, and for a folder that holds other results.
     """
     require_finite_elements()
-    map_arguments = case, listed(lateral_shifts_mm, "lateral_shifts_mm"), listed(loads_N, "loads_N"), Path(out)
+    map_arguments = (
+        case,
+        require_number_list(lateral_shifts_mm, "lateral_shifts_mm"),
+        require_number_list(loads_N, "loads_N"),
+        Path(out),
+    )
     prepare_for_map(map_arguments[-1], *map_arguments[:-1], force=force)
     settings = RunSettings(workers=workers, force=force)
     return run_map(*map_arguments, measure=measure, theory=theory, settings=settings, progress=progress)

@@ -7,17 +7,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fecontact.criteria import Creep, Criteria
-from fecontact.errors import usable
+from fecontact.errors import is_usable_status
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.cases import ReportedCase
-from fecontact.outputs.figures.case import case_figure
+from fecontact.outputs.figures.case import write_case_figure
 from fecontact.outputs.figures.relief import relief_picture
-from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.figures.study import draw_study
 from fecontact.outputs.records.results import Row, result_record
-from fecontact.outputs.study_report import ShownPair, most_used, reported_case, write_study_report
+from fecontact.outputs.study_report import DrawnCase, read_reported_case, rows_by_utilisation, write_study_report
 from fecontact.runs.casefile import Study
-from fecontact.runs.identity import case_id
-from fecontact.runs.store import Told, case_folder, keep_solved, keep_told, read_case, seal_case
+from fecontact.runs.identity import make_case_id
+from fecontact.runs.store import CaseRecords, name_case_folder, read_case, seal_case, write_case_records, write_solution
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
@@ -25,7 +25,7 @@ from fecontact.solving.solve import CaseResult
 _MAX_JUDGED_PICTURES = 12
 
 
-def study_pair(study: Study, rows: Sequence[Row]) -> ShownPair | None:
+def study_pair(study: Study, rows: Sequence[Row]) -> DrawnCase | None:
     """Place the pair of the case with the largest limit utilisation.
 
     Parameters
@@ -40,9 +40,9 @@ def study_pair(study: Study, rows: Sequence[Row]) -> ShownPair | None:
     ShownPair or None
         The pair; None without a usable case.
     """
-    for row in most_used(_select_usable(rows), 1):
-        case = next(case for case in study.cases if case_id(case) == row["id"])
-        return ShownPair(row=row, placement=place_case(case))
+    for row in rows_by_utilisation(_select_usable(rows), 1):
+        case = next(case for case in study.cases if make_case_id(case) == row["id"])
+        return DrawnCase(row=row, placement=place_case(case))
     return None
 
 
@@ -52,7 +52,7 @@ def report_study(
     out: Path,
     criteria: Criteria | None,
     conclusion: str | None,
-    shown_pair: ShownPair | None,
+    shown_pair: DrawnCase | None,
 ) -> Path:
     """Write the report of a study with its results in `out`.
 
@@ -78,7 +78,7 @@ def report_study(
     """
     return write_study_report(
         study.name,
-        [reported_case(row, case_folder(out, str(row["id"]))) for row in rows],
+        [read_reported_case(row, name_case_folder(out, str(row["id"]))) for row in rows],
         out,
         shown=shown_pair,
         criteria=criteria,
@@ -86,7 +86,7 @@ def report_study(
     )
 
 
-def keep_with_report(result: CaseResult, case_records: Told, folder: Path) -> Path:
+def keep_with_report(result: CaseResult, case_records: CaseRecords, folder: Path) -> Path:
     """Write the files of a solved case for `load` and `judge`, and its report.
 
     Parameters
@@ -103,15 +103,15 @@ def keep_with_report(result: CaseResult, case_records: Told, folder: Path) -> Pa
     Path
         The report.
     """
-    keep_solved(result, result.case, folder)
-    keep_told(result, case_records, folder, svg=True)
+    write_solution(result, result.case, folder)
+    write_case_records(result, case_records, folder, svg=True)
     seal_case(result.case, folder)
     relief = relief_picture(result.load, result.placement)
     return write_study_report(
         case_words(result.case, result.placement),
         [ReportedCase(row=case_records.row, record=case_records.record, picture=folder / "case.png", relief=relief)],
         folder,
-        shown=ShownPair(row=case_records.row, placement=result.placement),
+        shown=DrawnCase(row=case_records.row, placement=result.placement),
         criteria=result.case.criteria,
     )
 
@@ -144,25 +144,25 @@ def report_judged(
         The report.
     """
     rails = {str(row["rail"]) for row in rows}
-    pictured_rows = most_used(_select_usable(rows), _MAX_JUDGED_PICTURES)
+    pictured_rows = rows_by_utilisation(_select_usable(rows), _MAX_JUDGED_PICTURES)
     shown_pair = None
     with TemporaryDirectory() as temporary:
         cases = []
         for row, folder in zip(rows, folders, strict=True):
             if row not in pictured_rows:
-                stored_case = reported_case(row, folder)
+                stored_case = read_reported_case(row, folder)
                 cases.append(ReportedCase(row=row, record={"solver": stored_case.record.get("solver", {})}))
                 continue
             result = read_case(folder, criteria=criteria, creep=creep)
-            path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png", svg=False)
+            path = write_case_figure(result, Path(temporary) / str(row["id"]) / "case.png", svg=False)
             relief = relief_picture(result.load, result.placement) if len(rows) == 1 else None
             cases.append(ReportedCase(row=row, record=result_record(result), picture=path, relief=relief))
             if row is pictured_rows[0]:
-                shown_pair = ShownPair(row=row, placement=result.placement)
+                shown_pair = DrawnCase(row=row, placement=result.placement)
         rail = shown_pair.placement.rail.profile if shown_pair is not None and len(rails) == 1 else None
         # a single case gives no curve over the shift
         if sum(row.get("fe_p_max_MPa") is not None for row in rows) > 1:
-            study_figure(rows, out / "study.png", rail, criteria)
+            draw_study(rows, out / "study.png", rail, criteria)
         return write_study_report(
             f"{name}, judged again",
             cases,
@@ -174,4 +174,4 @@ def report_judged(
 
 
 def _select_usable(rows: Sequence[Row]) -> list[Row]:
-    return [row for row in rows if usable(row)]
+    return [row for row in rows if is_usable_status(row)]

@@ -19,31 +19,31 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.feature_registry import places
+from fecontact.feature_registry import find_places
 from fecontact.files import read_json, write_json
 
 _PACKAGE = Path(__file__).parents[1]
-SOLVE = ("solving.solve",)
+SOLVING_MODULES = ("solving.solve",)
 """Modules that make a solution, together with their imports."""
 _FEATURE_MODULES = sorted(
-    {place.rpartition(".")[0] for kind in ("READINGS", "TELLINGS") for place in places(kind).values()}
+    {place.rpartition(".")[0] for kind in ("READINGS", "TELLINGS") for place in find_places(kind).values()}
 )
-EVALUATE = (
+EVALUATING_MODULES = (
     "runs.store",
     "runs.map_positions",
     *(place.removeprefix("fecontact.") for place in _FEATURE_MODULES if place.startswith("fecontact.")),
 )
 """Modules that read a solution back, judge it and write its records, together with their imports."""
-JUDGES = (
+JUDGING_MODULES = (
     "criteria",
     "contact_theories.registry",
     *(f"judging.{name}" for name in ("judge", "judged_load", "lobes", "notes", "theory", "verdict")),
     *(f"judging.{name}" for name in ("ladder", "reference_check", "causes", "comparison")),
 )
 """Modules that solving uses only for a verdict. Stored results are also asked whether they would be refined further."""
-INPUTS = ("files", "inputs")
+INPUT_MODULES = ("files", "inputs")
 """Modules that read, check and show inputs; the values of inputs are in the id of a case."""
-SHOWN = ("jobs", "outputs.style", "outputs.figures", "outputs.paraview", "runs.identity", "runs.sources")
+DISPLAY_MODULES = ("jobs", "outputs.style", "outputs.figures", "outputs.paraview", "runs.identity", "runs.sources")
 """Modules for the files that accompany the numbers of a result."""
 # Arguments with texts about an input.
 _TEXT_ARGUMENTS = {"help", "label", "domain", "remedy", "forms", "options"}
@@ -66,7 +66,7 @@ class Digests:
 
 
 @cache
-def digests() -> Digests:
+def read_digests() -> Digests:
     """Digests of this package.
 
     They are kept beside its compiled modules as long as no source changes.
@@ -77,14 +77,19 @@ def digests() -> Digests:
         The digests.
     """
     cache_file = Path(cache_from_source(__file__)).with_suffix(".json")
-    files = [*_list_source_files(_PACKAGE), *(path for folder in _foreign() for path in _list_source_files(folder))]
+    files = [
+        *_list_source_files(_PACKAGE),
+        *(path for folder in _list_foreign_folders() for path in _list_source_files(folder)),
+    ]
     sources = hashlib.sha256(b"\0".join(map(_name_and_content, files))).hexdigest()
     with contextlib.suppress(InputError, KeyError, TypeError, AttributeError):
         cached_values = read_json(cache_file)
         if cached_values.pop("sources") == sources:
             return Digests(**cached_values)
-    new_digests = digests_of(_PACKAGE)
-    if foreign := [_name_and_content(path) for folder in _foreign() for path in _list_source_files(folder)]:
+    new_digests = compute_digests(_PACKAGE)
+    if foreign := [
+        _name_and_content(path) for folder in _list_foreign_folders() for path in _list_source_files(folder)
+    ]:
         # the complete package that offers a feature: the modules of it that judge cannot be identified
         evaluating = hashlib.sha256(b"\0".join((new_digests.evaluating.encode(), *foreign))).hexdigest()[:16]
         new_digests = replace(new_digests, evaluating=evaluating)
@@ -99,14 +104,14 @@ def _list_source_files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.rglob("*") if path.suffix in (".py", ".toml"))
 
 
-def _foreign() -> list[Path]:
+def _list_foreign_folders() -> list[Path]:
     """Folders of other packages with features that judge or write records."""
     homes = {place.partition(".")[0] for place in _FEATURE_MODULES if not place.startswith("fecontact.")}
     specs = (find_spec(home) for home in sorted(homes))
     return [Path(folder) for spec in specs if spec for folder in spec.submodule_search_locations or ()]
 
 
-def digests_of(package: Path) -> Digests:
+def compute_digests(package: Path) -> Digests:
     """Compute the digests of the package in a folder.
 
     Parameters
@@ -119,14 +124,16 @@ def digests_of(package: Path) -> Digests:
     Digests
         The digests.
     """
-    solving = closure(package, SOLVE, (*JUDGES, *INPUTS))
+    solving = collect_imports(package, SOLVING_MODULES, (*JUDGING_MODULES, *INPUT_MODULES))
     return Digests(
         solving=_digest_modules(package, solving),
-        evaluating=_digest_modules(package, closure(package, EVALUATE, (*INPUTS, *SHOWN)) - solving),
+        evaluating=_digest_modules(
+            package, collect_imports(package, EVALUATING_MODULES, (*INPUT_MODULES, *DISPLAY_MODULES)) - solving
+        ),
     )
 
 
-def closure(package: Path, roots: Iterable[str], excluded: Iterable[str] = ()) -> set[str]:
+def collect_imports(package: Path, roots: Iterable[str], excluded: Iterable[str] = ()) -> set[str]:
     """Collect the modules that some modules import, directly or through others.
 
     Parameters
@@ -149,7 +156,7 @@ def closure(package: Path, roots: Iterable[str], excluded: Iterable[str] = ()) -
         module = queue.pop()
         if module not in modules and not any(f"{module}.".startswith(f"{name}.") for name in excluded):
             modules.add(module)
-            imports, _ = _read(_module_path(package, module).read_text("utf-8"))
+            imports, _ = _read_source(_module_path(package, module).read_text("utf-8"))
             queue += (name for name in imports if _module_path(package, name).is_file())
     return modules
 
@@ -157,7 +164,7 @@ def closure(package: Path, roots: Iterable[str], excluded: Iterable[str] = ()) -
 def _digest_modules(package: Path, modules: Iterable[str]) -> str:
     """Digest of modules, and of the data files beside them."""
     paths = {module: _module_path(package, module) for module in sorted(modules)}
-    code_digests = [f"{module} {_read(path.read_text('utf-8'))[1]}".encode() for module, path in paths.items()]
+    code_digests = [f"{module} {_read_source(path.read_text('utf-8'))[1]}".encode() for module, path in paths.items()]
     data_path = sorted({data_path for path in paths.values() for data_path in path.parent.glob("data/*.toml")})
     return hashlib.sha256(b"\0".join((*code_digests, *map(_name_and_content, data_path)))).hexdigest()[:16]
 
@@ -172,7 +179,7 @@ def _name_and_content(path: Path) -> bytes:
 
 
 @lru_cache(maxsize=1024)
-def _read(text: str) -> tuple[list[str], str]:
+def _read_source(text: str) -> tuple[list[str], str]:
     """Read the imports of a module from the package, and a digest of its code.
 
     The imports are modules and names.

@@ -17,37 +17,37 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Case, case_from_record
+from fecontact.case import Case, read_case_record
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import FecontactError, InputError
 from fecontact.fe.stress import StressPeak
 from fecontact.files import read_json, write_json
 from fecontact.jobs.store import write_manifest
-from fecontact.jobs.workers import Job, Made, Work
+from fecontact.jobs.workers import Job, Work, WorkResult
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.outputs.records.results import FOUND_INPUTS, Row, case_inputs, case_row, result_record, write_row
+from fecontact.outputs.records.results import DERIVED_INPUTS, Row, case_inputs, case_row, result_record, write_row
 from fecontact.outputs.records.stored import (
     Arrays,
     placement_record,
     read_arrays,
+    restore_placement,
     solved_from_record,
     solved_record,
-    stored_placement,
     write_arrays,
 )
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.profiles.library import content_of, file_of_identity, is_known
+from fecontact.profiles.library import file_of_identity, is_library_name, read_content
 from fecontact.profiles.reading import is_short_form
-from fecontact.runs.identity import case_id, input_files, origin_of, provenance
+from fecontact.runs.identity import determine_origin, digest_input_files, make_case_id, make_provenance
 from fecontact.solving.meshes import would_be_refined
-from fecontact.solving.solve import CaseResult, Effort, SharedLoads, solve, unrefined
+from fecontact.solving.solve import CaseResult, Effort, SharedLoads, disable_refinement, solve
 
 SCHEMA = "fecontact/solved/2"
-SOLVED, FIELDS, PROFILES = "solved.json", "fields.npz", "profiles"
+SOLUTION_FILE, FIELDS_FILE, PROFILES_FOLDER = "solved.json", "fields.npz", "profiles"
 """File of the solution, file of its fields, and folder of the profiles that are files."""
-RESULT, ROW = "result.json", "row.json"
+RECORD_FILE, ROW_FILE = "result.json", "row.json"
 """Files of the record of a case, and of its row of a table."""
 _BODY_FILES = ("rail.vtu", "wheel.vtu")
 _PICTURE_FILES = ("case.png", "case.svg", "case.vtm", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp")
@@ -55,13 +55,13 @@ _PICTURE_FILES = ("case.png", "case.svg", "case.vtm", "pressure.vtp", "elements.
 Result = TypeVar("Result")
 
 
-def case_folder(out: Path, name: str) -> Path:
+def name_case_folder(out: Path, name: str) -> Path:
     """Folder of a finished case."""
     return out / "cases" / name
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solving:
+class CaseWork:
     """Work on a case: solve it and keep it.
 
     Attributes
@@ -81,20 +81,20 @@ class Solving:
     settings: Mapping[str, Any] = field(default_factory=dict)
     loads: SharedLoads | None = None
 
-    def __call__(self, folder: Path, finished: Path | None) -> Made:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         """Solve the case, or judge the finished folder again, and write all files."""
-        if finished is not None and (judged_result := judged_again(read_case, finished, self.case)) is not None:
+        if finished is not None and (judged_result := judge_again(read_case, finished, self.case)) is not None:
             from fecontact.outputs.paraview.vtk import write_contact_vtk
 
             copy_solved(finished, folder, self.case)
             write_contact_vtk(judged_result, folder)
-            keep_told(judged_result, Told.of(judged_result), folder, self.settings)
-            return Made()
+            write_case_records(judged_result, CaseRecords.of(judged_result), folder, self.settings)
+            return WorkResult()
         result = solve(self.case) if self.loads is None else self.loads.sweep.result(self.case.load_N)
-        keep_solved(result, self.case, folder)
-        keep_told(result, Told.of(result), folder, self.settings)
+        write_solution(result, self.case, folder)
+        write_case_records(result, CaseRecords.of(result), folder, self.settings)
         refuse_changed_profiles(self.case, self.name)
-        return Made(short_of_memory=result.short_of_memory)
+        return WorkResult(short_of_memory=result.short_of_memory)
 
 
 class SolvedLoads(Protocol):
@@ -112,7 +112,7 @@ class SolvedLoads(Protocol):
 Solved = TypeVar("Solved", bound=SolvedLoads)
 
 
-def judged_again(read_result: Callable[..., Solved], finished: Path, case: Case) -> Solved | None:
+def judge_again(read_result: Callable[..., Solved], finished: Path, case: Case) -> Solved | None:
     """Read a stored result with the present criteria and readings.
 
     Parameters
@@ -156,11 +156,11 @@ def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()
     InputError
         If the file of a profile was changed.
     """
-    if case_id(case, loads_N) != name:
+    if make_case_id(case, loads_N) != name:
         raise InputError("a profile's file changed while it was used for solving; give the same command again")
 
 
-def job_of(case: Case, folder: Path, work: Work, *, label: str = "", group: str = "") -> Job:
+def make_job(case: Case, folder: Path, work: Work, *, label: str = "", group: str = "") -> Job:
     """Job of a case; its folder has the name of the job.
 
     Parameters
@@ -184,8 +184,8 @@ def job_of(case: Case, folder: Path, work: Work, *, label: str = "", group: str 
     return Job(
         name=folder.name,
         folder=folder.absolute(),
-        origin=origin_of(case),
-        origin_here=partial(origin_of, case),
+        origin=determine_origin(case),
+        origin_here=partial(determine_origin, case),
         work=work,
         label=label,
         group=group,
@@ -193,7 +193,7 @@ def job_of(case: Case, folder: Path, work: Work, *, label: str = "", group: str 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
+class CaseRecords:
     """Row and record of a case.
 
     Attributes
@@ -208,12 +208,12 @@ class Told:
     record: Mapping[str, Any]
 
     @classmethod
-    def of(cls, result: CaseResult) -> Told:
+    def of(cls, result: CaseResult) -> CaseRecords:
         """Row and record of a solved case."""
-        return cls(row={"id": case_id(result.case), **case_row(result)}, record=result_record(result))
+        return cls(row={"id": make_case_id(result.case), **case_row(result)}, record=result_record(result))
 
 
-def keep_solved(result: CaseResult, case: Case, folder: Path) -> None:
+def write_solution(result: CaseResult, case: Case, folder: Path) -> None:
     """Write all data from which a solved case can be judged again, and its meshes.
 
     Parameters
@@ -255,13 +255,13 @@ def keep_loads(result: SolvedLoads, case: Case, folder: Path, **entries: Any) ->
         "loads": [solved_record(load.solved, arrays, f"load{number}_") for number, load in enumerate(result.solved)],
         **entries,
     }
-    write_arrays(folder / FIELDS, arrays)
-    write_json(folder / SOLVED, record)
+    write_arrays(folder / FIELDS_FILE, arrays)
+    write_json(folder / SOLUTION_FILE, record)
 
 
-def keep_told(
+def write_case_records(
     result: CaseResult,
-    case_records: Told,
+    case_records: CaseRecords,
     folder: Path,
     settings: Mapping[str, Any] | None = None,
     *,
@@ -284,26 +284,28 @@ def keep_told(
     svg
         Whether to write a vector picture too.
     """
-    from fecontact.outputs.figures.case import case_figure
+    from fecontact.outputs.figures.case import write_case_figure
 
-    case_figure(result, folder / "case.png", svg=svg)
-    result_provenance = provenance(result.case, id=case_records.row["id"], settings=dict(settings or {}))
-    write_json(folder / RESULT, {**case_records.record, "provenance": result_provenance})
-    write_row(folder / ROW, case_records.row)
+    write_case_figure(result, folder / "case.png", svg=svg)
+    result_provenance = make_provenance(result.case, id=case_records.row["id"], settings=dict(settings or {}))
+    write_json(folder / RECORD_FILE, {**case_records.record, "provenance": result_provenance})
+    write_row(folder / ROW_FILE, case_records.row)
 
 
 def seal_case(case: Case, folder: Path) -> None:
     """Seal the files of a case in a folder that may have other files."""
-    sealed_files = [folder / file for file in (SOLVED, FIELDS, RESULT, ROW, *_BODY_FILES, *_PICTURE_FILES)]
-    sealed_files += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
-    write_manifest(folder, sealed_files, case_id(case), origin_of(case))
+    sealed_files = [
+        folder / file for file in (SOLUTION_FILE, FIELDS_FILE, RECORD_FILE, ROW_FILE, *_BODY_FILES, *_PICTURE_FILES)
+    ]
+    sealed_files += [folder / PROFILES_FOLDER / body / file["name"] for body, file in digest_input_files(case).items()]
+    write_manifest(folder, sealed_files, make_case_id(case), determine_origin(case))
 
 
 def copy_profiles(case: Case, folder: Path) -> None:
     """Copy the profile files of a case beside its result; the case could not be judged again without them."""
     for body, spec in case.profiles.items():
-        if (name_and_content := content_of(spec)) is not None:
-            target = folder / PROFILES / body / name_and_content[0]
+        if (name_and_content := read_content(spec)) is not None:
+            target = folder / PROFILES_FOLDER / body / name_and_content[0]
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(name_and_content[1])
 
@@ -320,16 +322,16 @@ def copy_solved(finished: Path, folder: Path, case: Case) -> None:
     case
         Case with the present criteria.
     """
-    for file in (FIELDS, *_BODY_FILES):
+    for file in (FIELDS_FILE, *_BODY_FILES):
         if (finished / file).is_file():
             shutil.copyfile(finished / file, folder / file)
-    if (finished / PROFILES).is_dir():
-        shutil.copytree(finished / PROFILES, folder / PROFILES)
-    write_json(folder / SOLVED, {**read_json(finished / SOLVED), "case": case_inputs(case)})
+    if (finished / PROFILES_FOLDER).is_dir():
+        shutil.copytree(finished / PROFILES_FOLDER, folder / PROFILES_FOLDER)
+    write_json(folder / SOLUTION_FILE, {**read_json(finished / SOLUTION_FILE), "case": case_inputs(case)})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stored:
+class StoredPosition:
     """Content of the folder of a solved position.
 
     Attributes
@@ -367,7 +369,7 @@ class Stored:
         assert self.placement is not None
         load = self.record["loads"][number]
         case = replace(self.case, load_N=load["load_N"])
-        solved = solved_from_record(load, self.arrays, unrefined(case) if is_from_search else case)
+        solved = solved_from_record(load, self.arrays, disable_refinement(case) if is_from_search else case)
         return judge_load(solved, self.placement, (HERTZ,) if is_from_search else THEORIES)
 
 
@@ -395,7 +397,7 @@ def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Cr
 
 
 def read_stored(
-    make_result: Callable[[Stored], Result], folder: Path, criteria: Criteria | None, creep: Creep | None
+    make_result: Callable[[StoredPosition], Result], folder: Path, criteria: Criteria | None, creep: Creep | None
 ) -> Result:
     """Read a stored position and make a result of it.
 
@@ -420,10 +422,12 @@ def read_stored(
     """
     record = read_solution(folder)
     with refuse_changed_files(folder, "solve it again"):
-        case = stored_case(folder, record["case"])
+        case = read_stored_case(folder, record["case"])
         case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
-        placement = None if record["placement"] is None else stored_placement(case, record["placement"])
-        return make_result(Stored(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS)))
+        placement = None if record["placement"] is None else restore_placement(case, record["placement"])
+        return make_result(
+            StoredPosition(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS_FILE))
+        )
 
 
 @contextmanager
@@ -451,7 +455,7 @@ def refuse_changed_files(path: Path, remedy: str) -> Iterator[None]:
         raise InputError(f"{path}: it cannot be read ({reason}); {remedy}") from error
 
 
-def _restore_case(stored: Stored) -> CaseResult:
+def _restore_case(stored: StoredPosition) -> CaseResult:
     """Restore the result of a case from its stored content."""
     placement, effort = stored.placement, stored.record["effort"]
     assert placement is not None
@@ -487,7 +491,7 @@ def read_solution(folder: Path) -> Mapping[str, Any]:
     InputError
         If the file is missing or has another layout; the message has the remedy.
     """
-    path = folder / SOLVED
+    path = folder / SOLUTION_FILE
     record = read_json(path)
     schema = record.get("schema") if isinstance(record, Mapping) else None
     if not isinstance(record, Mapping) or schema != SCHEMA:
@@ -495,7 +499,7 @@ def read_solution(folder: Path) -> Mapping[str, Any]:
     return record
 
 
-def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
+def read_stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
     """Make the case of a record, with the stored profiles as its files.
 
     Parameters
@@ -515,15 +519,15 @@ def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
     InputError
         If the record has a profile that is not stored in the folder.
     """
-    case = case_from_record({name: value for name, value in record.items() if name not in FOUND_INPUTS})
+    case = read_case_record({name: value for name, value in record.items() if name not in DERIVED_INPUTS})
     files = {}
     for body, spec in case.profiles.items():
         name = file_of_identity(spec)
-        if name is None and (is_known(spec) or is_short_form(spec)):
+        if name is None and (is_library_name(spec) or is_short_form(spec)):
             continue
         if name is None or PureWindowsPath(name).name != name:
             raise InputError(
                 f"{folder}: {body} is {spec!r:.80}; allowed is the name of a file beside the result, with @"
             )
-        files[body] = str(folder / PROFILES / body / name)
+        files[body] = str(folder / PROFILES_FOLDER / body / name)
     return case.with_profiles(files)

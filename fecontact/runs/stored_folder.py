@@ -7,12 +7,12 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.files import broken_seal, read_json
-from fecontact.jobs.store import whole_manifest
+from fecontact.files import explain_broken_seal, read_json
+from fecontact.jobs.store import read_intact_manifest
 from fecontact.outputs.records.results import Row
 from fecontact.outputs.study_files import STUDY_SCHEMA
-from fecontact.runs.identity import SOLVING_SOURCE, origin_of
-from fecontact.runs.store import SOLVED, read_solution, refuse_changed_files, stored_case
+from fecontact.runs.identity import SOLVING_SOURCE, determine_origin
+from fecontact.runs.store import SOLUTION_FILE, read_solution, read_stored_case, refuse_changed_files
 
 REMEDY = "give the folder of a case, a map or a study of fecontact"
 
@@ -22,11 +22,11 @@ def refuse_unusable(folder: Path) -> None:
 
     The message has the reason and the remedy.
     """
-    if problem := unusable(folder):
+    if problem := describe_unusable_result(folder):
         raise InputError(problem)
 
 
-def unusable(folder: Path) -> str | None:
+def describe_unusable_result(folder: Path) -> str | None:
     """Explain why a finished case or position cannot be judged any more.
 
     Parameters
@@ -39,27 +39,27 @@ def unusable(folder: Path) -> str | None:
     str or None
         The reason and the remedy; None if it can be judged.
     """
-    file = folder / SOLVED
+    file = folder / SOLUTION_FILE
     if not file.is_file():
-        return f"{folder}: there is no finished result of this version ({SOLVED}); solve it"
-    manifest = whole_manifest(folder)
+        return f"{folder}: there is no finished result of this version ({SOLUTION_FILE}); solve it"
+    manifest = read_intact_manifest(folder)
     if isinstance(manifest, str):
         return f"{folder}: {manifest}; solve it again"
     try:
         with refuse_changed_files(file, "solve it again"):
-            case = stored_case(folder, read_solution(folder)["case"])
+            case = read_stored_case(folder, read_solution(folder)["case"])
     except InputError as error:
         return str(error)
     # a verdict needs neither the packages nor the solver of the machine that solved the case
     stored_source, present_source = (
-        digests.get(SOLVING_SOURCE, "none") for digests in (manifest["solved_by"], origin_of(case).solved_by)
+        digests.get(SOLVING_SOURCE, "none") for digests in (manifest["solved_by"], determine_origin(case).solved_by)
     )
     if stored_source == present_source:
         return None
     return f"{folder}: made by another version: {SOLVING_SOURCE} {stored_source} -> {present_source}; solve it again"
 
 
-def stored_study(folder: Path) -> tuple[str, list[Row], int]:
+def read_stored_study(folder: Path) -> tuple[str, list[Row], int]:
     """Read the name and the rows of a study from `study.json`.
 
     Parameters
@@ -79,7 +79,7 @@ def stored_study(folder: Path) -> tuple[str, list[Row], int]:
     """
     if not (folder / "study.json").exists():
         raise InputError(f"{folder}: there are no results in it; {REMEDY}")
-    document = sealed(folder / "study.json", STUDY_SCHEMA, "run the study again")
+    document = read_sealed_document(folder / "study.json", STUDY_SCHEMA, "run the study again")
     name, rows = document.get("study"), document.get("rows")
     if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
         raise InputError(f"{folder / 'study.json'}: it is no list of rows; run the study again")
@@ -98,7 +98,7 @@ def is_name(text: Any) -> bool:
     return isinstance(text, str) and PureWindowsPath(text).name == text not in ("", "..")
 
 
-def sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
+def read_sealed_document(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
     """Read a document, and check its layout and its seal.
 
     Parameters
@@ -123,6 +123,6 @@ def sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != schema:
         raise InputError(f"{path}: its layout is not {schema}; {remedy}")
-    if problem := broken_seal(path, document):
+    if problem := explain_broken_seal(path, document):
         raise InputError(f"{problem}; {remedy}")
     return document

@@ -12,19 +12,19 @@ from typing import Any
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
-from fecontact.jobs.remaining import Progress, watched
+from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition
-from fecontact.maps.positions import failed_position
-from fecontact.maps.report import map_lines, write_map_report
-from fecontact.maps.telling import MAP_SCHEMA, map_record
+from fecontact.maps.positions import build_failed_position
+from fecontact.maps.report import format_map_lines, write_map_report
+from fecontact.maps.telling import MAP_SCHEMA, build_map_record
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.parts import Part
-from fecontact.outputs.terminal import count
+from fecontact.outputs.terminal import count_text
 from fecontact.runs.judged_study import judges
-from fecontact.runs.map_positions import position_folder, read_position
-from fecontact.runs.store import read_solution, refuse_changed_files, stored_case
-from fecontact.runs.stored_folder import is_name, sealed, unusable
+from fecontact.runs.map_positions import name_position_folder, read_position
+from fecontact.runs.store import read_solution, read_stored_case, refuse_changed_files
+from fecontact.runs.stored_folder import describe_unusable_result, is_name, read_sealed_document
 
 OpenJudges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
 
@@ -56,16 +56,16 @@ class JudgedMap:
     @property
     def words(self) -> str:
         """Number of judged cells, in words."""
-        return f"{count(len(self.map.cells), 'cell')} judged by {{criteria}}"
+        return f"{count_text(len(self.map.cells), 'cell')} judged by {{criteria}}"
 
     @property
     def record(self) -> Mapping[str, Any]:
         """The map in the layout of `map.json`."""
-        return map_record(self.map)
+        return build_map_record(self.map)
 
     def parts(self, width: int | None) -> Iterable[Part]:
         """Parts for a terminal: the map by its measure."""
-        return map_lines(self.map, self.measure, self.theory, width=width)
+        return format_map_lines(self.map, self.measure, self.theory, width=width)
 
 
 def load_map(folder: Path) -> ApplicabilityMap:
@@ -144,7 +144,7 @@ def judge_map(
     return JudgedMap(map=new_map, problems=tuple(problems.values()), measure=measure, theory=theory)
 
 
-def map_document(folder: Path) -> Mapping[str, Any]:
+def read_map_document(folder: Path) -> Mapping[str, Any]:
     """Read `map.json`, and check that it was written together with `map.csv`.
 
     Parameters
@@ -162,7 +162,7 @@ def map_document(folder: Path) -> Mapping[str, Any]:
     InputError
         If it has another layout, or either file was changed.
     """
-    return sealed(folder / "map.json", MAP_SCHEMA, "make the map again")
+    return read_sealed_document(folder / "map.json", MAP_SCHEMA, "make the map again")
 
 
 def read_map(
@@ -199,29 +199,33 @@ def read_map(
     InputError
         If `map.json` has another layout, or no position of the map can be read.
     """
-    document = map_document(folder)
+    document = read_map_document(folder)
     read_folder = partial(_try_position, criteria=criteria, creep=creep, dear=dear)
     with refuse_changed_files(folder / "map.json", "make the map again"):
         names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if is_name(name)}
-        folders = {shift: position_folder(folder, name) for shift, name in names.items()}
-        problems = {shift: problem for shift, position_path in folders.items() if (problem := unusable(position_path))}
+        folders = {shift: name_position_folder(folder, name) for shift, name in names.items()}
+        problems = {
+            shift: problem
+            for shift, position_path in folders.items()
+            if (problem := describe_unusable_result(position_path))
+        }
         usable = {shift: position_path for shift, position_path in folders.items() if shift not in problems}
         with judges(len(usable)) as map_over:
-            judged_positions = watched(map_over(read_folder, usable.values()), len(usable), progress, "judging")
+            judged_positions = report_progress(map_over(read_folder, usable.values()), len(usable), progress, "judging")
             results: dict[float, MapPosition | str] = dict(zip(usable, judged_positions, strict=True))
         problems |= {shift: result for shift, result in results.items() if isinstance(result, str)}
         positions_by_shift = {shift: result for shift, result in results.items() if not isinstance(result, str)}
         positions = [
             positions_by_shift[shift]
             if shift in positions_by_shift
-            else failed_position(shift, document["loads_N"], problems[shift])
+            else build_failed_position(shift, document["loads_N"], problems[shift])
             for shift in folders
         ]
         if not positions_by_shift:
             reason = next(iter(problems.values()), "none is there")
             raise InputError(f"{folder}: no position of the map can be judged ({reason})")
         first = usable[min(positions_by_shift)]
-        stored_base_case = stored_case(first, read_solution(first)["case"])
+        stored_base_case = read_stored_case(first, read_solution(first)["case"])
         case = replace(
             stored_base_case,
             lateral_shift_mm=0.0,

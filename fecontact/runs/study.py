@@ -13,11 +13,11 @@ from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError, failed, usable
-from fecontact.jobs.engine import RunSettings, finish, open_run
+from fecontact.errors import InputError, describe_failure, is_usable_status
+from fecontact.jobs.engine import RunSettings, finish_jobs, open_run
 from fecontact.jobs.remaining import Progress
-from fecontact.jobs.workers import Done
-from fecontact.outputs.pair_names import VARIED, short_name
+from fecontact.jobs.workers import JobOutcome
+from fecontact.outputs.pair_names import VARIED_COLUMN, short_name
 from fecontact.outputs.records.results import Row, input_columns, read_row
 from fecontact.outputs.study_files import study_figures, write_tables
 from fecontact.packages import require_finite_elements
@@ -25,17 +25,17 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import profile_identity
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.casefile import Study, load_study
-from fecontact.runs.cost import longest_first, use_common_load
+from fecontact.runs.cost import sort_longest_first, use_common_load
 from fecontact.runs.folder import prepare_for_study
-from fecontact.runs.identity import case_id, with_absolute_paths
+from fecontact.runs.identity import make_case_id, make_paths_absolute
 from fecontact.runs.report import report_study, study_pair
-from fecontact.runs.store import ROW, Solving, case_folder, job_of
-from fecontact.runs.varied import varied_words
+from fecontact.runs.store import ROW_FILE, CaseWork, make_job, name_case_folder
+from fecontact.runs.varied import describe_varied_inputs
 from fecontact.solving.solve import SharedLoads
 
 # --- Many cases: each is solved once, kept when it is finished, and shown in tables, figures and collections.
 
-_TABLES_EVERY_S = 2.0
+_TABLE_INTERVAL_S = 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ class StudyOutcome:
     @property
     def all_converged(self) -> bool:
         """Whether every case has a usable result."""
-        return all(usable(row) for row in self.rows)
+        return all(is_usable_status(row) for row in self.rows)
 
 
 def run_study(
@@ -107,10 +107,10 @@ def run_study(
     command["part"] = settings.part and f"{settings.part[0]}/{settings.part[1]}"
     for case in study.cases:
         case.creep.refuse_unheard()
-    named_cases = [(case_id(case), case) for case in study.cases]
+    named_cases = [(make_case_id(case), case) for case in study.cases]
     cases = _collect_cases(named_cases)
-    solved_cases = {name: with_absolute_paths(case) if settings.scheduler else case for name, case in cases.items()}
-    shared_loads = _shared(solved_cases)
+    solved_cases = {name: make_paths_absolute(case) if settings.scheduler else case for name, case in cases.items()}
+    shared_loads = _share_loads(solved_cases)
     own_names = _select_part(settings, {name: position_name for name, (position_name, _) in shared_loads.items()})
     table = _Table(
         study.name,
@@ -121,10 +121,10 @@ def run_study(
     )
     with open_run(out, out / "cases", settings, progress) as study_run:
         jobs = [
-            job_of(
+            make_job(
                 solved_cases[name],
-                case_folder(out, name),
-                Solving(case=solved_cases[name], name=name, settings=command, loads=shared_loads[name][1]),
+                name_case_folder(out, name),
+                CaseWork(case=solved_cases[name], name=name, settings=command, loads=shared_loads[name][1]),
                 label=_label_case(cases[name], study.cases),
                 group=shared_loads[name][0],
             )
@@ -133,7 +133,7 @@ def run_study(
             )
         ]
         try:
-            finish(jobs, study_run, on_done=table.done)
+            finish_jobs(jobs, study_run, on_done=table.done)
         finally:
             with contextlib.suppress(OSError):
                 table.write()
@@ -155,7 +155,7 @@ def run_study(
     )
 
 
-def _shared(cases: Mapping[str, Case]) -> dict[str, tuple[str, SharedLoads | None]]:
+def _share_loads(cases: Mapping[str, Case]) -> dict[str, tuple[str, SharedLoads | None]]:
     """Name of the position of each case, and the loads with shared meshes there.
 
     The loads are None for a position with a single load.
@@ -193,7 +193,7 @@ def _order_cases(positions: Mapping[str, str], cases: Mapping[str, Case], worker
         position_name: max((cases[name] for name in names), key=lambda case: case.load_N)
         for position_name, names in names_by_position.items()
     }
-    return [name for position_name in longest_first(largest, workers) for name in names_by_position[position_name]]
+    return [name for position_name in sort_longest_first(largest, workers) for name in names_by_position[position_name]]
 
 
 def _label_case(case: Case, cases: tuple[Case, ...]) -> str:
@@ -251,20 +251,24 @@ class _Table:
         self._stem = f"study{settings.part_suffix}"
         self._rows: dict[str, Row] = {}
         self._inputs = dict(named_cases)
-        varied_texts = varied_words([case for _, case in named_cases])
+        varied_texts = describe_varied_inputs([case for _, case in named_cases])
         self._varied = {name: words for (name, _), words in zip(named_cases, varied_texts, strict=True) if words}
         self._written = time.monotonic()
 
-    def done(self, outcome: Done) -> None:
-        """Take the outcome of a case; write the tables if the last time was `_TABLES_EVERY_S` ago."""
+    def done(self, outcome: JobOutcome) -> None:
+        """Take the outcome of a case; write the tables if the last time was `_TABLE_INTERVAL_S` ago."""
         name = outcome.name
         if outcome.failure is None:
-            self._rows[name] = read_row(case_folder(self._out, name) / ROW)
+            self._rows[name] = read_row(name_case_folder(self._out, name) / ROW_FILE)
         else:
-            self._rows[name] = {"id": name, "status": failed(outcome.failure), **input_columns(self._inputs[name])}
+            self._rows[name] = {
+                "id": name,
+                "status": describe_failure(outcome.failure),
+                **input_columns(self._inputs[name]),
+            }
         if name in self._varied:
-            self._rows[name] = {**self._rows[name], VARIED: self._varied[name]}
-        if time.monotonic() - self._written > _TABLES_EVERY_S:
+            self._rows[name] = {**self._rows[name], VARIED_COLUMN: self._varied[name]}
+        if time.monotonic() - self._written > _TABLE_INTERVAL_S:
             # a disk that is full now may have room at the end
             with contextlib.suppress(OSError):
                 self.write()
@@ -298,7 +302,7 @@ def _write_conclusion(study: Study, rows: list[Row], out: Path) -> str | None:
     """Conclusion of a study; a sentence if cases without a usable result prevent it."""
     if study.conclude is None:
         return None
-    unusable = sum(not usable(row) for row in rows)
+    unusable = sum(not is_usable_status(row) for row in rows)
     if unusable:
         return f"No conclusion: {unusable} of {len(rows)} cases gave no usable result."
     return study.conclude(rows, out)

@@ -9,20 +9,20 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import INPUTS, PARTS, Case, case_with
+from fecontact.case import INPUTS, PARTS, Case, make_case
 from fecontact.errors import InputError
-from fecontact.files import toml_content
+from fecontact.files import read_toml_text
 from fecontact.inputs.kinds import Number
-from fecontact.inputs.slots import Slot
-from fecontact.inputs.texts import nearest, parse_numbers, renamed
+from fecontact.inputs.slots import InputPlace
+from fecontact.inputs.texts import explain_former_name, parse_numbers, suggest_name
 
 _FASTEST_FIELDS = ("rail", "wheel", "load_N", "lateral_shift_mm")
 _MAX_CASES = 100_000
 
-Values = dict[Slot, list[Any]]
+Values = dict[InputPlace, list[Any]]
 
 
-def toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
+def read_toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
     """Read all cases of a TOML file.
 
     Parameters
@@ -57,7 +57,7 @@ def toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
     return tuple(cases)
 
 
-def case_of(table: Mapping[str, Any]) -> Case:
+def read_case_table(table: Mapping[str, Any]) -> Case:
     """Read a case from the table `case` of another file.
 
     The keys are the keys of a study.
@@ -89,7 +89,7 @@ def _parse_file(path: Path) -> dict[str, Any]:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"study {path}: it cannot be read ({error})") from error
-    return toml_content(text, f"study {path}")
+    return read_toml_text(text, f"study {path}")
 
 
 @contextmanager
@@ -134,7 +134,7 @@ def _read_table(entries: Mapping[str, Any], table: str, prefix: str) -> Values:
     return values
 
 
-def _find_slot(key: str, table: str, prefix: str) -> Slot:
+def _find_slot(key: str, table: str, prefix: str) -> InputPlace:
     """Input with a key in a table.
 
     Raises
@@ -145,19 +145,19 @@ def _find_slot(key: str, table: str, prefix: str) -> Slot:
     slots_by_key = {slot.key: slot for slot in INPUTS if slot.table == table}
     if key in slots_by_key:
         return slots_by_key[key]
-    if advice := renamed(key):
+    if advice := explain_former_name(key):
         raise InputError(advice)
     other_tables = [f"[{prefix}{slot.table}]" if slot.table else "no table" for slot in INPUTS if slot.key == key]
     table_names = () if table else tuple(PARTS) if prefix else (*PARTS, "case")
     slots_by_name = {name: name for name in (*slots_by_key, *table_names)}
     # a user may use the name of an input in Python or on the command line
     slots_by_name |= {name: slot.key for slot in slots_by_key.values() for name in (slot.field, *slot.input.options)}
-    suggestion = f"; {key} stands in {' or '.join(other_tables)}" if other_tables else nearest(key, slots_by_name)
+    suggestion = f"; {key} stands in {' or '.join(other_tables)}" if other_tables else suggest_name(key, slots_by_name)
     tables = "" if table else f"; tables: {', '.join(f'[{prefix}{name}]' for name in PARTS)}"
     raise InputError(f"{key}: there is no such key{suggestion}; keys: {', '.join(slots_by_key)}{tables}")
 
 
-def _read_list(slot: Slot, value: Any) -> list[Any]:
+def _read_list(slot: InputPlace, value: Any) -> list[Any]:
     """Values of a list, or a list with a single value."""
     description = slot.input
     if isinstance(value, list) and not (value and description.one_list(value)):
@@ -167,7 +167,7 @@ def _read_list(slot: Slot, value: Any) -> list[Any]:
     return _read_element(slot, value)
 
 
-def _read_element(slot: Slot, value: Any) -> list[Any]:
+def _read_element(slot: InputPlace, value: Any) -> list[Any]:
     """Values of an element of a list; a text may be a range of numbers."""
     description = slot.input
     if not (isinstance(description, Number) and not description.forms and isinstance(value, str)):
@@ -195,10 +195,10 @@ def _combine(values: Values, quick: bool) -> tuple[Case, ...]:
     if count > _MAX_CASES:
         raise InputError(f"the lists make {count} cases; allowed are {_MAX_CASES}; take shorter lists or [[case]]")
     return tuple(
-        case_with(dict(zip(slots, combination, strict=True)))
+        make_case(dict(zip(slots, combination, strict=True)))
         for combination in product(*(values[combined_slot] for combined_slot in slots))
     )
 
 
-def _sorting_key(slot: Slot) -> tuple[int, int]:
+def _sorting_key(slot: InputPlace) -> tuple[int, int]:
     return (_FASTEST_FIELDS.index(slot.field) if slot.field in _FASTEST_FIELDS else -1, INPUTS.index(slot))

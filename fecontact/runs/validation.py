@@ -7,12 +7,12 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
-from fecontact.errors import FecontactError, InputError, usable
+from fecontact.errors import FecontactError, InputError, is_usable_status
 from fecontact.files import write_text
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
-from fecontact.outputs.records.results import versions
-from fecontact.regression.checks import Check, reports
+from fecontact.outputs.records.results import package_versions
+from fecontact.regression.checks import Check, render_reports
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.study import run_study
 
@@ -76,19 +76,19 @@ def validate(
     for study in studies:
         with watched(study.name) as progress:
             outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
-        unusable_ids = [str(row["id"]) for row in outcome.rows if not usable(row)]
+        unusable_ids = [str(row["id"]) for row in outcome.rows if not is_usable_status(row)]
         if unusable_ids:
             unusable.append(f"{study.name}: {', '.join(unusable_ids)}")
         assert study.checks is not None
         try:
-            checks_by_study[study.name] = study.checks([row for row in outcome.rows if usable(row)])
+            checks_by_study[study.name] = study.checks([row for row in outcome.rows if is_usable_status(row)])
         except FecontactError as error:
             # an error in a study must not lose hours of other studies
             unusable.append(f"{study.name}: its checks: {error}")
     path = table or out / "VALIDATION.md"
     questions = {study.name: study.question for study in studies}
     previous_text = path.read_text("utf-8") if path.exists() else ""
-    summary, *pages = reports(checks_by_study, questions, versions(), unusable, previous_text).items()
+    summary, *pages = render_reports(checks_by_study, questions, package_versions(), unusable, previous_text).items()
     for place, text in ((path.name, summary[1]), *pages):
         write_text(path.parent / place, text)
     checks = tuple(check for study_checks in checks_by_study.values() for check in study_checks)

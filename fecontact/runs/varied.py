@@ -11,7 +11,7 @@ _TABLE_COLUMNS = ("rail", "wheel", "inclination", "lateral_shift_mm", "load_kN",
 _JUDGING_GROUPS = ("verdict", "creep")
 
 
-def varied_words(cases: Sequence[Case]) -> list[str]:
+def describe_varied_inputs(cases: Sequence[Case]) -> list[str]:
     """Describe for each case the inputs that vary between the cases of a pair.
 
     Inputs with a column in every table are left out. Inputs that are equal in all cases of a pair follow from the pair.

@@ -6,17 +6,24 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fecontact.case import Case
-from fecontact.contact_theories.approximation import Approximation
+from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded, gap_line_of
-from fecontact.contact_theories.strips import strip
-from fecontact.contact_theories.touch_hertz import HertzPoints
+from fecontact.contact_theories.registry import (
+    HERTZ,
+    HERTZ_GAUGE,
+    HERTZ_OF_EACH_SIDE,
+    THEORIES,
+    LoadedPlacement,
+    find_gap_line,
+)
+from fecontact.contact_theories.strips import solve_strip_theory
+from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
 from fecontact.errors import InputError
-from fecontact.judging.measures import MEASURES, Measures, measures_of_theory
-from fecontact.judging.verdict import Answer, Standing, cheapest
+from fecontact.judging.measures import MEASURES, Measures, read_theory_measures
+from fecontact.judging.verdict import Answer, TheoryAnswer, find_cheapest_theory
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.hertz import direction_of_case, hertz_of_case, hertz_points_of_case
-from fecontact.solving.placing import place_case, placed_or_why
+from fecontact.solving.hertz import compute_hertz, compute_hertz_points, compute_load_direction
+from fecontact.solving.placing import place_case, place_or_explain
 from fecontact.solving.position import expect_on_half_space
 
 HALF_SPACE = "half_space"
@@ -24,7 +31,7 @@ HALF_SPACE = "half_space"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TheoryAlone:
+class TheoryEvaluation:
     """Theory at the position of a case.
 
     Attributes
@@ -45,7 +52,7 @@ class TheoryAlone:
     case: Case
     placement: Placement
     normal_force_N: float
-    contact: Approximation | None
+    contact: TheoryContact | None
     problem: str | None = None
 
     @property
@@ -56,10 +63,10 @@ class TheoryAlone:
     @property
     def measures(self) -> Measures | None:
         """Measures of the contact; None without a contact."""
-        return None if self.contact is None else measures_of_theory(self.contact)
+        return None if self.contact is None else read_theory_measures(self.contact)
 
 
-def theory_alone(case: Case, name: str) -> TheoryAlone:
+def evaluate_theory(case: Case, name: str) -> TheoryEvaluation:
     """Place a case and evaluate a theory by its name in `THEORIES`.
 
     A theory that does not differ from Hertz, such as springs at a single contact point, gives Hertz with a note. Range
@@ -94,13 +101,13 @@ def theory_alone(case: Case, name: str) -> TheoryAlone:
     'solved'
     """
     placement = place_case(case)
-    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
     if name == HALF_SPACE:
         loaded = replace(loaded, half_space=expect_on_half_space(case, placement)[1].half_space)
-    return theory_of(loaded, name)
+    return evaluate_loaded_theory(loaded, name)
 
 
-def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
+def evaluate_loaded_theory(loaded: LoadedPlacement, name: str) -> TheoryEvaluation:
     """Evaluate a theory on a loaded placement.
 
     Parameters
@@ -123,12 +130,12 @@ def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
     theory_contact = THEORIES[name].approximate(loaded)
     if theory_contact is None:
         hertz_contact = THEORIES[HERTZ].approximate(loaded)
-        assert isinstance(hertz_contact, Approximation)
+        assert isinstance(hertz_contact, TheoryContact)
         theory_contact = replace(
             hertz_contact, notes=(*hertz_contact.notes, f"{THEORIES[name].words}: undefined here, Hertz is shown")
         )
     contact, problem = (None, theory_contact) if isinstance(theory_contact, str) else (theory_contact, None)
-    return TheoryAlone(
+    return TheoryEvaluation(
         name=name,
         case=loaded.case,
         placement=loaded.placement,
@@ -138,12 +145,12 @@ def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
     )
 
 
-def normal_force_of(case: Case, placement: Placement) -> float:
+def compute_normal_force(case: Case, placement: Placement) -> float:
     """Normal force at first contact under the load of a case, in N.
 
     The first contact point is assumed to carry the whole load.
     """
-    return case.load_N / float(placement.first.normal @ direction_of_case(case, placement))
+    return case.load_N / float(placement.first.normal @ compute_load_direction(case, placement))
 
 
 # --- Lines of a contact table over lateral shift and load, for vehicle codes that look up a contact instead of solving
@@ -154,11 +161,11 @@ STRIPS = "strip"
 _CENTRE = "centre_over_b"
 # The stiffness of the strips is a difference quotient over this fraction of the force on either side.
 _FORCE_STEP = 0.02
-_UNRESOLVED = Standing(answer="UNRESOLVED")
+_UNRESOLVED = TheoryAnswer(answer="UNRESOLVED")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TableLine:
+class ContactTableRow:
     """Line of a contact table: a position under a single load.
 
     Attributes
@@ -182,14 +189,16 @@ class TableLine:
     case: Case
     placement: Placement | None = None
     hertz: HertzContact | None = None
-    points: HertzPoints | None = None
-    strips: Approximation | None = None
+    points: HertzAtContactPoints | None = None
+    strips: TheoryContact | None = None
     strip_stiffness_N_per_mm: float | None = None
-    cheapest: Standing = _UNRESOLVED
+    cheapest: TheoryAnswer = _UNRESOLVED
     problem: str = ""
 
 
-def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]) -> Iterator[TableLine]:
+def iterate_table_rows(
+    case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]
+) -> Iterator[ContactTableRow]:
     """Lines of a contact table, by shift, then load.
 
     A wheel is placed once for each shift, or for each load if the roll depends on the load.
@@ -212,15 +221,15 @@ def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequenc
         for load_N in loads_N:
             line_case = replace(case, lateral_shift_mm=shift_mm, load_N=load_N)
             if placement is None or needs_placement_per_load:
-                placement = placed_or_why(line_case)
+                placement = place_or_explain(line_case)
             yield (
-                TableLine(case=line_case, problem=placement)
+                ContactTableRow(case=line_case, problem=placement)
                 if isinstance(placement, str)
                 else _make_line(line_case, placement)
             )
 
 
-def stiffness_at(case: Case) -> tuple[float, float] | None:
+def compute_strip_stiffness(case: Case) -> tuple[float, float] | None:
     """Approach and stiffness of the strips at a position.
 
     Parameters
@@ -233,42 +242,45 @@ def stiffness_at(case: Case) -> tuple[float, float] | None:
     tuple of float or None
         Approach in mm and stiffness in N/mm; None without a contact.
     """
-    placement = placed_or_why(case)
+    placement = place_or_explain(case)
     if isinstance(placement, str):
         return None
-    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
     strips = THEORIES[STRIPS].approximate(loaded)
-    return (strips.approach_mm, _strip_stiffness(loaded)) if isinstance(strips, Approximation) else None
+    return (strips.approach_mm, _strip_stiffness(loaded)) if isinstance(strips, TheoryContact) else None
 
 
-def _make_line(case: Case, placement: Placement) -> TableLine:
+def _make_line(case: Case, placement: Placement) -> ContactTableRow:
     """Line of a contact table at a placement, with Hertz, springs and strips."""
     hertz, problem = None, ""
     try:
-        hertz = hertz_of_case(case, placement)
+        hertz = compute_hertz(case, placement)
     except InputError as error:
         problem = str(error)
-    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
-    line = TableLine(case=case, placement=placement, hertz=hertz, points=hertz_points_of_case(case, placement))
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
+    line = ContactTableRow(case=case, placement=placement, hertz=hertz, points=compute_hertz_points(case, placement))
     strips = THEORIES[STRIPS].approximate(loaded)
-    if not isinstance(strips, Approximation):
+    if not isinstance(strips, TheoryContact):
         return replace(line, problem=f"{problem}{'; ' * bool(problem)}{THEORIES[STRIPS].words}: {strips}")
     line = replace(line, strips=strips, strip_stiffness_N_per_mm=_strip_stiffness(loaded), problem=problem)
     if strips.status != "solved":
         return line
     return replace(
-        line, cheapest=cheapest(_iterate_standings(loaded, strips), in_range=case.criteria.theories_in_range)
+        line,
+        cheapest=find_cheapest_theory(_iterate_standings(loaded, strips), in_range=case.criteria.theories_in_range),
     )
 
 
-def _strip_stiffness(loaded: Loaded) -> float:
+def _strip_stiffness(loaded: LoadedPlacement) -> float:
     """Stiffness dF/dapproach of the strips (N/mm), on the gap of their contact."""
-    gap_line = gap_line_of(loaded)
-    lower, higher = (strip(gap_line, (1.0 + step) * loaded.normal_force_N) for step in (-_FORCE_STEP, _FORCE_STEP))
+    gap_line = find_gap_line(loaded)
+    lower, higher = (
+        solve_strip_theory(gap_line, (1.0 + step) * loaded.normal_force_N) for step in (-_FORCE_STEP, _FORCE_STEP)
+    )
     return (higher.normal_force_N - lower.normal_force_N) / (higher.approach_mm - lower.approach_mm)
 
 
-def _iterate_standings(loaded: Loaded, strips: Approximation) -> Iterator[Standing]:
+def _iterate_standings(loaded: LoadedPlacement, strips: TheoryContact) -> Iterator[TheoryAnswer]:
     """Answer for each theory compared with the strips, the cheapest theory first.
 
     At a junction Hertz must hold on both sides.
@@ -277,20 +289,22 @@ def _iterate_standings(loaded: Loaded, strips: Approximation) -> Iterator[Standi
         if name == HERTZ_GAUGE:
             continue
         try:
-            results = [THEORIES[side].approximate(loaded) for side in (EITHER_SIDE if name == HERTZ else (name,))]
+            results = [
+                THEORIES[side].approximate(loaded) for side in (HERTZ_OF_EACH_SIDE if name == HERTZ else (name,))
+            ]
         except InputError:
             # No ellipse fits the contact.
             continue
-        contacts = [contact for contact in results if isinstance(contact, Approximation)]
+        contacts = [contact for contact in results if isinstance(contact, TheoryContact)]
         if contacts:
             is_within_limits = all(_is_within(contact, strips, loaded.case.criteria.limits) for contact in contacts)
             answer: Answer = "HOLDS" if is_within_limits else "FAILS"
-            yield Standing(name=name, answer=answer if contacts[-1].definite else "UNRESOLVED", made=contacts[-1])
+            yield TheoryAnswer(name=name, answer=answer if contacts[-1].definite else "UNRESOLVED", made=contacts[-1])
 
 
-def _is_within(contact: Approximation, strips: Approximation, limits: dict[str, float]) -> bool:
+def _is_within(contact: TheoryContact, strips: TheoryContact, limits: dict[str, float]) -> bool:
     """Whether a theory agrees with the strips within the limits of all measures."""
-    theory_values, strip_values = (measures_of_theory(theory).as_dict() for theory in (contact, strips))
+    theory_values, strip_values = (read_theory_measures(theory).as_dict() for theory in (contact, strips))
     deviation = {name: theory_values[name] / strip_values[name] - 1.0 for name in MEASURES}
     deviation[_CENTRE] = (contact.centre_mm[1] - strips.centre_mm[1]) / contact.half_widths_mm[1]
     return all(abs(deviation[name]) <= limit for name, limit in limits.items() if name in deviation)

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from fecontact.case import Case
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.memory import check_memory
-from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import FineZone, estimate_least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.packages import require_finite_elements
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.element_sizes import element_size_mm
-from fecontact.solving.fine_zone import fine_zone
+from fecontact.solving.element_sizes import choose_element_size_mm
+from fecontact.solving.fine_zone import make_fine_zone
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -104,6 +104,8 @@ def _expect_fine_zone(case: Case, placement: Placement) -> tuple[FineZone, float
     """Fine zone of the first meshes of a case, and the half-space's approach along the normal (mm)."""
     require_finite_elements()
     _, expected = expect_on_half_space(case, placement)
-    zone = fine_zone(expected, element_size_mm(case, expected))
-    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
+    zone = make_fine_zone(expected, choose_element_size_mm(case, expected))
+    check_memory(
+        estimate_least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements"
+    )
     return zone, expected.half_space.approach_mm

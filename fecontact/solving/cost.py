@@ -45,7 +45,7 @@ def estimate_unknowns(elements_x: int, elements_s: int, *, half: bool) -> float:
     )
 
 
-def cpu_seconds(unknowns: float) -> float:
+def estimate_cpu_seconds(unknowns: float) -> float:
     """CPU seconds of a solution on a single thread, without `START_SECONDS`.
 
     The coarser meshes and the half-spaces are included. Measured by `fecontact solve --refine never` of S1002 on 60E1
@@ -57,7 +57,7 @@ def cpu_seconds(unknowns: float) -> float:
     return float(_REFERENCE_SECONDS * (unknowns / _REFERENCE_UNKNOWNS) ** _SECONDS_EXPONENT)
 
 
-def times_by_yielding(case: Case, p_max_MPa: float) -> float:
+def estimate_yield_factor(case: Case, p_max_MPa: float) -> float:
     """Factor on the time of a load if bodies yield under its peak pressure.
 
     Parameters
@@ -78,7 +78,7 @@ def times_by_yielding(case: Case, p_max_MPa: float) -> float:
     return _YIELD_FACTOR if yield_stresses_MPa and p_max_MPa > _FIRST_YIELD_PEAK * min(yield_stresses_MPa) else 1.0
 
 
-def memory_GB(unknowns: float) -> float:
+def estimate_memory_GB(unknowns: float) -> float:
     """Largest memory in GB of the solving process, for the unknowns of its finest meshes.
 
     Measured with a process for each case: 57 to 433 thousand unknowns at 6, 5.5, 3 and 1 mm agree within 10 %. A whole

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch
+from fecontact.solving.expected_patch import DistantPatch, ExpectedPatch
 
 # Additional number of elements per semi-axis, so that the meshes have the number of the resolution if the patch is
 # slightly smaller than expected.
@@ -25,7 +25,7 @@ _LONG_PATCH_ASPECT = 4.0
 _SEPARATE_PATCH_ASPECT = 4.0
 
 
-def element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
+def choose_element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
     """Element sizes along x and across.
 
     The narrowest semi-axis of the expected patch has the number of elements of the resolution. A slender patch has more
@@ -61,7 +61,7 @@ def element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
     return min(length_mm, longest_mm, wave_limit_mm), min(width_mm, _LARGEST_ASPECT * length_mm)
 
 
-def element_width_mm(element_size_mm: tuple[float, float], part: ExpectedPart) -> float:
+def choose_element_width_mm(element_size_mm: tuple[float, float], part: DistantPatch) -> float:
     """Width of the elements below a patch at a large distance from other patches.
 
     Parameters

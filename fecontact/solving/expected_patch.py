@@ -9,11 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands
+from fecontact.contact.grid import ContactGrid, Field, Rung, build_banded_grid
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.solving.contact_ends import check_ends
-from fecontact.solving.lobe_sizes import SMALL_LOAD_FRACTION, LobeSizes, lobe_sizes, semi_axes_of_elements_mm
-from fecontact.solving.plane_angles import angle_of_patches
+from fecontact.solving.lobe_sizes import (
+    SMALL_LOAD_FRACTION,
+    LobeSizes,
+    measure_element_semi_axes_mm,
+    measure_lobe_sizes,
+)
+from fecontact.solving.plane_angles import compute_plane_angles
 from fecontact.solving.true_gap import ROUGH_TOLERANCE, TOLERANCE, TrueGap
 
 # --- Expected patch: the true gap on a half-space, which takes little time compared with meshes.
@@ -39,7 +44,7 @@ MOST_NODES = 200_000
 """Largest number of nodes of half a model that is solved."""
 # Patches at a large distance have a band of nodes each if a single grid would need more than this fraction of the
 # nodes.
-_ONE_BAND = 0.1
+_SINGLE_BAND_FRACTION = 0.1
 # Free nodes outside the contact in a band: an edge is read from five of them.
 _RIM_NODES = 6.0
 # Least distance of separate patches in units of their least cell.
@@ -54,7 +59,7 @@ _LARGEST_SPACING_RATIO = 0.85
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExpectedPart:
+class DistantPatch:
     """Patch at a large distance from all other patches.
 
     Attributes
@@ -101,11 +106,11 @@ class ExpectedPatch:
     semi_axis_s_mm: float
     true_gap: TrueGap
     half_space: Rung
-    parts: tuple[ExpectedPart, ...]
+    parts: tuple[DistantPatch, ...]
 
     def joined(self) -> ExpectedPatch:
         """Expected patch without distant patches, with equal elements everywhere."""
-        whole_patch = ExpectedPart(
+        whole_patch = DistantPatch(
             s_low_mm=self.s_low_mm,
             s_high_mm=self.s_high_mm,
             larger=1.0,
@@ -114,7 +119,7 @@ class ExpectedPatch:
         return replace(self, parts=(whole_patch,))
 
 
-def expected_patch(
+def find_expected_patch(
     true_gap: TrueGap,
     load_N: float,
     *,
@@ -171,7 +176,7 @@ def expected_patch(
         )
     gap = gap.after(rung.approach_mm) if gap.is_steep else gap
     previous_rung = rung
-    planes = previous_rung if np.ptp(angle_of_patches(gap.placement, previous_rung)) > 0.0 else None
+    planes = previous_rung if np.ptp(compute_plane_angles(gap.placement, previous_rung)) > 0.0 else None
     rung = _solve_on_fitted_grid(
         gap, previous_rung, load_N, nodes=round(last_fraction * nodes), most=most, planes=planes, tolerance=tolerance
     )
@@ -185,13 +190,13 @@ def expected_patch(
             planes=previous_rung,
             tolerance=tolerance,
         )
-    turn_rad = angle_of_patches(gap.placement, rung) - _interpolate_plane_angle(gap, rung.grid, previous_rung)
+    turn_rad = compute_plane_angles(gap.placement, rung) - _interpolate_plane_angle(gap, rung.grid, previous_rung)
     if np.ptp(turn_rad[rung.pressure_MPa.any(axis=0)]) > _PLANE_TOLERANCE_RAD:
         rung = _solve(gap, rung.grid, load_N, start=rung.pressure, planes=rung, tolerance=tolerance)
     return _make_expected_patch(gap, rung)
 
 
-def on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung:
+def solve_on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung:
     """Solve the half-space of an expected patch again, on more nodes per semi-axis.
 
     Parameters
@@ -213,7 +218,7 @@ def on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -> Rung
     ConvergenceError
         If there would be too many nodes, or if the contact is not found on them.
     """
-    grid = _fitted_grid(expected.half_space, nodes)
+    grid = _make_fitted_grid(expected.half_space, nodes)
     spacing_mm, present_spacing_mm = grid.steps_mm[1], expected.half_space.grid.steps_mm[1]
     if spacing_mm > _LARGEST_SPACING_RATIO * present_spacing_mm:
         raise ConvergenceError(f"more nodes than {present_spacing_mm:.2g} mm apart would be too many")
@@ -296,7 +301,7 @@ def _solve_on_fitted_grid(
     """
     fitted_rung = rung
     for room_mm in ((0.0, 0.0), rung.grid.steps_mm)[planes is not None :]:
-        grid = _fitted_grid(rung, nodes, room_mm, most=most)
+        grid = _make_fitted_grid(rung, nodes, room_mm, most=most)
         fitted_rung = _solve(true_gap, grid, load_N, start=rung.pressure, planes=planes, tolerance=tolerance)
         pressure = fitted_rung.pressure_MPa
         edges = (
@@ -337,7 +342,7 @@ def _solve(
 
 def _interpolate_plane_angle(true_gap: TrueGap, grid: ContactGrid, planes: Rung) -> Floats:
     """Angle (ns,) in rad of the planes of another contact, at each column of a grid."""
-    return np.asarray(np.interp(grid.s_mm, planes.grid.s_mm, angle_of_patches(true_gap.placement, planes)))
+    return np.asarray(np.interp(grid.s_mm, planes.grid.s_mm, compute_plane_angles(true_gap.placement, planes)))
 
 
 def _find_near_region(
@@ -373,21 +378,21 @@ def _find_near_region(
     )
 
 
-def _fitted_grid(
+def _make_fitted_grid(
     rung: Rung, nodes: int, room_mm: tuple[float, float] = (0.0, 0.0), *, most: int | None = None
 ) -> ContactGrid:
     """Grid that fits a contact, with a number of nodes on its narrowest semi-axis.
 
     If there would be too many nodes, the narrowest lobes have fewer.
     """
-    grid, sizes = rung.grid, lobe_sizes(rung)
+    grid, sizes = rung.grid, measure_lobe_sizes(rung)
     (x_low_mm, x_high_mm), (s_low_mm, s_high_mm) = _find_bounds(rung)
-    followed_lengths_mm = followed_mm(sizes)
+    followed_lengths_mm = measure_resolved_lobes_mm(sizes)
     spacing_x_mm, spacing_s_mm = (length / nodes for length in followed_lengths_mm)
     models = 1 if grid.half else 2
     requested_limit, largest_limit = models * (most or MOST_NODES), models * MOST_NODES
     node_count = (x_high_mm - x_low_mm) * (s_high_mm - s_low_mm) / (spacing_x_mm * spacing_s_mm)
-    if node_count > _ONE_BAND * largest_limit and len(patches := _split_distant_patches(rung)) > 1:
+    if node_count > _SINGLE_BAND_FRACTION * largest_limit and len(patches := _split_distant_patches(rung)) > 1:
         banded_grid = _make_grid_in_bands(rung, patches, nodes)
         if math.prod(banded_grid.shape) <= requested_limit:
             return banded_grid
@@ -436,9 +441,9 @@ def _make_grid_in_bands(rung: Rung, patches: Sequence[Rung], nodes: int) -> Cont
     (x_low_mm, x_high_mm), half, large_width_mm = (
         _find_bounds(rung)[0],
         rung.grid.half,
-        min(size[1] for size in lobe_sizes(rung).large),
+        min(size[1] for size in measure_lobe_sizes(rung).large),
     )
-    followed_lengths_mm = [followed_mm(lobe_sizes(patch)) for patch in patches]
+    followed_lengths_mm = [measure_resolved_lobes_mm(measure_lobe_sizes(patch)) for patch in patches]
     loads = [float(patch.pressure_MPa.sum(axis=0) @ rung.grid.weights) for patch in patches]
     counts = [nodes if load >= SMALL_LOAD_FRACTION * sum(loads) else FEWEST_NODES for load in loads]
     step_x_mm = min(size[0] / count for size, count in zip(followed_lengths_mm, counts, strict=True))
@@ -460,10 +465,10 @@ def _make_grid_in_bands(rung: Rung, patches: Sequence[Rung], nodes: int) -> Cont
                 first_mm + band_step_mm * np.arange(math.ceil((high_mm + room_mm - first_mm) / band_step_mm) + 1)
             )
         )
-    return in_bands(np.asarray(first_x_mm + step_x_mm * np.arange(count_x + 1)), bands_mm, half=half)
+    return build_banded_grid(np.asarray(first_x_mm + step_x_mm * np.arange(count_x + 1)), bands_mm, half=half)
 
 
-def followed_mm(sizes: LobeSizes) -> tuple[float, float]:
+def measure_resolved_lobes_mm(sizes: LobeSizes) -> tuple[float, float]:
     """Half length and half width of the smallest lobes that the nodes resolve.
 
     Parameters
@@ -486,7 +491,7 @@ def followed_mm(sizes: LobeSizes) -> tuple[float, float]:
 def _make_expected_patch(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
     """Expected patch from its half-space contact."""
     (x_low_mm, x_high_mm), (s_low_mm, s_high_mm) = _find_bounds(rung)
-    semi_axis_x_mm, semi_axis_s_mm = semi_axes_of_elements_mm(rung)
+    semi_axis_x_mm, semi_axis_s_mm = measure_element_semi_axes_mm(rung)
     return ExpectedPatch(
         x_low_mm=x_low_mm,
         x_high_mm=x_high_mm,
@@ -500,15 +505,15 @@ def _make_expected_patch(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
     )
 
 
-def _make_parts(rung: Rung, semi_axis_s_mm: float) -> tuple[ExpectedPart, ...]:
+def _make_parts(rung: Rung, semi_axis_s_mm: float) -> tuple[DistantPatch, ...]:
     """Distant patches, from the gauge side on.
 
     `semi_axis_s_mm` is the half width for the elements below the narrowest patch.
     """
     parts = []
     for patch in _split_distant_patches(rung):
-        semi_axes_mm, (_, (s_low_mm, s_high_mm)) = semi_axes_of_elements_mm(patch), _find_bounds(patch)
-        expected_part = ExpectedPart(
+        semi_axes_mm, (_, (s_low_mm, s_high_mm)) = measure_element_semi_axes_mm(patch), _find_bounds(patch)
+        expected_part = DistantPatch(
             s_low_mm=s_low_mm,
             s_high_mm=s_high_mm,
             larger=max(1.0, semi_axes_mm[1] / semi_axis_s_mm),

@@ -15,7 +15,7 @@ import numpy as np
 from fecontact.contact.grid import Rung
 from fecontact.fe.meshing import FineZone
 from fecontact.fe.section import Stretch
-from fecontact.solving.element_sizes import element_width_mm
+from fecontact.solving.element_sizes import choose_element_width_mm
 from fecontact.solving.expected_patch import ExpectedPatch
 
 MARGIN_ELEMENTS = 4
@@ -29,7 +29,7 @@ _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
-class Room:
+class ZoneMargin:
     """Free room around the expected patch (mm), for a contact that is larger than expected.
 
     Attributes
@@ -48,7 +48,9 @@ class Room:
     joined: bool = False
 
 
-def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room | None = None) -> FineZone:
+def make_fine_zone(
+    expected: ExpectedPatch, element_size_mm: tuple[float, float], room: ZoneMargin | None = None
+) -> FineZone:
     """Fine zone over the expected patch and a margin.
 
     Patches at a large distance have a band each.
@@ -67,7 +69,7 @@ def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], roo
     FineZone
         Zone with an even number of elements across.
     """
-    room = room or Room()
+    room = room or ZoneMargin()
     step_x_mm, step_s_mm = element_size_mm
     bands = () if room.joined else _make_bands(expected, element_size_mm, room)
     half_length_mm = max(expected.x_high_mm, -expected.x_low_mm) + MARGIN_ELEMENTS * step_x_mm + room.x
@@ -94,14 +96,14 @@ def _make_even_stretch(low_mm: float, high_mm: float, step_mm: float) -> Stretch
     )
 
 
-def _make_bands(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room) -> tuple[Stretch, ...]:
+def _make_bands(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: ZoneMargin) -> tuple[Stretch, ...]:
     """Band for each of several patches at a large distance.
 
     Empty if the margins leave too little between the patches.
     """
     bands = []
     for patch in expected.parts:
-        step_mm = element_width_mm(element_size_mm, patch)
+        step_mm = choose_element_width_mm(element_size_mm, patch)
         low_mm = patch.s_low_mm - MARGIN_ELEMENTS * step_mm - (room.s_low if patch is expected.parts[0] else 0.0)
         high_mm = patch.s_high_mm + MARGIN_ELEMENTS * step_mm + (room.s_high if patch is expected.parts[-1] else 0.0)
         bands.append(_make_even_stretch(low_mm, high_mm, step_mm))
@@ -112,7 +114,7 @@ def _make_bands(expected: ExpectedPatch, element_size_mm: tuple[float, float], r
     return () if len(bands) == 1 or any(is_too_short) else tuple(bands)
 
 
-def more_room(room: Room, nodal: Rung, expected: ExpectedPatch, bands: Sequence[slice]) -> Room:
+def enlarge_room(room: ZoneMargin, nodal: Rung, expected: ExpectedPatch, bands: Sequence[slice]) -> ZoneMargin:
     """Enlarge the room where the contact is within EDGE_ELEMENTS of the edge.
 
     Parameters
@@ -141,7 +143,7 @@ def more_room(room: Room, nodal: Rung, expected: ExpectedPatch, bands: Sequence[
         )
     is_at_end = bool(rows[-EDGE_ELEMENTS:].any() or (not nodal.grid.half and rows[:EDGE_ELEMENTS].any()))
     quarter_mm = 0.25 * (expected.s_high_mm - expected.s_low_mm)
-    return Room(
+    return ZoneMargin(
         x=room.x + (0.25 * expected.x_high_mm if is_at_end else 0.0),
         s_low=room.s_low + (quarter_mm if columns[:EDGE_ELEMENTS].any() else 0.0),
         s_high=room.s_high + (quarter_mm if columns[-EDGE_ELEMENTS:].any() else 0.0),

@@ -10,22 +10,22 @@ from scipy.interpolate import RectBivariateSpline
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid, Field, Rung
-from fecontact.contact.halfspace import half_space_below
+from fecontact.contact.halfspace import build_half_space_compliance
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.placement.wheel_on_rail import OPEN_GAP_MM, Placement
-from fecontact.solving.true_gap import TrueGap, carried
+from fecontact.solving.true_gap import TrueGap, interpolate_field
 
 # Number of positions between two neighbours of a node at which the profiles' curvatures are averaged.
 _SAMPLE_COUNT = 401
 
 
-def gap_curvature_error(true_gap: TrueGap, grid: ContactGrid) -> float:
+def compute_gap_curvature_error(true_gap: TrueGap, grid: ContactGrid) -> float:
     """Largest error of the gap's second differences at the node nearest to the contact point.
 
     The gap is the gap on the solved nodes. Its lateral second difference is the mean of the profiles' relative
     curvature between both neighbours of the node, with weights that decrease linearly from the node. The node is the
     nearest node without a curvature junction beside it. The slide of steep surfaces is left out;
-    `gap_distance_error_mm` includes it. Irregularities curve the gap along the track; the gap over them is therefore
+    `compute_gap_distance_error_mm` includes it. Irregularities curve the gap along the track; the gap over them is therefore
     checked laterally only.
 
     Parameters
@@ -117,11 +117,15 @@ def recover_gap(true_gap: TrueGap, rung: Rung, added: Field) -> Field:
     grid = rung.grid
     _, normals = true_gap.placement.surface(0.0, grid.s_mm)
     closing_mm = rung.approach_mm / true_gap.closing * (normals @ true_gap.direction)
-    opening_mm = half_space_below(grid, true_gap.contact_modulus_MPa)(rung.pressure_MPa.ravel()).reshape(grid.shape)
-    return Field(grid=grid, values=rung.gap_mm + closing_mm - opening_mm - carried(added, grid.x_mm, grid.s_mm))
+    opening_mm = build_half_space_compliance(grid, true_gap.contact_modulus_MPa)(rung.pressure_MPa.ravel()).reshape(
+        grid.shape
+    )
+    return Field(
+        grid=grid, values=rung.gap_mm + closing_mm - opening_mm - interpolate_field(added, grid.x_mm, grid.s_mm)
+    )
 
 
-def gap_distance_error_mm(true_gap: TrueGap, gap: Field, bodies: CoupledBodies) -> float:
+def compute_gap_distance_error_mm(true_gap: TrueGap, gap: Field, bodies: CoupledBodies) -> float:
     """Largest difference between the undeformed gap and the distance of both meshes' surfaces.
 
     A cubic spline interpolates the gap at the wheel's nodes within the grid. Their distance from the rail is measured

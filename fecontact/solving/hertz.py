@@ -5,12 +5,12 @@ from __future__ import annotations
 from fecontact.arrays import Floats
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
-from fecontact.contact_theories.touch_hertz import HertzPoints, hertz_points
+from fecontact.contact_theories.touch_hertz import HertzAtContactPoints, solve_hertz_points
 from fecontact.errors import InputError
 from fecontact.placement.wheel_on_rail import Placement
 
 
-def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
+def compute_hertz(case: Case, placement: Placement) -> HertzContact:
     """Hertz's ellipse at the first contact point under the load of the case.
 
     At a junction, the ellipse has the curvature of the field side.
@@ -36,7 +36,7 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
     try:
         return hertz_from_hessian(
             contact_point.curvature.hessian,
-            normal_force_N=case.load_N / float(contact_point.normal @ direction_of_case(case, placement)),
+            normal_force_N=case.load_N / float(contact_point.normal @ compute_load_direction(case, placement)),
             contact_modulus_MPa=case.contact_modulus_MPa,
         )
     except InputError as error:
@@ -53,7 +53,7 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
         ) from None
 
 
-def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
+def compute_hertz_points(case: Case, placement: Placement) -> HertzAtContactPoints:
     """Hertz at all contact points of a case.
 
     Parameters
@@ -68,14 +68,14 @@ def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
     HertzPoints
         Each contact point with the whole load, and all contact points sharing the load.
     """
-    return hertz_points(
+    return solve_hertz_points(
         placement,
         case.load_N,
-        direction=direction_of_case(case, placement),
+        direction=compute_load_direction(case, placement),
         contact_modulus_MPa=case.contact_modulus_MPa,
     )
 
 
-def direction_of_case(case: Case, placement: Placement) -> Floats:
+def compute_load_direction(case: Case, placement: Placement) -> Floats:
     """Unit vector (3,) along which the load of a case acts."""
     return placement.load_direction(normal=case.load_kind == "normal")

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.contact_theories.touch_hertz import HertzPoints
+from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.hertz import hertz_of_case, hertz_points_of_case
+from fecontact.solving.hertz import compute_hertz, compute_hertz_points
 from fecontact.solving.placing import place_case
-from fecontact.solving.profile_variants import hertz_uncertainty
+from fecontact.solving.profile_variants import estimate_hertz_uncertainty
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HertzAlone:
+class HertzEvaluation:
     """Hertz at the position of a case.
 
     Attributes
@@ -34,11 +34,11 @@ class HertzAlone:
     case: Case
     placement: Placement
     hertz: HertzContact
-    points: HertzPoints
+    points: HertzAtContactPoints
     uncertainty_of_profile: Mapping[str, float] | None
 
 
-def hertz_alone(case: Case) -> HertzAlone:
+def evaluate_hertz(case: Case) -> HertzEvaluation:
     """Place a case and evaluate Hertz.
 
     Range of validity: a single patch of constant curvature on half-spaces; `solve` gives the deviation from finite
@@ -67,10 +67,10 @@ def hertz_alone(case: Case) -> HertzAlone:
     773
     """
     placement = place_case(case)
-    return HertzAlone(
+    return HertzEvaluation(
         case=case,
         placement=placement,
-        hertz=hertz_of_case(case, placement),
-        points=hertz_points_of_case(case, placement),
-        uncertainty_of_profile=hertz_uncertainty(case, placement),
+        hertz=compute_hertz(case, placement),
+        points=compute_hertz_points(case, placement),
+        uncertainty_of_profile=estimate_hertz_uncertainty(case, placement),
     )

@@ -7,15 +7,15 @@ from scipy.optimize import brentq
 
 from fecontact.bodies import TrackSide
 from fecontact.case import Case
-from fecontact.contact_theories.touch_hertz import hertz_points
+from fecontact.contact_theories.touch_hertz import solve_hertz_points
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.placement.wheelset import (
-    SIDES,
+    TRACK_SIDES,
     PlacedWheelset,
     Wheelset,
+    describe_possible_wheelset_shifts,
     place_wheelset,
-    possible_wheelset_shifts,
 )
 
 # Without load both wheels touch. Under load each wheel approaches its rail, by more if the contact is more curved or
@@ -65,7 +65,7 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
     touching_roll_rad = place_wheelset(wheelset, shift_mm, yaw_rad).roll_rad
 
     def height_difference_mm(roll_rad: float) -> float:
-        left, right = (_height_mm(wheelset, case, roll_rad, side) for side in SIDES)
+        left, right = (_height_mm(wheelset, case, roll_rad, side) for side in TRACK_SIDES)
         return left - right
 
     # The difference decreases with the roll, as for unloaded wheels.
@@ -99,7 +99,7 @@ def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide)
     """
     placement = _place_side(wheelset, case, roll_rad, side)
     load_N = case.roll_loads_N()[side]
-    points = hertz_points(placement, load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
+    points = solve_hertz_points(placement, load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
     if points.shared_approach_mm is None:
         problem = next(point.problem for point in points.points if point.problem)
         raise InputError(f"{side} side of the wheelset: {problem}; take another roll")
@@ -109,6 +109,6 @@ def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide)
 def _place_side(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) -> Placement:
     placement = wheelset.placed(side, case.lateral_shift_mm, roll_rad, case.yaw_rad)
     if isinstance(placement, str):
-        possible_shifts = possible_wheelset_shifts(wheelset, case.yaw_rad)
+        possible_shifts = describe_possible_wheelset_shifts(wheelset, case.yaw_rad)
         raise InputError(f"lateral shift {case.lateral_shift_mm:g} mm of the wheelset: {placement}; {possible_shifts}")
     return placement

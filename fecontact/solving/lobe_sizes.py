@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.contact.grid import Rung
-from fecontact.contact.patch import standing_peaks
+from fecontact.contact.patch import find_ridge_peaks
 
 # Elements have the size for the lobe with the largest load, but at most this factor larger than for the narrowest lobe.
 # The difference between the bodies and a half-space is smooth below the narrowest lobe, and the nodes resolve its
@@ -34,7 +34,7 @@ _LEAST_NODES = 4
 _NODE_VALLEY_DEPTH = 0.01
 
 
-def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:
+def measure_element_semi_axes_mm(rung: Rung) -> tuple[float, float]:
     """Semi-axes for the size of the elements below a contact.
 
     The contact must be on nodes that resolve its lobes.
@@ -49,7 +49,7 @@ def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:
     tuple of float
         Half length along x and smaller half width across in mm.
     """
-    sizes = lobe_sizes(rung, least_nodes=_LEAST_NODES)
+    sizes = measure_lobe_sizes(rung, least_nodes=_LEAST_NODES)
     semi_axis_x_mm, semi_axis_s_mm = (
         min(main_mm, _SIZE_RATIO_LIMIT * narrowest_mm)
         for main_mm, narrowest_mm in zip(sizes.main, sizes.narrowest, strict=True)
@@ -57,12 +57,12 @@ def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:
     return semi_axis_x_mm, semi_axis_s_mm
 
 
-def narrowest_semi_axes_mm(rung: Rung) -> tuple[float, float]:
+def measure_narrowest_semi_axes_mm(rung: Rung) -> tuple[float, float]:
     """Semi-axes of the narrowest lobe of a contact, without small lobes.
 
     Half length along x and smaller half width across in mm. The contact must be on nodes that resolve its lobes.
     """
-    return lobe_sizes(rung, least_nodes=_LEAST_NODES).narrowest
+    return measure_lobe_sizes(rung, least_nodes=_LEAST_NODES).narrowest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +102,7 @@ class _Lobe:
     part: float
 
 
-def lobe_sizes(rung: Rung, *, least_nodes: int = 1) -> LobeSizes:
+def measure_lobe_sizes(rung: Rung, *, least_nodes: int = 1) -> LobeSizes:
     """Sizes of the lobes of a contact.
 
     Parameters
@@ -139,7 +139,7 @@ def _find_lobes(rung: Rung, valley_depth: float, least_nodes: int) -> list[_Lobe
     ridge = np.concatenate(([0.0], pressure.max(axis=0), [0.0]))
     line_load = np.concatenate(([0.0], pressure.sum(axis=0) * rung.grid.weights, [0.0]))
     highest, load = float(ridge.max()), float(line_load.sum())
-    peaks, _ = standing_peaks(ridge, valley_depth)
+    peaks, _ = find_ridge_peaks(ridge, valley_depth)
     ends = _find_ends(ridge, peaks)
     wide = [
         number

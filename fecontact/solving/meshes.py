@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.case import Case
 from fecontact.contact.elements import Bands, UnitResponse
-from fecontact.contact.grid import ContactGrid, Field, Rung, in_bands
+from fecontact.contact.grid import ContactGrid, Field, Rung, build_banded_grid
 from fecontact.contact.solver import (
     Compliance,
     ContactProblem,
@@ -24,32 +24,38 @@ from fecontact.contact.solver import (
     solve_contact,
 )
 from fecontact.contact_theories.hertz import hertz_from_hessian
-from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
-from fecontact.fe.body import assembled_part, elastic_body
+from fecontact.errors import CoverageError, FoldedMeshError, InputError, MemoryShortageError
+from fecontact.fe.body import make_elastic_body, mesh_to_assemble
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.memory import check_memory
-from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
-from fecontact.fe.stiffness import stiffness
+from fecontact.fe.meshing import FineZone, check_on_profiles, estimate_least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.stiffness import assemble_stiffness
 from fecontact.fe.stress import nodal_stress
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.lines import Lines
-from fecontact.judging.measures import patch_of
+from fecontact.judging.lines import ProfileVariants
+from fecontact.judging.measures import read_patch
 from fecontact.judging.solved_load import Level, SolvedLoad, has_faulty_elements
-from fecontact.judging.theory import Evidence, fails_for_certain, judge_hertz, no_mesh_decides
+from fecontact.judging.theory import Evidence, has_certain_failure, is_undecidable_by_refinement, judge_hertz
 from fecontact.judging.uncertainty import MESH_RATIO
-from fecontact.judging.verdict import worst_of
+from fecontact.judging.verdict import find_worst_verdict
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.cost import cpu_seconds
-from fecontact.solving.expected_patch import followed_mm
-from fecontact.solving.fine_zone import EDGE_ELEMENTS, MARGIN_ELEMENTS, Room, fine_zone, more_room
-from fecontact.solving.gap_checks import gap_curvature_error, gap_distance_error_mm, recover_gap
-from fecontact.solving.lobe_sizes import lobe_sizes
-from fecontact.solving.plane_angles import angle_of_normals
-from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
+from fecontact.solving.cost import estimate_cpu_seconds
+from fecontact.solving.expected_patch import measure_resolved_lobes_mm
+from fecontact.solving.fine_zone import EDGE_ELEMENTS, MARGIN_ELEMENTS, ZoneMargin, enlarge_room, make_fine_zone
+from fecontact.solving.gap_checks import compute_gap_curvature_error, compute_gap_distance_error_mm, recover_gap
+from fecontact.solving.lobe_sizes import measure_lobe_sizes
+from fecontact.solving.plane_angles import compute_normal_angles
+from fecontact.solving.plastic_contact import (
+    PlasticContact,
+    YieldingBodies,
+    add_variants,
+    compute_nodal_fields,
+    load_bodies,
+)
 from fecontact.solving.position import Clock, Position
-from fecontact.solving.profile_variants import lines_of_case
-from fecontact.solving.quadratic_gap import quadratic_rung
+from fecontact.solving.profile_variants import judge_case_variants
+from fecontact.solving.quadratic_gap import solve_quadratic_gap
 from fecontact.solving.true_gap import TrueGap
 
 # --- A pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
@@ -69,7 +75,7 @@ _SLIDE_TOLERANCE, _STRESS_TOLERANCE = 1e-3, 1e-7
 _FOLDED_SIZE_FACTORS = (1.0, 0.97, 0.94, 0.91)
 
 
-def couple(
+def couple_bodies(
     case: Case, placement: Placement, zone: FineZone, clock: Clock, *, several_loads: bool = False
 ) -> CoupledBodies:
     """Mesh both bodies, couple their surfaces, assemble and factorise their matrices.
@@ -99,7 +105,9 @@ def couple(
     NotCovered, FoldedMesh
         If a body does not cover the zone, or if its elements fold.
     """
-    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
+    check_memory(
+        estimate_least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements"
+    )
     with clock.step("mesh"):
         layer_ratio = _YIELDING_LAYER_RATIO if case.may_yield else None
         rail = rail_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=layer_ratio)
@@ -128,9 +136,9 @@ def couple(
     bodies = []
     for mesh, material in ((rail, case.rail_material), (wheel, case.wheel_material)):
         with clock.step("assemble"):
-            matrix = stiffness(assembled_part(mesh), material)
+            matrix = assemble_stiffness(mesh_to_assemble(mesh), material)
         with clock.step("factorise"):
-            bodies.append(elastic_body(mesh, material, solver, matrix))
+            bodies.append(make_elastic_body(mesh, material, solver, matrix))
         # Only the factorisation is needed from here on.
         del matrix
     rail_body, wheel_body = bodies
@@ -237,7 +245,7 @@ class CoupledProblem:
         )
 
 
-def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool = True) -> CoupledProblem:
+def make_coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise: bool = True) -> CoupledProblem:
     """Set up the contact problem of coupled bodies.
 
     The cost is an application of the compliance for each band of the bodies. For whole bodies, the other fit costs
@@ -312,23 +320,23 @@ class CoupledMesh:
         Yielding bodies and their contact; None if no body has yielded.
     """
 
-    def __init__(self, position: Position, coarser: float, room: Room | None = None) -> None:
+    def __init__(self, position: Position, coarser: float, room: ZoneMargin | None = None) -> None:
         """Make and couple both bodies.
 
         `coarser` is a factor on the element sizes, and `room` is the room that other meshes needed.
         """
         self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
         self._position, self._coarser = position, coarser
-        self.room = room or Room()
+        self.room = room or ZoneMargin()
         self.enlarged = 0
         self.growth_error: InputError | None = None
         try:
             bodies = self._couple(self.room)
         except InputError:
-            if self.room == Room():
+            if self.room == ZoneMargin():
                 raise
             # Elements of this size may not need the room.
-            self.room = Room()
+            self.room = ZoneMargin()
             bodies = self._couple(self.room)
         self._set_bodies(bodies)
 
@@ -391,16 +399,16 @@ class CoupledMesh:
 
         def read_rungs(plastic_solution: ContactSolution, load_N: float) -> tuple[Rung, Rung]:
             nodal, added, _ = problem.read(plastic_solution, true_gap, self.bodies)
-            grid = grid_over(position.expected.half_space.grid, nodal)
+            grid = make_covering_grid(position.expected.half_space.grid, nodal)
             return nodal, true_gap.solve(grid, load_N, added=added, start=level.fe.pressure)
 
         with position.clock.step("yield"):
             elastic = (solution, level.nodal, level.fe)
             bodies = YieldingBodies.of(self.bodies, problem.bodies, problem.model, solution.pressure_MPa)
             is_coarse = self._coarser > 1.0
-            result = climb(bodies, elastic, load_N, read_rungs, sparing=is_coarse)
+            result = load_bodies(bodies, elastic, load_N, read_rungs, sparing=is_coarse)
             if is_coarse:
-                result = with_variants(result, bodies, elastic, load_N, read_rungs)
+                result = add_variants(result, bodies, elastic, load_N, read_rungs)
         self.plastic = None if result.contact is None else (bodies, result.contact)
         return replace(level, yielded=result.yielded)
 
@@ -415,9 +423,9 @@ class CoupledMesh:
         yielding_mm = float(force @ parting_mm) / float(force.sum())
         return solution.approach_mm * float(true_gap.direction @ tangent) - yielding_mm
 
-    def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
+    def _more_room(self, position: Position, nodal: Rung, added: Field) -> ZoneMargin:
         """Room of the zone, enlarged where the contact comes near its edge or continues beyond it."""
-        larger_room = more_room(self.room, nodal, position.expected, self.bodies.bands)
+        larger_room = enlarge_room(self.room, nodal, position.expected, self.bodies.bands)
         overlap_mm = position.true_gap.find_overlap_beyond(nodal, added)
         if overlap_mm is None:
             return larger_room
@@ -433,36 +441,36 @@ class CoupledMesh:
         """Release both factors."""
         self.bodies.close()
 
-    def _couple(self, room: Room) -> CoupledBodies:
+    def _couple(self, room: ZoneMargin) -> CoupledBodies:
         """Couple the bodies over the expected patch and a margin.
 
         The margin is narrower if a head does not have the width for it.
         """
         width_mm = self._coarser * self._position.element_size_mm[1]
-        first_error: NotCovered | FoldedMesh | None = None
+        first_error: CoverageError | FoldedMeshError | None = None
         for columns in range(MARGIN_ELEMENTS - EDGE_ELEMENTS + 1):
             narrower_room = replace(
                 room, s_low=room.s_low - columns * width_mm, s_high=room.s_high - columns * width_mm
             )
             try:
                 return self._couple_with_sizes(narrower_room)
-            except (NotCovered, FoldedMesh) as error:
+            except (CoverageError, FoldedMeshError) as error:
                 first_error = first_error or error
         assert first_error is not None
         raise first_error
 
-    def _couple_with_sizes(self, room: Room) -> CoupledBodies:
+    def _couple_with_sizes(self, room: ZoneMargin) -> CoupledBodies:
         """Couple the bodies over a room, with smaller elements if elements fold."""
         position = self._position
-        first_error: FoldedMesh | None = None
+        first_error: FoldedMeshError | None = None
         for factor in _FOLDED_SIZE_FACTORS:
             length_mm, width_mm = (factor * self._coarser * size_mm for size_mm in position.element_size_mm)
-            zone = fine_zone(position.expected, (length_mm, width_mm), room)
+            zone = make_fine_zone(position.expected, (length_mm, width_mm), room)
             try:
-                return couple(
+                return couple_bodies(
                     position.case, position.placement, zone, position.clock, several_loads=position.several_loads
                 )
-            except FoldedMesh as error:
+            except FoldedMeshError as error:
                 first_error = first_error or error
         assert first_error is not None
         raise first_error
@@ -470,14 +478,14 @@ class CoupledMesh:
     def _set_bodies(self, bodies: CoupledBodies) -> None:
         self.bodies = bodies
         with self._position.clock.step("contact"):
-            self._problem = coupled_problem(self._position.true_gap, bodies, otherwise=self._coarser <= 1.0)
+            self._problem = make_coupled_problem(self._position.true_gap, bodies, otherwise=self._coarser <= 1.0)
 
     def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field | None], *, at_edge: bool) -> Level:
         """Make the level of a solved contact, with the contact on finer nodes."""
         bodies = self.bodies
         with position.clock.step("resolve"):
             half_space, gap, load_N = position.expected.half_space, position.true_gap, position.case.load_N
-            grid = grid_over(half_space.grid, nodal)
+            grid = make_covering_grid(half_space.grid, nodal)
             fe = gap.solve(grid, load_N, added=added[0], start=half_space.pressure)
             if gap.overlaps_between(fe, added[0]):
                 fe = gap.solve(fe.even().grid, load_N, added=added[0], start=fe.pressure)
@@ -499,11 +507,11 @@ class CoupledMesh:
             moment_balance=moment_balance,
             enlarged=self.enlarged,
             at_edge=at_edge,
-            gap_distance_error_mm=gap_distance_error_mm(gap, recover_gap(gap, fe, added[0]), bodies),
+            gap_distance_error_mm=compute_gap_distance_error_mm(gap, recover_gap(gap, fe, added[0]), bodies),
         )
 
 
-def grid_over(fine: ContactGrid, nodal: Rung) -> ContactGrid:
+def make_covering_grid(fine: ContactGrid, nodal: Rung) -> ContactGrid:
     """Grid with the steps and positions of a finer grid, over a contact on elements.
 
     It also covers two elements around the contact.
@@ -529,7 +537,7 @@ def grid_over(fine: ContactGrid, nodal: Rung) -> ContactGrid:
     bands_mm = [
         _extend_band(band.s_mm, nodal.grid.s_mm, columns[band_numbers == number]) for number, band in enumerate(bands)
     ]
-    return in_bands(x_mm, bands_mm, half=fine.half)
+    return build_banded_grid(x_mm, bands_mm, half=fine.half)
 
 
 def _extend_band(fine_mm: Floats, coarse_mm: Floats, columns: NDArray[np.int64]) -> Floats:
@@ -579,7 +587,7 @@ class SolvedBodies:
     displacement_mm
         Displacements (n, 3) in mm of the nodes, by body.
     yielded
-        Arrays at the nodes of a body that has yielded (`plastic_contact.nodal_fields`).
+        Arrays at the nodes of a body that has yielded (`plastic_contact.compute_nodal_fields`).
     """
 
     coupled: CoupledBodies
@@ -612,7 +620,7 @@ class Meshes:
         self._keep = keep
         self._meshes: dict[float, CoupledMesh] = {}
         self._not_enlarged: list[InputError] = []
-        self._room = Room()
+        self._room = ZoneMargin()
         self._seconds_by_factor: dict[float, float] = {}
 
     def solve(self, position: Position) -> SolvedLoad:
@@ -632,8 +640,8 @@ class Meshes:
         """
         case, placement = position.case, position.placement
         with position.clock.step("expect the patch"):
-            lines = lines_of_case(case, placement)
-        self._not_enlarged, self._room = [], Room()
+            lines = judge_case_variants(case, placement)
+        self._not_enlarged, self._room = [], ZoneMargin()
         levels = [self._level(position, 1.0)]
         levels.append(self._level(position, MESH_RATIO, self._left_s(levels, estimate_coarser_unknowns(levels[0]))))
         stop_error: InputError | None = None
@@ -649,16 +657,18 @@ class Meshes:
                 case=case,
                 levels=tuple(levels),
                 half_space=position.expected.half_space,
-                turned=_turned(position),
-                quadratic=quadratic_rung(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
+                turned=_solve_with_turned_normals(position),
+                quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
                 lines=lines,
                 limits=(
                     *_iterate_limits(position, levels),
                     *(f"the contact zone cannot be enlarged: {error}" for error in self._not_enlarged),
                     *(() if stop_error is None else (f"refinement stopped: {stop_error}",)),
                 ),
-                short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop_error)),
-                gap_curvature_error=gap_curvature_error(position.true_gap, position.expected.half_space.grid),
+                short_of_memory=any(
+                    isinstance(error, MemoryShortageError) for error in (*self._not_enlarged, stop_error)
+                ),
+                gap_curvature_error=compute_gap_curvature_error(position.true_gap, position.expected.half_space.grid),
             )
 
     def recover_bodies(self, solved_load: SolvedLoad) -> SolvedBodies:
@@ -684,7 +694,7 @@ class Meshes:
 
         The result of the next load is then independent of the loads before it.
         """
-        for coarser in [coarser for coarser, mesh in self._meshes.items() if mesh.room != Room()]:
+        for coarser in [coarser for coarser, mesh in self._meshes.items() if mesh.room != ZoneMargin()]:
             self._meshes.pop(coarser).close()
 
     def close(self) -> None:
@@ -731,7 +741,7 @@ class Meshes:
         return (
             None
             if self.position.case.may_yield
-            else finest_seconds * cpu_seconds(degrees_of_freedom) / cpu_seconds(finest_unknowns)
+            else finest_seconds * estimate_cpu_seconds(degrees_of_freedom) / estimate_cpu_seconds(finest_unknowns)
         )
 
     def _solved(self, position: Position, coarser: float) -> Level:
@@ -757,19 +767,19 @@ class Meshes:
             self.bodies = SolvedBodies(
                 coupled=mesh.bodies,
                 displacement_mm={"rail": rail, "wheel": wheel},
-                yielded={} if mesh.plastic is None else nodal_fields(*mesh.plastic),
+                yielded={} if mesh.plastic is None else compute_nodal_fields(*mesh.plastic),
             )
 
 
-def _turned(position: Position) -> Rung | None:
+def _solve_with_turned_normals(position: Position) -> Rung | None:
     """Half-space of several lobes with each pressure along the normal at its place.
 
     None for a single lobe.
     """
     rung = position.expected.half_space
-    if len(patch_of(rung).lobes) == 1:
+    if len(read_patch(rung).lobes) == 1:
         return None
-    angle_rad = angle_of_normals(position.placement, rung.grid.s_mm)
+    angle_rad = compute_normal_angles(position.placement, rung.grid.s_mm)
     return position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure, angle_rad=angle_rad)
 
 
@@ -800,7 +810,7 @@ def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str
             f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure"
         )
     rung, requested = position.expected.half_space, position.case.nodes_a_semi_axis
-    lengths_and_steps = zip(followed_mm(lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
+    lengths_and_steps = zip(measure_resolved_lobes_mm(measure_lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
     count, length_mm = min((length_mm / step_mm, length_mm) for length_mm, step_mm in lengths_and_steps)
     # The number of nodes of the case would be too many.
     if count <= _NODE_SHORTAGE_FRACTION * requested:
@@ -810,7 +820,9 @@ def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str
         )
 
 
-def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None, half_space: Rung) -> bool:
+def is_open(
+    case: Case, levels: Sequence[Level], placement: Placement, lines: ProfileVariants | None, half_space: Rung
+) -> bool:
     """Whether another pair of meshes may decide an UNRESOLVED verdict on a load.
 
     If `Case.refine` is "evidence", the verdict on the elements' nodes counts, too. Elements that are too coarse for
@@ -839,13 +851,15 @@ def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Li
         return False
     evidences: tuple[Evidence, ...] = ("fe", "elements") if case.refine == "evidence" else ("fe",)
     is_undecidable = {
-        evidence: no_mesh_decides(case, levels, placement, lines, by=evidence, refinements=most_meshes - len(levels))
+        evidence: is_undecidable_by_refinement(
+            case, levels, placement, lines, by=evidence, refinements=most_meshes - len(levels)
+        )
         for evidence in evidences
     }
     if has_faulty_elements(levels):
         # If the numbers are wrong, only the profile variants show that no mesh decides.
         may_be_decided = lines is None or not all(is_undecidable.values())
-        return may_be_decided and not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
+        return may_be_decided and not has_certain_failure(judge_hertz(case, levels, placement, lines), half_space)
     return any(
         _is_unresolved(evidence, case, levels, placement, lines)
         for evidence in evidences
@@ -854,10 +868,10 @@ def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Li
 
 
 def _is_unresolved(
-    evidence: Evidence, case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None
+    evidence: Evidence, case: Case, levels: Sequence[Level], placement: Placement, lines: ProfileVariants | None
 ) -> bool:
     """Whether the verdict on Hertz is UNRESOLVED by the given evidence."""
-    return worst_of(judge_hertz(case, levels, placement, lines, by=evidence)).answer == "UNRESOLVED"
+    return find_worst_verdict(judge_hertz(case, levels, placement, lines, by=evidence)).answer == "UNRESOLVED"
 
 
 def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:

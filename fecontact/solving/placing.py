@@ -10,16 +10,16 @@ import numpy as np
 from fecontact.bodies import Track
 from fecontact.case import Case, Opposite
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.placement.irregular_pair import with_irregularities
-from fecontact.placement.wheel_on_rail import SIGN, Pair, Placement, pair_of, place
+from fecontact.placement.irregular_pair import lower_on_irregularities
+from fecontact.placement.wheel_on_rail import SIDE_SIGN, Pair, Placement, place, set_up_pair
 from fecontact.placement.wheelset import (
     PlacedWheelset,
     Wheelset,
     place_wheelset,
-    positions_at,
+    place_wheelset_at_shifts,
 )
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.reading import CIRCLE, has_no_gauge_face, makes_a_wheelset
+from fecontact.profiles.reading import CIRCLE_PREFIX, can_form_wheelset, has_no_gauge_face
 from fecontact.profiles.resolve import (
     radius_note,
     radius_of_file_mm,
@@ -61,10 +61,12 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     -13.8
     """
     placement = _place_smooth(case, rail, wheel)
-    return with_irregularities(placement, case.irregularities, case.distance_mm) if case.irregularities else placement
+    return (
+        lower_on_irregularities(placement, case.irregularities, case.distance_mm) if case.irregularities else placement
+    )
 
 
-def placed_or_why(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement | str:
+def place_or_explain(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement | str:
     """Placement of a case, or the reason why the wheel cannot run there.
 
     Parameters
@@ -104,15 +106,15 @@ def place_at_shifts(
     """
     if case.roll != "touching" or case.irregularities:
         return {
-            shift_mm: placed_or_why(replace(case, lateral_shift_mm=shift_mm), rail=rail, wheel=wheel)
+            shift_mm: place_or_explain(replace(case, lateral_shift_mm=shift_mm), rail=rail, wheel=wheel)
             for shift_mm in shifts_mm
         }
-    wheelset = replace(wheelset_of_case(case, rail=rail, wheel=wheel), asked=case.side)
+    wheelset = replace(make_wheelset(case, rail=rail, wheel=wheel), asked=case.side)
     return {
         shift_mm: f"lateral shift {shift_mm:g} mm of the wheelset: {position}"
         if isinstance(position, str)
         else position.side(case.side)
-        for shift_mm, position in positions_at(wheelset, shifts_mm, case.yaw_rad).items()
+        for shift_mm, position in place_wheelset_at_shifts(wheelset, shifts_mm, case.yaw_rad).items()
     }
 
 
@@ -158,13 +160,13 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
     InputError, ConvergenceError
         As in `place_case`, and as in `place_loaded_wheelset` if the roll is the roll under load.
     """
-    wheelset = replace(wheelset_of_case(case, rail=rail, wheel=wheel), asked=case.side)
+    wheelset = replace(make_wheelset(case, rail=rail, wheel=wheel), asked=case.side)
     try:
         if case.roll == "loaded":
             return place_loaded_wheelset(wheelset, case)
         return place_wheelset(wheelset, case.lateral_shift_mm, case.yaw_rad)
     except InputError as error:
-        if makes_a_wheelset(case.rail, case.wheel):
+        if can_form_wheelset(case.rail, case.wheel):
             raise
         # A case that was derived from another case has the other case's roll.
         raise InputError(
@@ -173,7 +175,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
         ) from error
 
 
-def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
+def make_wheelset(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
     """Both wheels of a case over both rails.
 
     The opposite side is the mirror image if nothing else is given.
@@ -218,7 +220,7 @@ def _make_pair(case: Case, side: Opposite, rail_profile: Profile | None, wheel_p
     resolved_wheel = resolve_wheel(wheel_spec, case.wheel_file)
     text_radius_mm = resolved_wheel.rolling_radius_mm or (radius_of_file_mm(side.wheel) if side.wheel else None)
     radius_mm = side.rolling_radius_mm or text_radius_mm or case.rolling_radius_mm
-    return pair_of(
+    return set_up_pair(
         rail_profile or resolve_rail(rail_spec, case.rail_file),
         wheel_profile or _add_radius_note(resolved_wheel.profile, wheel_spec, radius_mm),
         inclination_rad=_inclination_rad(case, rail_spec),
@@ -236,7 +238,7 @@ def _add_radius_note(wheel: Profile, spec: str, radius_mm: float) -> Profile:
 
 def _inclination_rad(case: Case, rail: str) -> float:
     """Inclination of a rail; 0 for a circle, which has its crown at its highest point."""
-    return 0.0 if rail.lower().startswith(CIRCLE) else case.inclination_rad
+    return 0.0 if rail.lower().startswith(CIRCLE_PREFIX) else case.inclination_rad
 
 
 def _adapt_track(case: Case, rail: str) -> Track:
@@ -247,7 +249,7 @@ def _adapt_track(case: Case, rail: str) -> Track:
     return track
 
 
-def roll_of_case(case: Case, placement: Placement) -> float:
+def compute_roll(case: Case, placement: Placement) -> float:
     """Roll of the wheelset, computed or given by the case.
 
     Parameters
@@ -265,4 +267,4 @@ def roll_of_case(case: Case, placement: Placement) -> float:
     if case.roll == "given":
         return case.roll_rad
     _, sine, cosine = placement.wheel.axes[2]
-    return SIGN[case.side] * float(np.arctan2(sine, cosine))
+    return SIDE_SIGN[case.side] * float(np.arctan2(sine, cosine))

@@ -15,7 +15,7 @@ from fecontact.solving.true_gap import TrueGap
 # true surfaces.
 
 
-def angle_of_patches(placement: Placement, rung: Rung) -> Floats:
+def compute_plane_angles(placement: Placement, rung: Rung) -> Floats:
     """Angle of the plane below each column of nodes.
 
     The plane of a patch is perpendicular to its resultant force. Between separate patches the plane of the nearer patch
@@ -36,7 +36,7 @@ def angle_of_patches(placement: Placement, rung: Rung) -> Floats:
     line_load, s_mm = rung.pressure_MPa.sum(axis=0), rung.grid.s_mm
     loaded_columns = np.flatnonzero(line_load)
     patches = np.split(loaded_columns, np.flatnonzero(np.diff(loaded_columns) > 1) + 1)
-    angle = angle_of_normals(placement, s_mm)
+    angle = compute_normal_angles(placement, s_mm)
     planes = [
         np.arctan2((line_load * np.sin(angle))[columns].sum(), (line_load * np.cos(angle))[columns].sum())
         for columns in patches
@@ -45,13 +45,13 @@ def angle_of_patches(placement: Placement, rung: Rung) -> Floats:
     return np.array(planes)[np.searchsorted(middles_mm, s_mm)]
 
 
-def angle_of_normals(placement: Placement, s_mm: Floats) -> Floats:
+def compute_normal_angles(placement: Placement, s_mm: Floats) -> Floats:
     """Angle (ns,) in rad of the rail's normals at arc lengths from first contact (mm)."""
     _, normals = placement.surface(0.0, s_mm)
     return np.asarray(np.arctan2(-normals[:, 1], normals[:, 2]))
 
 
-def turned_force(true_gap: TrueGap, rung: Rung) -> float:
+def compute_turned_force(true_gap: TrueGap, rung: Rung) -> float:
     """Relative excess of the force along the normal at a patch's weighted centre.
 
     The reference is the force along the normal at first contact. Codes use either plane for a contact as a whole:

@@ -20,7 +20,7 @@ from fecontact.contact.solver import (
     Compliance,
     ContactProblem,
     ContactSolution,
-    mixture,
+    mix_solutions,
     solve_by_correction,
     solve_contact,
 )
@@ -31,19 +31,19 @@ from fecontact.fe.stress import (
     PlasticLaw,
     PlasticState,
     PlasticZone,
-    mean_at_nodes,
+    average_at_nodes,
+    find_stress_peak,
     nodal_stress,
-    stress_peak,
     von_mises,
 )
-from fecontact.judging.measures import MEASURES, measures_of
-from fecontact.judging.yielded import YIELD_BAND, PathPoint, Yielded, YieldedBody
+from fecontact.judging.measures import MEASURES, read_measures
+from fecontact.judging.yielded import YIELD_STRESS_SPREAD, PathPoint, PlasticResult, YieldedBody
 
 # Arrays of rail and wheel. A body without a yield stress does not have elements that may yield; its arrays have no
 # rows.
 Pair = tuple[Floats, ...]
 
-STEPS = 4
+LOAD_STEPS = 4
 """Number of load steps from first yield to the load.
 
 With half of them the peak changes by 1 % at 2.5 times the yield stress.
@@ -62,7 +62,7 @@ _YIELD_ZONE_FRACTION = 0.4
 _START_FRACTION = 0.95
 # Tolerance of elastic solutions on the load path, of which only peak stress and pressure are used.
 _INTERMEDIATE_TOLERANCE = 1e-5
-_SEARCHES = 4
+_MOST_SEARCHES = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -230,7 +230,7 @@ class YieldingBodies:
             Contact without plastic strain.
         """
         exponent, previous, contact = 1.0 / 3.0, None, loaded
-        for _ in range(_SEARCHES):
+        for _ in range(_MOST_SEARCHES):
             utilisation = max(self.yield_used(contact))
             if previous is not None:
                 exponent = math.log(utilisation / previous[1]) / math.log(contact.load_N / previous[0])
@@ -241,7 +241,7 @@ class YieldingBodies:
             contact = self.elastic(load_N, contact.solution.pressure_MPa)
         return contact
 
-    def climb(self, start: PlasticContact, load_N: float, steps: int = STEPS) -> list[PlasticContact]:
+    def climb(self, start: PlasticContact, load_N: float, steps: int = LOAD_STEPS) -> list[PlasticContact]:
         """Solve contacts under loads that rise in equal steps from a start to a load.
 
         Parameters
@@ -338,7 +338,7 @@ class YieldingBodies:
                 [*solutions, output_vector][-_MIXTURE_DEPTH - 1 :],
                 [*changes, output_vector - input_vector][-_MIXTURE_DEPTH - 1 :],
             )
-            pressure_MPa, plastic_strains = packing.unpack(mixture(solutions, changes))
+            pressure_MPa, plastic_strains = packing.unpack(mix_solutions(solutions, changes))
             pressure_MPa = np.maximum(pressure_MPa, 0.0)
             pressure_MPa = pressure_MPa * (load_N / self.problem.load_N(pressure_MPa))
 
@@ -452,11 +452,11 @@ class Climb:
         Contact under the last load; None if no body yields.
     """
 
-    yielded: Yielded
+    yielded: PlasticResult
     contact: PlasticContact | None
 
 
-def climb(
+def load_bodies(
     bodies: YieldingBodies,
     elastic: tuple[ContactSolution, Rung, Rung],
     load_N: float,
@@ -487,7 +487,7 @@ def climb(
     solution, nodal, fe = elastic
     loaded = bodies.virgin(load_N, solution)
     if max(bodies.yield_used(loaded)) <= 1.0:
-        yielded = Yielded(fe=fe, nodal=nodal, bodies=_yielded_bodies(bodies, loaded, loaded, None), by_band={})
+        yielded = PlasticResult(fe=fe, nodal=nodal, bodies=_yielded_bodies(bodies, loaded, loaded, None), by_band={})
         return Climb(yielded=yielded, contact=None)
     start = bodies.first_yield(loaded)
     path_contacts = bodies.climb(start, load_N)
@@ -495,7 +495,7 @@ def climb(
     nodal_rung, fe_rung = read_rungs(last_contact.solution, load_N)
     if not _has_arrived(bodies, start, last_contact):
         nodal_rung = replace(nodal_rung, status="not converged")
-    yielded = Yielded(
+    yielded = PlasticResult(
         fe=fe_rung,
         nodal=nodal_rung,
         bodies=_yielded_bodies(bodies, start, loaded, last_contact),
@@ -507,7 +507,7 @@ def climb(
     return Climb(yielded=yielded, contact=last_contact)
 
 
-def with_variants(
+def add_variants(
     climbed: Climb,
     bodies: YieldingBodies,
     elastic: tuple[ContactSolution, Rung, Rung],
@@ -523,7 +523,7 @@ def with_variants(
     climbed
         Result of the climb.
     bodies, elastic, load_N, read_rungs
-        As in `climb`.
+        As in `load_bodies`.
 
     Returns
     -------
@@ -536,25 +536,25 @@ def with_variants(
     solution, _, fe = elastic
     rung_by_factor: dict[float, Rung] = {}
     nodal = climbed.yielded.nodal
-    for factor in (1.0, 1.0 - YIELD_BAND, 1.0 + YIELD_BAND):
+    for factor in (1.0, 1.0 - YIELD_STRESS_SPREAD, 1.0 + YIELD_STRESS_SPREAD):
         varied_bodies = bodies.with_yield(factor)
         loaded = varied_bodies.virgin(load_N, solution)
         if max(varied_bodies.yield_used(loaded)) <= 1.0:
             rung_by_factor[factor] = fe
             continue
         start = varied_bodies.first_yield(loaded)
-        path_contacts = varied_bodies.climb(start, load_N, STEPS // 2)
+        path_contacts = varied_bodies.climb(start, load_N, LOAD_STEPS // 2)
         rung_by_factor[factor] = read_rungs(path_contacts[-1].solution, load_N)[1]
         if not _has_arrived(varied_bodies, start, path_contacts[-1]):
             nodal = replace(nodal, status="not converged")
-    names = {1.0 - YIELD_BAND: "lower", 1.0: "given", 1.0 + YIELD_BAND: "higher"}
+    names = {1.0 - YIELD_STRESS_SPREAD: "lower", 1.0: "given", 1.0 + YIELD_STRESS_SPREAD: "higher"}
     return replace(
         climbed,
         yielded=replace(
             climbed.yielded,
             nodal=nodal,
             fewer_steps=rung_by_factor[1.0],
-            by_band={names[factor]: _steps(fe, rung) for factor, rung in rung_by_factor.items()},
+            by_band={names[factor]: _plastic_changes(fe, rung) for factor, rung in rung_by_factor.items()},
         ),
     )
 
@@ -584,7 +584,7 @@ def _make_path(
         points.append(
             PathPoint(
                 load_N=contact.load_N,
-                steps=_steps(*rungs),
+                steps=_plastic_changes(*rungs),
                 largest_strain=max(float(state.equivalent.max(initial=0.0)) for state in contact.states),
                 corrections=contact.corrections,
                 change=contact.change,
@@ -593,9 +593,9 @@ def _make_path(
     return tuple(points)
 
 
-def _steps(elastic: Rung, plastic: Rung) -> dict[str, float]:
+def _plastic_changes(elastic: Rung, plastic: Rung) -> dict[str, float]:
     """Relative change of each measure from elastic to plastic bodies (-)."""
-    elastic_measures, plastic_measures = measures_of(elastic).as_dict(), measures_of(plastic).as_dict()
+    elastic_measures, plastic_measures = read_measures(elastic).as_dict(), read_measures(plastic).as_dict()
     return {name: plastic_measures[name] / elastic_measures[name] - 1.0 for name in MEASURES}
 
 
@@ -615,7 +615,9 @@ def _yielded_bodies(
         if math.isinf(law.yield_MPa):
             continue
         stress_MPa = nodal_stress(body, start.displacements_mm[number])
-        utilisation = point_utilisations[number] or stress_peak(body.mesh, stress_MPa).von_mises_MPa / law.yield_MPa
+        utilisation = (
+            point_utilisations[number] or find_stress_peak(body.mesh, stress_MPa).von_mises_MPa / law.yield_MPa
+        )
         yielded_body = YieldedBody(
             yield_MPa=law.yield_MPa,
             tangent_MPa=body.material.tangent_MPa,
@@ -666,7 +668,7 @@ def _measure_extent(yielded_body: YieldedBody, mesh: BodyMesh, zone: PlasticZone
     )
 
 
-def nodal_fields(bodies: YieldingBodies, contact: PlasticContact) -> Mapping[str, Mapping[str, Floats]]:
+def compute_nodal_fields(bodies: YieldingBodies, contact: PlasticContact) -> Mapping[str, Mapping[str, Floats]]:
     """Arrays at the nodes of each body that may yield.
 
     Parameters
@@ -703,6 +705,6 @@ def _compute_nodal_fields(
     for column, (i, j) in enumerate(_STRESS_INDICES):
         stress_relaxation[zone.elements, :, column] = 2.0 * zone.law.shear_MPa * state.strain[..., i, j]
     return {
-        "equivalent_plastic_strain": mean_at_nodes(body.mesh, equivalent)[:, 0],
+        "equivalent_plastic_strain": average_at_nodes(body.mesh, equivalent)[:, 0],
         "von_mises_plastic_MPa": von_mises(nodal_stress(body, displacements, stress_relaxation)),
     }

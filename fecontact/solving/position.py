@@ -15,20 +15,25 @@ from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.linear_solver import choose_solver
-from fecontact.fe.meshing import too_short
-from fecontact.judging.measures import MEASURES, patch_of
-from fecontact.judging.solved_load import changes_on_more_nodes
+from fecontact.fe.meshing import make_too_short_error
+from fecontact.judging.measures import MEASURES, read_patch
+from fecontact.judging.solved_load import compare_with_more_nodes
 from fecontact.packages import require_finite_elements
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.element_sizes import element_size_mm, element_width_mm
-from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, on_more_nodes, solve_on_fewer_nodes
-from fecontact.solving.hertz import direction_of_case, hertz_of_case
+from fecontact.solving.element_sizes import choose_element_size_mm, choose_element_width_mm
+from fecontact.solving.expected_patch import (
+    ExpectedPatch,
+    find_expected_patch,
+    solve_on_fewer_nodes,
+    solve_on_more_nodes,
+)
+from fecontact.solving.hertz import compute_hertz, compute_load_direction
 from fecontact.solving.placing import place_case
-from fecontact.solving.plane_angles import turned_force
+from fecontact.solving.plane_angles import compute_turned_force
 from fecontact.solving.true_gap import TOLERANCE, TrueGap
 
 Progress = Callable[[str], None]
-MOST_YIELD = 5.0
+LARGEST_PEAK_OVER_YIELD_STRESS = 5.0
 """Largest ratio of elastic peak pressure to yield stress at which a first loading is solved."""
 # Number of nodes for a second reading of peak, area and valley, divided by the number of the case: 96 instead of 32,
 # for 0.1 to 2 s. If the strip of the patch beyond a junction is narrower than the grid spacing, 48 nodes do not show it
@@ -132,7 +137,7 @@ class Position:
         `low_mm` and `high_mm` are positions in mm from the first contact point; inf without elements.
         """
         patches = [patch for patch in self.expected.parts if patch.s_low_mm <= high_mm and patch.s_high_mm >= low_mm]
-        return max((element_width_mm(self.element_size_mm, patch) for patch in patches), default=math.inf)
+        return max((choose_element_width_mm(self.element_size_mm, patch) for patch in patches), default=math.inf)
 
     @property
     def placement(self) -> Placement:
@@ -152,23 +157,23 @@ class Position:
         has_junction = any(
             expected.s_low_mm < junction.s_mm < expected.s_high_mm for junction in self.placement.junctions
         )
-        if not has_junction and patch_of(rung).valley == 0.0:
+        if not has_junction and read_patch(rung).valley == 0.0:
             return {}
         nodes = round(_NODE_FACTOR * self.case.nodes_a_semi_axis)
         with clock.step("resolve"), suppress(ConvergenceError):
-            return changes_on_more_nodes(rung, on_more_nodes(expected, self.case.load_N, nodes=nodes))
+            return compare_with_more_nodes(rung, solve_on_more_nodes(expected, self.case.load_N, nodes=nodes))
         with clock.step("resolve"), suppress(ConvergenceError):
             coarser_rung = solve_on_fewer_nodes(expected, self.case.load_N, fewer=_COARSER_SPACING_FACTOR)
-            return changes_on_more_nodes(coarser_rung, rung, MEASURES)
+            return compare_with_more_nodes(coarser_rung, rung, MEASURES)
         return {}
 
     @cached_property
     def turned_force(self) -> float:
-        """Relative difference of the force along another normal (`plane_angles.turned_force`)."""
-        return turned_force(self.expected.true_gap, self.expected.half_space)
+        """Relative difference of the force along another normal (`plane_angles.compute_turned_force`)."""
+        return compute_turned_force(self.expected.true_gap, self.expected.half_space)
 
 
-def position_of(case: Case, *, progress: Progress | None = None) -> Position:
+def expect_position(case: Case, *, progress: Progress | None = None) -> Position:
     """Place a case and estimate its patch.
 
     Parameters
@@ -220,13 +225,13 @@ def refuse_too_long(case: Case, placement: Placement) -> None:
         As for meshes of the bodies, if the patch is a tenth longer than the bodies.
     """
     half_length_mm = case.size.at_radius(placement.wheel.rolling_radius_mm).half_length_mm
-    hertz = hertz_of_case(case, placement)
+    hertz = compute_hertz(case, placement)
     if hertz.extent_x_mm / 2.0 < _ELLIPSE_LENGTH_RATIO * half_length_mm:
         return
-    true_gap, guess_mm = true_gap_of_case(case, placement), 1.1 * hertz.approach_mm
-    rough_patch = expected_patch(true_gap, case.load_N, half=case.half, nodes=ROUGH_NODES, guess_mm=guess_mm)
+    true_gap, guess_mm = make_true_gap(case, placement), 1.1 * hertz.approach_mm
+    rough_patch = find_expected_patch(true_gap, case.load_N, half=case.half, nodes=ROUGH_NODES, guess_mm=guess_mm)
     if (reach_mm := max(rough_patch.x_high_mm, -rough_patch.x_low_mm)) > _ROUGH_LENGTH_RATIO * half_length_mm:
-        raise too_short("the rail's half length", half_length_mm, f"about {reach_mm:.0f}")
+        raise make_too_short_error("the rail's half length", half_length_mm, f"about {reach_mm:.0f}")
 
 
 def _expect_position(case: Case, placement: Placement, clock: Clock) -> Position:
@@ -238,7 +243,7 @@ def _expect_position(case: Case, placement: Placement, clock: Clock) -> Position
         case=case,
         true_gap=expected.true_gap,
         expected=expected,
-        element_size_mm=element_size_mm(case, expected),
+        element_size_mm=choose_element_size_mm(case, expected),
         clock=clock,
     )
 
@@ -281,9 +286,9 @@ def expect_on_half_space(
         If the patch grows without bound.
     """
     placement = placement or place_case(case)
-    hertz = hertz_of_case(case, placement)
-    true_gap = true_gap_of_case(case, placement)
-    expected = expected_patch(
+    hertz = compute_hertz(case, placement)
+    true_gap = make_true_gap(case, placement)
+    expected = find_expected_patch(
         *(true_gap, case.load_N),
         half=case.half,
         nodes=nodes or case.nodes_a_semi_axis,
@@ -309,20 +314,22 @@ def refuse_fully_plastic(case: Case, p_max_MPa: float) -> None:
     Raises
     ------
     InputError
-        If the elastic peak pressure is more than `MOST_YIELD` times a yield stress.
+        If the elastic peak pressure is more than `LARGEST_PEAK_OVER_YIELD_STRESS` times a yield stress.
     """
     for name, material in (("rail", case.rail_material), ("wheel", case.wheel_material)):
-        if material.yield_MPa is not None and p_max_MPa > MOST_YIELD * material.yield_MPa:
+        if material.yield_MPa is not None and p_max_MPa > LARGEST_PEAK_OVER_YIELD_STRESS * material.yield_MPa:
             raise InputError(
                 f"{name}: yield stress is {material.yield_MPa:g} MPa, and the elastic peak pressure of"
                 f" {p_max_MPa:.0f} MPa is {p_max_MPa / material.yield_MPa:.1f} times that; allowed: up to"
-                f" {MOST_YIELD:g} times, beyond it flows freely and small strains say nothing; take a smaller load, or"
+                f" {LARGEST_PEAK_OVER_YIELD_STRESS:g} times, beyond it flows freely and small strains say nothing; take a smaller load, or"
                 " leave the yield stress out"
             )
 
 
-def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:
+def make_true_gap(case: Case, placement: Placement) -> TrueGap:
     """True gap of a case, with the half-space and the direction of the load."""
     return TrueGap(
-        placement=placement, contact_modulus_MPa=case.contact_modulus_MPa, direction=direction_of_case(case, placement)
+        placement=placement,
+        contact_modulus_MPa=case.contact_modulus_MPa,
+        direction=compute_load_direction(case, placement),
     )

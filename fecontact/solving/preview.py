@@ -9,13 +9,19 @@ from html import escape
 from fecontact.case import Case
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.cost import START_SECONDS, cpu_seconds, estimate_unknowns, memory_GB, times_by_yielding
-from fecontact.solving.element_sizes import element_size_mm
+from fecontact.solving.cost import (
+    START_SECONDS,
+    estimate_cpu_seconds,
+    estimate_memory_GB,
+    estimate_unknowns,
+    estimate_yield_factor,
+)
+from fecontact.solving.element_sizes import choose_element_size_mm
 from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.fine_zone import MARGIN_ELEMENTS, fine_zone
+from fecontact.solving.fine_zone import MARGIN_ELEMENTS, make_fine_zone
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import ROUGH_NODES, expect_on_half_space, refuse_too_long
-from fecontact.solving.profile_variants import hertz_uncertainty, lines_by_label
+from fecontact.solving.profile_variants import estimate_hertz_uncertainty, list_profile_variants
 
 # CPU seconds per profile variant under each load: 0.23, 0.24, 0.30, 0.69 and 2.1 s at five positions of the worn pair
 # of `fecontact profiles --examples`. The largest time is for patches at a large distance.
@@ -61,7 +67,7 @@ class Preview:
 
         None for exact profiles.
         """
-        return hertz_uncertainty(self.case, self.placement)
+        return estimate_hertz_uncertainty(self.case, self.placement)
 
     def __repr__(self) -> str:
         case, point_count = self.case, len(self.placement.touch_points)
@@ -84,7 +90,7 @@ class Preview:
         return f"<p>{escape(repr(self))}</p>{pandas.DataFrame.from_dict(points, orient='index').to_html()}"
 
 
-def preview(case: Case) -> Preview:
+def preview_case(case: Case) -> Preview:
     """Place a case, and estimate its patch and the cost of its solution.
 
     Parameters
@@ -112,7 +118,7 @@ def preview(case: Case) -> Preview:
     return _make_preview(case, place_case(case))
 
 
-def preview_to_solve(case: Case) -> Preview:
+def preview_case_to_solve(case: Case) -> Preview:
     """Preview of a case that will be solved, on few nodes.
 
     A patch that is much longer than the bodies is refused first. Few nodes are sufficient, since the cost is estimated
@@ -141,15 +147,15 @@ def preview_to_solve(case: Case) -> Preview:
 def _make_preview(case: Case, placement: Placement, *, nodes: int | None = None) -> Preview:
     """Preview of a placed case, from its half-space contact."""
     hertz, expected = expect_on_half_space(case, placement, nodes=nodes)
-    size_mm = element_size_mm(case, expected)
+    size_mm = choose_element_size_mm(case, expected)
     lengths_mm = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
     elements_x = round(lengths_mm[0] / size_mm[0]) + MARGIN_ELEMENTS
     elements_s = round(lengths_mm[1] / size_mm[1]) + 2 * MARGIN_ELEMENTS
     # Patches at a large distance have fewer elements between them.
-    if (zone := fine_zone(expected, size_mm)).bands:
+    if (zone := make_fine_zone(expected, size_mm)).bands:
         elements_s = zone.intervals_s
     unknowns = estimate_unknowns(elements_x, elements_s, half=case.half)
-    variant_labels = {*lines_by_label(placement.rail.profile), *lines_by_label(placement.wheel.profile)}
+    variant_labels = {*list_profile_variants(placement.rail.profile), *list_profile_variants(placement.wheel.profile)}
     lines_seconds = _VARIANT_SECONDS * (1 + len(variant_labels)) if variant_labels else 0.0
     return Preview(
         case=case,
@@ -159,7 +165,9 @@ def _make_preview(case: Case, placement: Placement, *, nodes: int | None = None)
         element_size_mm=size_mm,
         elements=(elements_x, elements_s),
         degrees_of_freedom=int(unknowns),
-        cpu_seconds=START_SECONDS + times_by_yielding(case, hertz.p0_MPa) * cpu_seconds(unknowns) + lines_seconds,
+        cpu_seconds=START_SECONDS
+        + estimate_yield_factor(case, hertz.p0_MPa) * estimate_cpu_seconds(unknowns)
+        + lines_seconds,
         lines_seconds=lines_seconds,
-        memory_GB=memory_GB(unknowns),
+        memory_GB=estimate_memory_GB(unknowns),
     )

@@ -10,12 +10,12 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.judging.lines import FILTER, NOISE, Lines, OnLine, is_drawn
-from fecontact.judging.lobes import judge_line
+from fecontact.judging.lines import FILTER_LABEL, NOISE_LABEL, ProfileVariants, VariantResult, is_noise_sample
+from fecontact.judging.lobes import judge_profile_variant
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.variants import other_lines
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.profiles.variants import make_profile_variants
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -23,13 +23,13 @@ from fecontact.solving.position import expect_on_half_space
 # as 32. If a narrow lobe would need more nodes in total than this limit, it has fewer. The tolerance causes an error of
 # 1e-4 of the pressure.
 _VARIANT_NODES, _MOST_VARIANT_NODES, _VARIANT_TOLERANCE = 16, 40_000, 1e-5
-OWN_LINE = "own line"
+REFERENCE_LABEL = "own line"
 # Student's factor for the scatter of four noise samples about the reference variant, for 95 %.
 _STUDENT_FACTOR = 2.78
 Value = TypeVar("Value")
 
 
-def lines_of_case(case: Case, placement: Placement) -> Lines | None:
+def judge_case_variants(case: Case, placement: Placement) -> ProfileVariants | None:
     """Compare every theory with the half-space on each profile variant.
 
     Parameters
@@ -45,20 +45,22 @@ def lines_of_case(case: Case, placement: Placement) -> Lines | None:
         Theories on the reference variant and on all other variants; None for exact profiles.
     """
 
-    def judge_variant(label: str, variant_placement: Placement) -> OnLine:
+    def judge_variant(label: str, variant_placement: Placement) -> VariantResult:
         _, expected = expect_on_half_space(
             case, variant_placement, nodes=_VARIANT_NODES, most=_MOST_VARIANT_NODES, tolerance=_VARIANT_TOLERANCE
         )
-        return judge_line(label, case, variant_placement, expected.half_space)
+        return judge_profile_variant(label, case, variant_placement, expected.half_space)
 
     results = _evaluate_variants(case, placement, judge_variant)
     if not results:
         return None
-    reference, *variants = (OnLine(label=label) if result is None else result for label, result in results.items())
-    return Lines(own=reference, others=tuple(variants))
+    reference, *variants = (
+        VariantResult(label=label) if result is None else result for label, result in results.items()
+    )
+    return ProfileVariants(own=reference, others=tuple(variants))
 
 
-def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | None:
+def estimate_hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | None:
     """Relative uncertainty of Hertz's peak pressure and semi-axes from measured profiles.
 
     The uncertainty is found in closed form. It combines the largest change by another filter or nominal profile with
@@ -79,18 +81,18 @@ def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | No
     """
 
     def read_hertz(_: str, variant_placement: Placement) -> dict[str, float]:
-        hertz = hertz_of_case(case, variant_placement)
+        hertz = compute_hertz(case, variant_placement)
         return {"p_max_MPa": hertz.p0_MPa, "a_mm": hertz.extent_x_mm / 2.0, "b_mm": hertz.extent_y_mm / 2.0}
 
     variants = _evaluate_variants(case, placement, read_hertz)
     if not variants:
         return None
-    reference = read_hertz(OWN_LINE, placement)
+    reference = read_hertz(REFERENCE_LABEL, placement)
 
     def combine_changes(name: str, value: float) -> float:
         changes = {label: math.nan if sizes is None else sizes[name] / value - 1.0 for label, sizes in variants.items()}
-        noise_changes = np.array([change for label, change in changes.items() if is_drawn(label)])
-        filter_change = np.abs([change for label, change in changes.items() if not is_drawn(label)]).max()
+        noise_changes = np.array([change for label, change in changes.items() if is_noise_sample(label)])
+        filter_change = np.abs([change for label, change in changes.items() if not is_noise_sample(label)]).max()
         scatter = math.sqrt(float(np.mean(noise_changes**2))) if noise_changes.size else 0.0
         return math.hypot(float(filter_change), _STUDENT_FACTOR * scatter)
 
@@ -106,7 +108,7 @@ def _evaluate_variants(
     result is empty for exact profiles.
     """
     rail, wheel = placement.rail.profile, placement.wheel.profile
-    rails, wheels = lines_by_label(rail), lines_by_label(wheel)
+    rails, wheels = list_profile_variants(rail), list_profile_variants(wheel)
     labels = dict.fromkeys([*rails, *wheels])
     reference_label = _reference_label(rail, wheel)
 
@@ -130,14 +132,14 @@ def _reference_label(rail: Profile, wheel: Profile) -> str:
         for profile in (rail, wheel)
         if profile.measured is not None
     }
-    return labels.pop() if len(labels) == 1 else OWN_LINE
+    return labels.pop() if len(labels) == 1 else REFERENCE_LABEL
 
 
 def _filter_label(filter_mm: float, nominal: str) -> str:
-    return f"{FILTER} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
+    return f"{FILTER_LABEL} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
 
 
-def lines_by_label(profile: Profile) -> dict[str, Profile]:
+def list_profile_variants(profile: Profile) -> dict[str, Profile]:
     """Profile variants of a measured profile by label, without the reference variant.
 
     For a profile that passes through its points unsmoothed, the variants are the profiles through either half of the
@@ -157,8 +159,8 @@ def lines_by_label(profile: Profile) -> dict[str, Profile]:
         halves = {f"half {number + 1} of the points": profile.thinned(number) for number in (0, 1)}
         return {label: half for label, half in halves.items() if half is not None}
     return {
-        f"{NOISE} {variant.draw + 1}"
+        f"{NOISE_LABEL} {variant.draw + 1}"
         if variant.draw >= 0
         else _filter_label(variant.filter_mm, variant.nominal): variant.profile
-        for variant in other_lines(profile)
+        for variant in make_profile_variants(profile)
     }

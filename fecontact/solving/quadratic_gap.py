@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.contact.grid import ContactGrid, Rung
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.halfspace import build_half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.placement.poses import TouchPoint
+from fecontact.placement.poses import ContactPoint
 
 # Half size of the grid divided by the semi-axis of Hertz's ellipse.
 _REACH = 1.2
 
 
-def quadratic_rung(contact_point: TouchPoint, hertz: HertzContact, *, half: bool, nodes: int = 16) -> Rung:
+def solve_quadratic_gap(contact_point: ContactPoint, hertz: HertzContact, *, half: bool, nodes: int = 16) -> Rung:
     """Solve the quadratic gap at a contact point on a half-space.
 
     Parameters
@@ -46,7 +46,7 @@ def quadratic_rung(contact_point: TouchPoint, hertz: HertzContact, *, half: bool
         + curvature.xy_per_mm * x_mm[:, None] * s_mm
         + 0.5 * curvature.yy_per_mm * s_mm**2
     )
-    problem = half_space_problem(grid, gap_mm.ravel(), contact_modulus_MPa=hertz.contact_modulus_MPa)
+    problem = build_half_space_problem(grid, gap_mm.ravel(), contact_modulus_MPa=hertz.contact_modulus_MPa)
     start_MPa = hertz.pressure_MPa(x_mm[:, None], s_mm).ravel()
     solution = solve_contact(problem, hertz.normal_force_N, start_MPa=start_MPa)
     return Rung.of(grid, solution, approach_mm=solution.approach_mm)

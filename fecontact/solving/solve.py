@@ -13,13 +13,13 @@ import numpy as np
 import psutil
 
 from fecontact.arrays import Floats
-from fecontact.case import NODES_A_SEMI_AXIS, Case
+from fecontact.case import NODES_PER_SEMI_AXIS, Case
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.fe.linear_solver import SolverName
-from fecontact.fe.stress import StressPeak, stress_peak
+from fecontact.fe.stress import StressPeak, find_stress_peak
 from fecontact.judging.comparison import Comparison
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
@@ -28,7 +28,7 @@ from fecontact.judging.solved_load import Status
 from fecontact.judging.verdict import Verdict
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.meshes import Meshes, SolvedBodies
-from fecontact.solving.position import Position, Progress, position_of
+from fecontact.solving.position import Position, Progress, expect_position
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,7 +198,7 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
         memory.
     """
     case.creep.refuse_unheard()
-    position = position_of(case, progress=progress)
+    position = expect_position(case, progress=progress)
     return _solved(position, Meshes(position))
 
 
@@ -211,7 +211,7 @@ def _solved(position: Position, meshes: Meshes) -> CaseResult:
     bodies = meshes.recover_bodies(solved_load)
     with position.clock.step("recover"):
         peaks: dict[str, StressPeak] = {
-            body.mesh.name: stress_peak(body.mesh, bodies.stress_MPa[body.mesh.name])
+            body.mesh.name: find_stress_peak(body.mesh, bodies.stress_MPa[body.mesh.name])
             for body in (bodies.coupled.rail, bodies.coupled.wheel)
         }
     with position.clock.step("judge"):
@@ -224,13 +224,13 @@ def _solved(position: Position, meshes: Meshes) -> CaseResult:
             path=bodies.coupled.rail.solver,
             seconds=position.clock.take_seconds(),
             memory_MB=position.clock.memory_MB,
-            peak_memory_MB=peak_memory_MB(),
+            peak_memory_MB=measure_peak_memory_MB(),
         ),
         bodies=bodies,
     )
 
 
-def peak_memory_MB() -> float:
+def measure_peak_memory_MB() -> float:
     """Largest resident memory of this process.
 
     It is the present memory if the system does not record the largest.
@@ -263,7 +263,7 @@ def peak_memory_MB() -> float:
 _SHARED_SIZE_RATIO = 1.5
 # An expected semi-axis is a whole number of nodes, so that a load between two other loads may need elements that are
 # finer by this factor than for both: shared meshes are finer by this factor.
-_SIZE_RESERVE = 1.0 + 1.0 / NODES_A_SEMI_AXIS
+_SIZE_RESERVE = 1.0 + 1.0 / NODES_PER_SEMI_AXIS
 # Allowance for rounding in the comparison of element sizes.
 _ROUNDING_FACTOR = 1.0 + 1e-9
 
@@ -344,7 +344,7 @@ class LoadSweep:
         position = self._planned.get(load_N) or self._position.for_load(load_N)
         if not refine:
             # Bodies that yield do so here too: the limits of a load lie between verdicts of equal kind.
-            position = replace(position, case=unrefined(position.case))
+            position = replace(position, case=disable_refinement(position.case))
         solved_load = self._open_meshes(position).solve(position)
         with position.clock.step("judge"):
             return judge_load(solved_load, self.placement, THEORIES if refine else (HERTZ,))
@@ -370,7 +370,7 @@ class LoadSweep:
 
     def _find_group(self, position: Position) -> Meshes | None:
         """Smallest existing meshes that serve a position; None without such meshes."""
-        usable_groups = [group for group in self._groups if _serves(group.position, position)]
+        usable_groups = [group for group in self._groups if _can_serve(group.position, position)]
         return min(usable_groups, key=lambda group: group.position.case.load_N) if usable_groups else None
 
     def _find_or_make_meshes(self, position: Position) -> Meshes:
@@ -386,7 +386,7 @@ class LoadSweep:
             if load_N < position.case.load_N and _size_ratio(planned_position, largest) <= _SHARED_SIZE_RATIO:
                 sharing_positions.append(planned_position)
         reserve = 1.0 if next_load_N in (None, position.case.load_N) else _SIZE_RESERVE
-        meshes = Meshes(_made_for(largest, sharing_positions, reserve), keep=True)
+        meshes = Meshes(_make_shared_position(largest, sharing_positions, reserve), keep=True)
         self._groups.append(meshes)
         return meshes
 
@@ -414,7 +414,7 @@ class SharedLoads:
         return LoadSweep(self.case, self.loads_N)
 
 
-def _made_for(largest: Position, positions: Sequence[Position], reserve: float) -> Position:
+def _make_shared_position(largest: Position, positions: Sequence[Position], reserve: float) -> Position:
     """Position under its largest load, with the finest elements that any sharing load needs."""
     length_mm, width_mm = (
         min(position.element_size_mm[direction] for position in positions) / reserve for direction in (0, 1)
@@ -427,7 +427,7 @@ def _made_for(largest: Position, positions: Sequence[Position], reserve: float) 
     return replace(largest, element_size_mm=(length_mm, width_mm), expected=expected, several_loads=True)
 
 
-def unrefined(case: Case) -> Case:
+def disable_refinement(case: Case) -> Case:
     """Case without refinement, which is solved on its first two meshes only."""
     return replace(case, refine="never")
 
@@ -439,8 +439,8 @@ def _placed(case: Case, planned_N: Sequence[float]) -> Position:
     """
     for load_N in sorted(set(planned_N), reverse=True):
         with suppress(InputError, ConvergenceError):
-            return position_of(replace(case, load_N=load_N))
-    return position_of(case)
+            return expect_position(replace(case, load_N=load_N))
+    return expect_position(case)
 
 
 def _size_ratio(position: Position, meshed_position: Position) -> float:
@@ -449,7 +449,7 @@ def _size_ratio(position: Position, meshed_position: Position) -> float:
     return max(meshed_size_mm / needed_size_mm for meshed_size_mm, needed_size_mm in pairs)
 
 
-def _serves(meshed_position: Position, position: Position) -> bool:
+def _can_serve(meshed_position: Position, position: Position) -> bool:
     """Whether existing meshes are wide and fine enough for another load."""
     # The margin around the expected patch and the growth of the zone are sufficient if a smaller load reaches further.
     if _size_ratio(position, meshed_position) > _ROUNDING_FACTOR or meshed_position.case.load_N < position.case.load_N:

@@ -12,7 +12,7 @@ from scipy.interpolate import RectBivariateSpline
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid, Field, Rung
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.halfspace import build_half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -144,15 +144,15 @@ class TrueGap:
         _, normals = self.placement.surface(0.0, grid.s_mm)
         gap = self.on(grid)
         if added is not None:
-            gap = gap + carried(added, grid.x_mm, grid.s_mm)
-        problem = half_space_problem(
+            gap = gap + interpolate_field(added, grid.x_mm, grid.s_mm)
+        problem = build_half_space_problem(
             grid,
             gap.ravel(),
             closing=np.tile(normals @ self.direction, grid.shape[0]),
             contact_modulus_MPa=self.contact_modulus_MPa,
             angle_rad=angle_rad,
         )
-        start_MPa = None if start is None else carried(start, grid.x_mm, grid.s_mm, degree=1).ravel()
+        start_MPa = None if start is None else interpolate_field(start, grid.x_mm, grid.s_mm, degree=1).ravel()
         solution = solve_contact(problem, load_N, start_MPa=start_MPa, tolerance=tolerance)
         upright = np.tile(normals @ self.placement.first.normal, grid.shape[0])
         return Rung.of(grid, solution, approach_mm=solution.approach_mm * self.closing, upright=upright)
@@ -233,7 +233,7 @@ class TrueGap:
         return np.asarray(candidate_s_mm[gap[candidates[:, 0], candidates[:, 1]] + opening < 0.0])
 
 
-def carried(field: Field, x_mm: Floats, s_mm: Floats, *, degree: int = 3) -> Floats:
+def interpolate_field(field: Field, x_mm: Floats, s_mm: Floats, *, degree: int = 3) -> Floats:
     """Interpolate a smooth field at other positions by a spline.
 
     Parameters

@@ -8,10 +8,10 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.placement.wheelset import (
     ContactFunctions,
-    contact_functions,
-    possible_wheelset_shifts,
+    compute_contact_functions,
+    describe_possible_wheelset_shifts,
 )
-from fecontact.solving.placing import wheelset_of_case
+from fecontact.solving.placing import make_wheelset
 
 
 def geometry(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
@@ -43,12 +43,12 @@ def geometry(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
     >>> round(1e3 * functions.positions[5.0].roll_rad, 2)
     0.34
     """
-    wheelset = wheelset_of_case(case)
-    functions = contact_functions(wheelset, shifts_mm, case.yaw_rad)
+    wheelset = make_wheelset(case)
+    functions = compute_contact_functions(wheelset, shifts_mm, case.yaw_rad)
     if all(isinstance(position, str) for position in functions.positions.values()):
         problem = next(iter(functions.positions.values()))
         raise InputError(
             f"the wheelset can stand at none of the shifts: {problem};"
-            f" {possible_wheelset_shifts(wheelset, case.yaw_rad)}"
+            f" {describe_possible_wheelset_shifts(wheelset, case.yaw_rad)}"
         )
     return functions

@@ -21,9 +21,9 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 import fecontact
-from fecontact.feature_registry import public_names
-from fecontact.guide.pages import titles
-from fecontact.inputs.slots import described
+from fecontact.feature_registry import find_public_names
+from fecontact.guide.pages import read_titles
+from fecontact.inputs.slots import list_descriptions
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted(path for path in (ROOT / "studies").glob("*.py"))
@@ -35,7 +35,7 @@ def on_config(config: Any) -> Any:
     """Say in which order the pages are listed."""
     config.nav = [
         {"Home": "README.md"},
-        {"Guide": [{title: f"fecontact/guide/{topic}.md"} for topic, title in titles().items()]},
+        {"Guide": [{title: f"fecontact/guide/{topic}.md"} for topic, title in read_titles().items()]},
         {"Gallery": "gallery.md"},
         {"Studies": ["studies/README.md", *(f"studies/{path.stem}.md" for path in STUDIES)]},
         {"Python": ["api/README.md", *({name: f"api/{name}.md"} for name in NAMES)]},
@@ -72,7 +72,7 @@ def pages() -> Iterator[tuple[str, str]]:
     """Places and texts of the pages, in Markdown."""
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
         yield name, (ROOT / name).read_text("utf-8")
-    for topic in titles():
+    for topic in read_titles():
         yield f"fecontact/guide/{topic}.md", (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
     yield "studies/README.md", re.sub(r"\((\w+)\.py\)", r"(\1.md)", (ROOT / "studies" / "README.md").read_text("utf-8"))
     for path in STUDIES:
@@ -82,7 +82,7 @@ def pages() -> Iterator[tuple[str, str]]:
     yield "studies/VALIDATION.md", re.sub(r"\(validation/(\w+\.md)\)", r"(\1#checks)", validation)
     yield "api/README.md", f"# Python\n\n{fenced(fecontact.__doc__ or '')}\n## Names\n\n{listed()}"
     for name in NAMES:
-        place = public_names().get(name) or f"fecontact.{fecontact._HOMES.get(name) or name}"
+        place = find_public_names().get(name) or f"fecontact.{fecontact._HOMES.get(name) or name}"
         table = inputs(getattr(fecontact, name))
         # what the table tells of the fields is told once
         alone = "    options: {show_if_no_docstring: false}\n" if table else ""
@@ -97,7 +97,7 @@ def listed() -> str:
 
 def inputs(kind: Any) -> str:
     """The inputs that a class has, as a table; empty for what has none."""
-    found = described(kind) if is_dataclass(kind) else {}
+    found = list_descriptions(kind) if is_dataclass(kind) else {}
     rows = [
         f"| `{name}` | `{one.key}` | {one.allowed} | {one.help} |".replace("\n", " ") for name, one in found.items()
     ]

@@ -14,39 +14,45 @@ from no_slip import no_slip_forces
 from rungs import rung_with
 
 from fecontact.bodies import RollingPair
-from fecontact.case import Case, case_from_record, case_record
+from fecontact.case import Case, make_case_record, read_case_record
 from fecontact.cli import call
 from fecontact.contact.grid import ContactGrid, Rung
-from fecontact.contact_theories.approximation import Approximation, ellipse, mean_pressure
+from fecontact.contact_theories.approximation import TheoryContact, average_pressure_over_cells, patch_from_ellipse
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
-from fecontact.features.creep.case_contact import creepages_of
-from fecontact.features.creep.creep_comparison import CreepComparison, creep_of
-from fecontact.features.creep.force_verdict import PLACE, SHAPE, SMALLEST_CREEPAGE, creepage_range, force_verdict
-from fecontact.features.creep.forces import (
-    THEORIES,
-    creep_force,
-    curved_creepages,
-    ellipse_patch,
-    force_difference,
-    hertz_patch,
-    slip_beside_plane,
-    wheelset_creepages,
+from fecontact.features.creep.case_contact import calculate_case_creepages
+from fecontact.features.creep.creep_comparison import CreepComparison, compare_creep_forces
+from fecontact.features.creep.force_verdict import (
+    DISPLACED_CENTRE,
+    PATCH_SHAPE,
+    SMALLEST_CREEPAGE,
+    judge_hertz_force,
+    list_creepages,
 )
-from fecontact.features.creep.judged_force import FORCE, ForceAt, judged_force
-from fecontact.features.creep.laws import CREEP_LAWS, REAL, creep_laws_of
+from fecontact.features.creep.forces import (
+    CREEP_THEORIES,
+    calculate_creep_force,
+    calculate_curved_creepages,
+    calculate_force_difference,
+    calculate_slip_off_plane,
+    calculate_wheelset_creepages,
+    make_ellipse_patch,
+    make_hertz_patch,
+)
+from fecontact.features.creep.judged_force import FORCE_MEASURE, ForceDeviation, judge_force
+from fecontact.features.creep.laws import CREEP_LAWS, REFERENCE_LAW, judge_creep_laws
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.solved_load import Level, SolvedLoad
 from fecontact.judging.theory import judge_theory
-from fecontact.judging.verdict import Judgement, cheapest, standings
+from fecontact.judging.verdict import Judgement, find_cheapest_theory, list_theory_answers
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.runs.identity import case_id, origin_of
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.runs.identity import determine_origin, make_case_id
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import solve
 
@@ -69,7 +75,7 @@ def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobe
     s = hertz.b_mm / nodes * np.arange(-int(reach * nodes), int(reach * nodes) + 1)
     grid = ContactGrid(x_mm=x, s_mm=s, half=True)
     sides = (moved_mm,) if lobes == 1 else (-moved_mm, moved_mm)
-    pressure = np.mean([mean_pressure(grid, hertz, (0.0, side)) for side in sides], axis=0)
+    pressure = np.mean([average_pressure_over_cells(grid, hertz, (0.0, side)) for side in sides], axis=0)
     return rung_with(
         grid,
         pressure,
@@ -80,7 +86,7 @@ def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobe
 
 
 def judged(case: Case, coarser: Rung | None = None, **how: float) -> JudgedLoad:
-    hertz = hertz_of_case(case, placement_of(replace(case, creep=Creep())))
+    hertz = compute_hertz(case, placement_of(replace(case, creep=Creep())))
     fe = planted(hertz, **how)
     levels = tuple(
         Level(
@@ -109,16 +115,16 @@ def compared(case: Case, **how: object) -> CreepComparison:
 
 def test_creepages_of_a_wheelset_that_runs_along_the_track():
     # on the tape circle of a flat wheel nothing slides
-    still = wheelset_creepages(placement_of(ROUND))
+    still = calculate_wheelset_creepages(placement_of(ROUND))
     assert (still.xi, still.eta, still.spin_per_mm) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
-    driven = wheelset_creepages(placement_of(ROUND), speed_ratio=1.002)
+    driven = calculate_wheelset_creepages(placement_of(ROUND), speed_ratio=1.002)
     assert driven.xi == pytest.approx(-0.002, rel=1e-9)
 
 
 @pytest.mark.parametrize("shift", [-4.0, 0.0, 4.0])
 def test_creepages_from_rolling_radius_and_contact_angle(shift):
     placement = placement_of(Case(lateral_shift_mm=shift, roll="given"))
-    creepages, touch = wheelset_creepages(placement), placement.first
+    creepages, touch = calculate_wheelset_creepages(placement), placement.first
     radius = float(placement.wheel.radius(touch.wheel_u))
     assert creepages.xi == pytest.approx(1.0 - radius / 460.0, abs=1e-12)
     assert creepages.eta == pytest.approx(0.0, abs=1e-12)
@@ -129,8 +135,8 @@ def test_creepages_from_rolling_radius_and_contact_angle(shift):
 @pytest.mark.parametrize("s", [-3.0, 5.0])
 def test_on_curved_surfaces_the_creepage_is_that_of_the_rolling_radius(s):
     placement = placement_of(Case(lateral_shift_mm=0.25, roll="given"))
-    plane = wheelset_creepages(placement)
-    creepages = curved_creepages(placement, plane, np.linspace(-8.0, 8.0, 321)).at(0.0, s)
+    plane = calculate_wheelset_creepages(placement)
+    creepages = calculate_curved_creepages(placement, plane, np.linspace(-8.0, 8.0, 321)).at(0.0, s)
     # midway between rail and wheel
     rail, normal = placement.surface(0.0, s)
     radii = []
@@ -144,7 +150,7 @@ def test_on_curved_surfaces_the_creepage_is_that_of_the_rolling_radius(s):
 def test_contact_angle_of_each_line_is_its_spin():
     # a flat wheel on R 300: the surface midway has R 600, its angle -s / 600, and spin is -sin(angle) / r
     s = np.linspace(-9.0, 9.0, 361)
-    creepages = curved_creepages(placement_of(ROUND), Creepages(xi=1e-3), s)
+    creepages = calculate_curved_creepages(placement_of(ROUND), Creepages(xi=1e-3), s)
     xi, spin = creepages.across(s)
     assert xi == pytest.approx(1e-3 - s**2 / (2 * 600.0 * 460.0), abs=2e-8)
     assert spin == pytest.approx(s / (600.0 * 460.0), abs=1e-8)
@@ -157,7 +163,7 @@ def test_on_a_cone_creepages_are_those_of_the_tangent_plane(angle):
     normal = np.array([0.0, -math.sin(angle), math.cos(angle)])
     # of a wheelset that rolls and yaws a little
     turning = np.array([1e-3, 1.0, 2e-3]) / 460.0
-    assert slip_beside_plane(s[:, None] * across, s, turning, normal) == pytest.approx(np.zeros(37), abs=1e-17)
+    assert calculate_slip_off_plane(s[:, None] * across, s, turning, normal) == pytest.approx(np.zeros(37), abs=1e-17)
 
 
 def test_a_yawed_wheelset_creeps_sideways():
@@ -165,12 +171,12 @@ def test_a_yawed_wheelset_creeps_sideways():
     placement = placement_of(case)
     angle = placement.first.contact_angle_rad
     # it rolls to the field side where it yaws to the left, and creeps back
-    assert wheelset_creepages(placement).eta == pytest.approx(-math.sin(yaw) / math.cos(angle), rel=2e-3)
+    assert calculate_wheelset_creepages(placement).eta == pytest.approx(-math.sin(yaw) / math.cos(angle), rel=2e-3)
 
 
 def test_given_creepages_go_before_those_of_the_wheelset():
     case = replace(ROUND, creep=Creep(friction=0.3, eta=2e-3, speed_ratio=1.01))
-    creepages = creepages_of(case, placement_of(ROUND))
+    creepages = calculate_case_creepages(case, placement_of(ROUND))
     assert (creepages.xi, creepages.eta) == pytest.approx((-0.01, 2e-3))
 
 
@@ -182,7 +188,7 @@ def test_curved_surfaces_change_the_force_as_their_mean_creepage_does():
     # without slip: the force along is that of a weighted mean creepage; the spin is odd and gives none
     plain = replace(ROUND, creep=Creep(friction=1.9, xi=2e-5, eta=0.0, spin_per_mm=0.0))
     plane, curved = compared(plain), compared(replace(plain, creep=replace(plain.creep, curved=True)))
-    hertz = hertz_of_case(ROUND, placement_of(ROUND))
+    hertz = compute_hertz(ROUND, placement_of(ROUND))
     along = no_slip_forces(
         hertz.a_mm / hertz.b_mm, 0.3, {"even": lambda x, y: (x, 0 * x), "square": lambda x, y: (x * y**2, 0 * x)}
     )
@@ -213,18 +219,18 @@ def test_what_curved_surfaces_change_is_warned_of():
 
 def test_hertzs_own_pressure_gives_hertzs_forces():
     comparison = compared(replace(ROUND, creep=CREEP))
-    for theory in THEORIES:
+    for theory in CREEP_THEORIES:
         off = comparison.theories[theory].deviation_of_muN
         # nodes and cells read Hertz's ellipse to some 1e-3
         assert off is not None, theory
         assert off < 3e-3, theory
         assert comparison.theories[theory].uncertainty_of_muN == pytest.approx(2e-3)
     judged_hertz, worst = comparison.verdict, comparison.verdict.decided[0]
-    assert (judged_hertz.verdict.answer, judged_hertz.verdict.measure) == ("HOLDS", FORCE)
+    assert (judged_hertz.verdict.answer, judged_hertz.verdict.measure) == ("HOLDS", FORCE_MEASURE)
     assert worst.deviation_of_muN < 4e-3
-    assert judged_hertz.deviation == {FORCE: worst.deviation_of_muN}
-    assert judged_hertz.uncertainty == {FORCE: worst.uncertainty_of_muN}
-    assert judged_hertz.limits == {FORCE: 0.05}
+    assert judged_hertz.deviation == {FORCE_MEASURE: worst.deviation_of_muN}
+    assert judged_hertz.uncertainty == {FORCE_MEASURE: worst.uncertainty_of_muN}
+    assert judged_hertz.limits == {FORCE_MEASURE: 0.05}
     assert judged_hertz.limit_used == worst.deviation_of_muN / 0.05
     assert judged_hertz.verdict.cause is None
     assert comparison.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
@@ -236,12 +242,12 @@ def test_a_patch_beside_the_touch_point_feels_the_spin():
     case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
     comparison = compared(case, moved_mm=offset_mm)
     assert comparison.centre_creepages.xi == pytest.approx(-spin * offset_mm, rel=1e-3)
-    contact = hertz_patch(judged(case).hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
+    contact = make_hertz_patch(judged(case).hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
     for theory in ("kalker", "polach", "fastsim", "rolling_half_space"):
-        force_there = creep_force(theory, contact, Creepages(xi=-spin * offset_mm, spin_per_mm=spin))
+        force_there = calculate_creep_force(theory, contact, Creepages(xi=-spin * offset_mm, spin_per_mm=spin))
         force = comparison.theories[theory].fe
         assert not isinstance(force, str)
-        assert force_difference(force, force_there, comparison.limit_N) < 4e-3, theory
+        assert calculate_force_difference(force, force_there, comparison.limit_N) < 4e-3, theory
         if force.mz_Nmm is not None and force_there.mz_Nmm is not None:
             # about the touch point
             about = force_there.mz_Nmm - offset_mm * force_there.fx_N
@@ -250,8 +256,8 @@ def test_a_patch_beside_the_touch_point_feels_the_spin():
     assert comparison.verdict.decided[0].deviation_of_muN >= comparison.verdict.decided[1].deviation_of_muN
     # an ellipse at the touch point has no force along the track, that patch has
     assert comparison.verdict.verdict.answer == "FAILS"
-    assert comparison.verdict.deviation[FORCE] > 0.2
-    assert comparison.verdict.verdict.cause == PLACE
+    assert comparison.verdict.deviation[FORCE_MEASURE] > 0.2
+    assert comparison.verdict.verdict.cause == DISPLACED_CENTRE
 
 
 def test_separate_patches_are_warned_of_and_have_their_own_creepages():
@@ -264,12 +270,12 @@ def test_separate_patches_are_warned_of_and_have_their_own_creepages():
     assert abs(force.fx_N) < 1e-3 * comparison.limit_N
     assert force.mz_Nmm < -offset_mm * 0.5 * comparison.limit_N
     # their common centre is the touch point, with its creepages
-    assert (comparison.verdict.verdict.answer, comparison.verdict.verdict.cause) == ("FAILS", SHAPE)
+    assert (comparison.verdict.verdict.answer, comparison.verdict.verdict.cause) == ("FAILS", PATCH_SHAPE)
 
 
 def test_meshes_that_differ_make_the_forces_uncertain():
     case = replace(ROUND, creep=CREEP)
-    hertz = hertz_of_case(ROUND, placement_of(ROUND))
+    hertz = compute_hertz(ROUND, placement_of(ROUND))
     comparison = compared(case, coarser=planted(replace(hertz, a_mm=1.1 * hertz.a_mm, b_mm=1.1 * hertz.b_mm)))
     assert comparison.theories["fastsim"].uncertainty_of_muN > 0.02
     near = compared(replace(ROUND, creep=replace(CREEP, force_limit=1e-3)))
@@ -277,7 +283,7 @@ def test_meshes_that_differ_make_the_forces_uncertain():
 
 
 def test_the_range_of_the_verdict():
-    creepages = creepage_range(0.02, 1e-4)
+    creepages = list_creepages(0.02, 1e-4)
     sizes = [math.hypot(creepage.xi, creepage.eta) for creepage in creepages]
     assert min(sizes) == pytest.approx(SMALLEST_CREEPAGE)
     assert max(sizes) == pytest.approx(0.02)
@@ -287,12 +293,12 @@ def test_the_range_of_the_verdict():
 
 def test_every_theory_on_an_ellipse_agrees_at_small_creepage():
     contact = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.4, shear_MPa=80e3, poisson=0.25)
-    patch, small = ellipse_patch(contact), Creepages(xi=2e-6)
-    linear = creep_force("kalker", patch, small).fx_N
-    for theory in THEORIES:
+    patch, small = make_ellipse_patch(contact), Creepages(xi=2e-6)
+    linear = calculate_creep_force("kalker", patch, small).fx_N
+    for theory in CREEP_THEORIES:
         # Vermeulen and Johnson have their own coefficient, the half-space its cells
         limit = 0.2 if theory == "vermeulen_johnson" else 0.015
-        assert creep_force(theory, patch, small).fx_N == pytest.approx(linear, rel=limit), theory
+        assert calculate_creep_force(theory, patch, small).fx_N == pytest.approx(linear, rel=limit), theory
 
 
 # inputs, records, rows
@@ -301,7 +307,7 @@ def test_every_theory_on_an_ellipse_agrees_at_small_creepage():
 def test_forces_are_evaluated_only_with_friction():
     load = judged(ROUND)
     assert "creep" not in load.features
-    assert creep_of(load, placement_of(ROUND)) is creep_laws_of(load, placement_of(ROUND)) is None
+    assert compare_creep_forces(load, placement_of(ROUND)) is judge_creep_laws(load, placement_of(ROUND)) is None
     assert "creep" not in load_record(load)
     assert not [name for name in load_row(load, placement_of(ROUND)) if name.startswith("creep_")]
 
@@ -309,7 +315,7 @@ def test_forces_are_evaluated_only_with_friction():
 @pytest.mark.slow
 def test_a_load_may_be_judged_for_forces_by_another_friction_than_its_own():
     load, placement = judged(ROUND), placement_of(ROUND)
-    verdict = force_verdict(load, placement, CREEP)
+    verdict = judge_hertz_force(load, placement, CREEP)
     assert asdict(verdict) == asdict(judged(replace(ROUND, creep=CREEP)).features["creep"].verdict)
 
 
@@ -318,7 +324,7 @@ def test_the_record_has_both_sides_of_each_theory():
     case = replace(ROUND, creep=replace(CREEP, spin_per_mm=1e-4))
     record = load_record(judged(case))["creep"]
     assert json.loads(json.dumps(record)) == record
-    assert set(record["theories"]) == set(THEORIES)
+    assert set(record["theories"]) == set(CREEP_THEORIES)
     assert record["creepages"] == {"xi": 1e-3, "eta": 5e-4, "spin_per_mm": 1e-4}
     assert "their theory has no spin" in record["theories"]["vermeulen_johnson"]["hertz"]["problem"]
     assert record["theories"]["vermeulen_johnson"]["deviation_of_muN"] is None
@@ -331,14 +337,14 @@ def test_the_record_has_both_sides_of_each_theory():
 
 def test_friction_and_creepages_are_evaluation_and_not_solving():
     with_creep = replace(ROUND, creep=CREEP)
-    assert case_id(ROUND) == case_id(with_creep)
-    assert origin_of(ROUND).solved_by == origin_of(with_creep).solved_by
-    assert origin_of(ROUND).evaluated_by != origin_of(with_creep).evaluated_by
-    assert case_from_record(json.loads(json.dumps(case_record(with_creep)))) == with_creep
+    assert make_case_id(ROUND) == make_case_id(with_creep)
+    assert determine_origin(ROUND).solved_by == determine_origin(with_creep).solved_by
+    assert determine_origin(ROUND).evaluated_by != determine_origin(with_creep).evaluated_by
+    assert read_case_record(json.loads(json.dumps(make_case_record(with_creep)))) == with_creep
     # of a result that was made before there were creepages
-    record = case_record(ROUND)
+    record = make_case_record(ROUND)
     del record["creep"]
-    assert case_from_record(record) == ROUND
+    assert read_case_record(record) == ROUND
 
 
 def test_creepages_without_friction_are_refused_before_anything_is_solved():
@@ -360,7 +366,7 @@ def test_the_command_prints_all_theories(capsys):
     assert call([*ELLIPSE, "--xi", "-0.001", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["limit_N"] == pytest.approx(30e3)
-    assert list(record["theories"]) == list(THEORIES)
+    assert list(record["theories"]) == list(CREEP_THEORIES)
     for force in record["theories"].values():
         # a driving wheel
         assert 10e3 < force["fx_N"] < 20e3
@@ -398,8 +404,8 @@ def test_the_command_refuses(arguments, says, capsys):
 
 
 def off_by(percent: float, answer: str) -> Judgement:
-    at = ForceAt(creepages=Creepages(xi=1e-3), deviation_of_muN=percent / 100.0, uncertainty_of_muN=0.01)
-    force_judgement = judged_force([at], 0.05)
+    at = ForceDeviation(creepages=Creepages(xi=1e-3), deviation_of_muN=percent / 100.0, uncertainty_of_muN=0.01)
+    force_judgement = judge_force([at], 0.05)
     return replace(force_judgement, verdict=replace(force_judgement.verdict, answer=answer))
 
 
@@ -417,54 +423,58 @@ def off_by(percent: float, answer: str) -> Judgement:
 )
 def test_the_cheapest_theory_is_the_first_that_holds(answers, first, by_cost):
     judgements = {name: off_by(3.0, answer) for name, answer in answers.items()}
-    cheapest_name = cheapest(standings(judgements))
+    cheapest_name = find_cheapest_theory(list_theory_answers(judgements))
     assert (cheapest_name.name, cheapest_name.label) == (first, by_cost)
 
 
 def test_a_force_is_judged_by_the_worst_of_its_creepages():
     ats = [
-        ForceAt(creepages=Creepages(xi=xi), deviation_of_muN=off, uncertainty_of_muN=uncertainty)
+        ForceDeviation(creepages=Creepages(xi=xi), deviation_of_muN=off, uncertainty_of_muN=uncertainty)
         for xi, off, uncertainty in ((1e-3, 0.01, 0.002), (2e-3, 0.06, 0.02), (3e-3, 0.08, 0.01), (4e-3, 0.07, 0.01))
     ]
     for order in (ats, ats[::-1]):
-        force_judgement = judged_force(order, 0.05)
+        force_judgement = judge_force(order, 0.05)
         assert [at.creepages.xi for at in force_judgement.decided] == [3e-3, 4e-3, 2e-3, 1e-3]
         assert (force_judgement.verdict.answer, force_judgement.deviation, force_judgement.uncertainty) == (
             "FAILS",
-            {FORCE: 0.08},
-            {FORCE: 0.01},
+            {FORCE_MEASURE: 0.08},
+            {FORCE_MEASURE: 0.01},
         )
         assert force_judgement.limit_used == 0.08 / 0.05
     # one that could not be told leaves open what the others do not decide
-    unknown = ForceAt(creepages=Creepages(), deviation_of_muN=math.nan, uncertainty_of_muN=math.nan)
-    assert judged_force([ats[0], unknown], 0.05).verdict.answer == "UNRESOLVED"
-    assert math.isnan(judged_force([ats[0], unknown], 0.05).limit_used)
-    assert judged_force(ats, 0.05, usable=False).verdict.answer == "UNRESOLVED"
+    unknown = ForceDeviation(creepages=Creepages(), deviation_of_muN=math.nan, uncertainty_of_muN=math.nan)
+    assert judge_force([ats[0], unknown], 0.05).verdict.answer == "UNRESOLVED"
+    assert math.isnan(judge_force([ats[0], unknown], 0.05).limit_used)
+    assert judge_force(ats, 0.05, usable=False).verdict.answer == "UNRESOLVED"
 
 
 @pytest.fixture
 def few_creepages(monkeypatch):
     """A range of three sizes in place of eight."""
-    monkeypatch.setattr("fecontact.features.creep.force_verdict._SIZES", 3)
+    monkeypatch.setattr("fecontact.features.creep.force_verdict._CREEPAGE_SIZES", 3)
 
 
 def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages):
     load = judged(replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4)))
-    laws = creep_laws_of(load, placement_of(ROUND))
+    laws = judge_creep_laws(load, placement_of(ROUND))
     assert list(laws) == [name for name in CREEP_LAWS if name != MULTI_HERTZ]
     assert laws["exact"] is load.features["creep"].verdict
     # by which all are judged
-    assert (laws[REAL].verdict.answer, laws[REAL].deviation) == ("HOLDS", {FORCE: 0.0})
+    assert (laws[REFERENCE_LAW].verdict.answer, laws[REFERENCE_LAW].deviation) == ("HOLDS", {FORCE_MEASURE: 0.0})
     # on Hertz's own pressure there is but one patch
-    strips, fastsim = (laws[name].deviation[FORCE] for name in ("strips", "fastsim"))
+    strips, fastsim = (laws[name].deviation[FORCE_MEASURE] for name in ("strips", "fastsim"))
     assert strips == pytest.approx(fastsim, abs=5e-3)
-    assert laws["exact"].deviation[FORCE] < 5e-3
+    assert laws["exact"].deviation[FORCE_MEASURE] < 5e-3
     # what coarse cells said is what fine ones say where each is furthest off
-    on_hertz = hertz_patch(load.hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
+    on_hertz = make_hertz_patch(load.hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
     for name in ("polach", "fastsim"):
         worst = laws[name].decided[0]
-        exact, law = (creep_force(theory, on_hertz, worst.creepages) for theory in ("rolling_half_space", name))
-        assert worst.deviation_of_muN == pytest.approx(force_difference(law, exact, on_hertz.ellipse.limit_N), abs=0.01)
+        exact, law = (
+            calculate_creep_force(theory, on_hertz, worst.creepages) for theory in ("rolling_half_space", name)
+        )
+        assert worst.deviation_of_muN == pytest.approx(
+            calculate_force_difference(law, exact, on_hertz.ellipse.limit_N), abs=0.01
+        )
     # measured 6.3 % of mu N with this spin, known to 0.9
     assert laws["polach"].verdict.answer == "FAILS"
 
@@ -474,15 +484,16 @@ def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
     case = replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4))
     load, placement = judged(case, moved_mm=offset_mm, lobes=2), placement_of(ROUND)
     half = replace(load.hertz, p0_MPa=0.5 * load.hertz.p0_MPa, normal_force_N=0.5 * load.hertz.normal_force_N)
-    shared = Approximation(
-        patches=tuple(ellipse(half, (0.0, side * offset_mm)) for side in (-1.0, 1.0)), approach_mm=half.approach_mm
+    shared = TheoryContact(
+        patches=tuple(patch_from_ellipse(half, (0.0, side * offset_mm)) for side in (-1.0, 1.0)),
+        approach_mm=half.approach_mm,
     )
     pressures = {**load.judgements, MULTI_HERTZ: judge_theory(case, load.solved.levels, shared)}
-    laws = creep_laws_of(replace(load, judgements=pressures), placement)
+    laws = judge_creep_laws(replace(load, judgements=pressures), placement)
     assert list(laws) == list(CREEP_LAWS)
     assert laws["fastsim"].verdict.answer == laws["exact"].verdict.answer == "FAILS"
     # the same two patches, in strips of the pressure and as ellipses
-    off = {name: laws[name].deviation[FORCE] for name in (MULTI_HERTZ, "strips", "fastsim")}
+    off = {name: laws[name].deviation[FORCE_MEASURE] for name in (MULTI_HERTZ, "strips", "fastsim")}
     assert off[MULTI_HERTZ] == pytest.approx(off["strips"], abs=0.01)
     # the remaining difference is the error of FASTSIM
     assert off[MULTI_HERTZ] < 0.5 * off["fastsim"]

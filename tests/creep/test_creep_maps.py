@@ -13,19 +13,19 @@ from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.contact_theories.rolling.creepage import Creepages
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
-from fecontact.features.creep.force_verdict import PLACE, SHAPE
-from fecontact.features.creep.judged_force import ForceAt, judged_force
-from fecontact.features.creep.laws import REAL
+from fecontact.features.creep.force_verdict import DISPLACED_CENTRE, PATCH_SHAPE
+from fecontact.features.creep.judged_force import ForceDeviation, judge_force
+from fecontact.features.creep.laws import REFERENCE_LAW
 from fecontact.features.creep.maps import FORCE_MAP, LAW_MAP
-from fecontact.maps.files import map_figure, write_map
+from fecontact.maps.files import save_map_figure, write_map
 from fecontact.maps.model import FIRST_YIELD, ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
-from fecontact.maps.positions import limits_of, with_dear_readings
-from fecontact.maps.telling import law_row, map_record
-from fecontact.maps.text_map import map_table
-from fecontact.maps.theory_views import law_view
-from fecontact.maps.verdict_views import YIELD_WORDS, offered_view
+from fecontact.maps.positions import add_slow_readings, find_feature_limits
+from fecontact.maps.telling import build_law_row, build_map_record
+from fecontact.maps.text_map import format_map_table
+from fecontact.maps.theory_views import build_law_view
+from fecontact.maps.verdict_views import YIELD_WORDS, build_feature_view
 from fecontact.maps.views import refuse_measure
-from fecontact.outputs.style import ANSWERS, BETWEEN
+from fecontact.outputs.style import ANSWER_COLOURS, BETWEEN_VERDICTS
 
 CASE = Case(roll="touching", creep=Creep(friction=0.3))
 LOADS = (20e3, 50e3, 100e3)
@@ -34,8 +34,8 @@ LOADS = (20e3, 50e3, 100e3)
 def judged_as(answer, percent, cause=None, at=None, uncertainty=0.002):
     """A judgement of forces with a planted verdict."""
     creepages = Creepages(xi=1e-3) if at is None else at
-    force_judgement = judged_force(
-        [ForceAt(creepages=creepages, deviation_of_muN=percent / 100.0, uncertainty_of_muN=uncertainty)], 0.05
+    force_judgement = judge_force(
+        [ForceDeviation(creepages=creepages, deviation_of_muN=percent / 100.0, uncertainty_of_muN=uncertainty)], 0.05
     )
     return replace(force_judgement, verdict=replace(force_judgement.verdict, answer=answer, cause=cause))
 
@@ -71,7 +71,7 @@ def position(shift, cells, tried=()):
         lateral_shift_mm=shift,
         cells=cells,
         limit=limit,
-        limits_of=limits_of(cells, tried, placement, limit),
+        limits_of=find_feature_limits(cells, tried, placement, limit),
         placement=placement,
         tried=tried,
     )
@@ -82,13 +82,13 @@ def laws_of(polach, fastsim, exact="HOLDS"):
         name: judged_as(answer, off, at=Creepages(eta=2e-3), uncertainty=0.01)
         for name, answer, off in (("polach", polach, 12.0), ("fastsim", fastsim, 3.1), ("exact", exact, 1.0))
     }
-    return judgements | {REAL: judged_as("HOLDS", 0.0, uncertainty=0.0)}
+    return judgements | {REFERENCE_LAW: judged_as("HOLDS", 0.0, uncertainty=0.0)}
 
 
 @pytest.fixture
 def planted_map(monkeypatch):
     """Three positions: Hertz holds up to some load, fails at all loads, or has no solution."""
-    tried = (judged_load(30e3, 3.0, "HOLDS"), judged_load(70e3, 6.0, "FAILS", PLACE))
+    tried = (judged_load(30e3, 3.0, "HOLDS"), judged_load(70e3, 6.0, "FAILS", DISPLACED_CENTRE))
     loads_seen = []
 
     def judge_and_note(load, placement):
@@ -100,10 +100,10 @@ def planted_map(monkeypatch):
     first = (
         cell(judged_load(20e3, 1.0, "HOLDS", laws=laws_of("HOLDS", "HOLDS"))),
         cell(judged_load(50e3, 4.0, "HOLDS", laws=laws_of("FAILS", "HOLDS"))),
-        cell(judged_load(100e3, 9.0, "FAILS", PLACE, laws=laws_of("FAILS", "UNRESOLVED"))),
+        cell(judged_load(100e3, 9.0, "FAILS", DISPLACED_CENTRE, laws=laws_of("FAILS", "UNRESOLVED"))),
     )
     fails = laws_of("FAILS", "FAILS", "FAILS")
-    second = tuple(cell(judged_load(load, 20.0, "FAILS", SHAPE, laws=fails), shift=1.0) for load in LOADS)
+    second = tuple(cell(judged_load(load, 20.0, "FAILS", PATCH_SHAPE, laws=fails), shift=1.0) for load in LOADS)
     lost = tuple(MapCell(lateral_shift_mm=2.0, load_N=load, status="failed: no memory") for load in LOADS)
     applicability_map = ApplicabilityMap(
         case=CASE,
@@ -137,10 +137,10 @@ def test_limits_of_forces_come_from_the_loads_that_were_solved(planted_map):
 def test_limits_of_forces_with_no_friction_and_of_loads_that_must_not_be_used():
     limit = LoadLimit(reason="no load could be solved", note="20 kN: not converged")
     without = Judged(load_N=20e3, features={})
-    assert limits_of((cell(without),), (), object(), limit) == {}
+    assert find_feature_limits((cell(without),), (), object(), limit) == {}
     # forces were judged, but of a contact that did not converge
     lost = replace(judged_load(20e3, 1.0, "UNRESOLVED"), status="not converged")
-    limits_found = limits_of((cell(lost, status="not converged"),), (), object(), limit)["force"]
+    limits_found = find_feature_limits((cell(lost, status="not converged"),), (), object(), limit)["force"]
     assert (limits_found.intervals, limits_found.reason, limits_found.note) == ((), limit.reason, limit.note)
 
 
@@ -151,13 +151,13 @@ def test_laws_of_forces_are_judged_at_loads_that_may_be_used(monkeypatch):
         loads_seen.append((load.load_N, placement))
         return laws_of("HOLDS", "HOLDS")
 
-    monkeypatch.setattr("fecontact.features.creep.laws.creep_laws_of", judged_by)
+    monkeypatch.setattr("fecontact.features.creep.laws.judge_creep_laws", judged_by)
     usable, lost = judged_load(20e3, 1.0, "HOLDS"), judged_load(50e3, 1.0, "HOLDS")
     nothing = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="failed: no memory")
     before = position(0.0, (cell(usable), cell(lost, status="not converged"), nothing))
-    after = with_dear_readings(before)
+    after = add_slow_readings(before)
     assert loads_seen == [(20e3, before.placement)]
-    assert list(after.cells[0].judged.features["creep_laws"]) == ["polach", "fastsim", "exact", REAL]
+    assert list(after.cells[0].judged.features["creep_laws"]) == ["polach", "fastsim", "exact", REFERENCE_LAW]
     assert after.cells[1:] == before.cells[1:]
     assert (after.limit, after.limits_of) == (before.limit, before.limits_of)
 
@@ -173,9 +173,9 @@ def bands(ax):
 def test_the_picture_of_forces_has_the_lines_of_yielding(planted_map, monkeypatch):
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
-    view = offered_view(planted_map[0], "force")
+    view = build_feature_view(planted_map[0], "force")
     words = YIELD_WORDS[FIRST_YIELD]
-    map_figure(
+    save_map_figure(
         replace(view, columns=tuple(replace(column, lines=[(60.0, words)]) for column in view.columns)), "unused.png"
     )
     (ax,) = figures[0].axes
@@ -185,12 +185,12 @@ def test_the_picture_of_forces_has_the_lines_of_yielding(planted_map, monkeypatc
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch):
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
-    map_figure(offered_view(planted_map[0], "force"), "unused.png")
+    save_map_figure(build_feature_view(planted_map[0], "force"), "unused.png")
     (ax,) = figures[0].axes
     assert [colour for colour, *_ in bands(ax)] == [
         # between 50 and 70 kN nothing was solved: it is not painted as an open verdict is
-        ANSWERS[answer]
-        for answer in ("HOLDS", BETWEEN, "FAILS", "FAILS", "failed")
+        ANSWER_COLOURS[answer]
+        for answer in ("HOLDS", BETWEEN_VERDICTS, "FAILS", "FAILS", "failed")
     ]
     assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 D", *["4.0 F"] * 3, *"!!!"]
     legend = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
@@ -207,7 +207,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch
 
 
 def test_tables_of_forces_and_theories(planted_map):
-    lines = map_table(offered_view(planted_map[0], "force")).splitlines()
+    lines = format_map_table(build_feature_view(planted_map[0], "force")).splitlines()
     assert lines[1].split() == [
         "+0.00",
         "+",
@@ -220,26 +220,32 @@ def test_tables_of_forces_and_theories(planted_map):
     ]
     assert lines[3].split()[:4] == ["+2.00", "!", "!", "!"]
     assert any("part of the limit of 5 % of µN" in line for line in lines)
-    lines = map_table(law_view(planted_map[0], LAW_MAP)).splitlines()
+    lines = format_map_table(build_law_view(planted_map[0], LAW_MAP)).splitlines()
     assert lines[1].split() == ["+0.00", "Po", "12.0", "FA", "3.1", "FA?", "3.1"]
     assert lines[2].split() == ["+1.00", "ER", "ER", "ER"]
 
 
 def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(planted_map, monkeypatch):
-    colours = law_view(planted_map[0], LAW_MAP).colours
+    colours = build_law_view(planted_map[0], LAW_MAP).colours
 
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
-    map_figure(law_view(planted_map[0], LAW_MAP), "unused.png")
+    save_map_figure(build_law_view(planted_map[0], LAW_MAP), "unused.png")
     (ax,) = figures[0].axes
-    unresolved = ANSWERS["UNRESOLVED"]
+    unresolved = ANSWER_COLOURS["UNRESOLVED"]
     # what lies between two loads with different theories was not solved, and where a cheaper one may hold it is open
     assert [colour for colour, *_ in bands(ax)] == [
-        *(colours["polach"], ANSWERS[BETWEEN], colours["fastsim"], ANSWERS[BETWEEN], unresolved),
-        *(colours["real"], ANSWERS["failed"]),
+        *(
+            colours["polach"],
+            ANSWER_COLOURS[BETWEEN_VERDICTS],
+            colours["fastsim"],
+            ANSWER_COLOURS[BETWEEN_VERDICTS],
+            unresolved,
+        ),
+        *(colours["real"], ANSWER_COLOURS["failed"]),
     ]
     assert [text.get_text() for text in ax.texts] == ["Po 12.0", "FA 3.1", "FA? 3.1", "ER", "ER", "ER", *"!!!"]
-    rows = [law_row(cell, LAW_MAP) for cell in planted_map[0].cells]
+    rows = [build_law_row(cell, LAW_MAP) for cell in planted_map[0].cells]
     assert [row.get("cheapest_theory") for row in rows] == [
         *("polach", "fastsim", "UNRESOLVED"),
         *(["real"] * 3 + [None] * 3),
@@ -266,18 +272,18 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
 
 
 def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(planted_map, monkeypatch):
-    monkeypatch.setattr("fecontact.maps.telling.cell_record", lambda cell: {})
-    monkeypatch.setattr("fecontact.maps.telling.stiffness_rows", lambda position: [])
-    monkeypatch.setattr("fecontact.maps.telling.share_records", lambda planted_map: [])
-    limits = json.loads(json.dumps(map_record(planted_map[0])["force_limits"]))
+    monkeypatch.setattr("fecontact.maps.telling.build_cell_record", lambda cell: {})
+    monkeypatch.setattr("fecontact.maps.telling.build_stiffness_rows", lambda position: [])
+    monkeypatch.setattr("fecontact.maps.telling.count_theory_shares", lambda planted_map: [])
+    limits = json.loads(json.dumps(build_map_record(planted_map[0])["force_limits"]))
     assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]
 
 
 def test_pictures_and_tables_of_another_friction_go(planted_map, tmp_path, monkeypatch):
     for name in ("map_record", "judged_row", "map_figure"):
         monkeypatch.setattr(f"fecontact.maps.files.{name}", lambda *_: {})
-    monkeypatch.setattr("fecontact.maps.files.views_of", lambda *_, **__: {})
-    monkeypatch.setattr("fecontact.maps.files.stiffness_rows", lambda position: [])
+    monkeypatch.setattr("fecontact.maps.files.build_views", lambda *_, **__: {})
+    monkeypatch.setattr("fecontact.maps.files.build_stiffness_rows", lambda position: [])
     old = ("map_force.png", "map_force.svg", "map_law.csv", "map_law.png")
     for name in old:
         (tmp_path / name).write_text("of another map", "utf-8")

@@ -18,11 +18,11 @@ from fecontact.features.creep.laws import CREEP_LAWS
 from fecontact.judging.judge import judge_load
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.records.results import result_record
-from fecontact.outputs.terminal import show
+from fecontact.outputs.terminal import print_parts
 from fecontact.regression.tables import load_table
 from fecontact.runs.casefile import load_study
 from fecontact.runs.load import load
-from fecontact.runs.sources import EVALUATE, INPUTS, SHOWN, closure
+from fecontact.runs.sources import DISPLAY_MODULES, EVALUATING_MODULES, INPUT_MODULES, collect_imports
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
@@ -45,7 +45,7 @@ def test_what_judges_forces_is_in_the_digest_of_evaluation():
         "contact_theories.rolling.kalker",
         "features.creep.steady",
     }
-    assert judging <= closure(package, EVALUATE, (*INPUTS, *SHOWN))
+    assert judging <= collect_imports(package, EVALUATING_MODULES, (*INPUT_MODULES, *DISPLAY_MODULES))
 
 
 def test_the_laws_of_forces_are_listed_with_their_sources():
@@ -87,7 +87,7 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, tmp_path
         float(row["creep_theories_rolling_half_space_fe_fx_N"]), rel=1e-9
     )
     assert cells_by_heading["deviation_of_muN"] < 5e-3
-    show(case_parts(record), long=True)
+    print_parts(case_parts(record), long=True)
     assert "for forces Hertz HOLDS" in " ".join(capsys.readouterr().out.split())
     # the stored case itself stays without, and without friction nothing is told of creepages
     assert load(solved_folder).case == elliptic_quick.case

@@ -14,23 +14,23 @@ from fecontact.contact_theories.rolling.creepage import (
     CreepForce,
     CurvedCreepages,
     RollingEllipse,
-    adhesion_area_mm2,
-    rolling_pair,
+    calculate_adhesion_area_mm2,
+    combine_materials,
 )
 from fecontact.contact_theories.rolling.fastsim import (
-    CELLS,
-    Strips,
-    ellipse_strips,
+    CELLS_PER_DIRECTION,
+    RollingStrips,
+    calculate_flexibilities,
+    divide_ellipse,
+    divide_pressure,
     fastsim,
     fastsim_strips,
-    flexibilities,
-    one_ellipse,
-    pressure_strips,
+    fit_common_ellipse,
 )
-from fecontact.contact_theories.rolling.kalker import coefficients_of, kalker_coefficients, kalker_linear
+from fecontact.contact_theories.rolling.kalker import find_kalker_coefficients, kalker_coefficients, kalker_linear
 from fecontact.contact_theories.rolling.polach import polach
 from fecontact.contact_theories.rolling.saturation import (
-    saturation,
+    saturate,
     shen_hedrick_elkins,
     vermeulen_johnson,
     vermeulen_johnson_coefficients,
@@ -47,7 +47,7 @@ ROUNDING = 1e-12
 
 def linear_force_creepages(contact: RollingEllipse, e: float) -> Creepages:
     """The longitudinal creepage whose linear force is e mu N."""
-    linear = contact.shear_MPa * contact.a_mm * contact.b_mm * coefficients_of(contact).c11
+    linear = contact.shear_MPa * contact.a_mm * contact.b_mm * find_kalker_coefficients(contact).c11
     return Creepages(xi=e * contact.limit_N / linear)
 
 
@@ -155,9 +155,9 @@ def test_the_sizes_of_the_linear_forces():
 
 def test_saturation_of_vermeulen_and_johnson():
     for e, ratio in ((0.1, 0.09670), (0.5, 0.42130), (1.0, 0.70370), (2.0, 0.96296), (2.5, 0.99537)):
-        assert saturation(e) == pytest.approx(ratio, abs=5e-6)
-        assert saturation(e) == pytest.approx(e - e**2 / 3.0 + e**3 / 27.0, rel=ROUNDING)
-    assert saturation(3.0) == saturation(7.0) == 1.0
+        assert saturate(e) == pytest.approx(ratio, abs=5e-6)
+        assert saturate(e) == pytest.approx(e - e**2 / 3.0 + e**3 / 27.0, rel=ROUNDING)
+    assert saturate(3.0) == saturate(7.0) == 1.0
 
 
 def test_without_its_cubic_term_the_law_would_fall_to_zero_where_it_saturates():
@@ -166,7 +166,7 @@ def test_without_its_cubic_term_the_law_would_fall_to_zero_where_it_saturates():
     printed = e - e**2 / 3.0
     assert printed.max() == printed[1500] == pytest.approx(0.75, abs=1e-12)
     assert printed[-1] == pytest.approx(0.0, abs=1e-12)
-    assert [saturation(argument) for argument in e] == pytest.approx(printed + e**3 / 27.0, abs=ROUNDING)
+    assert [saturate(argument) for argument in e] == pytest.approx(printed + e**3 / 27.0, abs=ROUNDING)
 
 
 @pytest.mark.parametrize(
@@ -218,9 +218,9 @@ def test_the_circle_of_johnson():
 
 def test_the_area_of_adhesion_carries_the_rest_of_the_force():
     for e in (0.0, 0.7, 2.0, 3.0, 5.0):
-        ratio = math.sqrt(adhesion_area_mm2(WIDE, e) / WIDE.area_mm2)
+        ratio = math.sqrt(calculate_adhesion_area_mm2(WIDE, e) / WIDE.area_mm2)
         # Hertz's pressure over it, lower by the ratio, carries the ratio cubed
-        assert 1.0 - ratio**3 == pytest.approx(saturation(e), rel=ROUNDING)
+        assert 1.0 - ratio**3 == pytest.approx(saturate(e), rel=ROUNDING)
 
 
 def test_spin_is_refused_where_the_theory_has_none():
@@ -250,7 +250,7 @@ def test_polachs_limit_of_small_creepage_is_kalkers(contact, small):
 
 def test_polachs_limit_of_combined_creepage_is_not_kalkers():
     contact = replace(LONG, a_mm=2.0, b_mm=8.0, poisson=0.3)
-    small, c = Creepages(xi=1e-11, eta=2e-11), coefficients_of(contact)
+    small, c = Creepages(xi=1e-11, eta=2e-11), find_kalker_coefficients(contact)
     shared = math.sqrt(0.2 + 0.8 * (c.c22 / c.c11) ** 2)
     ratio = polach(contact, small).fx_N / kalker_linear(contact, small).fx_N
     assert ratio == pytest.approx(shared, rel=1e-9)
@@ -274,7 +274,7 @@ def test_fastsim_without_slip_is_kalkers_linear_force(creepages):
     force, linear = fastsim(no_slip, creepages, cells=(400, 400)), kalker_linear(no_slip, creepages)
     size = math.hypot(linear.fx_N, linear.fy_N)
     assert (force.fx_N, force.fy_N) == pytest.approx((linear.fx_N, linear.fy_N), abs=1e-4 * size)
-    c, G, a, b = coefficients_of(no_slip), no_slip.shear_MPa, no_slip.a_mm, no_slip.b_mm
+    c, G, a, b = find_kalker_coefficients(no_slip), no_slip.shear_MPa, no_slip.a_mm, no_slip.b_mm
     L2, L3 = 8 * a / (3 * G * c.c22), math.pi * a * math.sqrt(a / b) / (4 * G * c.c23)
     moment = math.pi / 4 * a**3 * b * creepages.eta / L2 - 8 / 15 * a**2 * b**3 * creepages.spin_per_mm / L3
     assert force.mz_Nmm == pytest.approx(moment, rel=1e-4)
@@ -357,7 +357,7 @@ def test_lateral_creepage_with_large_spin():
 )
 def test_fastsim_is_as_near_to_its_limit_of_fine_cells_as_it_says(a, b, load, motion, percent):
     contact = RollingEllipse(a_mm=a, b_mm=b, normal_force_N=load, friction=0.3, shear_MPa=82e3, poisson=0.28)
-    usual, fine, finer = (fastsim(contact, motion, cells=(n, n)) for n in (CELLS, 250, 500))
+    usual, fine, finer = (fastsim(contact, motion, cells=(n, n)) for n in (CELLS_PER_DIRECTION, 250, 500))
     # of first order with spin: twice the finer less the fine is the limit
     limit = complex(2.0 * finer.fx_N - fine.fx_N, 2.0 * finer.fy_N - fine.fy_N)
     off = 1e2 * abs(complex(usual.fx_N, usual.fy_N) - limit) / contact.limit_N
@@ -408,7 +408,7 @@ def test_no_law_goes_beyond_coulomb_and_all_reach_him(law):
     # Polach's law tends to mu N like 4/(3 pi eps^3), FASTSIM's paraboloid and SHE reach it
     assert force.force_N == pytest.approx(WIDE.limit_N, rel=1e-4)
     # Polach's has the direction of the creepage, as sliding has; the others keep that of the linear force
-    c = coefficients_of(WIDE)
+    c = find_kalker_coefficients(WIDE)
     assert force.fx_N / force.fy_N == pytest.approx(-2.0 * (1.0 if law is polach else c.c11 / c.c22), rel=1e-9)
 
 
@@ -452,13 +452,13 @@ def test_creepages_are_numbers(name):
 
 
 def test_a_pair_of_one_material_is_that_material():
-    pair_of_both = rolling_pair(0.3, STEEL, STEEL)
+    pair_of_both = combine_materials(0.3, STEEL, STEEL)
     assert (pair_of_both.shear_MPa, pair_of_both.poisson) == pytest.approx(
         (STEEL.shear_MPa, STEEL.poisson), rel=ROUNDING
     )
     rigid = Material(young_MPa=1e15, poisson=0.0)
     # half of the compliance
-    assert rolling_pair(0.3, STEEL, rigid).shear_MPa == pytest.approx(2.0 * STEEL.shear_MPa, rel=1e-6)
+    assert combine_materials(0.3, STEEL, rigid).shear_MPa == pytest.approx(2.0 * STEEL.shear_MPa, rel=1e-6)
 
 
 # strips over a pressure field
@@ -476,7 +476,7 @@ PAIR = RollingPair(friction=0.3, shear_MPa=82e3, poisson=0.28)
 @pytest.mark.parametrize("bound", ["parabolic", "elliptic", "strips"])
 def test_strips_over_hertzs_pressure_are_the_ellipse(bound):
     x, y = np.linspace(-8.3, 8.3, 97), np.linspace(-4.4, 4.4, 93)
-    (lobe,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR)
+    (lobe,) = divide_pressure(x, y, hertz_field(LONG, x, y), PAIR)
     # 32 nodes per semi-axis and more read a Hertz ellipse to some 1e-3
     assert (lobe.contact.a_mm, lobe.contact.b_mm) == pytest.approx((8.0, 4.0), rel=4e-3)
     assert lobe.contact.normal_force_N == pytest.approx(LONG.normal_force_N, rel=1e-3)
@@ -487,7 +487,7 @@ def test_strips_over_hertzs_pressure_are_the_ellipse(bound):
 
 
 def test_a_lobe_beside_the_touch_point_has_the_creepages_of_its_place():
-    strips = ellipse_strips(LONG, 50)
+    strips = divide_ellipse(LONG, 50)
     moved_strips = replace(strips, y_mm=strips.y_mm + 5.0, centre_y_mm=5.0)
     creepages = Creepages(xi=2e-4, eta=1e-4, spin_per_mm=1e-4)
     force = fastsim_strips((moved_strips,), creepages, bound="parabolic")
@@ -503,16 +503,16 @@ def test_separate_patches_have_an_ellipse_each_and_one_together():
     x, y = np.linspace(-9.0, 9.0, 121), np.linspace(-8.0, 22.0, 241)
     field = hertz_field(LONG, x, y) + hertz_field(LONG, x, y, centre=14.0)
     # each node a strip: fewer ones, partly in contact at both ends, would make the area 1 % larger
-    pieces = pressure_strips(x, y, field, PAIR, strips=y.size)
+    pieces = divide_pressure(x, y, field, PAIR, strips=y.size)
     assert [piece.centre_y_mm for piece in pieces] == pytest.approx([0.0, 14.0], abs=1e-3)
-    together, centre_x, centre_y = one_ellipse(pieces)
+    together, centre_x, centre_y = fit_common_ellipse(pieces)
     assert (centre_x, centre_y) == pytest.approx((0.0, 7.0), abs=1e-3)
     assert together.normal_force_N == pytest.approx(2 * LONG.normal_force_N, rel=1e-3)
     assert together.area_mm2 == pytest.approx(2 * LONG.area_mm2, rel=4e-3)
     force = fastsim_strips(pieces, Creepages(eta=1e-3), bound="parabolic")
     assert force.fy_N == pytest.approx(2 * fastsim(LONG, Creepages(eta=1e-3)).fy_N, rel=5e-3)
-    (alone,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR, strips=y.size)
-    single, *_ = one_ellipse([alone])
+    (alone,) = divide_pressure(x, y, hertz_field(LONG, x, y), PAIR, strips=y.size)
+    single, *_ = fit_common_ellipse([alone])
     assert (single.a_mm, single.b_mm) == pytest.approx((alone.contact.a_mm, alone.contact.b_mm), rel=1e-9)
 
 
@@ -523,7 +523,7 @@ def test_the_width_of_a_strip_is_part_of_the_second_moment(cuts):
     wide, half = 6.0, 4.0
     ends = wide * np.array([0.0, *cuts, 1.0])
     all_strips = np.ones(ends.size - 1)
-    strips = Strips.of(
+    strips = RollingStrips.of(
         PAIR,
         y_mm=0.5 * (ends[1:] + ends[:-1]),
         width_mm=np.diff(ends),
@@ -549,7 +549,7 @@ def test_fastsim_over_a_cone_is_that_over_the_plane(more_spin):
     x, y = np.linspace(-9.0, 11.0, 201), np.linspace(-7.0, 12.0, 191)
     cone, two = (1 - ((x[:, None] - at) / a) ** 2 - ((y - c) / b) ** 2 for at, a, c, b in ((2, 8, 2, 3), (0, 6, 9, 2)))
     pressure = 1000 * np.sqrt(np.maximum(cone, 0)) + 600 * np.sqrt(np.maximum(two, 0))
-    pieces = pressure_strips(x, y, pressure, PAIR)
+    pieces = divide_pressure(x, y, pressure, PAIR)
     plane = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=1e-4)
     over = curved(plane, lambda y: -more_spin * y, lambda y: np.full_like(y, more_spin))
     same = replace(plane, spin_per_mm=plane.spin_per_mm + more_spin)
@@ -569,8 +569,8 @@ def test_each_line_of_fastsim_has_its_own_creepage():
     # an odd change of the creepage along moves no force at small creepage, and turns the wheel
     change = 3e-6
     over = curved(Creepages(), lambda y: change * y, np.zeros_like)
-    force = fastsim_strips((ellipse_strips(LONG),), over)
+    force = fastsim_strips((divide_ellipse(LONG),), over)
     # no slip: traction is -(xi/L3) (x_lead - x), so the moment is the integral of y^2 (change / L3) (x_lead - x)
-    exact = change / flexibilities(LONG).L3 * (8.0 / 15.0) * LONG.a_mm**2 * LONG.b_mm**3
+    exact = change / calculate_flexibilities(LONG).L3 * (8.0 / 15.0) * LONG.a_mm**2 * LONG.b_mm**3
     assert force.mz_Nmm == pytest.approx(exact, rel=0.02)
     assert abs(force.fx_N) < 1e-9 * LONG.limit_N

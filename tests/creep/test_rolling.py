@@ -15,20 +15,25 @@ from fecontact.contact_theories.rolling.kalker import kalker_coefficients
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.creep import forces
 from fecontact.features.creep.friction import solve_friction
-from fecontact.features.creep.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
-from fecontact.features.creep.tangential_response import _offsets, _response, cerruti_influence, rolling_response
+from fecontact.features.creep.steady import PressureCells, coarsen_pressure, discretise_ellipse, solve_steady_rolling
+from fecontact.features.creep.tangential_response import (
+    _assemble_response,
+    _calculate_offsets,
+    integrate_cerruti,
+    make_rolling_response,
+)
 
 WIDE = RollingEllipse(a_mm=6.304, b_mm=12.607, normal_force_N=106_700, friction=0.33, shear_MPa=82e3, poisson=0.28)
 LONG = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=82e3, friction=0.3, shear_MPa=82e3, poisson=0.28)
 
 
 def roll(contact: RollingEllipse, creepages: Creepages, cells: int = 32):
-    pressure_cells = ellipse_cells(contact.a_mm, contact.b_mm, contact.normal_force_N, cells)
+    pressure_cells = discretise_ellipse(contact.a_mm, contact.b_mm, contact.normal_force_N, cells)
     return roll_cells(contact, creepages, pressure_cells)
 
 
 def roll_cells(contact: RollingEllipse, creepages: Creepages, pressure_cells: PressureCells):
-    solution = steady_rolling(pressure_cells, creepages, contact)
+    solution = solve_steady_rolling(pressure_cells, creepages, contact)
     assert solution.status == "converged"
     return solution
 
@@ -45,12 +50,12 @@ def test_influence_is_the_integral_of_the_point_load(x, y):
         integral(lambda u, v: (1 - nu) / math.hypot(u, v) + nu * v * v / math.hypot(u, v) ** 3),
         integral(lambda u, v: nu * u * v / math.hypot(u, v) ** 3),
     ]
-    influences = cerruti_influence(np.array(x), np.array(y), hx, hy, nu)
+    influences = integrate_cerruti(np.array(x), np.array(y), hx, hy, nu)
     assert [float(influence) for influence in influences] == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_response_is_the_sum_over_all_cells():
-    response = rolling_response(5, 7, 0.3, 0.2, shear_MPa=80e3, poisson=0.3)
+    response = make_rolling_response(5, 7, 0.3, 0.2, shear_MPa=80e3, poisson=0.3)
     traction = np.random.default_rng(3).normal(size=(2, 5, 7))
     i, j = np.indices((5, 7)).reshape(2, -1)
     kernels = response.kernels[:, i[:, None] - i + 4, j[:, None] - j + 6]
@@ -115,7 +120,9 @@ def test_carter(stick_share):
     cells = PressureCells(x_mm=x, y_mm=np.array([0.0, width]), pressure_MPa=np.stack([pressure, 0 * pressure], axis=1))
     relative_radius = (2 * shear / (2 * (1 - nu))) * a / (2 * p0)
     creepage = mu * a / relative_radius * (1 - math.sqrt(1 - stick_share))
-    solution = steady_rolling(cells, Creepages(xi=creepage), RollingPair(friction=mu, shear_MPa=shear, poisson=nu))
+    solution = solve_steady_rolling(
+        cells, Creepages(xi=creepage), RollingPair(friction=mu, shear_MPa=shear, poisson=nu)
+    )
     assert -solution.force.fx_N / (mu * cells.normal_force_N) == pytest.approx(stick_share, abs=2e-3)
     adhering = solution.force.adhesion_area_mm2 / cells.area_mm2
     assert adhering == pytest.approx(math.sqrt(1 - stick_share), abs=1.5 / n)
@@ -124,11 +131,11 @@ def test_carter(stick_share):
 def test_cattaneo():
     # shift of a circle by a force of 7/8 mu N (Cattaneo 1938, Mindlin 1949): half of the radius adheres
     n, nu, shear, mu, stick_ratio = 64, 0.28, 82e3, 0.4, 7.0 / 8.0
-    cells = ellipse_cells(5.0, 5.0, 20e3, n)
+    cells = discretise_ellipse(5.0, 5.0, 20e3, n)
     shift = 3 * mu * cells.normal_force_N * (2 - nu) / (8 * shear * 5.0) * (1 - (1 - stick_ratio) ** (2 / 3))
     # displacements of the middles of the cells
-    x, y = _offsets(*cells.pressure_MPa.shape, *cells.steps_mm)
-    response = _response(cerruti_influence(x, y, *cells.steps_mm, nu), shear)
+    x, y = _calculate_offsets(*cells.pressure_MPa.shape, *cells.steps_mm)
+    response = _assemble_response(integrate_cerruti(x, y, *cells.steps_mm, nu), shear)
     rigid = np.zeros((2, *cells.pressure_MPa.shape))
     rigid[0] = shift
     solution = solve_friction(response, rigid, mu * cells.pressure_MPa)
@@ -148,12 +155,12 @@ def test_the_traction_curve_of_contact(thousandths, of_contact):
 
 
 def test_lines_of_a_cone_are_those_of_the_plane():
-    cells = ellipse_cells(8.0, 4.0, 82e3, 24)
+    cells = discretise_ellipse(8.0, 4.0, 82e3, 24)
     motion, lateral = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=3e-4), Creepages(eta=-3e-4)
-    plane = steady_rolling(cells, motion, LONG)
+    plane = solve_steady_rolling(cells, motion, LONG)
     along, spin = motion.across(cells.y_mm)
     lines = CurvedCreepages(plane=lateral, y_mm=cells.y_mm, xi_beside=along, spin_beside_per_mm=spin)
-    cone = steady_rolling(cells, lines, LONG)
+    cone = solve_steady_rolling(cells, lines, LONG)
     for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
         assert getattr(cone.force, name) == pytest.approx(getattr(plane.force, name), rel=1e-12), name
     power = -(4e-4 * plane.force.fx_N - 3e-4 * plane.force.fy_N + 3e-4 * plane.force.mz_Nmm)
@@ -243,19 +250,19 @@ def test_cells_keep_load_area_and_place():
     x, y = np.linspace(-10, 10, 201), np.linspace(-3, 9, 241)
     inside = 1 - (x[:, None] / 8.0) ** 2 - ((y - 3.0) / 4.0) ** 2
     pressure = 1000.0 * np.sqrt(np.maximum(inside, 0.0))
-    cells = pressure_cells(x, y, pressure, area_mm2=32.0 * math.pi)
+    cells = coarsen_pressure(x, y, pressure, area_mm2=32.0 * math.pi)
     assert cells.normal_force_N == pytest.approx(pressure.sum() * 0.1 * 0.05, rel=1e-12)
     # whole groups of equal cells
     assert cells.area_mm2 == pytest.approx(32.0 * math.pi, rel=4e-3)
     centre = (cells.pressure_MPa.sum(axis=0) @ cells.y_mm) / cells.pressure_MPa.sum()
     assert centre == pytest.approx(3.0, abs=1e-3)
     with pytest.raises(InputError, match="allowed: 8 and more"):
-        pressure_cells(x, y, pressure, area_mm2=32.0 * math.pi, cells=4)
+        coarsen_pressure(x, y, pressure, area_mm2=32.0 * math.pi, cells=4)
 
 
 def test_what_did_not_converge_says_so():
-    cells = ellipse_cells(8.0, 4.0, 82e3, 16)
-    solution = steady_rolling(cells, Creepages(xi=1e-3), LONG, iterations=1)
+    cells = discretise_ellipse(8.0, 4.0, 82e3, 16)
+    solution = solve_steady_rolling(cells, Creepages(xi=1e-3), LONG, iterations=1)
     assert solution.status == "not converged"
     assert solution.friction.residual > 1e-6
 
@@ -263,7 +270,7 @@ def test_what_did_not_converge_says_so():
 def test_a_force_that_did_not_converge_is_told_with_the_creepages_of_the_touch_point(monkeypatch):
     motion = SimpleNamespace(at=lambda x, y: Creepages(xi=1e-3 + x, eta=2e-3 + y, spin_per_mm=4e-4))
     lost = SimpleNamespace(status="not converged", friction=SimpleNamespace(residual=3e-4))
-    monkeypatch.setattr(forces, "steady_rolling", lambda cells, creepages, ellipse: lost)
+    monkeypatch.setattr(forces, "solve_steady_rolling", lambda cells, creepages, ellipse: lost)
     patch = SimpleNamespace(cells=None, ellipse=LONG)
     with pytest.raises(ConvergenceError, match=r"at xi 0.001, eta 0.002, spin 0.0004 1/mm \(residual 3.0e-04\)"):
-        forces.creep_force("rolling_half_space", patch, motion)
+        forces.calculate_creep_force("rolling_half_space", patch, motion)

@@ -18,7 +18,7 @@ from marks import slow_but
 from scipy.optimize import brentq, fsolve
 
 import fecontact
-from fecontact.bodies import STEEL, RollingPair, Track, contact_modulus_MPa
+from fecontact.bodies import STEEL, RollingPair, Track, combine_moduli_MPa
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.contact_theories.hertz import hertz_ellipse
@@ -26,35 +26,57 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.rolling.kalker import kalker_coefficients
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.curves import model
-from fecontact.features.curves.balance import Line, _pull, balance, motion_of, wheelset_states, without_rails
-from fecontact.features.curves.curve import Conditions, Ride, curves, lines_of, nadal_limit, steepest_rad, straight_line
-from fecontact.features.curves.loaded import loaded_conicities, radius_differences_mm
-from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle, built_in_vehicles, load_vehicle, with_bogie
-from fecontact.features.curves.newton import newton
-from fecontact.features.curves.normal import NORMAL_THEORIES, OutOfReach, Overlap, Surfaces, half_space, press
-from fecontact.features.curves.pictures import curves_figure, visits_figure
-from fecontact.features.curves.records import curve_rows, curves_record, position_rows
-from fecontact.features.curves.sentences import difference_words, path_words, straight_words
+from fecontact.features.curves.balance import (
+    TrackConditions,
+    _compute_pull,
+    compute_balance,
+    compute_vehicle_residual,
+    make_motion,
+    split_wheelset_states,
+)
+from fecontact.features.curves.curve import (
+    Conditions,
+    Ride,
+    compute_nadal_limit,
+    find_flange_angle_rad,
+    make_straight_track,
+    make_track_conditions,
+    solve_curves,
+)
+from fecontact.features.curves.loaded import compute_loaded_conicities, compute_radius_differences_mm
+from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle, built_in_vehicles, choose_bogie, load_vehicle
+from fecontact.features.curves.newton import solve_newton
+from fecontact.features.curves.normal import (
+    NORMAL_THEORIES,
+    OutOfReachError,
+    Overlap,
+    Surfaces,
+    solve_half_space,
+    solve_normal_contact,
+)
+from fecontact.features.curves.pictures import draw_curves, draw_visits
+from fecontact.features.curves.records import make_curve_rows, make_curves_record, make_position_rows
+from fecontact.features.curves.sentences import describe_difference, describe_paths, describe_straight_track
 from fecontact.features.curves.stability import (
     StraightTrack,
-    critical_speed_m_s,
-    eigenvalues,
-    hunting,
-    linear_model,
-    straight_track,
+    analyse_straight_track,
+    compute_eigenvalues,
+    find_critical_speed_m_s,
+    find_hunting,
+    linearise_vehicle,
 )
-from fecontact.features.curves.steady import path, solve_at, straight_start
-from fecontact.features.curves.terminal import curves_lines
-from fecontact.features.curves.visits import Curves, MapCell, MapColumn, Visit, differences
-from fecontact.features.curves.wheel_forces import ContactLaw, Motion, rigid_slip, wheel_force
-from fecontact.placement.wheel_on_rail import pair_of
+from fecontact.features.curves.steady import follow_path, make_straight_start, solve_equilibrium
+from fecontact.features.curves.terminal import format_curves
+from fecontact.features.curves.visits import CurveResults, MapColumn, Visit, VisitedCell, compare_theories
+from fecontact.features.curves.wheel_forces import ContactSettings, Motion, compute_rigid_slip, compute_wheel_force
+from fecontact.placement.wheel_on_rail import set_up_pair
 from fecontact.placement.wheelset import Wheelset
-from fecontact.profiles.curve import Profile, circular_rail_head
+from fecontact.profiles.curve import Profile, make_circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.segments import Line as Segment
-from fecontact.solving.placing import wheelset_of_case
+from fecontact.profiles.segments import StraightSegment as Segment
+from fecontact.solving.placing import make_wheelset
 
-MODULUS = contact_modulus_MPa(STEEL, STEEL)
+MODULUS = combine_moduli_MPa(STEEL, STEEL)
 INCLINED = math.atan(1.0 / 40.0)
 
 # A cone of 1:20 on rails of radius 300 with crowns at 750 mm; 60 kN a wheel.
@@ -66,16 +88,16 @@ def cone_surfaces() -> Surfaces:
     ends = [(y, y * math.tan(SLOPE)) for y in (-60.0, 60.0)]
     cone = Profile(name="cone", kind="wheel", segments=(Segment(start=ends[0], end=ends[1]),))
     track = Track(rail_crown_y_mm=CROWN_MM)
-    return Surfaces(pair=pair_of(circular_rail_head(RAIL_MM), cone, inclination_rad=0.0, track=track))
+    return Surfaces(pair=set_up_pair(make_circular_rail_head(RAIL_MM), cone, inclination_rad=0.0, track=track))
 
 
-def cone_line(curvature: float = 0.0, *, stiffer: float = 1.0, friction: float = 0.3) -> Line:
-    law = ContactLaw(
+def cone_line(curvature: float = 0.0, *, stiffer: float = 1.0, friction: float = 0.3) -> TrackConditions:
+    law = ContactSettings(
         normal=NORMAL_THEORIES["multi_hertz"],
         contact_modulus_MPa=stiffer * MODULUS,
         pair=RollingPair(friction=friction, shear_MPa=STEEL.shear_MPa, poisson=STEEL.poisson),
     )
-    return Line(left=cone_surfaces(), right=cone_surfaces(), law=law, curvature_per_mm=curvature)
+    return TrackConditions(left=cone_surfaces(), right=cone_surfaces(), law=law, curvature_per_mm=curvature)
 
 
 class Cone:
@@ -97,11 +119,11 @@ class Cone:
 FREE = load_vehicle("wheelset")
 
 
-def straight_equilibrium(line: Line, vehicle: Vehicle = FREE):
-    start = straight_start(vehicle, line)
+def straight_equilibrium(line: TrackConditions, vehicle: Vehicle = FREE):
+    start = make_straight_start(vehicle, line)
     # stiff contacts are pressed less
     start[1] += 0.1 * (1.0 - (MODULUS / line.law.contact_modulus_MPa) ** (2.0 / 3.0))
-    equilibrium = solve_at(start, vehicle, line)
+    equilibrium = solve_equilibrium(start, vehicle, line)
     assert equilibrium.status == "equilibrium"
     return equilibrium
 
@@ -111,7 +133,7 @@ def test_a_free_wheelset_runs_where_its_rolling_radii_fit_the_curve(stiffer, lim
     # Redtenbacher: y = r e / (R conicity); what is left is the roll of the springs
     straight = straight_equilibrium(cone_line(stiffer=stiffer))
     cone, curvature = Cone(straight.state[1]), -1e-3 / 3000.0
-    equilibrium = solve_at(straight.state, FREE, cone_line(curvature, stiffer=stiffer))
+    equilibrium = solve_equilibrium(straight.state, FREE, cone_line(curvature, stiffer=stiffer))
     assert equilibrium.status == "equilibrium"
     assert equilibrium.state[0] == pytest.approx(-curvature * cone.r * cone.e / cone.conicity, rel=limit)
     assert -curvature * cone.r * cone.e / cone.conicity == pytest.approx(2.1433, rel=1e-4)
@@ -121,7 +143,7 @@ def test_a_slow_wheelset_hunts_with_klingels_wavelength():
     line = cone_line()
     cone = Cone(straight_equilibrium(line).state[1])
     klingel = 2.0 * math.pi * math.sqrt(cone.r * cone.e * cone.arm / cone.conicity)
-    motion = hunting(linear_model(FREE, line), 0.5)
+    motion = find_hunting(linearise_vehicle(FREE, line), 0.5)
     assert 1e3 * motion.wavelength_m == pytest.approx(klingel, rel=1e-3)
     # with the axle's shift in place of the contact's it would be 1.6 % short
     assert cone.arm**0.5 == pytest.approx(1.016, abs=1e-3)
@@ -134,7 +156,7 @@ def test_gravity_brings_a_wheelset_back_without_friction():
     def left_over(place):
         state = straight.state.copy()
         state[:3] = (shift, *place)
-        return balance(state, FREE, line).residual_N
+        return compute_balance(state, FREE, line).residual_N
 
     place = fsolve(lambda unknowns: left_over(unknowns)[1:3], [straight.state[1], 1e3 * cone.c * shift], xtol=1e-13)
     assert -left_over(place)[0] == pytest.approx(cone.gravity * shift, rel=1e-3)
@@ -160,10 +182,14 @@ def test_critical_speed_of_a_wheelset_on_springs(lateral, yaw, speed):
         FREE.wheelset, mass_kg=1500.0, roll_inertia_kg_m2=1000.0, yaw_inertia_kg_m2=1000.0, axle_inertia_kg_m2=1e-3
     )
     guide = replace(FREE.guide, lateral_N_per_m=1e3 * lateral, yaw_Nm_per_rad=1e-3 * yaw)
-    linear = linear_model(replace(FREE, wheelset=body, guide=guide), line)
-    critical_m_s = critical_speed_m_s(linear)
+    linear = linearise_vehicle(replace(FREE, wheelset=body, guide=guide), line)
+    critical_m_s = find_critical_speed_m_s(linear)
     assert critical_m_s == pytest.approx(closed, rel=0.01)
-    assert hunting(linear, 0.99 * critical_m_s).growth_per_s < 0.0 < hunting(linear, 1.01 * critical_m_s).growth_per_s
+    assert (
+        find_hunting(linear, 0.99 * critical_m_s).growth_per_s
+        < 0.0
+        < find_hunting(linear, 1.01 * critical_m_s).growth_per_s
+    )
 
 
 def rigid_bogie() -> Vehicle:
@@ -184,8 +210,8 @@ def test_a_rigid_bogie_in_a_wide_curve():
     vehicle, curvature, half = rigid_bogie(), -1e-3 / 20_000.0, 1280.0
     # all of the patch adheres
     line = cone_line(friction=30.0)
-    straight = solve_at(straight_start(vehicle, line), vehicle, line)
-    equilibrium = solve_at(straight.state, vehicle, replace(line, curvature_per_mm=curvature))
+    straight = solve_equilibrium(make_straight_start(vehicle, line), vehicle, line)
+    equilibrium = solve_equilibrium(straight.state, vehicle, replace(line, curvature_per_mm=curvature))
     assert equilibrium.status == "equilibrium"
     cone, patch = Cone(straight.state[1]), straight.balance.wheels[0][0].patches[0]
     kalker = kalker_coefficients(patch.a_mm / patch.b_mm, STEEL.poisson)
@@ -272,7 +298,7 @@ def test_theories_of_vehicles_are_those_that_are_judged():
 
 @cache
 def wheelset(radius_mm: float = 460.0) -> Wheelset:
-    wheelset_pair = pair_of(
+    wheelset_pair = set_up_pair(
         resolve_rail("60E1"), resolve_wheel("S1002").profile, inclination_rad=INCLINED, rolling_radius_mm=radius_mm
     )
     return Wheelset.of(wheelset_pair, wheelset_pair)
@@ -286,7 +312,7 @@ def run(vehicle: str, radii: tuple[float, ...], theory: str = "overlap", unbalan
         theory=theory,
         conditions=Conditions(unbalanced_m_s2=unbalanced),
     )
-    runs = {curve.radius_m: curve for curve in curves(loaded_vehicle, ride, radii)}
+    runs = {curve.radius_m: curve for curve in solve_curves(loaded_vehicle, ride, radii)}
     return [runs[radius] for radius in radii]
 
 
@@ -294,12 +320,12 @@ def test_creepages_on_straight_track_are_those_of_the_wheelset():
     placement = wheelset().placed("left", 3.0, 0.0, 2e-3)
     place = np.array([3.0, float(placement.wheel.centre_mm[2]) - 0.01, 0.0, 2e-3])
     motion = Motion(place=place, slip=0.0, curvature_per_mm=0.0)
-    law = ContactLaw(
+    law = ContactSettings(
         normal=NORMAL_THEORIES["hertz"],
         contact_modulus_MPa=MODULUS,
         pair=RollingPair(friction=0.3, shear_MPa=81e3, poisson=0.3),
     )
-    creepages = wheel_force(Surfaces(pair=wheelset().left.pair), motion, law).patches[0].creepages
+    creepages = compute_wheel_force(Surfaces(pair=wheelset().left.pair), motion, law).patches[0].creepages
     forces = pytest.importorskip("fecontact.features.creep.forces")
     rigid = forces.wheelset_creepages(placement)
     assert creepages.eta == pytest.approx(rigid.eta, rel=2e-3)
@@ -324,7 +350,7 @@ STEERING = {
 
 
 def test_the_half_space_knows_how_a_loaded_wheelset_steers():
-    differences_mm = radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="half_space")
+    differences_mm = compute_radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="half_space")
     for shift, difference_mm in zip(STEERING, differences_mm, strict=True):
         assert difference_mm == pytest.approx(STEERING[shift][0], rel=0.02), shift
 
@@ -332,28 +358,28 @@ def test_the_half_space_knows_how_a_loaded_wheelset_steers():
 @pytest.mark.parametrize(("shift", "exact"), [(0.1, 0.0444), (0.25, 0.1110)])
 def test_the_half_space_of_vehicles_is_that_of_the_ladder(shift, exact):
     # another program has 0.042 and 0.107; the ladder's half-space on grids of 0.04 mm what is here, 2 um either wheel
-    (difference_mm,) = radius_differences_mm(wheelset(), [shift], 60e3, theory="half_space")
+    (difference_mm,) = compute_radius_differences_mm(wheelset(), [shift], 60e3, theory="half_space")
     assert difference_mm == pytest.approx(exact, abs=1e-3)
 
 
 def test_a_half_space_that_does_not_converge_is_no_result(monkeypatch):
     loaded_vehicle, ride = load_vehicle("wheelset"), Ride(wheelset=wheelset(), theory="half_space")
-    line = lines_of(ride, widest_per_mm=1.0)(0.0)
+    line = make_track_conditions(ride, widest_per_mm=1.0)(0.0)
     good = straight_equilibrium(line, loaded_vehicle)
     assert (good.status, good.notes) == ("equilibrium", ())
     monkeypatch.setattr("fecontact.features.curves.normal._ITERATIONS", 5)
     said = r"the half-space did not converge in 5 iterations: \d\.\de-\d\d of the overlap is left open"
-    failed = solve_at(good.state, loaded_vehicle, line)
+    failed = solve_equilibrium(good.state, loaded_vehicle, line)
     assert failed.status == "no equilibrium"
     assert re.match(said, failed.notes[0])
     assert {bool(patch.problem) for patch in failed.balance.wheels[0][0].patches} == {True}
     with pytest.raises(ConvergenceError, match=said):
-        radius_differences_mm(wheelset(), [0.5], 60e3, theory="half_space")
-    assert re.search(said, straight_track("half_space", loaded_vehicle, line).problem)
+        compute_radius_differences_mm(wheelset(), [0.5], 60e3, theory="half_space")
+    assert re.search(said, analyse_straight_track("half_space", loaded_vehicle, line).problem)
 
 
 def test_strips_with_influence_on_each_other_steer_like_the_half_space():
-    differences_mm = radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="strip")
+    differences_mm = compute_radius_differences_mm(wheelset(), list(STEERING), 60e3, theory="strip")
     for shift, difference_mm in zip(STEERING, differences_mm, strict=True):
         # within 0.2 mm where two patches carry, on the flange root
         limit = 0.06 if shift > 4.6 else 0.02
@@ -361,7 +387,7 @@ def test_strips_with_influence_on_each_other_steer_like_the_half_space():
 
 
 def test_overlapping_strips_are_near_to_it():
-    differences_mm = radius_differences_mm(wheelset(), list(STEERING), 60e3)
+    differences_mm = compute_radius_differences_mm(wheelset(), list(STEERING), 60e3)
     for shift, difference_mm in zip(STEERING, differences_mm, strict=True):
         exact, strips = STEERING[shift]
         assert difference_mm == pytest.approx(strips, rel=0.02), shift
@@ -369,14 +395,14 @@ def test_overlapping_strips_are_near_to_it():
 
 
 def test_a_loaded_wheelset_has_half_of_the_rigid_conicity_at_a_millimetre(monkeypatch):
-    monkeypatch.setattr("fecontact.features.curves.loaded._LOADED", ("overlap",))
-    conicities = loaded_conicities(Case(), 60e3)
+    monkeypatch.setattr("fecontact.features.curves.loaded._CONICITY_THEORIES", ("overlap",))
+    conicities = compute_loaded_conicities(Case(), 60e3)
     # the half-space has 0.22, 0.195, 0.171; the rigid wheelset 0.36, 0.22, 0.18
     assert [conicity["overlap"] for conicity in conicities] == pytest.approx([0.22, 0.195, 0.171], rel=0.07)
 
 
 def test_a_loaded_wheelset_steers_to_both_sides_alike():
-    differences_mm = radius_differences_mm(wheelset(), [-3.0, -0.7, 0.7, 3.0], 60e3)
+    differences_mm = compute_radius_differences_mm(wheelset(), [-3.0, -0.7, 0.7, 3.0], 60e3)
     assert differences_mm == pytest.approx([-difference_mm for difference_mm in differences_mm[::-1]], abs=1e-7)
 
 
@@ -457,12 +483,16 @@ def test_the_theory_moves_the_critical_speed():
     speeds = []
     for theory in ("multi_hertz", "overlap"):
         surfaces = Surfaces(pair=wheelset().left.pair)
-        law = ContactLaw(
+        law = ContactSettings(
             normal=NORMAL_THEORIES[theory],
             contact_modulus_MPa=MODULUS,
             pair=RollingPair(friction=0.3, shear_MPa=STEEL.shear_MPa, poisson=STEEL.poisson),
         )
-        speeds.append(critical_speed_m_s(linear_model(loaded_vehicle, Line(left=surfaces, right=surfaces, law=law))))
+        speeds.append(
+            find_critical_speed_m_s(
+                linearise_vehicle(loaded_vehicle, TrackConditions(left=surfaces, right=surfaces, law=law))
+            )
+        )
     # 86 and 67 m/s by another program, whose body has a roll of its own
     assert speeds[0] > 1.1 * speeds[1]
     assert speeds == pytest.approx([86.0, 67.0], rel=0.12)
@@ -472,8 +502,8 @@ def test_the_theory_moves_the_critical_speed():
 def test_the_half_space_and_the_strip_method_hunt_at_the_same_speed():
     loaded_vehicle = load_vehicle("metro")
     speeds = [
-        straight_track(
-            theory, loaded_vehicle, straight_line(Ride(wheelset=wheelset(420.0), theory=theory))
+        analyse_straight_track(
+            theory, loaded_vehicle, make_straight_track(Ride(wheelset=wheelset(420.0), theory=theory))
         ).critical_speed_km_h
         for theory in ("half_space", "strip")
     ]
@@ -488,7 +518,7 @@ def test_an_axle_that_turns_with_the_track_leans_outwards():
     line = replace(cone_line(curvature), speed_m_s=speed)
     momentum = np.array([0.0, vehicle.wheelset.axle_inertia_kg_m2 * speed / 0.46, 0.0])
     needed_moment = np.cross([0.0, 0.0, speed * 1e3 * curvature], momentum)
-    assert without_rails(np.zeros(5), vehicle, line)[2] == pytest.approx(-needed_moment[0], rel=1e-12)
+    assert compute_vehicle_residual(np.zeros(5), vehicle, line)[2] == pytest.approx(-needed_moment[0], rel=1e-12)
     assert needed_moment[0] > 0.0
 
 
@@ -525,7 +555,7 @@ def test_a_body_that_sways_carries_its_weight_aside():
     ride = Ride(wheelset=wheelset(), conditions=Conditions(unbalanced_m_s2=0.65, cant_mm=0.0))
 
     def moment_Nm(vehicle):
-        (curve,) = curves(vehicle, ride, [1000.0])
+        (curve,) = solve_curves(vehicle, ride, [1000.0])
         return sum(
             wheel.vertical_force_N * (0.75 if wheel.side == "left" else -0.75)
             for axle in curve.wheelsets
@@ -565,7 +595,8 @@ def test_bodies_turn_their_bogies_against_each_other():
     # the secondary suspension turns the leading bogie outwards, the trailing one inwards
     loaded_vehicle, line = load_vehicle("manchester"), replace(cone_line(-1e-3 / 300.0), speed_m_s=0.0)
     yaw = [
-        without_rails(np.zeros(13), with_bogie(loaded_vehicle, which), line)[-1] for which in ("leading", "trailing")
+        compute_vehicle_residual(np.zeros(13), choose_bogie(loaded_vehicle, which), line)[-1]
+        for which in ("leading", "trailing")
     ]
     expected_Nm = 2.0 * 160e3 * 1.0**2 * 9.5 / 300.0
     assert 0.5 * (yaw[0] - yaw[1]) == pytest.approx(expected_Nm, rel=1e-12)
@@ -575,10 +606,10 @@ def test_bodies_turn_their_bogies_against_each_other():
 def test_a_path_of_slopes_from_before_ends_where_newtons_does():
     loaded_vehicle = load_vehicle("manchester")
     curve = run("manchester", RADII)[2]
-    lines = lines_of(Ride(wheelset=wheelset()), widest_per_mm=1e-3 / 3000.0)
+    lines = make_track_conditions(Ride(wheelset=wheelset()), widest_per_mm=1e-3 / 3000.0)
     state = [number for axle in curve.wheelsets for number in (axle.lateral_shift_mm, axle.yaw_mrad)]
-    (alone,) = path(loaded_vehicle, lines, [-1e-3 / 500.0])
-    anew = solve_at(alone.state + 1e-2, loaded_vehicle, lines(-1e-3 / 500.0))
+    (alone,) = follow_path(loaded_vehicle, lines, [-1e-3 / 500.0])
+    anew = solve_equilibrium(alone.state + 1e-2, loaded_vehicle, lines(-1e-3 / 500.0))
     assert anew.status == "equilibrium"
     assert [anew.state[k] for k in (0, 3, 5, 8)] == pytest.approx(state, abs=1e-8)
 
@@ -589,13 +620,13 @@ def test_creepages_are_those_of_the_rigid_wheel_at_the_centre_of_pressure_of_eac
     The tangent turns by a degree and more within a patch.
     """
     curvature = -1e-3 / 500.0
-    line = lines_of(Ride(wheelset=wheelset()), widest_per_mm=-curvature)(curvature)
-    state = straight_start(FREE, line, (5.3,)) + np.array([0.0, 0.04, 0.0, 4.0, 0.5])
-    motion = motion_of(state, curvature)
-    patches = wheel_force(line.left, motion, line.law).patches
+    line = make_track_conditions(Ride(wheelset=wheelset()), widest_per_mm=-curvature)(curvature)
+    state = make_straight_start(FREE, line, (5.3,)) + np.array([0.0, 0.04, 0.0, 4.0, 0.5])
+    motion = make_motion(state, curvature)
+    patches = compute_wheel_force(line.left, motion, line.law).patches
     assert patches
     for patch in patches:
-        (velocity,), turning = rigid_slip(
+        (velocity,), turning = compute_rigid_slip(
             np.array([patch.place_mm]) - np.array([0.0, *motion.place[:2]]), motion, FREE.wheelset.rolling_radius_mm
         )
         c, s = math.cos(patch.angle_rad), math.sin(patch.angle_rad)
@@ -612,7 +643,7 @@ def test_of_steps_that_all_make_things_worse_the_best_is_taken():
     def value_at(state):
         return Parabola(residual_N=np.interp(state, [0.0, 0.0625, 0.125, 0.25, 0.5], [1.0, 1.2, 0.99, 0.95, 0.9]))
 
-    state, residual, _ = newton(value_at, lambda _: np.array([[-2.0]]), np.array([0.0]), wanted_N=1e-9, most=1)
+    state, residual, _ = solve_newton(value_at, lambda _: np.array([[-2.0]]), np.array([0.0]), wanted_N=1e-9, most=1)
     assert (state[0], residual.residual_N[0]) == (0.5, 0.9)
 
 
@@ -636,7 +667,7 @@ def test_a_search_that_stalls_ends_after_as_many_stalls_as_it_may():
     evaluated = []
     for stalls in (1, 3, 5):
         calls.clear()
-        _, residual, _ = newton(
+        _, residual, _ = solve_newton(
             value_at, lambda state: 2.0 * np.diag(state), np.array([0.5]), wanted_N=1e-9, most=50, stalls=stalls
         )
         # the least of it is 1
@@ -652,7 +683,7 @@ def test_a_state_that_cannot_be_evaluated_is_a_failed_step():
     def value_at(state):
         tried.append(float(state[0]))
         if abs(state[0]) > 1.0:
-            raise OutOfReach("beyond 1")
+            raise OutOfReachError("beyond 1")
         return Parabola(residual_N=np.arctan(8.0 * (state - 0.9)))
 
     def slopes_at(state):
@@ -661,12 +692,12 @@ def test_a_state_that_cannot_be_evaluated_is_a_failed_step():
     # a slope from before leads beyond, and a whole step of its own does so too; the root is found all the same
     for slopes in (None, np.array([[0.5]])):
         tried.clear()
-        state, residual, _ = newton(value_at, slopes_at, np.array([0.65]), wanted_N=1e-9, most=60, slopes=slopes)
+        state, residual, _ = solve_newton(value_at, slopes_at, np.array([0.65]), wanted_N=1e-9, most=60, slopes=slopes)
         assert state[0] == pytest.approx(0.9, abs=1e-9)
         assert abs(residual.residual_N[0]) < 1e-9
         assert max(tried) > 1.0
     # where no part of a step can be evaluated the search ends at its start, which is not a root
-    state, residual, slopes = newton(
+    state, residual, slopes = solve_newton(
         value_at, lambda state: np.array([[-1e-3]]), np.array([-1.0]), wanted_N=1e-9, most=60
     )
     assert (state[0], slopes) == (-1.0, None)
@@ -683,15 +714,17 @@ def test_a_wheel_in_the_side_of_a_rail_is_out_of_reach():
         radius_mm=np.full(s.size, 460.0),
     )
     for theory in NORMAL_THEORIES.values():
-        with pytest.raises(OutOfReach, match="side of the rail, whose angle is 91 degrees"):
-            press(overlap, theory, MODULUS)
+        with pytest.raises(OutOfReachError, match="side of the rail, whose angle is 91 degrees"):
+            solve_normal_contact(overlap, theory, MODULUS)
     # so deep that no force is one of a contact
     deep = replace(overlap, angle_rad=0.0 * s, depth_mm=1e16 + 0.0 * s)
     surfaces = SimpleNamespace(overlap=lambda *place: deep, pair=SimpleNamespace(rolling_radius_mm=460.0))
     motion = Motion(place=np.zeros(4), slip=0.0, curvature_per_mm=0.0)
     law = replace(cone_line().law, normal=NORMAL_THEORIES["overlap"])
-    with pytest.raises(OutOfReach, match=r"cannot be computed: normal force is .*no body, load or material has that"):
-        wheel_force(surfaces, motion, law)
+    with pytest.raises(
+        OutOfReachError, match=r"cannot be computed: normal force is .*no body, load or material has that"
+    ):
+        compute_wheel_force(surfaces, motion, law)
 
 
 @pytest.mark.parametrize(
@@ -717,13 +750,15 @@ def test_curves_at_all_inclinations_are_balanced_and_mirror_images(vehicle, rail
         inclination_rad=math.atan(1.0 / inclination),
         rolling_radius_mm=loaded_vehicle.wheelset.rolling_radius_mm,
     )
-    ride = Ride(wheelset=wheelset_of_case(case))
+    ride = Ride(wheelset=make_wheelset(case))
     # straight track, centred: both wheels are the same
-    straight = solve_at(straight_start(loaded_vehicle, straight_line(ride)), loaded_vehicle, straight_line(ride))
+    straight = solve_equilibrium(
+        make_straight_start(loaded_vehicle, make_straight_track(ride)), loaded_vehicle, make_straight_track(ride)
+    )
     assert straight.status == "equilibrium"
-    for state in wheelset_states(straight.state, loaded_vehicle):
+    for state in split_wheelset_states(straight.state, loaded_vehicle):
         assert state[[0, 2, 3]] == pytest.approx(0.0, abs=1e-6)
-    right, left = sorted(curves(loaded_vehicle, ride, (500.0, -500.0)), key=lambda curve: -curve.radius_m)
+    right, left = sorted(solve_curves(loaded_vehicle, ride, (500.0, -500.0)), key=lambda curve: -curve.radius_m)
     assert (right.status, left.status) == ("equilibrium", "equilibrium")
     assert max(right.left_over_N, left.left_over_N) < 1e-4
     for curve, mirrored in zip(right.wheelsets, left.wheelsets, strict=True):
@@ -732,7 +767,7 @@ def test_curves_at_all_inclinations_are_balanced_and_mirror_images(vehicle, rail
         for wheel_of_one, across in zip(curve.wheels, reversed(mirrored.wheels), strict=True):
             assert wheel_of_one.lateral_force_N == pytest.approx(across.lateral_force_N, abs=1.0)
     # at the balanced speed the rails carry the weight, made heavier by the track's tilt, and nothing across
-    across, down = lines_of(ride, widest_per_mm=1e-3 / 500.0)(-1e-3 / 500.0).acceleration_m_s2
+    across, down = make_track_conditions(ride, widest_per_mm=1e-3 / 500.0)(-1e-3 / 500.0).acceleration_m_s2
     assert across == pytest.approx(0.0, abs=1e-9)
     load = sum(curve.vertical_force_N for run in right.wheelsets for curve in run.wheels)
     if loaded_vehicle.bogie is None:
@@ -748,10 +783,10 @@ def test_curves_at_all_inclinations_are_balanced_and_mirror_images(vehicle, rail
 
 def test_curves_without_any_evaluated_state_are_lines_and_not_an_error(monkeypatch, tmp_path):
     def out_of_reach(*_):
-        raise OutOfReach("the force of a contact cannot be computed: here")
+        raise OutOfReachError("the force of a contact cannot be computed: here")
 
     finished = run("wheelset", (1000.0,))[0]
-    monkeypatch.setattr("fecontact.features.curves.wheel_forces.press", out_of_reach)
+    monkeypatch.setattr("fecontact.features.curves.wheel_forces.solve_normal_contact", out_of_reach)
     curves_found = fecontact.curve("wheelset", (1000.0, -300.0))
     (wide, tight) = curves_found.runs["overlap"]
     assert (wide.status, tight.status, wide.wheelsets) == ("no equilibrium", "no equilibrium", ())
@@ -760,19 +795,19 @@ def test_curves_without_any_evaluated_state_are_lines_and_not_an_error(monkeypat
     assert math.isnan(wide.left_over_N)
     # beside a curve that is finished
     curves_found = replace(curves_found, runs={"overlap": (finished, tight)}, radii_m=(1000.0, -300.0), visits=())
-    said = "\n".join(map(str, curves_lines(curves_found)))
+    said = "\n".join(map(str, format_curves(curves_found)))
     assert "R -300 m: no equilibrium: no equilibrium was found from 4 starts" in said
-    rows = curve_rows(curves_found)
+    rows = make_curve_rows(curves_found)
     assert [row["radius_m"] for row in rows] == [1000.0, 1000.0, -300.0]
     assert rows[-1]["status"] == "no equilibrium"
-    assert json.loads(json.dumps(curves_record(curves_found)))["curves"][1]["wheelsets"] == []
-    assert curves_figure(curves_found, tmp_path / "curve.png").stat().st_size > 1000
+    assert json.loads(json.dumps(make_curves_record(curves_found)))["curves"][1]["wheelsets"] == []
+    assert draw_curves(curves_found, tmp_path / "curve.png").stat().st_size > 1000
 
 
 def test_a_wheel_out_of_reach_carries_nothing():
     motion = Motion(place=np.array([0.0, 470.0, 0.0, 0.0]), slip=0.0, curvature_per_mm=0.0)
     law = cone_line().law
-    force = wheel_force(Surfaces(pair=wheelset().left.pair), motion, law)
+    force = compute_wheel_force(Surfaces(pair=wheelset().left.pair), motion, law)
     assert not np.any(force.force_N)
     assert force.patches == ()
 
@@ -794,7 +829,7 @@ def test_a_wheel_out_of_reach_carries_nothing():
 def test_curves_that_cannot_be_run_are_refused(radii, conditions, theory, message):
     ride = Ride(wheelset=wheelset(), theory=theory, conditions=Conditions(**conditions))
     with pytest.raises(InputError, match=message):
-        curves(load_vehicle("manchester"), ride, radii)
+        solve_curves(load_vehicle("manchester"), ride, radii)
 
 
 def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
@@ -808,7 +843,7 @@ def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
     with pytest.raises(
         InputError, match=r"radius is 500 m; allowed: \d+ m .* does not fit into the clearance"
     ) as raised:
-        curves(long, Ride(wheelset=wheelset()), [500.0])
+        solve_curves(long, Ride(wheelset=wheelset()), [500.0])
     least_m = float(re.search(r"allowed: (\d+) m", str(raised.value)).group(1))
     assert 5.0**2 / 2.0 / 18e-3 < least_m < 5.0**2 / 2.0 / 13e-3
 
@@ -817,11 +852,11 @@ def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
 def test_an_equilibrium_that_derails_is_said_to():
     loaded_vehicle = load_vehicle("manchester")
     conditions = Conditions(friction=1.0, unbalanced_m_s2=1.0)
-    (curve,) = curves(loaded_vehicle, Ride(wheelset=wheelset(), conditions=conditions), [250.0])
+    (curve,) = solve_curves(loaded_vehicle, Ride(wheelset=wheelset(), conditions=conditions), [250.0])
     assert curve.status == "derails"
     # the inner wheel has more Y/Q, but no flange at its rail
     (note,) = curve.notes
-    limit = nadal_limit(steepest_rad(wheelset(), "left"), 1.0)
+    limit = compute_nadal_limit(find_flange_angle_rad(wheelset(), "left"), 1.0)
     assert note == f"wheelset 1, left: Y/Q {curve.wheelsets[0].wheels[0].y_over_q:.2f} is beyond Nadal's {limit:.2f}"
     assert curve.wheelsets[0].wheels[1].y_over_q > curve.wheelsets[0].wheels[0].y_over_q > limit
 
@@ -882,9 +917,9 @@ def test_vehicle_files_are_checked(tmp_path):
 
 def test_nadals_limit():
     # 70 degrees and friction 0.3: 1.34
-    assert nadal_limit(math.radians(70.0), 0.3) == pytest.approx(1.342, abs=1e-3)
-    assert nadal_limit(math.radians(45.0), 0.0) == pytest.approx(1.0)
-    assert brentq(lambda angle: nadal_limit(angle, 0.5), 0.1, 1.5) == pytest.approx(math.atan(0.5))
+    assert compute_nadal_limit(math.radians(70.0), 0.3) == pytest.approx(1.342, abs=1e-3)
+    assert compute_nadal_limit(math.radians(45.0), 0.0) == pytest.approx(1.0)
+    assert brentq(lambda angle: compute_nadal_limit(angle, 0.5), 0.1, 1.5) == pytest.approx(math.atan(0.5))
 
 
 # the command
@@ -951,7 +986,7 @@ def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status,
     on, off = run("manchester", RADII)[:2]
     runs = (replace(on, radius_m=900.0), replace(off, radius_m=400.0, path_ends_m=ends, status=status))
     mirrored = tuple(replace(curve, radius_m=-curve.radius_m, path_ends_m=(), status="equilibrium") for curve in runs)
-    curves_found = Curves(
+    curves_found = CurveResults(
         vehicle=FREE,
         case=Case(),
         conditions=Conditions(),
@@ -959,11 +994,11 @@ def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status,
         share=(0.25,) * 4,
         runs={"overlap": (*runs, *mirrored)},
     )
-    (words,) = path_words(curves_found)
+    (words,) = describe_paths(curves_found)
     assert words.startswith(f"overlap: the path from straight track {said}")
     figures = []
     monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: figures.append(figure))
-    curves_figure(curves_found, "a.png")
+    draw_curves(curves_found, "a.png")
     assert words in figures[0].get_suptitle()
     # two wheelsets
     counts = [len(line.get_xdata()) for line in figures[0].axes[0].lines]
@@ -973,7 +1008,7 @@ def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status,
 
 def test_wheels_in_curves_are_positions_of_a_fleet():
     curves_found = fecontact.curve("manchester", {500.0: 1.0, -500.0: 3.0})
-    rows = position_rows(curves_found)
+    rows = make_position_rows(curves_found)
     assert sum(row["weight"] for row in rows) == pytest.approx(1.0)
     # a left wheel in a curve to the right is the right wheel in its mirror image
     of_left, of_right = (
@@ -992,10 +1027,12 @@ def test_wheels_in_curves_are_positions_of_a_fleet():
 def test_progress_counts_the_curves_to_both_sides_by_all_theories(monkeypatch):
     right_and_left, heard = run("manchester", (500.0, -500.0)), []
     monkeypatch.setattr(
-        "fecontact.features.curves.curve._run",
+        "fecontact.features.curves.curve._make_curve_run",
         lambda radius, vehicle, ride, event: replace(right_and_left[radius < 0.0], theory=ride.theory),
     )
-    monkeypatch.setattr("fecontact.features.curves.curve.path", lambda vehicle, lines, curvatures: iter(curvatures))
+    monkeypatch.setattr(
+        "fecontact.features.curves.curve.follow_path", lambda vehicle, lines, curvatures: iter(curvatures)
+    )
     curves_found = fecontact.curve(
         "manchester",
         (500.0, -500.0),
@@ -1017,32 +1054,32 @@ def test_python_has_what_the_command_prints():
     assert right.wheelsets == run("manchester", (500.0, -500.0))[0].wheelsets
     assert left.wheelsets[0].lateral_shift_mm == pytest.approx(-right.wheelsets[0].lateral_shift_mm, abs=1e-10)
     (straight,) = curves_found.straight
-    line = straight_line(Ride(wheelset=wheelset()))
-    model = linear_model(loaded_vehicle, line)
-    assert straight.critical_speed_km_h == pytest.approx(3.6 * critical_speed_m_s(model))
+    line = make_straight_track(Ride(wheelset=wheelset()))
+    model = linearise_vehicle(loaded_vehicle, line)
+    assert straight.critical_speed_km_h == pytest.approx(3.6 * find_critical_speed_m_s(model))
     # of what is there, not of what the program says: at this speed nothing grows and nothing fades
-    rates = eigenvalues(model, straight.critical_speed_km_h / 3.6)
+    rates = compute_eigenvalues(model, straight.critical_speed_km_h / 3.6)
     worst = rates[np.argmax(rates.real)]
     assert abs(worst.real) < 1e-2 * abs(worst.imag)
     assert straight.wavelength_m == pytest.approx(
         straight.critical_speed_km_h / 3.6 * 2.0 * math.pi / abs(worst.imag), rel=1e-6
     )
     # which the motion in a curve is not
-    (said,) = curves_record(curves_found)["stability_notes"]
+    (said,) = make_curves_record(curves_found)["stability_notes"]
     assert "the critical speed is that of straight track" in said
     assert "in a curve is stable is not looked at" in said
-    assert f"note: {said}" in list(curves_lines(curves_found))
+    assert f"note: {said}" in list(format_curves(curves_found))
     with pytest.raises(FrozenInstanceError):
         curves_found.share = ()
 
 
 def test_shares_of_the_way_add_up_where_a_curve_has_no_equilibrium():
-    def visit(shift: float, cell: MapCell | None) -> Visit:
+    def visit(shift: float, cell: VisitedCell | None) -> Visit:
         place = {"wheelset": 1, "side": "left", "lateral_shift_mm": shift, "vertical_force_N": 6e4, "yaw_mrad": 0.0}
         return Visit(theory="hertz", radius_m=500.0, cell=cell, **place)
 
-    cell = MapCell(lateral_shift_mm=1.0, load_kN=60.0, verdict="FAILS", cheapest_theory="strip")
-    curves_found = Curves(
+    cell = VisitedCell(lateral_shift_mm=1.0, load_kN=60.0, verdict="FAILS", cheapest_theory="strip")
+    curves_found = CurveResults(
         vehicle=FREE,
         case=Case(),
         conditions=Conditions(),
@@ -1064,51 +1101,51 @@ def test_differences_are_the_largest_ones_and_name_their_radius():
     other_runs = [*runs[:2], replace(runs[2], wheelsets=(runs[2].wheelsets[0], moved_wheelsets[2])), runs[3]]
     other_runs[3] = replace(runs[3], status="no equilibrium")
     straight = [StraightTrack(theory=name, critical_speed_km_h=speed) for name, speed in (("a", 150.0), ("b", 120.0))]
-    (difference,) = differences({"a": other_runs, "b": runs}, straight)
+    (difference,) = compare_theories({"a": other_runs, "b": runs}, straight)
     assert (difference.shift_mm, difference.shift_at_m) == (pytest.approx(0.25), 500.0)
     assert difference.y_over_q == 0.0
     assert difference.without_m == (300.0,)
     assert difference.critical_speed == pytest.approx(0.25)
-    assert "the critical speed by +25 %" in difference_words(difference)
+    assert "the critical speed by +25 %" in describe_difference(difference)
 
 
 def test_straight_track_without_an_oscillation_says_so(monkeypatch):
     monkeypatch.setattr(
-        "fecontact.features.curves.stability.eigenvalues", lambda *_: np.array([-1.0, -2.0], dtype=complex)
+        "fecontact.features.curves.stability.compute_eigenvalues", lambda *_: np.array([-1.0, -2.0], dtype=complex)
     )
-    straight = straight_track("multi_hertz", FREE, cone_line())
+    straight = analyse_straight_track("multi_hertz", FREE, cone_line())
     assert straight.problem == "no motion oscillates at 7.2 km/h"
     assert straight.critical_speed_km_h is None
-    assert straight_words(straight) == "straight track, multi_hertz: no motion oscillates at 7.2 km/h"
+    assert describe_straight_track(straight) == "straight track, multi_hertz: no motion oscillates at 7.2 km/h"
 
 
 def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():
-    line = straight_line(Ride(wheelset=wheelset()))
+    line = make_straight_track(Ride(wheelset=wheelset()))
     # a free wheelset hunts from 31 km/h on, and at a tenth of it with a hundred times its mass
     light, body = load_vehicle("wheelset"), load_vehicle("wheelset").wheelset
     heavy = {name: 100.0 * getattr(body, name) for name in ("mass_kg", "roll_inertia_kg_m2", "yaw_inertia_kg_m2")}
     heavy_vehicle = replace(light, wheelset=replace(body, **heavy))
-    assert eigenvalues(linear_model(heavy_vehicle, line), 1.5).real.max() > 0.0
-    free = straight_track("overlap", heavy_vehicle, line)
+    assert compute_eigenvalues(linearise_vehicle(heavy_vehicle, line), 1.5).real.max() > 0.0
+    free = analyse_straight_track("overlap", heavy_vehicle, line)
     assert free.critical_speed_km_h is None
     assert free.problem == "the critical speed is below 7.2 km/h, the lowest speed searched"
-    assert free.problem in straight_words(free)
+    assert free.problem in describe_straight_track(free)
     runs = {name: run("manchester", RADII) for name in ("overlap", "b")}
-    (difference,) = differences(runs, [free, StraightTrack(theory="b", critical_speed_km_h=120.0)])
+    (difference,) = compare_theories(runs, [free, StraightTrack(theory="b", critical_speed_km_h=120.0)])
     assert difference.critical_speed is None
-    assert f"critical speeds are not compared (overlap: {free.problem})" in difference_words(difference)
+    assert f"critical speeds are not compared (overlap: {free.problem})" in describe_difference(difference)
 
 
 def test_the_picture_of_one_radius_has_the_values_of_each_wheelset(monkeypatch):
     figures = []
     monkeypatch.setattr("fecontact.features.curves.pictures.save_figure", lambda figure, path: figures.append(figure))
     runs = run("manchester", (500.0,))
-    curves_found = Curves(
+    curves_found = CurveResults(
         vehicle=FREE, case=Case(), conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}
     )
-    curves_figure(curves_found, "a.png")
+    draw_curves(curves_found, "a.png")
     assert "rail 60E1 1:40, wheel S1002" in figures[0].get_suptitle()
-    visits_figure(
+    draw_visits(
         replace(
             curves_found,
             columns=(MapColumn(lateral_shift_mm=0.0, reach_mm=0.5, bands=((20.0, 80.0, "HOLDS"),), cells=()),),
@@ -1124,7 +1161,7 @@ def test_the_picture_of_one_radius_has_the_values_of_each_wheelset(monkeypatch):
     assert [text.get_text() for text in shift.texts] == [f"{axle:.3g}" for axle in shifts]
     # to the right: the left wheel is the outer one
     assert [bar.get_height() for bar in y_over_q.patches] == [runs[0].wheelsets[0].wheels[0].y_over_q]
-    curves_figure(replace(curves_found, runs={"overlap": run("manchester", RADII)}), "c.png")
+    draw_curves(replace(curves_found, runs={"overlap": run("manchester", RADII)}), "c.png")
     shift = figures[2].axes[0]
     assert shift.get_xlabel().startswith("curvature 1/R in 1/km")
     leading, trailing = (line.get_markerfacecolor() for line in shift.lines)
@@ -1141,7 +1178,7 @@ def test_the_half_space_of_a_small_overlap_on_a_long_line_is_hertz():
         angle_rad=np.zeros_like(s),
         radius_mm=np.full_like(s, radius),
     )
-    (overlap_contact,) = half_space(overlap, MODULUS)
+    (overlap_contact,) = solve_half_space(overlap, MODULUS)
     hertz = hertz_ellipse(0.5 / radius, 0.5 / across, normal_force_N=1.0, contact_modulus_MPa=MODULUS)
     # 0.2 % too much is reached; on the widest steps of 0.3 mm it is 2.7 % too little
     force = float(overlap_contact.force_N_per_mm @ overlap_contact.width_mm)
@@ -1156,7 +1193,7 @@ def test_a_wheelset_that_follows_the_rails_does_not_slip_across_them_ahead_of_it
     curvature = 1e-3 / 300.0
     motion = Motion(place=np.zeros(4), slip=0.0, curvature_per_mm=curvature)
     arms = np.array([[ahead, 750.0, -460.0] for ahead in (-20.0, 0.0, 5.0)])
-    velocity, turning = rigid_slip(arms, motion, 460.0)
+    velocity, turning = compute_rigid_slip(arms, motion, 460.0)
     # what is ahead of the axle goes down
     np.testing.assert_allclose(velocity[:, 1], 0.0, atol=1e-12)
     np.testing.assert_allclose(velocity[:, 2], -arms[:, 0] / 460.0, atol=1e-12)
@@ -1171,7 +1208,7 @@ def test_what_pulls_a_wheelset_back_is_the_power_of_its_motion_along_the_curve()
     force, moment = np.array([200.0, 3e3, 9e4]), np.array([1e5, 2e5, 4e5])
     wheel = SimpleNamespace(force_N=force, moment_Nmm=moment, turned_N=7.0)
     state, line = np.array([5.0, 470.0, 0.1, 2.0]), SimpleNamespace(curvature_per_mm=1e-3)
-    assert _pull((wheel, wheel), state, line) == pytest.approx(14.0 - 400.0 * 0.995 - 800.0, rel=1e-12)
+    assert _compute_pull((wheel, wheel), state, line) == pytest.approx(14.0 - 400.0 * 0.995 - 800.0, rel=1e-12)
 
 
 def test_a_short_step_of_newtons_method_is_taken_whole():
@@ -1180,7 +1217,7 @@ def test_a_short_step_of_newtons_method_is_taken_whole():
     The longest step is 0.6 mm.
     """
     for root, iterations in ((0.5, 1), (-1.1, 2)):
-        state, *_ = newton(
+        state, *_ = solve_newton(
             lambda at, root=root: SimpleNamespace(residual_N=3.0 * (at - root)),
             lambda _: np.array([[3.0]]),
             np.array([0.0]),

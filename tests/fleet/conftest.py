@@ -7,7 +7,7 @@ import pytest
 from made_fleet import Made, made_fleet
 
 from fecontact.features.fleet import sampling
-from fecontact.features.fleet.sampling import Drawn, draw, solve_sample
+from fecontact.features.fleet.sampling import FleetSample, draw_sample, solve_sample
 from fecontact.jobs.engine import RunSettings
 
 
@@ -45,12 +45,12 @@ def plant_truth(monkeypatch) -> Callable[[Made], None]:
 
 
 @pytest.fixture
-def sampled(plant_truth) -> Callable[..., Drawn]:
+def sampled(plant_truth) -> Callable[..., FleetSample]:
     """Draw and "solve" a number of positions of a fleet."""
 
-    def sample(fleet: Made, draws: int, seed: int | None = None) -> Drawn:
+    def sample(fleet: Made, draws: int, seed: int | None = None) -> FleetSample:
         plant_truth(fleet)
-        sample_drawn = draw(fleet.folder, draws, seed)
+        sample_drawn = draw_sample(fleet.folder, draws, seed)
         solve_sample(fleet.folder, sample_drawn, fleet.case, RunSettings())
         return sample_drawn
 

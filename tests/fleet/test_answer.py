@@ -10,9 +10,16 @@ import pytest
 from made_fleet import LOADS_KN, SHIFTS_MM, made_fleet, write
 
 from fecontact.errors import InputError
-from fecontact.features.fleet.answer import answer_of
-from fecontact.features.fleet.estimate import share_of
-from fecontact.features.fleet.report import answer_rows, headline, interval, percent, report_parts, write_report
+from fecontact.features.fleet.answer import evaluate_fleet
+from fecontact.features.fleet.estimate import estimate_share
+from fecontact.features.fleet.report import (
+    format_interval,
+    format_percent,
+    make_answer_rows,
+    make_report_parts,
+    write_headline,
+    write_report,
+)
 from fecontact.files import read_json
 from fecontact.outputs.tables import Table
 
@@ -28,7 +35,7 @@ def share(rows, verdict: str) -> float:
 
 
 def test_shares_by_the_screen_are_sums_of_weights(fleet):
-    rows, answer = rows_of(fleet.folder / "screen"), answer_of(fleet.folder)
+    rows, answer = rows_of(fleet.folder / "screen"), evaluate_fleet(fleet.folder)
     assert answer.whole.positions == len(rows) == 1800
     assert answer.whole.weight == pytest.approx(1.0)
     for name, verdict in (("holds", "HOLDS"), ("fails", "FAILS"), ("open", "OPEN"), ("refused", "REFUSED")):
@@ -39,11 +46,11 @@ def test_shares_by_the_screen_are_sums_of_weights(fleet):
         assert (cell["holds"] or 0.0) == pytest.approx(share(cell_rows, "HOLDS"))
     low, high = answer.whole.bounds
     assert high - low == pytest.approx(share(rows, "OPEN") + share(rows, "REFUSED"))
-    assert "By the screen alone" in headline(answer)
+    assert "By the screen alone" in write_headline(answer)
 
 
 def test_groups_are_sums_over_their_profiles(fleet):
-    answer, rows = answer_of(fleet.folder), rows_of(fleet.folder / "screen")
+    answer, rows = evaluate_fleet(fleet.folder), rows_of(fleet.folder / "screen")
     lines = {row["name"]: row["line"] for row in rows_of(fleet.folder / "profiles.parquet") if row["body"] == "rail"}
     for line in ("line A", "line B"):
         group = answer.groups["rail", "line", line]
@@ -65,7 +72,7 @@ def test_groups_are_sums_over_their_profiles(fleet):
 
 def test_the_sample_covers_the_truth(fleet, sampled):
     sampled(fleet, 300)
-    answer = answer_of(fleet.folder)
+    answer = evaluate_fleet(fleet.folder)
     estimate = answer.whole.share("HOLDS")
     assert answer.whole.drawn == 300
     assert estimate.low < fleet.share < estimate.high
@@ -79,7 +86,9 @@ def test_the_sample_covers_the_truth(fleet, sampled):
         assert share.high - share.low > estimate.high - estimate.low
     # the network is less known than these profiles
     assert answer.network.low < estimate.low < estimate.high < answer.network.high
-    assert headline(answer).startswith(f"Hertz holds in {interval(estimate)} of the positions, is open in ")
+    assert write_headline(answer).startswith(
+        f"Hertz holds in {format_interval(estimate)} of the positions, is open in "
+    )
 
 
 @pytest.mark.slow
@@ -88,7 +97,7 @@ def test_many_samples_cover_the_truth(fleet, sampled):
     for seed in range(20):
         (fleet.folder / "sample.parquet").unlink(missing_ok=True)
         sampled(fleet, 100, seed)
-        share = answer_of(fleet.folder).whole.share("HOLDS")
+        share = evaluate_fleet(fleet.folder).whole.share("HOLDS")
         covers.append(share.low <= fleet.share <= share.high)
     # 17 or more of 20 with a probability of 98.4 %, if 95 % are covered
     assert sum(covers) >= 17
@@ -101,7 +110,7 @@ def test_discordance_is_counted_by_stratum(fleet, sampled):
         (row["wheel"], row["rail"], row["shift_mm"], row["load_kN"]): row["verdict"]
         for row in rows_of(fleet.folder / "screen")
     }
-    strata = {row["stratum"]: row for row in answer_of(fleet.folder).strata}
+    strata = {row["stratum"]: row for row in evaluate_fleet(fleet.folder).strata}
     for name, row in strata.items():
         stratum_rows = [draw_row for draw_row in sample if draw_row["stratum"] == name]
         pairs = [
@@ -124,7 +133,7 @@ def test_a_screen_that_changed_is_not_judged_by_an_old_sample(fleet, sampled):
     rows = rows_of(path)
     write(path, [row | {"verdict": "FAILS", "margin": -5.0} for row in rows])
     with pytest.raises(InputError, match="drawn positions the screen or the weight changed after the draw"):
-        answer_of(fleet.folder)
+        evaluate_fleet(fleet.folder)
 
 
 def test_an_empty_part_is_told(tmp_path):
@@ -132,7 +141,7 @@ def test_an_empty_part_is_told(tmp_path):
     fleet_made = made_fleet(tmp_path / "one", wheels=2, rails=2, parts=1)
     path = fleet_made.folder / "screen" / "part-0.parquet"
     write(path, [row | {"verdict": "REFUSED", "margin": None} for row in rows_of(path)])
-    answer = answer_of(fleet_made.folder)
+    answer = evaluate_fleet(fleet_made.folder)
     assert (answer.network, answer.worst, answer.theories) == (None, [], [])
     assert [row["verdicts"] for row in answer.causes] == ["refused"] * len(answer.causes)
     assert sum(row["share"] for row in answer.causes) == pytest.approx(1.0)
@@ -141,7 +150,7 @@ def test_an_empty_part_is_told(tmp_path):
 
 
 def test_percent_tells_near_0_and_100_from_them():
-    assert [percent(share) for share in (0.0, 1.0, 0.5, 0.011, 0.0004, 0.99996)] == [
+    assert [format_percent(share) for share in (0.0, 1.0, 0.5, 0.011, 0.0004, 0.99996)] == [
         "0",
         "100",
         "50",
@@ -153,22 +162,24 @@ def test_percent_tells_near_0_and_100_from_them():
 
 def test_report_has_its_parts_and_files(fleet, sampled):
     sampled(fleet, 120)
-    answer = answer_of(fleet.folder)
+    answer = evaluate_fleet(fleet.folder)
     assert len(answer.worst) == 20
     answer = replace(answer, worst=answer.worst[:3])
     page = write_report(answer, fleet.folder, fleet.case)
     text = page.read_text("utf-8")
-    assert headline(answer) in text
+    assert write_headline(answer) in text
     assert text.count("<img") == 2 + len(answer.worst)
     for name in ("map.png", "map.svg", "groups.png", "cells.csv", "strata.csv", "worst.csv", "causes.csv"):
         assert (fleet.folder / "report" / name).is_file()
     with (fleet.folder / "answer.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 1 + len(answer.groups)
-    assert float(rows[0]["holds_percent"]) == pytest.approx(1e2 * share_of(answer.whole.strata, {"HOLDS"}).estimate)
-    tables = [section for section in report_parts(answer, fleet.folder) if isinstance(section, Table)]
+    assert float(rows[0]["holds_percent"]) == pytest.approx(
+        1e2 * estimate_share(answer.whole.strata, {"HOLDS"}).estimate
+    )
+    tables = [section for section in make_report_parts(answer, fleet.folder) if isinstance(section, Table)]
     assert all(len(row.cells) == len(table.columns) for table in tables for row in table.rows)
-    assert len(answer_rows(answer)) == len(rows)
+    assert len(make_answer_rows(answer)) == len(rows)
     assert read_json(fleet.folder / "fleet.json")["population"] in text
 
 
@@ -178,7 +189,7 @@ def test_shifts_that_were_drawn_at_random_are_rounded(fleet):
     for file in path.iterdir():
         file.unlink()
     write(path / "part-0.parquet", [row | {"shift_mm": float(random.uniform(-8.0, 8.0))} for row in rows])
-    answer = answer_of(fleet.folder)
+    answer = evaluate_fleet(fleet.folder)
     assert {cell["shift"] for cell in answer.cells} <= set(np.arange(-8.0, 8.5, 0.5))
     assert math.fsum(cell["weight"] for cell in answer.cells) == pytest.approx(1.0)
 
@@ -192,7 +203,7 @@ def test_shifts_and_loads_that_go_together_are_rounded(fleet):
     places = [{"shift_mm": 1.1 * k - 3.0, "load_kN": 52.3 + 1.7 * k} for k in range(7)]
     moved_rows = [row | places[number % 7] for number, row in enumerate(rows)]
     write(path / "part-0.parquet", moved_rows)
-    answer = answer_of(fleet.folder)
+    answer = evaluate_fleet(fleet.folder)
     expected = {(0.5 * round(2.0 * place["shift_mm"]), 10.0 * round(0.1 * place["load_kN"])) for place in places}
     assert {(cell["shift"], cell["load"]) for cell in answer.cells} == expected
     assert math.fsum(cell["weight"] for cell in answer.cells) == pytest.approx(1.0)

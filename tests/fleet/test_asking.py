@@ -6,8 +6,8 @@ import pytest
 
 from fecontact.cli import call
 from fecontact.features.fleet import checking
-from fecontact.features.fleet.answer import answer_of
-from fecontact.features.fleet.report import headline
+from fecontact.features.fleet.answer import evaluate_fleet
+from fecontact.features.fleet.report import write_headline
 from fecontact.runs.study import StudyOutcome
 
 
@@ -31,8 +31,8 @@ def test_sample_and_report(fleet, opened, capsys):
     assert "60 positions, 0 of them new" in capsys.readouterr().err
     assert call(["fleet", "report", opened]) == 0
     said = capsys.readouterr().out
-    answer = answer_of(fleet.folder)
-    assert said.startswith(headline(answer) + ".")
+    answer = evaluate_fleet(fleet.folder)
+    assert said.startswith(write_headline(answer) + ".")
     assert f"report: {fleet.folder / 'report.html'}" in said
     assert call(["fleet", "report", opened, "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)

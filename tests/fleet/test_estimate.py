@@ -8,14 +8,14 @@ from scipy.stats import binomtest, norm
 
 from fecontact.features.fleet.estimate import (
     Stratum,
-    addable,
-    allocation,
-    bounds,
-    combined,
-    draw_scale,
-    limits,
-    resampled,
-    share_of,
+    allocate_draws,
+    bootstrap_share,
+    combine_shares,
+    estimate_share,
+    find_addable_limits,
+    find_draw_scale,
+    find_exact_limits,
+    find_share_bounds,
 )
 
 FLEETS = 1000
@@ -60,7 +60,7 @@ def stratum(
     [(81, 263, 0.2527, 0.3676), (15, 148, 0.0578, 0.1617), (0, 20, 0.0, 0.1684), (1, 29, 0.0009, 0.1776)],
 )
 def test_limits_are_published_ones(share, draws, low, high):
-    limits_found = [float(limit[0]) for limit in limits(np.array([share / draws]), np.array([float(draws)]))]
+    limits_found = [float(limit[0]) for limit in find_exact_limits(np.array([share / draws]), np.array([float(draws)]))]
     assert limits_found == pytest.approx([low, high], abs=6e-5)
     exact = binomtest(share, draws).proportion_ci(method="exact")
     assert limits_found == pytest.approx([exact.low, exact.high], abs=1e-9)
@@ -68,46 +68,46 @@ def test_limits_are_published_ones(share, draws, low, high):
 
 def test_none_of_the_draws_is_not_none_of_the_stratum():
     for draws in DRAWS:
-        low, high = limits(np.array([0.0, 1.0]), np.array([float(draws)] * 2))
+        low, high = find_exact_limits(np.array([0.0, 1.0]), np.array([float(draws)] * 2))
         assert high[0] == pytest.approx(1.0 - 0.025 ** (1.0 / draws), rel=1e-9)
         assert (low[0], high[1]) == (0.0, 1.0)
         assert low[1] == pytest.approx(0.025 ** (1.0 / draws), rel=1e-9)
 
 
 def test_no_draw_tells_nothing_and_all_draws_tell_all():
-    low, high = limits(np.array([0.3, 0.3]), np.array([0.0, np.inf]))
+    low, high = find_exact_limits(np.array([0.3, 0.3]), np.array([0.0, np.inf]))
     assert list(zip(low, high, strict=True)) == [(0.0, 1.0), (0.3, 0.3)]
     assert stratum("").share({"H"}) == 0.5
-    share = share_of([stratum("HHF", positions=3)], {"H"})
+    share = estimate_share([stratum("HHF", positions=3)], {"H"})
     assert (share.low, share.high) == pytest.approx((2 / 3, 2 / 3))
 
 
 def test_limits_combine_as_in_a_published_difference():
     # Newcombe (1998), Statistics in Medicine 17, 873, table II, method 10, case a: 56/70 - 48/80
     shares, draws = np.array([56 / 70, 32 / 80]), np.array([70.0, 80.0])
-    difference = [float(limit) - 1.0 for limit in combined(np.ones(2), shares + 0.0, *wilson(shares, draws))]
+    difference = [float(limit) - 1.0 for limit in combine_shares(np.ones(2), shares + 0.0, *wilson(shares, draws))]
     # a sum of shares may be more than 1, which a share of a fleet is not
     assert difference[0] == pytest.approx(0.2)
     low = 0.2 - np.sqrt(np.sum((shares - wilson(shares, draws)[0]) ** 2))
     high = 0.2 + np.sqrt(np.sum((wilson(shares, draws)[1] - shares) ** 2))
     assert (low, high) == pytest.approx((0.0524, 0.3339), abs=6e-5)
-    halved = [float(limit) for limit in combined(np.full(2, 0.5), shares, *wilson(shares, draws))]
+    halved = [float(limit) for limit in combine_shares(np.full(2, 0.5), shares, *wilson(shares, draws))]
     assert 2.0 * np.array(halved) - 1.0 == pytest.approx([0.2, 0.0524, 0.3339], abs=6e-5)
 
 
 def test_bounds_count_open_ones_as_either():
     strata = [stratum("HHHHOF", weight=0.6), stratum("FFUF", weight=0.4)]
-    bounds_found = bounds(strata, "H", {"O", "U"})
-    assert bounds_found == (share_of(strata, {"H"}).low, share_of(strata, {"H", "O", "U"}).high)
-    assert share_of(strata, {"H"}).estimate == pytest.approx(0.6 * 4 / 6)
-    assert share_of(strata, {"H", "O", "U"}).estimate == pytest.approx(0.6 * 5 / 6 + 0.4 / 4)
+    bounds_found = find_share_bounds(strata, "H", {"O", "U"})
+    assert bounds_found == (estimate_share(strata, {"H"}).low, estimate_share(strata, {"H", "O", "U"}).high)
+    assert estimate_share(strata, {"H"}).estimate == pytest.approx(0.6 * 4 / 6)
+    assert estimate_share(strata, {"H", "O", "U"}).estimate == pytest.approx(0.6 * 5 / 6 + 0.4 / 4)
 
 
 # --- Which positions are drawn.
 
 
 def inclusion_probabilities(weights: np.ndarray, draws: int) -> np.ndarray:
-    return np.minimum(1.0, draw_scale(weights, draws) * weights)
+    return np.minimum(1.0, find_draw_scale(weights, draws) * weights)
 
 
 def test_probabilities_of_a_draw():
@@ -141,25 +141,29 @@ def test_draws_are_half_by_weight_and_half_by_spread():
     weights, shares = np.array([0.6, 0.1, 0.3]), np.array([0.02, 0.25, 0.02])
     spread = weights * np.sqrt(shares * (1.0 - shares))
     many, no_draws = np.full(3, 10**6), np.zeros(3, int)
-    draws_found = allocation(weights, shares, many, no_draws, 1000)
+    draws_found = allocate_draws(weights, shares, many, no_draws, 1000)
     assert draws_found.sum() == 1000
     assert np.all(np.abs(draws_found - 500 * weights - 500 * spread / spread.sum()) <= 1.0)
 
 
 def test_draws_keep_earlier_ones_and_are_no_more_than_there_are():
     weights, shares = np.array([0.6, 0.1, 0.3]), np.array([0.02, 0.25, 0.02])
-    draws_found = allocation(weights, shares, np.array([1000, 20, 1]), np.array([0, 15, 0]), 100)
+    draws_found = allocate_draws(weights, shares, np.array([1000, 20, 1]), np.array([0, 15, 0]), 100)
     assert list(draws_found) == [79, 20, 1] or (
         draws_found.sum() == 100 and draws_found[1] >= 15 and draws_found[2] == 1
     )
-    assert allocation(weights, shares, np.array([3, 4, 1]), np.zeros(3, int), 100).sum() == 8
+    assert allocate_draws(weights, shares, np.array([3, 4, 1]), np.zeros(3, int), 100).sum() == 8
 
 
 # --- Simulated fleets: the interval has the true share in 95 % of them and more.
 
 
 def coverage(
-    weights: list[float], discordance: list[float], draws: int, method: Callable = addable, fleets: int = FLEETS
+    weights: list[float],
+    discordance: list[float],
+    draws: int,
+    method: Callable = find_addable_limits,
+    fleets: int = FLEETS,
 ) -> tuple[float, float]:
     """Share of simulated fleets with the true share in the interval.
 
@@ -167,9 +171,9 @@ def coverage(
     """
     w, d = np.array(weights), np.array(discordance)
     guess = np.array([0.02, 0.25, 0.02])[: w.size]
-    count = allocation(w, guess, np.full(w.size, 10**6), np.zeros(w.size, int), draws)
+    count = allocate_draws(w, guess, np.full(w.size, 10**6), np.zeros(w.size, int), draws)
     shares_drawn = np.random.default_rng(draws).binomial(count, d, (fleets, w.size)) / count
-    _, low, high = combined(
+    _, low, high = combine_shares(
         w, shares_drawn, *method(shares_drawn, np.broadcast_to(count.astype(float), shares_drawn.shape))
     )
     true = float(w @ d)
@@ -208,16 +212,16 @@ def test_exact_limits_squared_and_added_would_not_cover():
     # the least that a search found: strata of like weights, all with the same rare discordance; three standard
     # deviations of 20,000 fleets are 0.005
     alike = [0.3, 0.4, 0.3], [0.0018] * 3, 300
-    assert coverage(*alike, method=limits, fleets=20_000)[0] < 0.935
+    assert coverage(*alike, method=find_exact_limits, fleets=20_000)[0] < 0.935
     covered, width = coverage(*alike, fleets=20_000)
     assert covered >= 0.95
-    assert width < 1.15 * coverage(*alike, method=limits, fleets=20_000)[1]
+    assert width < 1.15 * coverage(*alike, method=find_exact_limits, fleets=20_000)[1]
 
 
 def test_distances_that_are_added_are_normal_ones_at_least():
     share, draws = np.array([0.0, 0.01, 0.3, 0.99, 0.4, 0.4]), np.array([100.0, 100.0, 50.0, 100.0, 0.0, np.inf])
-    low, high = addable(share, draws)
-    exact_low, exact_high = limits(share, draws)
+    low, high = find_addable_limits(share, draws)
+    exact_low, exact_high = find_exact_limits(share, draws)
     # one of a hundred: 0.01 and 1.96 standard deviations of 0.00995 below it
     assert low[1] == pytest.approx(0.01 - 1.959964 * 0.00994987, abs=1e-7)
     assert high[3] == pytest.approx(0.99 + 1.959964 * 0.00994987, abs=1e-7)
@@ -255,7 +259,7 @@ def drawn_fleets(sizes: list[int], discordance: list[float], draws: list[int], h
                     inclusion=inclusion_probabilities(stratum_weights, count)[chosen],
                 )
             )
-        share = share_of(strata, {"H"})
+        share = estimate_share(strata, {"H"})
         hits += share.low <= true <= share.high
         errors.append((share.estimate - true) / (share.high - share.low) * 2.0)
     return hits / FLEETS, float(np.mean(errors))
@@ -278,9 +282,9 @@ def test_resampled_profiles_have_the_spread_of_wheels():
     # Hertz holds or not by the wheel alone: the share is a mean over 60 wheels
     wheels, rails = (indices.ravel() for indices in np.meshgrid(np.arange(60), np.arange(40), indexing="ij"))
     holding = (wheels < 18).astype(float)
-    spread = resampled(wheels, rails, holding, np.ones(2400), seed=3)
+    spread = bootstrap_share(wheels, rails, holding, np.ones(2400), seed=3)
     assert spread.estimate == pytest.approx(0.3)
     assert 0.5 * (spread.high - spread.low) == pytest.approx(1.96 * np.sqrt(0.3 * 0.7 / 60), rel=0.12)
     # of rails as well: both variances, and Owen's term of both, which a share of neither has not
     either = ((wheels < 18) ^ (rails < 12)).astype(float)
-    assert resampled(wheels, rails, either, np.ones(2400), seed=3).high > 0.42
+    assert bootstrap_share(wheels, rails, either, np.ones(2400), seed=3).high > 0.42

@@ -11,8 +11,8 @@ import pytest
 import fecontact
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.features.fleet.model import read_fleet, shares
-from fecontact.features.fleet.population import candidates, pairs_of
+from fecontact.features.fleet.model import normalise_weights, read_fleet
+from fecontact.features.fleet.population import find_candidates, weigh_candidate_pairs
 from fecontact.profiles.examples import write_examples
 
 FLEET = """
@@ -40,7 +40,7 @@ def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
     fleet = read_fleet(written(tmp_path, text))
     assert fleet.positions == {(0.0, 60.0): 0.75, (2.0, 60.0): 0.25}
     names = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
-    pairs = pairs_of(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, names)
+    pairs = weigh_candidate_pairs(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, names)
     # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
     assert pairs == {
         ("a", "x"): pytest.approx(2 / 12),
@@ -95,8 +95,8 @@ def test_positions_that_cannot_be_are_refused_with_their_value(tmp_path, content
 def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
     fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 2000\n"))
     weights, rails = {"a": 3.0, "b": 1.0}, {"x": 1.0, "y": 1.0}
-    pairs = pairs_of(fleet, weights, rails, set())
-    assert pairs == pairs_of(fleet, weights, rails, set())
+    pairs = weigh_candidate_pairs(fleet, weights, rails, set())
+    assert pairs == weigh_candidate_pairs(fleet, weights, rails, set())
     assert sum(pairs.values()) == pytest.approx(1.0)
     # 2,000 draws at 3/4: one standard deviation is 0.0097
     assert pairs["a", "x"] + pairs["a", "y"] == pytest.approx(0.75, abs=0.04)
@@ -138,7 +138,7 @@ def test_weights_of_files_that_cannot_be_are_refused(tmp_path):
     with pytest.raises(InputError, match="they sum to 0"):
         fecontact.check_fleet(written(tmp_path, wheels="file,weight\nS1002,0\n"))
     with pytest.raises(InputError, match="inf"):
-        shares([("a", float("inf"))], "weights")
+        normalise_weights([("a", float("inf"))], "weights")
 
 
 def test_a_table_of_a_million_rows_is_refused(tmp_path):
@@ -154,7 +154,7 @@ def test_an_empty_folder_and_too_many_pairs_are_refused(tmp_path):
         fecontact.check_fleet(path)
     fleet, many = read_fleet(written(tmp_path)), {str(k): 1.0 for k in range(1001)}
     with pytest.raises(InputError, match="1002001 pairs; allowed: up to 1000000; draw some"):
-        pairs_of(fleet, many, many, set())
+        weigh_candidate_pairs(fleet, many, many, set())
 
 
 def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
@@ -165,11 +165,11 @@ def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
         shutil.copyfile(source, mixed / name)
     (mixed / ".hidden").write_text("")
     fleet = read_fleet(written(tmp_path, FLEET.replace("wheels.csv", "mixed")))
-    problems = {candidate.name: candidate.problem for candidate in candidates(fleet, "wheel")}
+    problems = {candidate.name: candidate.problem for candidate in find_candidates(fleet, "wheel")}
     assert problems == {"a": "", "b": "it has the content of a", "tread": "it has the content of a"}
     # names are made different, whatever the files are called
     (mixed / "a.txt").write_text("1 2\n")
-    assert [candidate.name for candidate in candidates(fleet, "wheel")] == ["a", "a.txt", "b", "tread"]
+    assert [candidate.name for candidate in find_candidates(fleet, "wheel")] == ["a", "a.txt", "b", "tread"]
 
 
 def test_check_counts_positions_without_reading_profiles(tmp_path, capsys):

@@ -23,26 +23,26 @@ from inline import inline_crew, stand_ins
 import fecontact
 from fecontact import Case
 from fecontact.cli import call
-from fecontact.contact_theories.registry import HERTZ, THEORIES, Loaded, of_many
+from fecontact.contact_theories.registry import HERTZ, THEORIES, LoadedPlacement, fast_theory
 from fecontact.errors import ConvergenceError, InputError, ProgramError
 from fecontact.features.fleet import pair_jobs, reading, running, screening
-from fecontact.features.fleet.answer import answer_of
+from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.model import read_fleet
 from fecontact.features.fleet.population import Candidate
-from fecontact.features.fleet.profile_files import mark_unusable, reading_of_candidate
-from fecontact.features.fleet.reading import Kept, ReadingProfile
+from fecontact.features.fleet.profile_files import mark_unusable, select_reading
+from fecontact.features.fleet.reading import ReadingProfile, StoredProfile
 from fecontact.features.fleet.report import write_report
-from fecontact.features.fleet.screened_position import position_on_line, position_row
-from fecontact.features.fleet.screening_rows import COLUMN
-from fecontact.features.fleet.strip_deviations import OF_STRIPS, off_strips
-from fecontact.judging.measures import deviations_of
+from fecontact.features.fleet.screened_position import make_position_row, screen_variant
+from fecontact.features.fleet.screening_rows import MEASURE_COLUMNS
+from fecontact.features.fleet.strip_deviations import STRIP_UNCERTAINTY, compare_with_strips
+from fecontact.judging.measures import compute_deviations
 from fecontact.profiles.examples import write_examples
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.writers import points_along
-from fecontact.solving.alone import normal_force_of
-from fecontact.solving.placing import place_case, wheelset_of_case
+from fecontact.profiles.writers import sample_points
+from fecontact.solving.alone import compute_normal_force
+from fecontact.solving.placing import make_wheelset, place_case
 from fecontact.solving.position import expect_on_half_space
 
 ROOT = Path(__file__).parents[2]
@@ -137,8 +137,8 @@ def test_rows_of_an_exact_pair_are_those_of_a_contact_table(fleet):
 
 def test_conicity_is_that_of_the_wheelset_and_concentration_that_of_cones():
     case = Case(wheel="CONE40", rail="60E1", inclination_rad=0.0)
-    wheelset = wheelset_of_case(case)
-    conicity, concentration = screening.conicity_and_concentration(wheelset)
+    wheelset = make_wheelset(case)
+    conicity, concentration = screening.calculate_conicity_and_concentration(wheelset)
     # a cone of 1:40 rolls like one, wherever it touches; its touch point moves by the turn of the rail alone
     assert conicity == pytest.approx(1.0 / 40.0, rel=2e-3)
     assert concentration == 1.0
@@ -147,7 +147,9 @@ def test_conicity_is_that_of_the_wheelset_and_concentration_that_of_cones():
         for conicity_at in fecontact.geometry(Case(), [-6.0, 0.0, 6.0]).conicities
         if conicity_at.amplitude_mm == 3.0
     ]
-    assert screening.conicity_and_concentration(wheelset_of_case(Case()))[0] == pytest.approx(conicities[0], rel=0.02)
+    assert screening.calculate_conicity_and_concentration(make_wheelset(Case()))[0] == pytest.approx(
+        conicities[0], rel=0.02
+    )
 
 
 @pytest.mark.parametrize(("shift", "load_kN"), [(-4.0, 100.0), (2.0, 60.0), (4.0, 120.0), (5.0, 50.0)])
@@ -156,39 +158,39 @@ def test_what_strips_say_of_hertz_is_what_the_half_space_says(shift, load_kN):
     placement = place_case(case)
     half_space = expect_on_half_space(case, placement)[1].half_space
     ellipse = THEORIES[HERTZ].approximate(
-        Loaded(placement=placement, case=case, normal_force_N=half_space.normal_force_N)
+        LoadedPlacement(placement=placement, case=case, normal_force_N=half_space.normal_force_N)
     )
     strips = THEORIES["strip"].approximate(
-        Loaded(placement=placement, case=case, normal_force_N=half_space.normal_force_N)
+        LoadedPlacement(placement=placement, case=case, normal_force_N=half_space.normal_force_N)
     )
-    expected, off = deviations_of(half_space, ellipse), off_strips(strips, ellipse)
+    expected, off = compute_deviations(half_space, ellipse), compare_with_strips(strips, ellipse)
     # what is stated as the uncertainty of the strips; at 5 mm patches lie in two planes, which strips do not see
     often = 1.0 if shift < 5.0 else 4.0
-    for name in COLUMN:
-        assert off[name] == pytest.approx(expected[name], abs=often * OF_STRIPS[name] + 2e-3), name
+    for name in MEASURE_COLUMNS:
+        assert off[name] == pytest.approx(expected[name], abs=often * STRIP_UNCERTAINTY[name] + 2e-3), name
 
 
 def test_an_ellipse_is_no_off_strips_of_constant_curvature():
     case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
     placement = place_case(case)
-    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
     strips, ellipse = (THEORIES[name].approximate(loaded) for name in ("strip", HERTZ))
-    off = off_strips(strips, ellipse)
+    off = compare_with_strips(strips, ellipse)
     # 100 strips are within 0.3 % of Hertz (contact_theories/strip_method.py), and the load of an edge of cells is
     # elsewhere
-    assert all(abs(off[name]) < 3.5e-3 for name in COLUMN)
+    assert all(abs(off[name]) < 3.5e-3 for name in MEASURE_COLUMNS)
     # a peak that is 10 % too large is seen as such
     patch = ellipse.single
-    planted = off_strips(strips, replace(ellipse, patches=(replace(patch, p_max_MPa=1.1 * patch.p_max_MPa),)))
+    planted = compare_with_strips(strips, replace(ellipse, patches=(replace(patch, p_max_MPa=1.1 * patch.p_max_MPa),)))
     assert planted["p_max_MPa"] == pytest.approx(1.1 * (1.0 + off["p_max_MPa"]) - 1.0)
 
 
 def test_theories_in_coarse_steps_find_the_same_contact():
     case = Case(lateral_shift_mm=-3.0)
     placement = place_case(case)
-    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
     for name in ("kik_piotrowski", "stripes", "analyn", "equivalent_ellipse", "kpec"):
-        coarse, fine = of_many(name)(loaded), THEORIES[name].approximate(loaded)
+        coarse, fine = fast_theory(name)(loaded), THEORIES[name].approximate(loaded)
         assert coarse.patches[0].p_max_MPa == pytest.approx(fine.patches[0].p_max_MPa, rel=1e-6), name
 
 
@@ -199,7 +201,7 @@ def test_kept_lines_are_those_that_were_smoothed_to_the_last_bit(tmp_path):
         folder.mkdir()
         settings = {"body": body, "spec": str(path), "reading": Reading(), "filters_mm": (4.0, 8.0)}
         ReadingProfile(**settings, content_hash="")(folder, None)
-        kept_lines = Kept(**settings, folder=folder)
+        kept_lines = StoredProfile(**settings, folder=folder)
         for filter_mm in (4.0, 8.0):
             how = Reading(filter_mm=filter_mm)
             line = resolve_rail(str(path), how) if body == "rail" else resolve_wheel(str(path), how).profile
@@ -240,7 +242,7 @@ def test_a_file_that_is_added_costs_that_file_and_its_pairs(fleet, tmp_path, mon
     assert old.drop(columns="weight").equals(new.drop(columns="weight"))
     assert new["weight"].to_numpy() == pytest.approx(old["weight"].to_numpy() * 2 / 3)
     # what is damaged is done again, and what is no longer asked for is in no table
-    next((out / "pairs").iterdir()).joinpath(screening.PART).write_bytes(b"none")
+    next((out / "pairs").iterdir()).joinpath(screening.ROWS_FILE).write_bytes(b"none")
     file_of(path.parent)
     calls.clear()
     run(path, out)
@@ -288,7 +290,7 @@ def test_notes_of_a_reader_are_in_the_log_the_table_and_the_report(tmp_path):
     # exact profiles of the library need no assumption
     assert notes["60E1"] == notes["S1002"] == []
     assert f"rail rail_left_iter288: {said}" in (tmp_path / "out/run.log").read_text("utf-8")
-    answer = answer_of(tmp_path / "out")
+    answer = evaluate_fleet(tmp_path / "out")
     assert [row for row in answer.notes if row["note"] == said] == [
         {"body": "rail", "note": said, "files": 1, "example": str(rail)}
     ]
@@ -318,7 +320,7 @@ def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_o
     monkeypatch.setattr(running, "write_screen", lambda *arguments: {"HOLDS": 1.0})
     path = file_of(tmp_path, ["60E1"])
     text = path.read_text().replace('["S1002", "measured/wheel.csv"]', '"wheels.csv"')
-    points = points_along(load("S1002"))
+    points = sample_points(load_library_profile("S1002"))
     rows = "".join(f"{y + 70.0:.6f} {-z:.6f}\n" for y, z in points[::-1])
     head = "ColumnDef=X,Y\nWheelDiameterTaperline=70.0\nDiameterTaperline=719.1924\n\n"
     for name in ("a", "b"):
@@ -345,10 +347,10 @@ def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_o
 
 def test_few_wheels_meet_few_rails_at_a_time():
     pairs = [(f"w{wheel:02d}", f"r{rail:02d}") for wheel in range(40) for rail in range(40)]
-    ordered = pair_jobs._in_tiles(pairs)
+    ordered = pair_jobs._sort_into_tiles(pairs)
     assert sorted(ordered) == sorted(pairs)
-    first = ordered[: reading.TILE**2]
-    assert {len({pair[body] for pair in first}) for body in (0, 1)} == {reading.TILE}
+    first = ordered[: reading.TILE_SIZE**2]
+    assert {len({pair[body] for pair in first}) for body in (0, 1)} == {reading.TILE_SIZE}
 
 
 def test_a_position_that_cannot_be_has_its_reason(tmp_path):
@@ -363,11 +365,11 @@ def test_a_position_that_cannot_be_has_its_reason(tmp_path):
 
 def test_lines_that_do_not_agree_leave_a_position_open():
     case = Case(lateral_shift_mm=4.0)
-    line = position_on_line(case, place_case(case), "strip")
+    line = screen_variant(case, place_case(case), "strip")
     # the same contact with a limit between both deviations: it holds on one line and fails on the other
     far = replace(line, off=lambda theory: {**line.off(theory), "p_max_MPa": 0.2})
-    assert position_row([line, line])["verdict"] == "HOLDS"
-    row = position_row([line, far])
+    assert make_position_row([line, line])["verdict"] == "HOLDS"
+    row = make_position_row([line, far])
     assert (row["verdict"], row["cause"], row["lines_holding"], row["cheapest_theory"]) == (
         "OPEN",
         "profile",
@@ -375,9 +377,9 @@ def test_lines_that_do_not_agree_leave_a_position_open():
         "OPEN",
     )
     assert row["p_max_uncertainty_percent"] == pytest.approx(abs(20.0 - row["p_max_percent"]) + 0.5, abs=1e-6)
-    assert position_row([far, far])["verdict"] == "FAILS"
-    assert position_row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
-    assert position_row([far, line])["lines_holding"] == 1
+    assert make_position_row([far, far])["verdict"] == "FAILS"
+    assert make_position_row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
+    assert make_position_row([far, line])["lines_holding"] == 1
 
 
 def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):
@@ -460,11 +462,14 @@ def test_a_killed_scheduler_leaves_what_was_finished(fleet, tmp_path):
         scheduler.kill()
         assert begun.wait() == 3
     assert not (out / "screen").exists()
-    finished_before = {pair.name: (pair / screening.PART).stat().st_mtime_ns for pair in (out / "pairs").glob("[!.]*")}
+    finished_before = {
+        pair.name: (pair / screening.ROWS_FILE).stat().st_mtime_ns for pair in (out / "pairs").glob("[!.]*")
+    }
     assert command(path, out, "--workers", "1").wait() == 0
     assert table_bytes(out) == table_bytes(fleet[1].out)
     assert all(
-        (out / "pairs" / name / screening.PART).stat().st_mtime_ns == time for name, time in finished_before.items()
+        (out / "pairs" / name / screening.ROWS_FILE).stat().st_mtime_ns == time
+        for name, time in finished_before.items()
     )
 
 
@@ -480,7 +485,7 @@ def test_the_half_space_may_screen_too(tmp_path):
 
 
 def test_the_origin_of_a_fleet_counts_its_own_sources():
-    assert running.origin().solved_by["source of fleets"]
+    assert running.find_origin().solved_by["source of fleets"]
 
 
 @pytest.mark.parametrize("error", [KeyError("area_mm2"), TypeError("no such thing"), AttributeError("nothing")])
@@ -489,7 +494,7 @@ def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, 
         raise error
 
     path = file_of(tmp_path)
-    monkeypatch.setattr(screening, "position_row", wrong)
+    monkeypatch.setattr(screening, "make_position_row", wrong)
     with pytest.raises(ProgramError, match=rf"4 of 4 jobs ended with an error of the program.*{type(error).__name__}"):
         run(path, tmp_path / "out")
     assert not (tmp_path / "out" / "screen").exists()
@@ -503,7 +508,7 @@ def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_positi
         raise ConvergenceError("no such contact")
 
     path = file_of(tmp_path)
-    monkeypatch.setattr(screening, "position_row", diverged)
+    monkeypatch.setattr(screening, "make_position_row", diverged)
     rows = screened(run(path, tmp_path / "out").out)
     assert set(rows["verdict"]) == {"REFUSED"}
     assert set(rows["reason"]) == {"no such contact"}
@@ -514,7 +519,7 @@ def test_the_side_in_a_table_is_what_it_says(tmp_path, value, mirror):
     fleet = read_fleet(file_of(tmp_path))
     rail = Candidate(body="rail", name="a", spec="60E1", known={"mirror": value})
     assert mark_unusable(fleet, rail).problem == ""
-    assert reading_of_candidate(fleet, rail).mirror is mirror
+    assert select_reading(fleet, rail).mirror is mirror
     wrong = Candidate(body="rail", name="a", spec="60E1", known={"mirror": "perhaps"})
     refused = mark_unusable(fleet, wrong)
     assert (refused.problem, refused.remedy) == ("mirror is 'perhaps'", "allowed: yes or no, true or false")

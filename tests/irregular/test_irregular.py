@@ -13,30 +13,42 @@ import numpy as np
 import pytest
 
 import fecontact
-from fecontact.case import Case, case_from_record, case_record
+from fecontact.case import Case, make_case_record, read_case_record
 from fecontact.cli import call
 from fecontact.contact.patch import measure_patch
 from fecontact.contact_theories.hertz import hertz_ellipse
-from fecontact.contact_theories.rolling.saturation import saturation
+from fecontact.contact_theories.rolling.saturation import saturate
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.irregular.command import IrregularOptions
-from fecontact.features.irregular.model_errors import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
-from fecontact.features.irregular.models import MODELS, Pair, eq6_limits, filter_of, peak_exponent
-from fecontact.features.irregular.telling import irregular_lines
-from fecontact.guide.pages import page
+from fecontact.features.irregular.model_errors import (
+    find_largest_amplitude_mm,
+    judge_cell,
+    judge_place,
+    make_irregular_place,
+    solve_reference,
+)
+from fecontact.features.irregular.models import (
+    MODELS,
+    SmoothBodies,
+    compute_eq6_limits,
+    compute_filter_factor,
+    compute_peak_exponent,
+)
+from fecontact.features.irregular.telling import format_irregular
+from fecontact.guide.pages import read_page
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.pair_names import position_text
 from fecontact.outputs.records.results import input_columns
-from fecontact.outputs.records.stored import placement_record, stored_placement
-from fecontact.placement.irregularity import FORMS, Irregularity, irregularity_text, parse_irregularity
-from fecontact.runs.identity import case_id
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.outputs.records.stored import placement_record, restore_placement
+from fecontact.placement.irregularity import IRREGULARITY_FORMS, Irregularity, format_irregularity, parse_irregularity
+from fecontact.runs.identity import make_case_id
+from fecontact.runs.toml_cases import read_toml_cases
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
 MODULUS = 210e3 / (2.0 * (1.0 - 0.3**2))
 # wheel of 460 mm on a rail head of 300 mm, 100 kN: a/b 1.33
-PAIR = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=MODULUS)
+PAIR = SmoothBodies(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=MODULUS)
 FORCE = 100e3
 HERTZ = PAIR.hertz(FORCE)
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -74,7 +86,7 @@ def test_the_smooth_pair_is_that_of_the_reference():
     ],
 )
 def test_the_half_space_has_the_approach_and_the_peak_of_finer_nodes(line, s, approach, peak):
-    truth = truth_on(PAIR, FORCE, line, s)
+    truth = solve_reference(PAIR, FORCE, line, s)
     assert truth.approach_mm == pytest.approx(approach, rel=1e-3)
     assert truth.p_max_MPa == (None if peak is None else pytest.approx(peak, rel=3e-3))
     assert truth.residual < 2e-5
@@ -104,7 +116,7 @@ def test_models_on_a_wave_of_50_mm_are_those_of_the_independent_program():
     place = judge_place(PAIR, FORCE, sine(50.0, 0.010), 0.0)
     approaches = {"eq6": 0.114119, "path": 0.114119, "filtered": 0.112823, "local": 0.112719, "fitted": 0.112781}
     assert {name: model.approach_mm for name, model in place.models.items()} == pytest.approx(approaches, abs=1e-6)
-    under = MODELS["fitted"].under(place_on(PAIR, FORCE, sine(50.0, 0.010), 0.0))
+    under = MODELS["fitted"].under(make_irregular_place(PAIR, FORCE, sine(50.0, 0.010), 0.0))
     assert under.p_max_MPa == pytest.approx(1210.9, rel=1e-4)
 
 
@@ -112,13 +124,13 @@ def test_a_parabola_is_hertz_with_another_curvature():
     bent = replace(PAIR, A_per_mm=PAIR.A_per_mm + 2e-4)
     hertz, smooth = bent.hertz(FORCE), sine(1e3, 1e-9)
     parabola = table(lambda s: 2e-4 * s**2)
-    truth, same = truth_on(PAIR, FORCE, parabola, 0.0), truth_on(bent, FORCE, smooth, 0.0)
+    truth, same = solve_reference(PAIR, FORCE, parabola, 0.0), solve_reference(bent, FORCE, smooth, 0.0)
     # the same gap, on nodes that differ by where the search begins
     assert truth.approach_mm == pytest.approx(same.approach_mm, rel=1e-4)
     assert truth.p_max_MPa == pytest.approx(same.p_max_MPa, rel=1e-3)
     # nodes of 16 a semi-axis
     assert truth.approach_mm == pytest.approx(hertz.approach_mm, rel=4e-4)
-    place = place_on(PAIR, FORCE, parabola, 0.0)
+    place = make_irregular_place(PAIR, FORCE, parabola, 0.0)
     for name in ("local", "fitted"):
         said = MODELS[name].under(place)
         assert (said.approach_mm, said.p_max_MPa) == pytest.approx((hertz.approach_mm, hertz.p0_MPa), rel=1e-6), name
@@ -127,7 +139,7 @@ def test_a_parabola_is_hertz_with_another_curvature():
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_constant_opening_moves_the_approach_and_nothing_else(name):
-    place = place_on(PAIR, FORCE, table(lambda s: 0.02 + 0.0 * s), 0.0)
+    place = make_irregular_place(PAIR, FORCE, table(lambda s: 0.02 + 0.0 * s), 0.0)
     said = MODELS[name].under(place)
     assert (said.approach_mm - 0.02, said.p_max_MPa) == pytest.approx((HERTZ.approach_mm, HERTZ.p0_MPa), rel=1e-9)
     assert MODELS[name].force_N(place, said.approach_mm) == pytest.approx(FORCE, rel=1e-8)
@@ -141,7 +153,7 @@ def test_a_constant_opening_moves_the_approach_and_nothing_else(name):
     [*((sine(40.0, 0.012), s) for s in (0.0, 4.0, 11.0, 20.0)), *((sine(480.0, 0.3), s) for s in (0.0, 100.0, 240.0))],
 )
 def test_the_force_at_the_approach_under_a_force_is_that_force(name, line, s):
-    place = place_on(PAIR, FORCE, line, s)
+    place = make_irregular_place(PAIR, FORCE, line, s)
     assert MODELS[name].force_N(place, MODELS[name].under(place).approach_mm) == pytest.approx(FORCE, rel=1e-6)
 
 
@@ -152,20 +164,22 @@ def test_the_contact_filters_a_low_wave_by_its_length(rail_radius_mm, lengths):
     hertz = pair.hertz(FORCE)
     wavelength, amplitude = 2.0 * hertz.a_mm * lengths, 2e-3 * hertz.approach_mm
     # nodes of 16 a semi-axis lie elsewhere on a crest than in a hollow: a ten thousandth of the approach, 0.03 of this
-    crest, hollow = (truth_on(pair, FORCE, sine(wavelength, amplitude), s, nodes=32) for s in (0.0, 0.5 * wavelength))
+    crest, hollow = (
+        solve_reference(pair, FORCE, sine(wavelength, amplitude), s, nodes=32) for s in (0.0, 0.5 * wavelength)
+    )
     slope = 0.5 * (crest.approach_mm - hollow.approach_mm) / amplitude
-    assert slope == pytest.approx(filter_of(2.0 * math.pi / wavelength, hertz.a_mm), abs=0.01)
+    assert slope == pytest.approx(compute_filter_factor(2.0 * math.pi / wavelength, hertz.a_mm), abs=0.01)
 
 
 def test_a_wave_as_long_as_the_patch_is_filtered_out():
-    assert filter_of(math.pi / HERTZ.a_mm, HERTZ.a_mm) == pytest.approx(0.0, abs=1e-15)
-    place = place_on(PAIR, FORCE, sine(2.0 * HERTZ.a_mm, 0.003), 0.0)
+    assert compute_filter_factor(math.pi / HERTZ.a_mm, HERTZ.a_mm) == pytest.approx(0.0, abs=1e-15)
+    place = make_irregular_place(PAIR, FORCE, sine(2.0 * HERTZ.a_mm, 0.003), 0.0)
     assert MODELS["filtered"].under(place).approach_mm == pytest.approx(HERTZ.approach_mm, abs=1e-12)
 
 
 def test_a_phase_and_a_shift_are_the_same():
     shifted, turned_wave = (
-        truth_on(PAIR, FORCE, line, s)
+        solve_reference(PAIR, FORCE, line, s)
         for line, s in ((sine(40.0, 0.02), 5.0), (sine(40.0, 0.02, phase_rad=0.25 * math.pi), 0.0))
     )
     assert shifted.approach_mm == pytest.approx(turned_wave.approach_mm, rel=1e-12)
@@ -173,9 +187,9 @@ def test_a_phase_and_a_shift_are_the_same():
 
 
 def test_lengths_and_the_square_of_the_force_scale_the_same_pressure():
-    small = truth_on(PAIR, FORCE, sine(30.0, 0.02), 4.0)
-    twice = Pair(A_per_mm=0.5 * PAIR.A_per_mm, B_per_mm=0.5 * PAIR.B_per_mm, contact_modulus_MPa=MODULUS)
-    large = truth_on(twice, 4.0 * FORCE, sine(60.0, 0.04), 8.0)
+    small = solve_reference(PAIR, FORCE, sine(30.0, 0.02), 4.0)
+    twice = SmoothBodies(A_per_mm=0.5 * PAIR.A_per_mm, B_per_mm=0.5 * PAIR.B_per_mm, contact_modulus_MPa=MODULUS)
+    large = solve_reference(twice, 4.0 * FORCE, sine(60.0, 0.04), 8.0)
     assert large.p_max_MPa == pytest.approx(small.p_max_MPa, rel=1e-9)
     assert large.approach_mm == pytest.approx(2.0 * small.approach_mm, rel=1e-9)
 
@@ -201,7 +215,7 @@ def test_the_limits_of_the_map_are_those_of_an_independent_program(model, error,
         judge_cell(PAIR, FORCE, 2.0 * lengths * HERTZ.a_mm, share * amplitude * HERTZ.approach_mm)
         for share in (0.85, 1.15)
     ]
-    amplitude_mm = largest_amplitude_mm(cells, model, (error,))
+    amplitude_mm = find_largest_amplitude_mm(cells, model, (error,))
     assert amplitude_mm is not None
     assert amplitude_mm / HERTZ.approach_mm == pytest.approx(amplitude, rel=0.1)
 
@@ -219,13 +233,13 @@ def test_the_limits_of_the_map_are_those_of_an_independent_program(model, error,
     ],
 )
 def test_closed_forms_draw_the_limit_of_eq_6(lengths, amplitude, tolerance):
-    limits = eq6_limits(PAIR, FORCE, 2.0 * lengths * HERTZ.a_mm)
+    limits = compute_eq6_limits(PAIR, FORCE, 2.0 * lengths * HERTZ.a_mm)
     assert min(limits.force_mm, limits.peak_mm) / HERTZ.approach_mm == pytest.approx(amplitude, rel=tolerance)
 
 
 def test_a_circle_has_a_third_of_both_curvatures_in_its_peak():
     # p0 goes with (A + B)^(2/3)
-    assert peak_exponent(replace(PAIR, B_per_mm=PAIR.A_per_mm)) == pytest.approx(1.0 / 3.0, rel=1e-6)
+    assert compute_peak_exponent(replace(PAIR, B_per_mm=PAIR.A_per_mm)) == pytest.approx(1.0 / 3.0, rel=1e-6)
 
 
 def test_a_rounded_flat_is_two_contacts_in_its_middle_and_eq_6_loses_it_on_the_flank():
@@ -286,7 +300,7 @@ def test_whether_hertz_holds_without_the_irregularity_is_said(case, holds):
     }
     assert {name: smooth_record[name] for name in off} == pytest.approx(off, abs=1e-3)
     assert (smooth_record["holds"], smooth_record["problem"]) == (holds, None)
-    _, line, *_ = irregular_lines(record)
+    _, line, *_ = format_irregular(record)
     assert line.startswith(f"Hertz's force and peak {'hold' if holds else 'FAIL'} on these profiles without it: ")
     assert f"{100 * off['peak_error']:+z.1f} %" in line
 
@@ -295,10 +309,10 @@ def test_a_half_space_without_an_answer_leaves_open_whether_hertz_holds(monkeypa
     def failing(*_):
         raise ConvergenceError("it grows without bound")
 
-    monkeypatch.setattr("fecontact.features.irregular.model_errors.theory_alone", failing)
+    monkeypatch.setattr("fecontact.features.irregular.model_errors.evaluate_theory", failing)
     record = fecontact.irregular(ELLIPTIC, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
     assert record["without_irregularity"]["holds"] is None
-    _, line, *_ = irregular_lines(record)
+    _, line, *_ = format_irregular(record)
     assert line.endswith("without it is not known: it grows without bound")
 
 
@@ -437,13 +451,13 @@ def test_the_half_space_of_a_case_has_the_irregularity_in_its_gap(line, distance
 
 def test_touch_points_and_hertz_follow_gap_and_irregularity():
     two = place_case(irregular_case(sine(30.0, 0.100)))
-    touches = place_on(PAIR, FORCE, sine(30.0, 0.100), 0.0).touches
+    touches = make_irregular_place(PAIR, FORCE, sine(30.0, 0.100), 0.0).touches
     assert sorted(touch.x_mm for touch in two.touch_points) == pytest.approx(
         sorted(touch.x_mm for touch in touches[:2]), rel=1e-5
     )
     assert two.along.lowered_mm == pytest.approx(touches[0].gap_mm, abs=1e-6)
     hertz = fecontact.hertz(irregular_case(WAVE))["ellipses"][0]
-    local = MODELS["local"].under(place_on(PAIR, FORCE, WAVE, 0.0))
+    local = MODELS["local"].under(make_irregular_place(PAIR, FORCE, WAVE, 0.0))
     assert hertz["p_max_MPa"] == pytest.approx(local.p_max_MPa, rel=1e-4)
 
 
@@ -465,15 +479,15 @@ def test_rail_and_wheel_enter_alike_and_add_up():
 def test_what_is_irregular_is_solved_whole_and_told_in_the_case():
     case = irregular_case(WAVE, 3.0)
     assert (ELLIPTIC.half, case.half) == (True, False)
-    record = case_record(case)
-    assert case_from_record(json.loads(json.dumps(record))) == case
+    record = make_case_record(case)
+    assert read_case_record(json.loads(json.dumps(record))) == case
     # smooth bodies are printed as before irregular bodies existed
-    assert not {"rail_irregularity", "wheel_irregularity", "distance_mm"} & case_record(ELLIPTIC).keys()
+    assert not {"rail_irregularity", "wheel_irregularity", "distance_mm"} & make_case_record(ELLIPTIC).keys()
     # a table goes to workers with its points
     measured = irregular_case(table(lambda s: 1e-4 * s**2))
     measured.rail_irregularity.opening_mm(0.5)
     assert pickle.loads(pickle.dumps(measured)) == measured
-    assert case_from_record(json.loads(json.dumps(case_record(measured)))) == measured
+    assert read_case_record(json.loads(json.dumps(make_case_record(measured)))) == measured
 
 
 def test_a_study_has_irregularities_as_texts_or_tables_and_lists_of_distances(tmp_path):
@@ -483,11 +497,11 @@ def test_a_study_has_irregularities_as_texts_or_tables_and_lists_of_distances(tm
         'rail_irregularity = "sine:wavelength_mm=50,amplitude_um=10"\n'
         'wheel_irregularity = {kind = "haversine", length_mm = 80, depth_um = 100}\n'
     )
-    cases = toml_cases(path)
+    cases = read_toml_cases(path)
     assert [case.distance_mm for case in cases] == [0.0, 12.5, 25.0]
     assert cases[0].rail_irregularity == WAVE
     assert cases[0].wheel_irregularity == Irregularity(kind="haversine", length_mm=80.0, depth_mm=0.1)
-    assert len({case_id(case) for case in cases}) == 3
+    assert len({make_case_id(case) for case in cases}) == 3
     assert input_columns(cases[1])["distance_mm"] == 12.5
     assert input_columns(cases[1])["rail_irregularity"] == "sine:wavelength_mm=50,amplitude_mm=0.01"
     assert position_text(input_columns(cases[1])) == "+0.00 mm, 100 kN, at 12.5 mm"
@@ -539,7 +553,7 @@ def test_finite_bodies_add_nothing_of_an_irregularity():
 def test_a_stored_wheel_stands_as_low_as_the_placed_one():
     case = Case(rail_irregularity=parse_irregularity("sine:wavelength_mm=50,amplitude_mm=0.03"), distance_mm=12.0)
     placement = place_case(case)
-    stored = stored_placement(case, json.loads(json.dumps(placement_record(placement), default=float)))
+    stored = restore_placement(case, json.loads(json.dumps(placement_record(placement), default=float)))
     assert placement.along.lowered_mm != 0.0
     x, s = np.linspace(-8.0, 8.0, 9)[:, None], np.linspace(-3.0, 3.0, 5)[None, :]
     np.testing.assert_array_equal(stored.gap(x, s), placement.gap(x, s))
@@ -549,7 +563,7 @@ def test_a_stored_wheel_stands_as_low_as_the_placed_one():
 def test_a_sine_is_said_to_be_a_cosine_where_it_is_asked_for():
     assert sine(30.0, 0.025).opening_mm(0.0) == 0.025
     said = "a cosine"
-    for text in (FORMS, page("irregular"), IrregularOptions.__doc__):
+    for text in (IRREGULARITY_FORMS, read_page("irregular"), IrregularOptions.__doc__):
         assert said in text
 
 
@@ -557,9 +571,9 @@ def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
     """Misprints of eq. 4 (semi-axes), eq. 12 (saturation) and eq. 16 (steady motion)."""
     steady = pytest.importorskip("fecontact.features.curves.steady")
     for where, equation in (
-        ((hertz_ellipse.__doc__, page("irregular")), "eq. 4"),
-        ((saturation.__doc__, page("creep")), "eq. 12"),
-        ((steady.__doc__, page("curves")), "16"),
+        ((hertz_ellipse.__doc__, read_page("irregular")), "eq. 4"),
+        ((saturate.__doc__, read_page("creep")), "eq. 12"),
+        ((steady.__doc__, read_page("curves")), "16"),
     ):
         for text in where:
             assert equation in text
@@ -571,4 +585,4 @@ def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
 
 def test_a_table_is_told_by_the_number_of_its_points_and_its_ends():
     table = Irregularity(kind="table", points_mm=((-30.0, 0.0), (-10.0, 0.01), (0.0, 0.02), (5.0, 0.03), (20.5, 0.0)))
-    assert irregularity_text(table) == "table of 5 points from -30 to 20.5 mm"
+    assert format_irregularity(table) == "table of 5 points from -30 to 20.5 mm"

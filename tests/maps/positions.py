@@ -10,8 +10,8 @@ from typing import Any
 from inline import stand_ins
 
 from fecontact.case import Case
-from fecontact.jobs.workers import Crew, Made
-from fecontact.maps.positions import failed_position
+from fecontact.jobs.workers import Crew, WorkResult
+from fecontact.maps.positions import build_failed_position
 from fecontact.runs.map_positions import keep_position
 from fecontact.runs.map_run import MapOutcome, run_map
 
@@ -30,18 +30,18 @@ class FakePosition:
     pictured: bool = False
     seconds: float = 0.0
 
-    def __call__(self, folder: Path, finished: Path | None) -> Made:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         with (folder.parent.parent / "solves.txt").open("a") as file:
             file.write(f"{self.case.lateral_shift_mm:g}\n")
         time.sleep(self.seconds)
-        lost = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
+        lost = build_failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
         keep_position(lost, self.case, folder)
-        return Made()
+        return WorkResult()
 
 
 def map_by(
     *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **keywords: Any
 ) -> MapOutcome:
     """`run_map` with another crew or work."""
-    with stand_ins(crew, work, "fecontact.runs.map_run.SolvingPosition"):
+    with stand_ins(crew, work, "fecontact.runs.map_run.PositionWork"):
         return run_map(*arguments, **keywords)

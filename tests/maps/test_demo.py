@@ -16,13 +16,21 @@ from test_map_views import failing, flat_patch, position, verdicts
 from fecontact.cli import call
 from fecontact.contact_theories.registry import MULTI_HERTZ, THEORIES
 from fecontact.judging.verdict import Verdict
-from fecontact.maps.load_limits import load_limit
+from fecontact.maps.load_limits import find_load_limit
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
 from fecontact.maps.verdict_views import CAUSES
 from fecontact.runs import demo
-from fecontact.runs.demo import BASE, LOADS_N, SHIFTS_MM, SPHERE, DemoOutcome, exact_peak_MPa, shown_case
-from fecontact.runs.demo_answer import answer_sentences, file_lines, remedy_sentences, sphere_sentence
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.runs.demo import (
+    BASE_CASE,
+    LOADS_N,
+    SHIFTS_MM,
+    SPHERE_CASE,
+    DemoOutcome,
+    choose_paraview_case,
+    compute_exact_peak_MPa,
+)
+from fecontact.runs.demo_answer import list_files, write_answer_sentences, write_remedy_sentences, write_sphere_sentence
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 
 ROOT = Path(__file__).parents[2]
@@ -36,21 +44,21 @@ def base_map():
 
     Springs hold at the two touch points.
     """
-    case = replace(BASE)
+    case = replace(BASE_CASE)
     return ApplicabilityMap(case=case, loads_N=(50e3,), positions=(position(-4.0), position(5.0)))
 
 
 def said(base_map, shifts_mm, loads_kN, rows, causes=None):
-    return answer_sentences(verdicts(base_map, shifts_mm, loads_kN, rows, causes))
+    return write_answer_sentences(verdicts(base_map, shifts_mm, loads_kN, rows, causes))
 
 
 def test_the_sphere_is_one_and_its_peak_is_that_of_the_closed_form():
-    hertz = hertz_of_case(SPHERE, place_case(SPHERE))
+    hertz = compute_hertz(SPHERE_CASE, place_case(SPHERE_CASE))
     assert hertz.a_mm == pytest.approx(hertz.b_mm, rel=1e-9)
-    assert hertz.p0_MPa == pytest.approx(exact_peak_MPa(), rel=1e-9)
+    assert hertz.p0_MPa == pytest.approx(compute_exact_peak_MPa(), rel=1e-9)
     # 3 F / (2 pi a^2), with a^3 = 3 F R / (4 E*): the same by other steps, E* of steel on steel (210 GPa, 0.3)
     a_mm = (0.75 * 100e3 * 460.0 / (210e3 / (2.0 * (1.0 - 0.3**2)))) ** (1.0 / 3.0)
-    assert exact_peak_MPa() == pytest.approx(1.5 * 100e3 / (3.141592653589793 * a_mm**2), rel=1e-12)
+    assert compute_exact_peak_MPa() == pytest.approx(1.5 * 100e3 / (3.141592653589793 * a_mm**2), rel=1e-12)
 
 
 def test_an_answer_has_two_sentences(base_map):
@@ -117,13 +125,13 @@ def test_a_load_that_did_not_converge_is_not_an_answer(base_map):
     shown_map = verdicts(base_map, [0.0], [20, 50], ["hf"])
     (where,) = shown_map.positions
     cells = (where.cells[0], replace(where.cells[1], status="not converged"))
-    shown_map = replace(shown_map, positions=(replace(where, cells=cells, limit=load_limit(cells)),))
-    assert answer_sentences(shown_map) == [
+    shown_map = replace(shown_map, positions=(replace(where, cells=cells, limit=find_load_limit(cells)),))
+    assert write_answer_sentences(shown_map) == [
         "Between 20 kN and 50 kN, Hertz holds at 0 mm at 20 kN.",
         "It is not known to fail at any shift or load of this map.",
         "1 cell has no usable result, at 0 mm (50 kN).",
     ]
-    assert remedy_sentences(shown_map) == []
+    assert write_remedy_sentences(shown_map) == []
 
 
 def test_loads_of_the_search_bound_the_answer(base_map):
@@ -131,17 +139,19 @@ def test_loads_of_the_search_bound_the_answer(base_map):
     shown_map = verdicts(base_map, [2.0], [20, 28.93, 31.52, 100], ["hhff"])
     (where,) = shown_map.positions
     map_loads, tried = (where.cells[0], where.cells[3]), [cell.judged for cell in where.cells[1:3]]
-    limit = load_limit(map_loads, tried)
+    limit = find_load_limit(map_loads, tried)
     shown_map = replace(
         shown_map, loads_N=(20e3, 100e3), positions=(replace(where, cells=map_loads, tried=tuple(tried), limit=limit),)
     )
-    assert answer_sentences(shown_map) == [
+    assert write_answer_sentences(shown_map) == [
         "Between 20 kN and 100 kN, Hertz holds at 2 mm up to 28.9 kN.",
         "It fails at 2 mm from 31.5 kN, because the pressure has a second lobe.",
     ]
     conforming = replace(tried[1], verdict=replace(tried[1].verdict, cause="conformity"))
     shown_map = replace(shown_map, positions=(replace(shown_map.positions[0], tried=(tried[0], conforming)),))
-    assert answer_sentences(shown_map)[1].endswith("because the surfaces conform and the pressure has a second lobe.")
+    assert write_answer_sentences(shown_map)[1].endswith(
+        "because the surfaces conform and the pressure has a second lobe."
+    )
 
 
 @pytest.mark.parametrize("cause", [*CAUSES, None])
@@ -151,7 +161,7 @@ def test_every_cause_has_words(base_map, cause):
 
 
 def test_the_remedy_is_a_theory_inside_its_range(base_map):
-    assert remedy_sentences(base_map) == [
+    assert write_remedy_sentences(base_map) == [
         "The cheapest theory that holds there, inside its range, is"
         f" {THEORIES[MULTI_HERTZ].in_sentence}, at 5 mm (50 kN)."
     ]
@@ -159,16 +169,16 @@ def test_the_remedy_is_a_theory_inside_its_range(base_map):
     partly_flat = flat_patch()
     assert partly_flat.rows()[0]["cheapest_theory"] == "analyn"
     assert partly_flat.rows()[0]["cheapest_theory_status"] == "out of range"
-    (sentence,) = remedy_sentences(partly_flat)
+    (sentence,) = write_remedy_sentences(partly_flat)
     assert "is KPEC at 3 mm (100 kN)" in sentence
 
 
 def test_without_a_remedy_that_is_said(base_map):
     no_remedy = failing(replace(base_map, positions=(*base_map.positions, lost_position())))
-    assert remedy_sentences(no_remedy) == [
+    assert write_remedy_sentences(no_remedy) == [
         "Every theory fails, or is outside its range, at 5 mm (50 kN): use finite elements there."
     ]
-    assert remedy_sentences(replace(base_map, positions=base_map.positions[:1])) == []
+    assert write_remedy_sentences(replace(base_map, positions=base_map.positions[:1])) == []
 
 
 def test_an_open_remedy_is_not_named(base_map):
@@ -177,31 +187,33 @@ def test_an_open_remedy_is_not_named(base_map):
     verdict = Verdict(answer="UNRESOLVED", measure="area_mm2", each={"area_mm2": "UNRESOLVED"})
     judgements = {name: replace(judgement, verdict=verdict) for name, judgement in cell.judged.judgements.items()}
     cells = (replace(cell, judged=replace(cell.judged, judgements=judgements)),)
-    assert remedy_sentences(replace(base_map, positions=(replace(second, cells=cells),))) == [
+    assert write_remedy_sentences(replace(base_map, positions=(replace(second, cells=cells),))) == [
         "It is unresolved whether a theory inside its range holds at 5 mm (50 kN)."
     ]
 
 
 def lost_position(shift_mm=6.0):
     cell = MapCell(lateral_shift_mm=shift_mm, load_N=50e3, status="failed: no memory")
-    return MapPosition(lateral_shift_mm=shift_mm, cells=(cell,), limit=load_limit([cell]))
+    return MapPosition(lateral_shift_mm=shift_mm, cells=(cell,), limit=find_load_limit([cell]))
 
 
 def test_the_sphere_is_compared_with_the_closed_form():
-    assert sphere_sentence(ROW) == (
+    assert write_sphere_sentence(ROW) == (
         "Sphere of radius 460 mm on a plane, 100 kN, where Hertz is exact: peak pressure 1068.5 MPa by finite elements,"
         " 1067.8 MPa in closed form, deviation +0.07 %."
     )
-    assert sphere_sentence({**ROW, "fe_p_max_MPa": 0.98 * exact_peak_MPa()}).endswith("deviation -2.00 %.")
-    assert sphere_sentence({"id": "sphere", "status": "failed: disk full"}).endswith("exact: failed: disk full")
+    assert write_sphere_sentence({**ROW, "fe_p_max_MPa": 0.98 * compute_exact_peak_MPa()}).endswith(
+        "deviation -2.00 %."
+    )
+    assert write_sphere_sentence({"id": "sphere", "status": "failed: disk full"}).endswith("exact: failed: disk full")
 
 
 def test_the_case_for_paraview_fails_if_any_does(base_map):
-    assert shown_case(base_map) == replace(BASE, lateral_shift_mm=5.0, load_N=50e3)
-    assert shown_case(replace(base_map, positions=base_map.positions[:1])) == replace(
-        BASE, lateral_shift_mm=-4.0, load_N=50e3
+    assert choose_paraview_case(base_map) == replace(BASE_CASE, lateral_shift_mm=5.0, load_N=50e3)
+    assert choose_paraview_case(replace(base_map, positions=base_map.positions[:1])) == replace(
+        BASE_CASE, lateral_shift_mm=-4.0, load_N=50e3
     )
-    assert shown_case(replace(base_map, positions=(lost_position(),))) is None
+    assert choose_paraview_case(replace(base_map, positions=(lost_position(),))) is None
 
 
 @pytest.mark.parametrize(
@@ -230,7 +242,7 @@ def test_the_exit_code_says_whether_all_converged(rows, sphere, code, lost, base
 def test_without_a_case_for_paraview_none_is_named(base_map):
     outcome = DemoOutcome(map=replace(base_map, positions=(lost_position(),)), sphere=ROW, shown=None)
     assert not outcome.all_converged
-    assert [line[:9] for line in file_lines(Path("out"), outcome)] == [FILES[0], FILES[1], FILES[3]]
+    assert [line[:9] for line in list_files(Path("out"), outcome)] == [FILES[0], FILES[1], FILES[3]]
 
 
 @pytest.mark.parametrize(

@@ -40,29 +40,29 @@ from fecontact.bodies import Material
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
 from fecontact.contact.grid import ContactGrid, Rung
-from fecontact.contact_theories.approximation import mean_pressure
+from fecontact.contact_theories.approximation import average_pressure_over_cells
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES
-from fecontact.errors import InputError, NotEnoughMemory, ProgramError
-from fecontact.files import json_text
+from fecontact.errors import InputError, MemoryShortageError, ProgramError
+from fecontact.files import format_json
 from fecontact.inputs.texts import parse_numbers
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import write_manifest
-from fecontact.jobs.workers import Crew, Made
+from fecontact.jobs.workers import Crew, WorkResult
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.lines import Lines, LobeOnLine, OnLine
+from fecontact.judging.lines import ProfileVariants, VariantLobe, VariantResult
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import Level, SolvedLoad
 from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.judging.verdict import judge
-from fecontact.maps.files import map_figure, write_map
-from fecontact.maps.load_limits import KnownLoad, known_loads, load_limit, next_load
-from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition, cell_row
+from fecontact.maps.files import save_map_figure, write_map
+from fecontact.maps.load_limits import LoadVerdict, choose_next_load, find_load_limit, list_usable_loads
+from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition, build_cell_row
 from fecontact.maps.positions import solve_position
 from fecontact.maps.report import write_map_report
-from fecontact.maps.telling import cell_record, limit_record, map_record
-from fecontact.maps.text_map import map_table
-from fecontact.maps.verdict_views import CAUSE_LETTERS, CAUSES, limit_text, verdict_view
+from fecontact.maps.telling import build_cell_record, build_limit_record, build_map_record
+from fecontact.maps.text_map import format_map_table
+from fecontact.maps.verdict_views import CAUSE_LETTERS, CAUSES, build_verdict_view, format_limit
 from fecontact.outputs.records.results import load_row
 from fecontact.outputs.records.stored import (
     placement_from_record,
@@ -75,12 +75,18 @@ from fecontact.outputs.records.stored import (
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.regression.tables import load_table
 from fecontact.runs import map_positions, store
-from fecontact.runs.identity import case_id, origin_of
+from fecontact.runs.identity import determine_origin, make_case_id
 from fecontact.runs.load import load as load_results
-from fecontact.runs.map_positions import SolvingPosition, found_position, keep_position, position_folder, read_position
-from fecontact.runs.store import SOLVED
-from fecontact.runs.stored_map import judge_map, map_document
-from fecontact.solving.hertz import hertz_of_case
+from fecontact.runs.map_positions import (
+    PositionWork,
+    keep_position,
+    name_position_folder,
+    read_pictured_position,
+    read_position,
+)
+from fecontact.runs.store import SOLUTION_FILE
+from fecontact.runs.stored_map import judge_map, read_map_document
+from fecontact.solving.hertz import compute_hertz
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import Clock, expect_on_half_space
 from fecontact.solving.solve import LoadSweep, fit_stiffness
@@ -119,7 +125,7 @@ def planted_rung(hertz, nodes, deviation, status="converged"):
     x = hertz.a_mm / nodes * np.arange(count + 1)
     s = hertz.b_mm / nodes * np.arange(-count, count + 1)
     grid = ContactGrid(x_mm=x, s_mm=s, half=True)
-    pressure = mean_pressure(grid, ellipse)
+    pressure = average_pressure_over_cells(grid, ellipse)
     return Rung(
         grid=grid,
         pressure_MPa=pressure,
@@ -136,7 +142,7 @@ def planted_rung(hertz, nodes, deviation, status="converged"):
 
 
 def planted_solved(case, deviation=0.0, status="converged", **settings):
-    hertz = hertz_of_case(case, placement_of(case.lateral_shift_mm))
+    hertz = compute_hertz(case, placement_of(case.lateral_shift_mm))
     levels = tuple(
         Level(
             nodal=planted_rung(hertz, nodes, deviation, status),
@@ -193,7 +199,7 @@ def point(load_N: float, deviation: float = 0.0, uncertainty: float = 0.001, sta
     )
 
 
-K_H = hertz_of_case(ROUND, placement_of(0.0)).stiffness_N_per_mm15
+K_H = compute_hertz(ROUND, placement_of(0.0)).stiffness_N_per_mm15
 
 
 def cell_of(judged_load):
@@ -217,14 +223,14 @@ def searched(deviation: Answers, loads=LOADS, uncertainty=UNSURE):
     """
     cells = cells_at(deviation, loads, uncertainty)
     tried = []
-    while (next_load_N := next_load(known_loads(cells, tried), loads)) is not None:
-        assert not load_limit(cells, tried).narrowed
+    while (next_load_N := choose_next_load(list_usable_loads(cells, tried), loads)) is not None:
+        assert not find_load_limit(cells, tried).narrowed
         tried.append(point(next_load_N, deviation(next_load_N), uncertainty))
         assert len(tried) <= 14
-    limit = load_limit(cells, tried)
+    limit = find_load_limit(cells, tried)
     assert limit.narrowed
     assert limit.tried == tuple((judged_load.load_N, judged_load.verdict.answer) for judged_load in tried)
-    assert_intervals_fit(limit, known_loads(cells, tried))
+    assert_intervals_fit(limit, list_usable_loads(cells, tried))
     return limit
 
 
@@ -384,10 +390,10 @@ def test_a_guard_finds_where_hertz_holds_again_between_two_loads_of_the_map(devi
 )
 def test_guard_beyond_a_limit(loads, guard):
     loads_tried = [
-        KnownLoad(load_N=load, answer="HOLDS" if load <= 60 or load in (93, 99) else "FAILS", excess=math.nan)
+        LoadVerdict(load_N=load, answer="HOLDS" if load <= 60 or load in (93, 99) else "FAILS", excess=math.nan)
         for load in loads
     ]
-    next_load_kN = next_load(loads_tried, [50, 100, 150])
+    next_load_kN = choose_next_load(loads_tried, [50, 100, 150])
     assert next_load_kN == (None if guard is None else pytest.approx(guard))
 
 
@@ -417,12 +423,12 @@ def test_the_ends_of_an_open_stretch_take_few_loads(deviation, uncertainty, most
 
 def test_a_known_load_fails_or_holds_by_the_least_and_the_most_of_its_excess():
     for deviation, answer in ((0.045, "HOLDS"), (0.052, "UNRESOLVED"), (0.06, "FAILS")):
-        load_tried = KnownLoad.of(point(1e5, deviation, 0.004))
+        load_tried = LoadVerdict.of(point(1e5, deviation, 0.004))
         assert load_tried.answer == answer
         assert (load_tried.least, load_tried.most) == pytest.approx((20 * deviation - 1.08, 20 * deviation - 0.92))
     nothing = replace(point(1e5, 0.06), judgements={HERTZ: replace(point(1e5, 0.06).judgements[HERTZ], uncertainty={})})
-    assert math.isnan(KnownLoad.of(nothing).least)
-    assert KnownLoad.of(nothing).excess == pytest.approx(0.2)
+    assert math.isnan(LoadVerdict.of(nothing).least)
+    assert LoadVerdict.of(nothing).excess == pytest.approx(0.2)
 
 
 def test_only_loads_that_were_tried_count():
@@ -430,18 +436,18 @@ def test_only_loads_that_were_tried_count():
 
     They do not make room for two more loads.
     """
-    loads_tried = [KnownLoad(load_N=10e3, answer="HOLDS", excess=-0.5)]
-    loads_tried += [KnownLoad(load_N=60e3 + load, answer="FAILS", excess=1.0) for load in range(14)]
-    assert next_load(loads_tried, LOADS) is None
-    assert next_load(loads_tried[:-1], LOADS) is not None
+    loads_tried = [LoadVerdict(load_N=10e3, answer="HOLDS", excess=-0.5)]
+    loads_tried += [LoadVerdict(load_N=60e3 + load, answer="FAILS", excess=1.0) for load in range(14)]
+    assert choose_next_load(loads_tried, LOADS) is None
+    assert choose_next_load(loads_tried[:-1], LOADS) is not None
 
 
 def test_a_number_that_is_none_says_nothing_of_where_a_limit_is():
     loads_tried = [
-        KnownLoad(load_N=10e3, answer="HOLDS", excess=-0.5),
-        KnownLoad(load_N=90e3, answer="UNRESOLVED", excess=math.nan),
+        LoadVerdict(load_N=10e3, answer="HOLDS", excess=-0.5),
+        LoadVerdict(load_N=90e3, answer="UNRESOLVED", excess=math.nan),
     ]
-    assert next_load(loads_tried, (10e3, 90e3)) == pytest.approx(30e3, rel=0.01)
+    assert choose_next_load(loads_tried, (10e3, 90e3)) == pytest.approx(30e3, rel=0.01)
 
 
 def test_a_load_that_may_not_be_used_ends_the_search_beside_it_alone():
@@ -450,7 +456,7 @@ def test_a_load_that_may_not_be_used_ends_the_search_beside_it_alone():
     After it, nothing was tried between 20 and 50 kN.
     """
     loads_tried = [
-        KnownLoad(load_N=load_N, answer=answer, excess=excess)
+        LoadVerdict(load_N=load_N, answer=answer, excess=excess)
         for load_N, answer, excess in (
             (20e3, "HOLDS", -0.5),
             (50e3, "UNRESOLVED", 0.1),
@@ -459,11 +465,11 @@ def test_a_load_that_may_not_be_used_ends_the_search_beside_it_alone():
         )
     ]
     map_loads = (20e3, 50e3, 120e3)
-    assert 20e3 < next_load(loads_tried, map_loads, [52.3e3]) < 50e3
+    assert 20e3 < choose_next_load(loads_tried, map_loads, [52.3e3]) < 50e3
     # known well there, and 7 % apart where the load is that may not be used
-    loads_tried.insert(1, KnownLoad(load_N=48.5e3, answer="HOLDS", excess=-0.1))
-    assert next_load(loads_tried, map_loads, [52.3e3]) is None
-    assert 50e3 < next_load(loads_tried, map_loads) < 53.8e3
+    loads_tried.insert(1, LoadVerdict(load_N=48.5e3, answer="HOLDS", excess=-0.1))
+    assert choose_next_load(loads_tried, map_loads, [52.3e3]) is None
+    assert 50e3 < choose_next_load(loads_tried, map_loads) < 53.8e3
 
 
 excesses = st.floats(-1.0, 5.0) | st.just(math.nan)
@@ -483,10 +489,10 @@ def test_every_search_ends(map_loads, steps, band):
     def known_at(load):
         excess = next((value for low, value in reversed(steps) if low <= load), -1.0)
         answer = "FAILS" if excess > band else "HOLDS" if excess < -band else "UNRESOLVED"
-        return KnownLoad(load_N=load, answer=answer, excess=excess)
+        return LoadVerdict(load_N=load, answer=answer, excess=excess)
 
     loads_tried = [known_at(load) for load in map_loads]
-    while (next_load_N := next_load(loads_tried, map_loads)) is not None:
+    while (next_load_N := choose_next_load(loads_tried, map_loads)) is not None:
         place = bisect([load_tried.load_N for load_tried in loads_tried], next_load_N)
         assert 0 < place < len(loads_tried)
         assert loads_tried[place - 1].load_N < next_load_N < loads_tried[place].load_N
@@ -511,7 +517,7 @@ OPEN_BETWEEN = (
 
 def test_a_load_that_could_not_be_solved_ends_the_search_and_is_named():
     stopped = MapCell(lateral_shift_mm=0.0, load_N=2.9e4, status="failed: no memory")
-    limit = load_limit(TWO_LOADS, stopped=stopped)
+    limit = find_load_limit(TWO_LOADS, stopped=stopped)
     assert limit.intervals == OPEN_BETWEEN
     assert (limit.F_max_N, limit.tried) == (1e4, ())
     assert limit.note == "29 kN: failed: no memory"
@@ -521,7 +527,7 @@ def test_a_load_that_could_not_be_solved_ends_the_search_and_is_named():
 
 def test_a_load_that_did_not_converge_ends_the_search_for_good():
     open_ = point(2.9e4, 0.2, status="not converged")
-    limit = load_limit(TWO_LOADS, [open_])
+    limit = find_load_limit(TWO_LOADS, [open_])
     assert limit.intervals == OPEN_BETWEEN
     assert limit.tried == ((2.9e4, "UNRESOLVED"),)
     assert limit.note == "29 kN: not converged"
@@ -533,25 +539,25 @@ def test_loads_of_the_map_that_cannot_be_used_are_not_known():
     lost = MapCell(lateral_shift_mm=0.0, load_N=150e3, status="failed: no memory")
     open_ = cell_of(point(10e3, status="not converged"))
     cells = [open_, *cells_at(rising(66e3), LOADS[1:3]), lost]
-    assert [load_tried.load_N for load_tried in known_loads(cells)] == [50e3, 100e3]
-    limit = load_limit(cells)
+    assert [load_tried.load_N for load_tried in list_usable_loads(cells)] == [50e3, 100e3]
+    limit = find_load_limit(cells)
     assert (limit.intervals[0].low_N, limit.intervals[-1].high_N) == (50e3, 100e3)
     assert not limit.narrowed
-    assert (load_limit([lost]).reason, load_limit([lost]).intervals) == ("failed: no memory", ())
-    assert load_limit([open_, lost]).reason == "no load could be solved"
-    assert load_limit([lost]).F_max_N is None
+    assert (find_load_limit([lost]).reason, find_load_limit([lost]).intervals) == ("failed: no memory", ())
+    assert find_load_limit([open_, lost]).reason == "no load could be solved"
+    assert find_load_limit([lost]).F_max_N is None
 
 
 def test_a_known_load_is_as_far_beyond_its_limit_as_its_worst_measure():
     judged_load = point(1e5, 0.06)
-    assert KnownLoad.of(judged_load).excess == pytest.approx(0.2)
+    assert LoadVerdict.of(judged_load).excess == pytest.approx(0.2)
     field = judged_load.judgements[HERTZ]
     gauge = replace(field, deviation=field.deviation | {"centre_over_b": -0.3})
     either = replace(judged_load, judgements={HERTZ_GAUGE: gauge, HERTZ: field})
-    assert KnownLoad.of(either).excess == pytest.approx(1.0)
+    assert LoadVerdict.of(either).excess == pytest.approx(1.0)
     # the verdict of another theory does not count
     two_theories = replace(judged_load, judgements={HERTZ: field, MULTI_HERTZ: gauge})
-    assert KnownLoad.of(two_theories).excess == pytest.approx(0.2)
+    assert LoadVerdict.of(two_theories).excess == pytest.approx(0.2)
 
 
 # --- positions ------------------------------------------------------------------------------------------------------
@@ -580,7 +586,7 @@ class FakeSweep:
 
     def _hungry(self, what):
         if self.shift == 0.0 and what in FakeSweep.short_of_memory:
-            raise NotEnoughMemory("the factor needs about 4.5 GB of memory, 1.2 GB are available")
+            raise MemoryShortageError("the factor needs about 4.5 GB of memory, 1.2 GB are available")
 
     def solve(self, load_N, *, refine=True):
         # a search beside a limit is not worth finer meshes
@@ -633,7 +639,7 @@ def judged_once(solved_load, placement, theories):
 
     Every test reads positions, at 0.1 s per load. Equal means equal to the last bit.
     """
-    values = pickle.dumps((solved_load, json_text(placement_record(placement)), tuple(theories)))
+    values = pickle.dumps((solved_load, format_json(placement_record(placement)), tuple(theories)))
     key = hashlib.sha256(values).digest()
     if key not in JUDGED:
         JUDGED[key] = judge_load(solved_load, placement, theories)
@@ -655,7 +661,7 @@ def _reset_sweep(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "short_of_memory", set())
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
-        monkeypatch.setattr("fecontact.maps.files.map_figure", no_figure)
+        monkeypatch.setattr("fecontact.maps.files.save_map_figure", no_figure)
     monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
     monkeypatch.setattr("fecontact.runs.stored_map.write_map_report", no_figure)
     monkeypatch.setattr(store, "judge_load", judged_once)
@@ -704,7 +710,7 @@ def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
     """Folder of a map, and the map."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(map_positions, "solve_position", fake_position)
-        patch.setattr("fecontact.maps.files.map_figure", no_figure)
+        patch.setattr("fecontact.maps.files.save_map_figure", no_figure)
         patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
         patch.setattr(store, "judge_load", judged_once)
         return out, fake_run(out, shifts, loads=loads, progress=progress).made
@@ -778,7 +784,7 @@ def fresh():
 
 
 def cells_of(applicability_map):
-    return [cell_record(cell) for cell in applicability_map.cells]
+    return [build_cell_record(cell) for cell in applicability_map.cells]
 
 
 def open_loads(position):
@@ -792,8 +798,8 @@ def plain(applicability_map):
 
     Missing numbers compare as equal, as numbers do.
     """
-    limits = [limit_record(position.lateral_shift_mm, position.limit) for position in applicability_map.positions]
-    return json.loads(json_text({"cells": cells_of(applicability_map), "limits": limits}))
+    limits = [build_limit_record(position.lateral_shift_mm, position.limit) for position in applicability_map.positions]
+    return json.loads(format_json({"cells": cells_of(applicability_map), "limits": limits}))
 
 
 def test_a_position_has_all_loads_and_its_limit():
@@ -891,9 +897,11 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
 
 @pytest.mark.parametrize("pictured", [False, True])
 def test_what_a_worker_hands_on_is_what_its_folder_says(run, tmp_path, pictured):
-    work = SolvingPosition(case=ROUND, name=case_id(ROUND, FEW_LOADS), loads_N=FEW_LOADS, pictured=pictured)
+    work = PositionWork(case=ROUND, name=make_case_id(ROUND, FEW_LOADS), loads_N=FEW_LOADS, pictured=pictured)
     handed = work(tmp_path, None).value
-    position_read = found_position(tmp_path, criteria=ROUND.criteria, creep=ROUND.creep, dear=False, pictured=pictured)
+    position_read = read_pictured_position(
+        tmp_path, criteria=ROUND.criteria, creep=ROUND.creep, dear=False, pictured=pictured
+    )
     maps = [
         ApplicabilityMap(case=ROUND, loads_N=FEW_LOADS, positions=(map_position.position,))
         for map_position in (handed, position_read)
@@ -943,7 +951,7 @@ def test_map_has_a_cell_for_every_position_and_load(watched):
     map_made = watched.applicability_map
     assert map_made.lateral_shifts_mm == SHIFTS
     assert [(c.lateral_shift_mm, c.load_N) for c in map_made.cells] == [(s, f) for s in SHIFTS for f in LOADS]
-    names = [case_id(replace(ROUND, lateral_shift_mm=shift), LOADS) for shift in SHIFTS]
+    names = [make_case_id(replace(ROUND, lateral_shift_mm=shift), LOADS) for shift in SHIFTS]
     # from the gauge corner on, where a position takes longest
     # each may be reported several times in a long run
     reports = [(k, 7, f"solving {shift:+z.2f} mm") for k, shift in enumerate(SHIFTS[::-1])]
@@ -993,7 +1001,7 @@ def test_map_needs_positions_and_loads(run, tmp_path):
 def test_files_are_written_after_each_position_that_took_much_longer(
     time_share, positions_in_file, run, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("fecontact.runs.map_run._PART_FOR_TABLES", time_share)
+    monkeypatch.setattr("fecontact.runs.map_run._TABLE_TIME_FRACTION", time_share)
     shifts_in_file, pictures = {}, []
 
     def look(finished, count, what):
@@ -1031,7 +1039,7 @@ def test_map_files(whole_map):
     assert float(rows[9]["hertz_deviation_p_max_percent"]) == pytest.approx(2.0, abs=0.05)
     assert (rows[-1]["lateral_shift_mm"], rows[-1]["load_kN"]) == ("4.0", "150.0")
     record = json.loads((out / "map.json").read_text("utf-8"))
-    assert record["criteria"] == json.loads(json_text(asdict(Criteria())))
+    assert record["criteria"] == json.loads(format_json(asdict(Criteria())))
     assert len(record["cells"]) == len(rows)
     assert record["limits"][2]["F_max_N"] == map_kept.limits[2].F_max_N
     limit, (first, *_) = record["limits"][2], map_kept.limits[2].tried
@@ -1045,7 +1053,7 @@ def test_map_files(whole_map):
     assert record["versions"]["fecontact"]
     assert "load_N" not in record["case"]
     assert "lateral_shift_mm" not in record["case"]
-    made_by = origin_of(ROUND)
+    made_by = determine_origin(ROUND)
     assert record["provenance"]["made_by"] == dict(made_by.solved_by)
     assert record["provenance"]["evaluated_by"] == dict(made_by.evaluated_by)
     assert record["provenance"]["input_files"] == {}
@@ -1104,17 +1112,17 @@ def test_stiffness_of_each_position_over_its_loads(whole_map):
 
 def test_map_of_one_cell_is_drawn_as_png(tmp_path):
     one_cell_map = fresh_map([0.0], [100e3])
-    assert map_figure(verdict_view(one_cell_map), tmp_path / "one.png").stat().st_size > 0
-    (limit,) = map_record(one_cell_map)["limits"]
+    assert save_map_figure(build_verdict_view(one_cell_map), tmp_path / "one.png").stat().st_size > 0
+    (limit,) = build_map_record(one_cell_map)["limits"]
     assert limit["intervals"] == [{"low_N": 100e3, "high_N": 100e3, "answer": "HOLDS"}]
     assert (limit["F_max_N"], limit["reason"]) == (None, None)
-    row = cell_row(one_cell_map.cells[0], one_cell_map.positions[0].placement)
+    row = build_cell_row(one_cell_map.cells[0], one_cell_map.positions[0].placement)
     assert row["verdict_answer"] == "HOLDS"
     assert row["touch_points"] == 1
 
 
 def test_map_table_has_a_line_for_each_position(fresh):
-    lines = map_table(verdict_view(fresh)).splitlines()
+    lines = format_map_table(build_verdict_view(fresh)).splitlines()
     assert len(lines) == 11
     assert lines[2].endswith("+   +3.0   holds 10 to 150 kN")
     # where the loads come to lie that were tried hangs on the last digit of the stated uncertainty
@@ -1134,8 +1142,8 @@ def test_map_table_has_a_line_for_each_position(fresh):
 
 @pytest.mark.parametrize("width", [120, 80, 60])
 def test_map_table_fits_a_terminal(fresh, width):
-    wide = map_table(verdict_view(fresh))
-    lines = map_table(verdict_view(fresh), width=width).splitlines()
+    wide = format_map_table(build_verdict_view(fresh))
+    lines = format_map_table(build_verdict_view(fresh), width=width).splitlines()
     assert max(map(len, lines)) <= width
     # every cell and every limit is still there, once
     cells = [
@@ -1148,7 +1156,7 @@ def test_map_table_fits_a_terminal(fresh, width):
     limits = "".join(lines[lines.index("load limits:") + 1 :]).replace(" ", "")
     for position in fresh.positions:
         assert (
-            f"{position.lateral_shift_mm:+z.2f}{limit_text(position.limit, open_loads(position))}".replace(" ", "")
+            f"{position.lateral_shift_mm:+z.2f}{format_limit(position.limit, open_loads(position))}".replace(" ", "")
             in limits
         )
     rows = [line for line in lines[: lines.index("load limits:")] if not line.startswith("shift mm")]
@@ -1164,10 +1172,10 @@ def test_map_table_fits_a_terminal(fresh, width):
 def test_the_table_shows_the_measure_that_decided(measure, letter, answer, mark):
     like = point(100e3)
     cell = cell_of(replace(like, verdict=replace(like.verdict, answer=answer, measure=measure)))
-    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    line = map_table(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)))).splitlines()[
-        1
-    ]
+    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=find_load_limit([cell]))
+    line = format_map_table(
+        build_verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)))
+    ).splitlines()[1]
     word = "fails" if answer == "FAILS" else "open"
     assert line == f"   +0.00  {mark}{letter}  +0.0   {word} 100 kN"
 
@@ -1191,7 +1199,7 @@ def test_the_table_shows_the_measure_that_decided(measure, letter, answer, mark)
 )  # fmt: skip
 def test_a_limit_in_words(limit, text):
     # the load at 30.8 kN is open, and none between 116.2 and 118.3 kN was solved
-    assert limit_text(limit, {30.8}) == text
+    assert format_limit(limit, {30.8}) == text
 
 
 def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_path, monkeypatch):
@@ -1204,7 +1212,9 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
     monkeypatch.setattr("fecontact.maps.files.save_figure", look)
     one_cell_map = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
-        map_figure(verdict_view(replace(one_cell_map, case=replace(one_cell_map.case, criteria=criteria))), tmp_path)
+        save_map_figure(
+            build_verdict_view(replace(one_cell_map, case=replace(one_cell_map.case, criteria=criteria))), tmp_path
+        )
     head = "rail circle:300, wheel cylinder:460, roll fixed at 0 mrad (lines given by their radii have no wheelset):\n"
     head += "where Hertz holds,\n"
     assert titles == [
@@ -1225,8 +1235,8 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
     monkeypatch.setattr("fecontact.maps.files.save_figure", look)
     like = point(100e3, 0.2)
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
-    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
+    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=find_load_limit([cell]))
+    save_map_figure(build_verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
     assert [text for text in figures if text.endswith(f" {letter}")]
     assert CAUSES[cause][1] in figures
 
@@ -1247,8 +1257,8 @@ def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(
     lines = {str(k): "HOLDS" if k < holds else "UNRESOLVED" if k == 11 else "FAILS" for k in range(12)}
     verdict = replace(like.verdict, answer="UNRESOLVED", lines=lines)
     cell = cell_of(replace(like, verdict=verdict))
-    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
+    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=find_load_limit([cell]))
+    save_map_figure(build_verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
     (box,) = (patch for text, patch in colours.items() if text.startswith(f"{holds}/12"))
     # of 256 colours the nearest
     assert box.get_facecolor() == pytest.approx(to_rgba(colour), abs=0.01)
@@ -1258,17 +1268,19 @@ def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(
 def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     from matplotlib.colors import to_hex
 
-    from fecontact.outputs.style import ANSWERS
+    from fecontact.outputs.style import ANSWER_COLOURS
 
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
-    limit = replace(load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
+    limit = replace(find_load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
     lost = MapCell(lateral_shift_mm=1.0, load_N=1e4, status="failed: no memory")
     positions = (
         MapPosition(lateral_shift_mm=0.0, cells=tuple(TWO_LOADS), limit=limit),
-        MapPosition(lateral_shift_mm=1.0, cells=(lost,), limit=load_limit([lost])),
+        MapPosition(lateral_shift_mm=1.0, cells=(lost,), limit=find_load_limit([lost])),
     )
-    map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions)), "unused.png")
+    save_map_figure(
+        build_verdict_view(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions)), "unused.png"
+    )
     (ax,) = figures[0].axes
     filled = [
         (to_hex(bar.get_facecolor()), bar.get_x(), bar.get_y(), bar.get_y() + bar.get_height())
@@ -1278,10 +1290,10 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     assert ax.get_yscale() == "linear"
     # 5 % of the loads' range, room for a diamond, below and above; open between both loads
     assert filled == [
-        (ANSWERS["HOLDS"], -0.35, pytest.approx(6.0), 10.0),
-        (ANSWERS["UNRESOLVED"], -0.35, 10.0, 90.0),
-        (ANSWERS["FAILS"], -0.35, 90.0, pytest.approx(94.0)),
-        (ANSWERS["failed"], 0.65, pytest.approx(6.0), pytest.approx(94.0)),
+        (ANSWER_COLOURS["HOLDS"], -0.35, pytest.approx(6.0), 10.0),
+        (ANSWER_COLOURS["UNRESOLVED"], -0.35, 10.0, 90.0),
+        (ANSWER_COLOURS["FAILS"], -0.35, 90.0, pytest.approx(94.0)),
+        (ANSWER_COLOURS["failed"], 0.65, pytest.approx(6.0), pytest.approx(94.0)),
     ]
     # a tick at both sides of the column for each load that was solved in the search; those of the map have a number
     ticks = [line.get_ydata()[0] for line in ax.get_lines() if np.ptp(line.get_xdata()) < 0.2]
@@ -1299,7 +1311,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     from xml.etree import ElementTree
 
     map_made = fresh_map([0.0, 1.0], LOADS)
-    map_figure(verdict_view(map_made), tmp_path / "map.png")
+    save_map_figure(build_verdict_view(map_made), tmp_path / "map.png")
     text = write_map_report(map_made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     shares, limits, cells = [table for table in page.iter("table") if not {table} & tables_of_cells(page)]
@@ -1308,7 +1320,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     assert lines[0][0] == "Hertz"
     assert sum(int(line[2]) for line in lines) == len(map_made.cells)
     lines = [["".join(cell.itertext()) for cell in line] for line in limits.iter("tr")][1:]
-    assert lines == [[f"{p.lateral_shift_mm:+z.2f}", limit_text(p.limit, open_loads(p))] for p in map_made.positions]
+    assert lines == [[f"{p.lateral_shift_mm:+z.2f}", format_limit(p.limit, open_loads(p))] for p in map_made.positions]
     lines = [["".join(cell.itertext()) for cell in line] for line in cells.iter("tr")][1:]
     assert [line[:3] for line in lines] == [
         [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict] for cell in map_made.cells
@@ -1364,7 +1376,7 @@ def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatc
     # no more positions are reported as running than there are workers
     assert heard
     assert all(1 <= what.count(" mm") <= 3 for what in heard)
-    name = case_id(replace(ROUND, lateral_shift_mm=1.0), FEW_LOADS)
+    name = make_case_id(replace(ROUND, lateral_shift_mm=1.0), FEW_LOADS)
     said = f"failed: RuntimeError: a fault of the program; see {name}.error.txt"
     for got, expected in zip(plain(outcome.made)["cells"], plain(alone)["cells"], strict=True):
         if got["lateral_shift_mm"] == 1.0:
@@ -1427,7 +1439,7 @@ class DeadlyWork:
         if self.case.lateral_shift_mm == 0.0:
             os._exit(9)
         keep_position(fake_position(self.case, self.loads_N), self.case, folder)
-        return Made()
+        return WorkResult()
 
 
 @dataclass(frozen=True)
@@ -1442,7 +1454,7 @@ class PlantedWork:
 
     def __call__(self, folder, finished):
         keep_position(fake_position(self.case, self.loads_N), self.case, folder)
-        return Made()
+        return WorkResult()
 
 
 @dataclass(frozen=True)
@@ -1513,7 +1525,7 @@ def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
     assert [cell for cell in outcome["cells"] if cell["lateral_shift_mm"]] == fresh["cells"]
     assert [limit for limit in outcome["limits"] if limit["lateral_shift_mm"]] == fresh["limits"]
     # and is tried again by the next run, which has the others
-    names = [case_id(replace(ROUND, lateral_shift_mm=shift), FEW_LOADS) for shift in (-1.0, 1.0)]
+    names = [make_case_id(replace(ROUND, lateral_shift_mm=shift), FEW_LOADS) for shift in (-1.0, 1.0)]
     assert sorted(path.name for path in (tmp_path / "positions").iterdir()) == sorted(names)
 
 
@@ -1560,7 +1572,7 @@ def test_finished_positions_are_taken_from_their_folders(run, tmp_path):
     assert [name.split("_")[2] for name in again.reused] == ["+1.00mm", "+0.00mm"]
     assert again.recomputed == {}
     assert set(FakeSweep.solved) == {-2.0, 3.0}
-    assert map_record(again.made) == map_record(first.made)
+    assert build_map_record(again.made) == build_map_record(first.made)
     assert {name: (tmp_path / name).read_bytes() for name in files} == files
 
 
@@ -1629,7 +1641,7 @@ def test_other_criteria_are_judged_again_without_solving(run, tmp_path):
     assert cells_of(outcome.made) == cells_of(fresh)
     assert {cell.verdict for cell in outcome.made.cells} == {"HOLDS"}
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["criteria"] == json.loads(
-        json_text(asdict(case.criteria))
+        format_json(asdict(case.criteria))
     )
     # whoever reads the folder now reads these verdicts
     assert plain(load_results(tmp_path)) == plain(outcome.made)
@@ -1648,14 +1660,14 @@ def test_criteria_whose_limit_lies_elsewhere_are_solved_for(run, made_one, one_p
 
 
 def folder_of(out, shift_mm, loads=LOADS):
-    return position_folder(out, case_id(replace(ROUND, lateral_shift_mm=shift_mm), loads))
+    return name_position_folder(out, make_case_id(replace(ROUND, lateral_shift_mm=shift_mm), loads))
 
 
 def sealed(folder, change):
     """Change the record of a position, and write checksums of the changed record."""
-    path = folder / SOLVED
+    path = folder / SOLUTION_FILE
     path.write_text(change(path.read_text("utf-8")), "utf-8")
-    write_manifest(folder, [path, folder / "fields.npz"], folder.name, origin_of(ROUND))
+    write_manifest(folder, [path, folder / "fields.npz"], folder.name, determine_origin(ROUND))
 
 
 def edited(path, change):
@@ -1663,8 +1675,8 @@ def edited(path, change):
 
 
 DAMAGES = [
-    (lambda folder: edited(folder / SOLVED, lambda text: text[:-200]), "solved.json is damaged"),
-    (lambda folder: edited(folder / SOLVED, lambda text: text.replace("17", "71")), "its checksum differs"),
+    (lambda folder: edited(folder / SOLUTION_FILE, lambda text: text[:-200]), "solved.json is damaged"),
+    (lambda folder: edited(folder / SOLUTION_FILE, lambda text: text.replace("17", "71")), "its checksum differs"),
     (lambda folder: (folder / "fields.npz").write_bytes(b"PK"), "fields.npz is damaged"),
     (lambda folder: (folder / "fields.npz").unlink(), "fields.npz is missing"),
     (lambda folder: (folder / "stored.json").unlink(), "stored.json is missing"),
@@ -1719,7 +1731,7 @@ def test_a_number_that_was_none_is_read_as_none(run, tmp_path, monkeypatch):
         position = fake_position(case, loads_N)
         cell = position.cells[0]
         solved_load = cell.judged.solved
-        unknown = Lines(own=OnLine(label="own line"), others=())
+        unknown = ProfileVariants(own=VariantResult(label="own line"), others=())
         judged_load = judge_load(replace(solved_load, lines=unknown), position.placement)
         return replace(position, cells=(replace(cell, judged=judged_load), *position.cells[1:]))
 
@@ -1749,21 +1761,23 @@ def is_equal(first, second):
 
 def stored_again(value, tmp_path):
     arrays = {}
-    record = json.loads(json_text(solved_record(value, arrays, "load0_")))
+    record = json.loads(format_json(solved_record(value, arrays, "load0_")))
     return solved_from_record(record, read_arrays(write_arrays(tmp_path / "fields.npz", arrays)), value.case)
 
 
 @pytest.mark.parametrize("thinned", [False, True])
 @pytest.mark.parametrize("noise", [False, True])
 def test_a_solved_load_comes_back_to_the_last_bit(tmp_path, noise, thinned):
-    hertz = hertz_of_case(ROUND, placement_of(0.0))
-    lobe = LobeOnLine(low_y_mm=0.1 / 3.0, high_y_mm=0.4, normal_force_N=1e4, p_max_MPa=900.1, deviation={"a_mm": 0.1})
-    line = OnLine(label="own line", p_max_MPa=1e3 / 3.0, deviations={"hertz": {"p_max_MPa": 1e-2 / 3.0}}, lobes=(lobe,))
-    empty_variant = OnLine(label="filter 4 mm")
+    hertz = compute_hertz(ROUND, placement_of(0.0))
+    lobe = VariantLobe(low_y_mm=0.1 / 3.0, high_y_mm=0.4, normal_force_N=1e4, p_max_MPa=900.1, deviation={"a_mm": 0.1})
+    line = VariantResult(
+        label="own line", p_max_MPa=1e3 / 3.0, deviations={"hertz": {"p_max_MPa": 1e-2 / 3.0}}, lobes=(lobe,)
+    )
+    empty_variant = VariantResult(label="filter 4 mm")
     solved_load = planted_solved(
         ROUND,
         1.0 / 30.0,
-        lines=Lines(own=line, others=(line, line) if thinned else (empty_variant,)) if noise else None,
+        lines=ProfileVariants(own=line, others=(line, line) if thinned else (empty_variant,)) if noise else None,
         turned=planted_rung(hertz, 6, 0.03) if thinned else None,
         limits=("not refined: 4.5 GB", "zone"),
         short_of_memory=True,
@@ -1785,8 +1799,8 @@ def test_a_solved_load_comes_back_to_the_last_bit(tmp_path, noise, thinned):
 
 def test_what_was_stored_before_is_found_by_its_names():
     """Another name of a field would leave stored results without this field."""
-    hertz = hertz_of_case(ROUND, placement_of(0.0))
-    lines = Lines(own=OnLine(label="own line", deviations={"hertz": {"a_mm": 0.1}}), others=())
+    hertz = compute_hertz(ROUND, placement_of(0.0))
+    lines = ProfileVariants(own=VariantResult(label="own line", deviations={"hertz": {"a_mm": 0.1}}), others=())
     solved_load, arrays = planted_solved(ROUND, lines=lines, turned=planted_rung(hertz, 6, 0.03)), {}
     record = solved_record(solved_load, arrays, "load0_")
     rungs = {f"level{k}_{name}" for k in range(len(solved_load.levels)) for name in ("nodal", "fe", "otherwise")}
@@ -1831,7 +1845,7 @@ def test_stored_arrays_are_the_same_bytes_each_time(tmp_path):
 )
 def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypatch):
     placement = place_case(case)
-    record = json.loads(json_text(placement_record(placement)))
+    record = json.loads(format_json(placement_record(placement)))
     rail, wheel = resolve_rail(case.rail), resolve_wheel(case.wheel).profile
     monkeypatch.setattr("fecontact.placement.wheel_on_rail.place", None)
     placement_read = placement_from_record(record, rail, wheel)
@@ -1855,7 +1869,7 @@ def test_a_map_s_folder_is_read_as_it_was_made(whole_map):
     assert isinstance(map_read, ApplicabilityMap)
     assert plain(map_read) == plain(map_kept)
     assert (map_read.loads_N, map_read.lateral_shifts_mm) == (map_kept.loads_N, map_kept.lateral_shifts_mm)
-    assert map_record(map_read)["case"] == map_record(map_kept)["case"]
+    assert build_map_record(map_read)["case"] == build_map_record(map_kept)["case"]
     # whole objects: fields and placements as well
     cell, kept_cell = map_read.cells[9], map_kept.cells[9]
     assert is_equal(cell.judged.solved.levels, kept_cell.judged.solved.levels)
@@ -1887,14 +1901,14 @@ def test_other_criteria_give_the_verdicts_of_a_new_evaluation(uneven, tmp_path, 
         limit, sharp = position.limit, new.limit
         assert limit.reason == sharp.reason
         # all that was solved, and no more
-        loads_tried = known_loads(position.cells, position.tried)
+        loads_tried = list_usable_loads(position.cells, position.tried)
         assert [load_tried.load_N for load_tried in loads_tried] == [
-            load_tried.load_N for load_tried in known_loads(stored_position.cells, stored_position.tried)
+            load_tried.load_N for load_tried in list_usable_loads(stored_position.cells, stored_position.tried)
         ]
         if not loads_tried:
             continue
         assert_intervals_fit(limit, loads_tried)
-        next_load_N = next_load(loads_tried, LOADS)
+        next_load_N = choose_next_load(loads_tried, LOADS)
         assert limit.narrowed is (next_load_N is None and position.stopped is None)
         # nowhere against what was looked for by these criteria
         for load_tried in limit.intervals:
@@ -1923,12 +1937,12 @@ def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(one
     # a map by these criteria would solve more
     assert not limit.narrowed
     # nothing was solved between both, which is not the same as a verdict that is open
-    assert limit_text(limit, ()) == "holds 10 to 50, not solved 50 to 100, fails 100 to 150 kN"
+    assert format_limit(limit, ()) == "holds 10 to 50, not solved 50 to 100, fails 100 to 150 kN"
 
 
 def is_decided(folder, case):
     """Whether a worker takes over the stored position in place of a new solution."""
-    again = store.judged_again(read_position, folder, case)
+    again = store.judge_again(read_position, folder, case)
     return again is not None and again.limit.narrowed
 
 
@@ -1998,7 +2012,10 @@ def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):
     assert files_without_checksum(position) == set()
     shutil.rmtree(out / "positions")
     # the stiffness is fitted anew whenever a map is read, and contacts are for other programs
-    assert unnoticed(out, (lambda: map_document(out), lambda: load_table(out))) == {"contacts.csv", "stiffness.csv"}
+    assert unnoticed(out, (lambda: read_map_document(out), lambda: load_table(out))) == {
+        "contacts.csv",
+        "stiffness.csv",
+    }
 
 
 @pytest.mark.parametrize(
@@ -2037,7 +2054,7 @@ def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two
     assert {cell.status for cell in first.cells} == {f"failed: {problem}"}
     assert all(cell.judged is None for cell in first.cells)
     assert first.limit.F_max_N is None
-    assert [cell_record(cell) for cell in second.cells] == cells_of(whole_result)[len(FEW_LOADS) :]
+    assert [build_cell_record(cell) for cell in second.cells] == cells_of(whole_result)[len(FEW_LOADS) :]
     assert not judged_map.all_solved
     with pytest.raises(InputError, match=re.escape(problem)):
         fecontact.load(tmp_path)
@@ -2079,11 +2096,11 @@ def test_profiles_that_are_files_are_kept_with_a_position(run, tmp_path, monkeyp
     placement = place_case(case)
     monkeypatch.setitem(globals(), "placement_of", lambda shift_mm: placement)
     map_made = run(tmp_path / "map", [0.0], case, LOADS[:1]).made
-    case_shown = map_record(map_made)["case"]
+    case_shown = build_map_record(map_made)["case"]
     head.unlink()
     map_read = fecontact.load(tmp_path / "map")
     assert plain(map_read) == plain(map_made)
-    assert map_record(map_read)["case"] == case_shown
+    assert build_map_record(map_read)["case"] == case_shown
     assert "head.txt@" in case_shown["rail"]
     assert str(tmp_path) not in (tmp_path / "map" / "map.json").read_text("utf-8")
 
@@ -2370,7 +2387,7 @@ def test_every_load_has_the_elements_it_asks_for(meshes, sizes, planned, later_l
     meshes.clear()
     position = AnyPosition(case=ROUND, element_size_mm=(1.0, 1.0), sizes=sizes)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fecontact.solving.solve.position_of", lambda case: position)
+        patch.setattr("fecontact.solving.solve.expect_position", lambda case: position)
         sweep = LoadSweep(ROUND, planned)
     for load_N in [*sorted(set(planned), reverse=True), *later_loads]:
         ready, count = sweep.is_ready_for(load_N), len(meshes)

@@ -21,27 +21,27 @@ import fecontact
 from fecontact.case import Case, Criteria
 from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.errors import InputError
-from fecontact.files import json_text
+from fecontact.files import format_json
 from fecontact.judging.judge import judge_load
 from fecontact.judging.verdict import Verdict
 from fecontact.maps import report
-from fecontact.maps.files import map_figure, write_map
-from fecontact.maps.load_limits import load_limit
+from fecontact.maps.files import save_map_figure, write_map
+from fecontact.maps.load_limits import find_load_limit
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
-from fecontact.maps.positions import solved_cell
-from fecontact.maps.report import map_lines, shares_table, write_map_report
-from fecontact.maps.telling import share_records
-from fecontact.maps.theory_views import theory_view
-from fecontact.maps.verdict_views import verdict_view
+from fecontact.maps.positions import build_solved_cell
+from fecontact.maps.report import build_shares_table, format_map_lines, write_map_report
+from fecontact.maps.telling import count_theory_shares
+from fecontact.maps.theory_views import build_theory_view
+from fecontact.maps.verdict_views import build_verdict_view
 from fecontact.maps.view import CellView
-from fecontact.maps.views import map_answer, map_text, map_view, refuse_measure
+from fecontact.maps.views import build_map_view, format_map, refuse_measure, write_map_answer
 from fecontact.outputs.cases import theories_table
 from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.results import load_record
-from fecontact.outputs.study_report import rows_parts
-from fecontact.outputs.style import ANSWERS
-from fecontact.outputs.terminal import show
-from fecontact.outputs.words import WORDS
+from fecontact.outputs.study_report import parts_of_rows
+from fecontact.outputs.style import ANSWER_COLOURS
+from fecontact.outputs.terminal import print_parts
+from fecontact.outputs.words import MEASURE_WORDS
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -54,8 +54,8 @@ def position(shift_mm, load_N=LOAD_N, **limits):
     placement = place_case(case)
     rung = expect_on_half_space(case, placement)[1].half_space
     solved_load = on_half_space(case, placement, rung, (200, 100))
-    cells = (solved_cell(shift_mm, judge_load(solved_load, placement)),)
-    return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=load_limit(cells), placement=placement)
+    cells = (build_solved_cell(shift_mm, judge_load(solved_load, placement)),)
+    return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=find_load_limit(cells), placement=placement)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def base_map():
     lost = MapCell(lateral_shift_mm=6.0, load_N=LOAD_N, status="failed: no memory")
     positions = (
         *(position(shift) for shift in (-4.0, 5.0)),
-        MapPosition(lateral_shift_mm=6.0, cells=(lost,), limit=load_limit([lost])),
+        MapPosition(lateral_shift_mm=6.0, cells=(lost,), limit=find_load_limit([lost])),
     )
     return ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=positions)
 
@@ -87,14 +87,14 @@ def cells_of(view) -> list[CellView]:
 
 
 def test_every_measure_has_a_letter_of_its_own_that_is_no_sign():
-    letters = [words.letter for words in WORDS.values()]
+    letters = [words.letter for words in MEASURE_WORDS.values()]
     assert len(set(letters)) == len(letters)
     assert {len(letter) for letter in letters} == {1}
     assert not set(letters) & set("+x?!*")
 
 
 def test_a_map_of_any_theory(base_map):
-    hertz, springs = verdict_view(base_map), verdict_view(base_map, MULTI_HERTZ)
+    hertz, springs = build_verdict_view(base_map), build_verdict_view(base_map, MULTI_HERTZ)
     assert [cell.answer for cell in cells_of(hertz)] == ["HOLDS", "FAILS", "failed"]
     # at one touch point springs are Hertz
     assert [cell.answer for cell in cells_of(springs)] == ["HOLDS", "HOLDS", "failed"]
@@ -112,17 +112,17 @@ def test_a_theory_without_a_contact_has_no_answer(base_map):
     cell = base_map.cells[1]
     load = replace(cell.judged, judgements={HERTZ: cell.judged.judgements[HERTZ]}, without={MULTI_HERTZ: "conforms"})
     lost_theory = replace(base_map.positions[1], cells=(replace(cell, judged=load),))
-    view = verdict_view(replace(base_map, positions=(lost_theory,)), MULTI_HERTZ)
+    view = build_verdict_view(replace(base_map, positions=(lost_theory,)), MULTI_HERTZ)
     assert [(cell.answer, cell.text) for cell in cells_of(view)] == [("failed", "!")]
     assert view.columns[0].bands == ()
 
 
 def test_the_cheapest_theory_that_holds(base_map):
-    view = theory_view(base_map)
+    view = build_theory_view(base_map)
     assert [cell.answer for cell in cells_of(view)] == [HERTZ, MULTI_HERTZ, "failed"]
     assert [cell.letter for cell in cells_of(view)] == ["H", "MH", "!"]
     assert [answer for answer, _ in view.answers] == [HERTZ, MULTI_HERTZ, "failed"]
-    no_theory = theory_view(failing(base_map))
+    no_theory = build_theory_view(failing(base_map))
     assert [cell.text[0] for cell in cells_of(no_theory)] == ["H", "x", "!"]
     assert ("FAILS", "none holds") in no_theory.answers
 
@@ -145,20 +145,20 @@ def test_a_theory_out_of_its_range_is_told_so_wherever_it_is_the_answer(tmp_path
     assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("analyn", "out of range")
     assert reason.startswith("38 % of the patch is flat or concave across")
     text = io.StringIO()
-    show(rows_parts([row]), Console(file=text, width=300))
+    print_parts(parts_of_rows([row]), Console(file=text, width=300))
     assert f"the cheapest theory that holds: ANALYN, out of range: {reason} (p_max" in text.getvalue()
     # one name for one theory
     assert text.getvalue().count("ANALYN, out of range") == 2
     assert "analyn" not in text.getvalue()
-    view = theory_view(flat_map)
+    view = build_theory_view(flat_map)
     (cell,) = cells_of(view)
     assert cell.letter.endswith("*")
     assert view.notes[-1].endswith("* out of its range")
     assert "out of its range" in [words for _, words in view.marks]
-    assert map_answer(flat_map, "theory") == [
+    assert write_map_answer(flat_map, "theory") == [
         "The cheapest theory that holds is ANALYN at 3 mm at all loads, out of its range at 3 mm at all loads."
     ]
-    (share,) = [share_record for share_record in share_records(flat_map) if share_record["cheapest_cells"]]
+    (share,) = [share_record for share_record in count_theory_shares(flat_map) if share_record["cheapest_cells"]]
     assert (share["theory"], share["out_of_range_cells"]) == ("analyn", 1)
     write_map(flat_map, tmp_path, drawn=False)
     (line,) = contacts(tmp_path)
@@ -179,10 +179,10 @@ def test_theories_out_of_their_range_may_be_left_out():
     )
     # its numbers hold as before
     assert row["analyn_verdict_answer"] == "HOLDS"
-    assert map_answer(flat_map, "theory") == [
+    assert write_map_answer(flat_map, "theory") == [
         "The cheapest theory that holds in its range is KPEC at 3 mm at all loads."
     ]
-    assert not cells_of(theory_view(flat_map))[0].out_of_range
+    assert not cells_of(build_theory_view(flat_map))[0].out_of_range
 
 
 def test_one_picture_draws_them_in_a_png(base_map, monkeypatch):
@@ -191,17 +191,17 @@ def test_one_picture_draws_them_in_a_png(base_map, monkeypatch):
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     views = [
-        verdict_view(base_map),
-        verdict_view(base_map, MULTI_HERTZ),
-        theory_view(base_map),
-        theory_view(failing(base_map)),
+        build_verdict_view(base_map),
+        build_verdict_view(base_map, MULTI_HERTZ),
+        build_theory_view(base_map),
+        build_theory_view(failing(base_map)),
     ]
     for view in views:
-        map_figure(view, "unused.png")
+        save_map_figure(view, "unused.png")
     for view, figure in zip(views, figures, strict=True):
         (ax,) = figure.axes
         assert [to_hex(bar.get_facecolor()) for bar in ax.patches if bar.get_fill()] == [
-            view.colours[column.bands[0][2]] if column.bands else ANSWERS["failed"] for column in view.columns
+            view.colours[column.bands[0][2]] if column.bands else ANSWER_COLOURS["failed"] for column in view.columns
         ]
         assert [text.get_text() for text in ax.texts] == [cell.text for cell in cells_of(view)]
         legend = [text.get_text() for text in ax.get_legend().get_texts()]
@@ -210,9 +210,9 @@ def test_one_picture_draws_them_in_a_png(base_map, monkeypatch):
 
 
 def test_a_map_is_asked_for_by_names(base_map):
-    assert map_view(base_map, "pressure", MULTI_HERTZ) == verdict_view(base_map, MULTI_HERTZ)
-    assert map_view(base_map, "theory") == theory_view(base_map)
-    assert "the cheapest theory that holds" in map_text(base_map, "theory")
+    assert build_map_view(base_map, "pressure", MULTI_HERTZ) == build_verdict_view(base_map, MULTI_HERTZ)
+    assert build_map_view(base_map, "theory") == build_theory_view(base_map)
+    assert "the cheapest theory that holds" in format_map(base_map, "theory")
     for theory in THEORIES:
         refuse_measure(base_map.case, "pressure", theory)
     # it needs no friction
@@ -228,7 +228,7 @@ def test_the_shares_of_theories(base_map):
 
     Hertz holds first in one cell, springs in another, and one cell has no result.
     """
-    shares = {share_record["theory"]: share_record for share_record in share_records(base_map)}
+    shares = {share_record["theory"]: share_record for share_record in count_theory_shares(base_map)}
     assert list(shares)[-3:] == ["UNRESOLVED", "none", "failed"]
     assert {
         name: share_record["cheapest_cells"] for name, share_record in shares.items() if share_record["cheapest_cells"]
@@ -247,30 +247,33 @@ def test_the_shares_of_theories(base_map):
     )
     assert shares["half_space"]["cheapest_cells"] == 0
     cheapest_cells = {
-        share_record["theory"]: share_record["cheapest_cells"] for share_record in share_records(failing(base_map))
+        share_record["theory"]: share_record["cheapest_cells"]
+        for share_record in count_theory_shares(failing(base_map))
     }
     assert (cheapest_cells["none"], cheapest_cells["UNRESOLVED"], cheapest_cells["failed"]) == (1, 0, 1)
-    table = shares_table(share_records(base_map))
+    table = build_shares_table(count_theory_shares(base_map))
     assert [row.cells[0] for row in table.rows][-1] == "could not be solved"
     assert "none holds" not in [row.cells[0] for row in table.rows]
 
 
 def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(base_map, tmp_path, monkeypatch):
     text = io.StringIO()
-    show(map_lines(base_map, "theory", HERTZ, width=100), Console(file=text, width=100))
+    print_parts(format_map_lines(base_map, "theory", HERTZ, width=100), Console(file=text, width=100))
     text_shown = text.getvalue()
     assert "the cheapest theory that holds, and the largest share of a limit that it uses" in text_shown
     assert "The cheapest theory that holds, and where each holds" in text_shown
     narrow = io.StringIO()
-    show([shares_table(share_records(base_map))], Console(file=narrow, width=80))
+    print_parts([build_shares_table(count_theory_shares(base_map))], Console(file=narrow, width=80))
     # headings are whole where a terminal is no wider
     (line,) = [line for line in narrow.getvalue().splitlines() if line.lstrip().startswith("theory")]
     assert line.split()[-2:] == ["limit", "%"]
     alone = io.StringIO()
-    show(map_lines(base_map, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
+    print_parts(format_map_lines(base_map, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
     assert "where each holds" not in alone.getvalue()
     titles = {}
-    monkeypatch.setattr("fecontact.maps.files.map_figure", lambda view, path: titles.update({path.name: view.title}))
+    monkeypatch.setattr(
+        "fecontact.maps.files.save_map_figure", lambda view, path: titles.update({path.name: view.title})
+    )
     (tmp_path / "map_strip.svg").write_text("of another map", "utf-8")
     write_map(base_map, tmp_path, theory=MULTI_HERTZ)
     assert titles == {
@@ -280,7 +283,7 @@ def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(base_map, tmp_
     }
     assert sorted(path.name for path in tmp_path.iterdir()) == ["contacts.csv", "map.csv", "map.json"]
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["theory_shares"] == json.loads(
-        json_text(share_records(base_map))
+        format_json(count_theory_shares(base_map))
     )
 
 
@@ -293,7 +296,7 @@ def numbers(row, *names):
 
 
 def test_contacts_of_a_map_are_those_of_theories_alone(base_map, tmp_path, monkeypatch):
-    monkeypatch.setattr("fecontact.maps.files.map_figure", lambda view, path: None)
+    monkeypatch.setattr("fecontact.maps.files.save_map_figure", lambda view, path: None)
     write_map(base_map, tmp_path)
     single, several, lost = contacts(tmp_path)
     assert [row["cheapest_theory"] for row in (single, several, lost)] == [HERTZ, MULTI_HERTZ, ""]
@@ -343,8 +346,8 @@ def verdicts(base_map, shifts_mm, loads_kN, answers, causes=None):
             verdict = Verdict(answer=names[letter], measure="area_mm2", each={"area_mm2": names[letter]}, cause=cause)
             case = replace(like.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
             judged_load = replace(like, solved=replace(like.solved, case=case), verdict=verdict)
-            cells.append(solved_cell(shift, judged_load))
-        positions.append(MapPosition(lateral_shift_mm=shift, cells=tuple(cells), limit=load_limit(cells)))
+            cells.append(build_solved_cell(shift, judged_load))
+        positions.append(MapPosition(lateral_shift_mm=shift, cells=tuple(cells), limit=find_load_limit(cells)))
     return ApplicabilityMap(
         case=base_map.case,
         loads_N=tuple(1e3 * load_of_map_kN for load_of_map_kN in loads_kN),
@@ -356,7 +359,7 @@ def test_the_answer_of_a_map_is_a_few_sentences(base_map):
     shifts = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0]
     rows = ["hhh", "hhh", "hhh", "hff", "hhf", "fff", "fhh", "hoh", "!!!"]
     shown_map = verdicts(base_map, shifts, [20, 50, 100], rows, {0.5: "finite bodies"})
-    assert map_answer(shown_map, "pressure") == [
+    assert write_map_answer(shown_map, "pressure") == [
         "From -2 to -1 mm Hertz holds at all loads (20 to 100 kN).",
         "At -0.5 and 0 mm it holds up to 20 and 50 kN, where the pressure has a second lobe.",
         "At 0.5 mm it fails at all loads, where the finite bodies change the pressure.",
@@ -367,14 +370,15 @@ def test_the_answer_of_a_map_is_a_few_sentences(base_map):
     ]
     # shifts that are far apart say nothing of what is between them
     apart = verdicts(base_map, [-4.0, 0.0, 4.0], [50, 100], ["hh", "hh", "hh"])
-    assert map_answer(apart, "pressure") == ["At -4, 0 and 4 mm Hertz holds at all loads (50 to 100 kN)."]
+    assert write_map_answer(apart, "pressure") == ["At -4, 0 and 4 mm Hertz holds at all loads (50 to 100 kN)."]
     # one that could not be used says nothing of "all loads"
     partly = verdicts(base_map, [0.0, 1.0], [20, 50], ["h!", "!f"])
-    assert map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
+    assert write_map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
     assert (
-        map_answer(verdicts(base_map, [0.0], [20, 50], ["oo"]), "pressure")[0] == "At 0 mm Hertz is open 20 to 50 kN."
+        write_map_answer(verdicts(base_map, [0.0], [20, 50], ["oo"]), "pressure")[0]
+        == "At 0 mm Hertz is open 20 to 50 kN."
     )
-    assert map_answer(verdicts(base_map, [0.0], [50], ["h"]), "pressure") == [
+    assert write_map_answer(verdicts(base_map, [0.0], [50], ["h"]), "pressure") == [
         "At 0 mm Hertz holds at all loads (50 kN)."
     ]
 
@@ -384,30 +388,30 @@ def test_a_theory_has_its_article_within_a_sentence(base_map):
 
     "It is Strip method at 0 mm" was wrong. Names of people and codes have no article.
     """
-    assert verdict_view(base_map, "strip").title == "where the strip method holds"
-    assert any("the strip method " in sentence for sentence in map_answer(base_map, "pressure", "strip"))
+    assert build_verdict_view(base_map, "strip").title == "where the strip method holds"
+    assert any("the strip method " in sentence for sentence in write_map_answer(base_map, "pressure", "strip"))
     assert {theory.in_sentence for theory in THEORIES.values()} >= {"Hertz", "ANALYN", "the half-space"}
 
 
 def test_the_answer_by_the_cheapest_theory_says_which_where(base_map):
-    assert map_answer(base_map, "theory") == [
+    assert write_map_answer(base_map, "theory") == [
         f"The cheapest theory that holds is {THEORIES[HERTZ].words} at -4 mm at all loads.",
         f"It is {THEORIES[MULTI_HERTZ].words} at 5 mm at all loads.",
         "Of 3 cells 1 is without a result.",
     ]
-    assert map_answer(failing(base_map), "theory")[1:] == [
+    assert write_map_answer(failing(base_map), "theory")[1:] == [
         "None holds at 5 mm at all loads.",
         "Of 3 cells 1 is without a result.",
     ]
     text = io.StringIO()
-    show(map_lines(base_map, "theory", HERTZ, width=80), Console(file=text))
+    print_parts(format_map_lines(base_map, "theory", HERTZ, width=80), Console(file=text))
     assert text.getvalue().startswith("The cheapest theory that holds is")
     assert max(map(len, text.getvalue().partition("shift mm")[0].splitlines())) <= 80
 
 
 def test_a_report_defines_every_theory_of_its_table(base_map, tmp_path):
     text = write_map_report(base_map, tmp_path).read_text("utf-8")
-    for record in share_records(base_map):
+    for record in count_theory_shares(base_map):
         if record["theory"] in THEORIES and record["theory"] != HERTZ:
             assert (
                 f"<dt>{record['words']}</dt><dd>{html.escape(THEORIES[record['theory']].source)}. It takes for" in text
@@ -425,13 +429,14 @@ def test_a_report_of_many_cells_stays_below_5_mb(base_map, tmp_path, monkeypatch
     # what a picture of a cell is taken to need
     with_both = pictures()
     assert len(with_both) == 2
-    assert 0.5 < len(with_both[0]) / report._BYTES_A_PICTURE < 1.1
+    assert 0.5 < len(with_both[0]) / report._BYTES_PER_PICTURE < 1.1
     fits = [
-        report.pictures_that_fit([Picture(content=b"." * 300_000, words="map")] * 4, count) for count in (3, 175, 1000)
+        report.count_fitting_pictures([Picture(content=b"." * 300_000, words="map")] * 4, count)
+        for count in (3, 175, 1000)
     ]
     assert fits[0] > fits[1] > fits[2] == 0
     assert 1.6e6 + 6e3 * 175 + 32e3 * fits[1] == pytest.approx(4.9e6, abs=32e3)
-    monkeypatch.setattr(report, "pictures_that_fit", lambda figures, cells: 1)
+    monkeypatch.setattr(report, "count_fitting_pictures", lambda figures, cells: 1)
     (worst,) = pictures()
     assert worst in with_both
 
@@ -439,7 +444,7 @@ def test_a_report_of_many_cells_stays_below_5_mb(base_map, tmp_path, monkeypatch
 def test_a_report_takes_the_pictures_that_workers_drew(base_map, tmp_path, monkeypatch):
     whole_report = write_map_report(base_map, tmp_path).read_text("utf-8")
     handed = {
-        (cell.lateral_shift_mm, cell.load_N): report.cell_picture(cell.judged, position.placement)
+        (cell.lateral_shift_mm, cell.load_N): report.draw_cell_picture(cell.judged, position.placement)
         for position in base_map.positions
         for cell in position.cells
         if cell.judged is not None
@@ -507,7 +512,7 @@ def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(base_
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0], [0.0, 1.0]):
-        map_figure(verdict_view(verdicts(base_map, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
+        save_map_figure(build_verdict_view(verdicts(base_map, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
     widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in figures]
     assert widths == [{1.0}, {0.5}, {1.0}, {0.7}]
     # what was not solved is hatched and white, and the legend says so
@@ -529,7 +534,7 @@ def test_load_on_separate_patches_is_told_as_load(base_map):
     }
     separate = replace(load, verdict=verdict, judgements=judgements)
     position = replace(base_map.positions[1], cells=(replace(cell, judged=separate),))
-    view = verdict_view(replace(base_map, positions=(position,)))
+    view = build_verdict_view(replace(base_map, positions=(position,)))
     assert cells_of(view)[0].text.split()[0] == "33%"
     assert "%: load on separate patches" in view.number
 

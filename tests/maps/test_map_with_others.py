@@ -49,24 +49,24 @@ from fecontact.cli import call
 from fecontact.contact_theories.registry import HERTZ, MULTI_HERTZ
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.files import SEAL, write_json, write_sealed
+from fecontact.files import SEAL_KEY, write_json, write_sealed
 from fecontact.jobs.engine import RunSettings
-from fecontact.maps.files import map_figure
-from fecontact.maps.load_limits import load_limit
-from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition, cell_row
-from fecontact.maps.positions import failed_position, solved_cell
+from fecontact.maps.files import save_map_figure
+from fecontact.maps.load_limits import find_load_limit
+from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition, build_cell_row
+from fecontact.maps.positions import build_failed_position, build_solved_cell
 from fecontact.maps.report import write_map_report
-from fecontact.maps.telling import MAP_SCHEMA, map_record
-from fecontact.maps.text_map import map_table
-from fecontact.maps.verdict_views import verdict_view
-from fecontact.maps.views import map_text
+from fecontact.maps.telling import MAP_SCHEMA, build_map_record
+from fecontact.maps.text_map import format_map_table
+from fecontact.maps.verdict_views import build_verdict_view
+from fecontact.maps.views import format_map
 from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.records.results import case_inputs, load_record, load_row
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.compare import compare_tables
-from fecontact.regression.tables import kind_of, load_table
+from fecontact.regression.tables import find_kind, load_table
 from fecontact.runs.folder import prepare_for_study
-from fecontact.runs.identity import case_id
+from fecontact.runs.identity import make_case_id
 from fecontact.runs.map_run import prepare_for_map, run_map
 
 # springs
@@ -81,8 +81,10 @@ def springs():
     positions = []
     for shift in (-4.0, 5.0):
         load, placement = position(shift)
-        cells = (solved_cell(shift, load),)
-        positions.append(MapPosition(lateral_shift_mm=shift, cells=cells, limit=load_limit(cells), placement=placement))
+        cells = (build_solved_cell(shift, load),)
+        positions.append(
+            MapPosition(lateral_shift_mm=shift, cells=cells, limit=find_load_limit(cells), placement=placement)
+        )
     return ApplicabilityMap(
         case=replace(load.case, lateral_shift_mm=0.0), loads_N=(LOAD_N,), positions=tuple(positions)
     )
@@ -90,19 +92,19 @@ def springs():
 
 @pytest.mark.slow
 def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkeypatch, tmp_path):
-    lines = map_table(verdict_view(springs)).splitlines()
+    lines = format_map_table(build_verdict_view(springs)).splitlines()
     assert lines[1].split()[1] == "+"
     assert "*" in lines[2]
     assert "*" not in lines[1]
     assert any(line.startswith("* Hertz at all touch points") for line in lines)
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
-    map_figure(verdict_view(springs), "unused.png")
+    save_map_figure(build_verdict_view(springs), "unused.png")
     (ax,) = figures[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
     assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
     assert "Hertz at all touch points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
-    record = map_record(springs)["cells"]
+    record = build_map_record(springs)["cells"]
     assert [MULTI_HERTZ in cell["theories"] for cell in record] == [False, True]
     theory = record[1]["theories"][MULTI_HERTZ]
     assert theory["verdict"]["answer"] == "HOLDS"
@@ -119,29 +121,31 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkey
 
 def test_a_further_theory_is_in_maps(judged_result, tmp_path):
     load, case = judged_result.load, judged_result.case
-    cells = (solved_cell(0.0, load),)
+    cells = (build_solved_cell(0.0, load),)
     position = MapPosition(
-        lateral_shift_mm=0.0, cells=cells, limit=load_limit(cells), placement=judged_result.placement
+        lateral_shift_mm=0.0, cells=cells, limit=find_load_limit(cells), placement=judged_result.placement
     )
     block_map = ApplicabilityMap(case=case, loads_N=(case.load_N,), positions=(position,))
-    (cell,) = json.loads(json.dumps(map_record(block_map)))["cells"]
+    (cell,) = json.loads(json.dumps(build_map_record(block_map)))["cells"]
     assert [name for name in cell["theories"] if name in (HERTZ, "block")] == [HERTZ, "block"]
     assert "cheapest" in write_map_report(block_map, tmp_path).read_text("utf-8")
-    text_lines = map_text(block_map, "pressure", theory="block").splitlines()
+    text_lines = format_map(block_map, "pressure", theory="block").splitlines()
     assert text_lines[1].split()[1].startswith("x")
 
 
 @pytest.mark.slow
 def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
     load = loaded.load
-    position = MapPosition(lateral_shift_mm=0.0, cells=(solved_cell(0.0, load),), limit=LoadLimit(reason="one load"))
+    position = MapPosition(
+        lateral_shift_mm=0.0, cells=(build_solved_cell(0.0, load),), limit=LoadLimit(reason="one load")
+    )
     yielding_map = ApplicabilityMap(case=loaded.case, loads_N=(FORCE,), positions=(position,))
     first, limit = load.plastic.yielded.first_yield_N, load.plastic.plastic_load_N
     assert position.yield_loads_N == {"first_yield_N": first, "plastic_load_N": limit}
-    view = verdict_view(yielding_map)
+    view = build_verdict_view(yielding_map)
     assert [load_kN for load_kN, _ in view.columns[0].lines] == [first / 1e3, limit / 1e3]
     assert any("repeated passes are not in it" in note for note in view.notes)
-    assert map_record(yielding_map)["yield_loads_N"] == [{"lateral_shift_mm": 0.0, **position.yield_loads_N}]
+    assert build_map_record(yielding_map)["yield_loads_N"] == [{"lateral_shift_mm": 0.0, **position.yield_loads_N}]
 
 
 # how the wheelset rolls
@@ -163,15 +167,16 @@ def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_l
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
     positions = tuple(
-        MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=load_limit([cell])) for cell in cells
+        MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=find_load_limit([cell]))
+        for cell in cells
     )
     wheelset_map = ApplicabilityMap(case=case, loads_N=(1e5,), positions=positions)
-    map_figure(verdict_view(wheelset_map), "unused.png")
+    save_map_figure(build_verdict_view(wheelset_map), "unused.png")
     (ax,) = figures[0].axes
     assert ax.get_xlabel().startswith(left_letter)
     assert roll_words(case) in ax.get_title()
-    assert map_record(wheelset_map)["roll"] == roll_words(case)
-    assert ("at the opposite shift" in map_table(verdict_view(wheelset_map))) == (right_letter is not None)
+    assert build_map_record(wheelset_map)["roll"] == roll_words(case)
+    assert ("at the opposite shift" in format_map_table(build_verdict_view(wheelset_map))) == (right_letter is not None)
     assert (other_wheel_label(case) is None) == (right_letter is None)
     assert [second.get_xlabel()[: len(right_letter or "")] for second in ax.child_axes] == [right_letter] * (
         right_letter is not None
@@ -199,9 +204,12 @@ def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
     case = Case(roll_load_N=8e4, opposite=Opposite(wheel_load_N=6e4))
     with pytest.raises(InputError, match="the run begins"):
         run_map(case, [0.0], [2e4, 1e5], tmp_path)
-    failed_map = ApplicabilityMap(case=case, loads_N=(2e4,), positions=(failed_position(0.0, (2e4,), "for a test"),))
+    failed_map = ApplicabilityMap(
+        case=case, loads_N=(2e4,), positions=(build_failed_position(0.0, (2e4,), "for a test"),)
+    )
     assert (
-        map_record(failed_map)["roll"] == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
+        build_map_record(failed_map)["roll"]
+        == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
     )
 
 
@@ -309,10 +317,10 @@ def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
 
 
 def test_every_column_of_a_map_is_known(elliptic_quick):
-    cell = solved_cell(0.0, elliptic_quick.load)
-    columns = list(cell_row(cell, elliptic_quick.placement))
+    cell = build_solved_cell(0.0, elliptic_quick.load)
+    columns = list(build_cell_row(cell, elliptic_quick.placement))
     assert len(columns) > 60
-    assert [name for name in columns if kind_of(name) == "default"] == []
+    assert [name for name in columns if find_kind(name) == "default"] == []
 
 
 @pytest.fixture
@@ -353,7 +361,7 @@ def test_a_map_whose_seal_is_gone_is_refused(stored):
     folder = stored(WHEELSET)
     document = json.loads((folder / "map.json").read_text())
     assert len(load_table(folder).rows) == 2
-    write_json(folder / "map.json", {name: value for name, value in document.items() if name != SEAL})
+    write_json(folder / "map.json", {name: value for name, value in document.items() if name != SEAL_KEY})
     with pytest.raises(InputError, match="its checksum differs"):
         load_table(folder)
 
@@ -475,7 +483,7 @@ def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
     assert sorted({*map(float, fake_solve.solves(out))}) == shifts
     assert len(fake_solve.solves(out)) <= len(shifts) + 1
     assert {path.name for path in (out / "positions").iterdir()} == {
-        case_id(replace(loaded_case(50), lateral_shift_mm=shift), [50e3]) for shift in shifts
+        make_case_id(replace(loaded_case(50), lateral_shift_mm=shift), [50e3]) for shift in shifts
     }
 
 
@@ -496,7 +504,7 @@ def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quic
 
 
 def test_a_map_that_ends_at_any_file_operation_goes_on(disk, monkeypatch):
-    monkeypatch.setattr("fecontact.maps.files.map_figure", lambda *arguments: None)
+    monkeypatch.setattr("fecontact.maps.files.save_map_figure", lambda *arguments: None)
     monkeypatch.setattr("fecontact.runs.map_run.write_map_report", lambda *arguments, **keywords: None)
     goes_on(disk, run_fake_map)
 

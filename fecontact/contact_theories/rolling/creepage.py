@@ -144,7 +144,7 @@ class CurvedCreepages:
         )
 
 
-Motion: TypeAlias = Creepages | CurvedCreepages
+CreepageField: TypeAlias = Creepages | CurvedCreepages
 """Creepages for a theory that evaluates a patch line by line."""
 
 
@@ -152,7 +152,7 @@ Motion: TypeAlias = Creepages | CurvedCreepages
 class RollingEllipse(RollingPair):
     """Elliptic contact that rolls.
 
-    `shear_MPa` and `poisson` are valid for two bodies of equal material, or are combined by `rolling_pair`.
+    `shear_MPa` and `poisson` are valid for two bodies of equal material, or are combined by `combine_materials`.
 
     Attributes
     ----------
@@ -286,7 +286,7 @@ def calculate_power_per_speed_N(creepages: Creepages, fx_N: float, fy_N: float, 
     return 0.0 - (creepages.xi * fx_N + creepages.eta * fy_N + creepages.spin_per_mm * (mz_Nmm or 0.0))
 
 
-def friction_warnings(friction: float) -> tuple[str, ...]:
+def check_friction(friction: float) -> tuple[str, ...]:
     """Warnings about an unusual coefficient of friction.
 
     Parameters
@@ -304,7 +304,7 @@ def friction_warnings(friction: float) -> tuple[str, ...]:
     return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_MAX_USUAL_FRICTION:g}",)
 
 
-def rolling_pair(friction: float, first: Material, second: Material) -> RollingPair:
+def combine_materials(friction: float, first: Material, second: Material) -> RollingPair:
     """Pair of two materials with combined elastic constants.
 
     The constants are 2/G = 1/G1 + 1/G2 and 2 nu/G = nu1/G1 + nu2/G2 (Kalker 1990).
@@ -339,7 +339,7 @@ def rolling_pair(friction: float, first: Material, second: Material) -> RollingP
     return RollingPair(friction=friction, shear_MPa=shear, poisson=poisson)
 
 
-def adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
+def calculate_adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
     """Area without slip by Vermeulen and Johnson.
 
     The area is an ellipse that touches the leading edge. Its semi-axes are the semi-axes of the patch multiplied by 1 -

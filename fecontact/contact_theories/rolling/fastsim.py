@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
-from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, Motion, RollingEllipse
-from fecontact.contact_theories.rolling.kalker import coefficients_of
+from fecontact.contact_theories.rolling.creepage import CreepageField, Creepages, CreepForce, RollingEllipse
+from fecontact.contact_theories.rolling.kalker import find_kalker_coefficients
 from fecontact.errors import InputError
 
-Bound = Literal["parabolic", "elliptic", "strips"]
-CELLS = 50
+TractionBound = Literal["parabolic", "elliptic", "strips"]
+CELLS_PER_DIRECTION = 50
 """Number of cells along and across an ellipse.
 
 Without spin, forces are within 0.02 % of mu N of the limit of fine cells. With spin the error is of first order in the
@@ -51,7 +51,7 @@ class FastsimFlexibilities:
     L3: float
 
 
-def flexibilities(contact: RollingEllipse) -> FastsimFlexibilities:
+def calculate_flexibilities(contact: RollingEllipse) -> FastsimFlexibilities:
     """Flexibilities of an ellipse from Kalker's coefficients (Kalker 1982).
 
     L1 = 8 a / (3 G c11), L2 = 8 a / (3 G c22), L3 = pi a sqrt(a/b) / (4 G c23).
@@ -66,7 +66,7 @@ def flexibilities(contact: RollingEllipse) -> FastsimFlexibilities:
     FastsimFlexibilities
         Flexibilities in mm/MPa.
     """
-    coefficients, a, G = coefficients_of(contact), contact.a_mm, contact.shear_MPa
+    coefficients, a, G = find_kalker_coefficients(contact), contact.a_mm, contact.shear_MPa
     return FastsimFlexibilities(
         L1=8.0 * a / (3.0 * G * coefficients.c11),
         L2=8.0 * a / (3.0 * G * coefficients.c22),
@@ -75,7 +75,7 @@ def flexibilities(contact: RollingEllipse) -> FastsimFlexibilities:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Strips:
+class RollingStrips:
     """Separate patch in strips along the rolling direction.
 
     Attributes
@@ -100,7 +100,7 @@ class Strips:
     force_N_per_mm: Floats
 
     @classmethod
-    def of(cls, pair: RollingPair, **strip_arrays: Floats) -> Strips:
+    def of(cls, pair: RollingPair, **strip_arrays: Floats) -> RollingStrips:
         """Strips of a pair, with the ellipse of their second moments.
 
         Parameters
@@ -119,7 +119,7 @@ class Strips:
         return cls(contact=contact, centre_x_mm=centre_x, centre_y_mm=centre_y, **strip_arrays)
 
 
-def ellipse_strips(contact: RollingEllipse, strips: int = CELLS) -> Strips:
+def divide_ellipse(contact: RollingEllipse, strips: int = CELLS_PER_DIRECTION) -> RollingStrips:
     """Divide Hertz's pressure on an ellipse into strips of equal width.
 
     Parameters
@@ -137,7 +137,7 @@ def ellipse_strips(contact: RollingEllipse, strips: int = CELLS) -> Strips:
     relative_positions = np.asarray((np.arange(strips) + 0.5) * (2.0 / strips) - 1.0)
     length_square = 1.0 - relative_positions**2
     width = 2.0 * contact.b_mm / strips
-    return Strips(
+    return RollingStrips(
         contact=contact,
         centre_x_mm=0.0,
         centre_y_mm=0.0,
@@ -153,8 +153,8 @@ def fastsim(
     contact: RollingEllipse,
     creepages: Creepages,
     *,
-    bound: Bound = "parabolic",
-    cells: tuple[int, int] = (CELLS, CELLS),
+    bound: TractionBound = "parabolic",
+    cells: tuple[int, int] = (CELLS_PER_DIRECTION, CELLS_PER_DIRECTION),
 ) -> CreepForce:
     """Creep force by FASTSIM on an ellipse.
 
@@ -189,11 +189,15 @@ def fastsim(
     >>> round(force.fx_N), round(force.adhesion_area_mm2, 6)
     (-24000, 0.0)
     """
-    return fastsim_strips((ellipse_strips(contact, cells[1]),), creepages, bound=bound, cells=cells[0])
+    return fastsim_strips((divide_ellipse(contact, cells[1]),), creepages, bound=bound, cells=cells[0])
 
 
 def fastsim_strips(
-    pieces: Sequence[Strips], creepages: Motion, *, bound: Bound = "strips", cells: int = CELLS
+    pieces: Sequence[RollingStrips],
+    creepages: CreepageField,
+    *,
+    bound: TractionBound = "strips",
+    cells: int = CELLS_PER_DIRECTION,
 ) -> CreepForce:
     """Creep force by FASTSIM on any patch in strips.
 
@@ -237,7 +241,9 @@ def fastsim_strips(
     )
 
 
-def strip_forces(piece: Strips, creepages: Motion, *, cells: int = CELLS) -> tuple[Floats, Floats, Floats]:
+def calculate_strip_forces(
+    piece: RollingStrips, creepages: CreepageField, *, cells: int = CELLS_PER_DIRECTION
+) -> tuple[Floats, Floats, Floats]:
     """Creep forces by FASTSIM for each strip.
 
     Parameters
@@ -258,7 +264,9 @@ def strip_forces(piece: Strips, creepages: Motion, *, cells: int = CELLS) -> tup
     return cell_forces.real.sum(axis=0), cell_forces.imag.sum(axis=0), (x * cell_forces.imag).sum(axis=0)
 
 
-def _integrate_tractions(piece: Strips, creepages: Motion, bound: Bound, cells: int) -> tuple[float, ...]:
+def _integrate_tractions(
+    piece: RollingStrips, creepages: CreepageField, bound: TractionBound, cells: int
+) -> tuple[float, ...]:
     """Sum the tractions of a patch.
 
     The sums are Fx, Fy, Mz, power, and the areas of adhesion and slip.
@@ -274,14 +282,14 @@ def _integrate_tractions(piece: Strips, creepages: Motion, bound: Bound, cells: 
 
 
 def _calculate_tractions(
-    piece: Strips, creepages: Motion, bound: Bound, cells: int
+    piece: RollingStrips, creepages: CreepageField, bound: TractionBound, cells: int
 ) -> tuple[Floats, NDArray[np.complex128], NDArray[np.bool_]]:
     """Position x, force and slip of all cells (cells, n), from the leading edge backwards.
 
     The slip is true or false. Forces are complex: the real component is along the rolling direction, and the imaginary
     component across.
     """
-    L = flexibilities(piece.contact)
+    L = calculate_flexibilities(piece.contact)
     (xi, spin), eta = creepages.across(piece.y_mm), creepages.eta
     force = piece.force_N_per_mm * piece.width_mm
     # Over a plane the mean is the creepage at the centre.
@@ -309,7 +317,7 @@ def _calculate_tractions(
     return x, np.asarray(step * piece.width_mm * traction, dtype=complex), trial_size > limit
 
 
-def _pressure_bound(piece: Strips, relative_positions: Floats, bound: Bound) -> Floats:
+def _pressure_bound(piece: RollingStrips, relative_positions: Floats, bound: TractionBound) -> Floats:
     """Bound of the pressure (cells, n) in MPa.
 
     The sum of the bound over the cells is the load of the patch.
@@ -325,13 +333,13 @@ def _pressure_bound(piece: Strips, relative_positions: Floats, bound: Bound) -> 
 
 # --- Any pressure field in strips along the rolling direction, and its ellipse for the flexibilities.
 
-STRIPS = 80
+PRESSURE_STRIPS = 80
 """Number of strips over a pressure field."""
 
 
-def pressure_strips(
-    x_mm: Floats, y_mm: Floats, pressure_MPa: Floats, pair: RollingPair, *, strips: int = STRIPS
-) -> tuple[Strips, ...]:
+def divide_pressure(
+    x_mm: Floats, y_mm: Floats, pressure_MPa: Floats, pair: RollingPair, *, strips: int = PRESSURE_STRIPS
+) -> tuple[RollingStrips, ...]:
     """Divide a pressure on a uniform grid into strips, for each separate patch.
 
     The ellipse of a patch has the second moments of its pressure, sqrt(5 <x^2>) and sqrt(5 <y^2>) about its centre,
@@ -381,11 +389,11 @@ def pressure_strips(
     )
 
 
-def _build_strips(x: Floats, y: Floats, p: Floats, width: float, pair: RollingPair) -> Strips:
+def _build_strips(x: Floats, y: Floats, p: Floats, width: float, pair: RollingPair) -> RollingStrips:
     """Strips of a patch from its pressure (nx, n)."""
     column_sums = p.sum(axis=0)
     middle_x = x @ p / column_sums
-    return Strips.of(
+    return RollingStrips.of(
         pair,
         y_mm=y,
         width_mm=np.full(y.size, width),
@@ -395,7 +403,7 @@ def _build_strips(x: Floats, y: Floats, p: Floats, width: float, pair: RollingPa
     )
 
 
-def mean_creepages(pieces: Sequence[Strips], creepages: Motion) -> Creepages:
+def average_creepages(pieces: Sequence[RollingStrips], creepages: CreepageField) -> Creepages:
     """Creepages at the centre of all patches together.
 
     Over curved surfaces they are the mean weighted by the load.
@@ -417,7 +425,7 @@ def mean_creepages(pieces: Sequence[Strips], creepages: Motion) -> Creepages:
     return creepages.mean(middle, y, force / force.sum())
 
 
-def one_ellipse(pieces: Sequence[Strips]) -> tuple[RollingEllipse, float, float]:
+def fit_common_ellipse(pieces: Sequence[RollingStrips]) -> tuple[RollingEllipse, float, float]:
     """Ellipse of all patches together, from their second moments.
 
     Parameters

@@ -113,7 +113,7 @@ def _interpolate_table() -> CubicSpline:
     return CubicSpline(np.log(_AXIS_RATIOS), np.log(np.reshape(table, (19, 4, 3))))
 
 
-def coefficients_of(contact: RollingEllipse) -> KalkerCoefficients:
+def find_kalker_coefficients(contact: RollingEllipse) -> KalkerCoefficients:
     """Kalker's coefficients of a contact."""
     return kalker_coefficients(contact.a_mm / contact.b_mm, contact.poisson)
 
@@ -175,7 +175,7 @@ def calculate_linear_force(contact: RollingEllipse, creepages: Creepages) -> tup
     fx_N, fy_N, mz_Nmm
         Force along the rolling direction and across in N, and moment about the normal in N mm.
     """
-    coefficients, G, ab = coefficients_of(contact), contact.shear_MPa, contact.a_mm * contact.b_mm
+    coefficients, G, ab = find_kalker_coefficients(contact), contact.shear_MPa, contact.a_mm * contact.b_mm
     xi, eta, spin = creepages.xi, creepages.eta, creepages.spin_per_mm
     spin_coefficient = G * ab * math.sqrt(ab) * coefficients.c23
     return (

@@ -10,7 +10,7 @@ from fecontact.contact_theories.rolling.creepage import (
     RollingEllipse,
     calculate_power_per_speed_N,
 )
-from fecontact.contact_theories.rolling.kalker import coefficients_of
+from fecontact.contact_theories.rolling.kalker import find_kalker_coefficients
 
 
 def polach(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
@@ -53,7 +53,7 @@ def polach(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
     s, s_c = math.hypot(xi, eta), math.hypot(xi, eta_c)
     if s_c == 0.0:
         return CreepForce(fx_N=0.0, fy_N=0.0, power_per_speed_N=0.0)
-    coefficients, limit = coefficients_of(contact), contact.limit_N
+    coefficients, limit = find_kalker_coefficients(contact), contact.limit_N
     fx = fy = 0.0
     if s > 0.0:
         c_jj = math.hypot(coefficients.c11 * xi / s, coefficients.c22 * eta / s)

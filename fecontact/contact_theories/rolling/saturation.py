@@ -14,7 +14,7 @@ from fecontact.contact_theories.rolling.creepage import (
     Creepages,
     CreepForce,
     RollingEllipse,
-    adhesion_area_mm2,
+    calculate_adhesion_area_mm2,
     calculate_power_per_speed_N,
 )
 from fecontact.contact_theories.rolling.kalker import calculate_linear_force
@@ -27,7 +27,7 @@ from fecontact.errors import InputError
 # Part I, eq. 12, lacks e^3/27, which is a misprint: the force would be largest at e = 1.5, 0.75 mu N, and 0 at e = 3.
 
 
-def saturation(e: float) -> float:
+def saturate(e: float) -> float:
     """Force divided by mu N, for a linear force e >= 0.
 
     The linear force is e = |F_linear| / (mu N). Otero Yugat's eq. 12 lacks e^3/27.
@@ -179,8 +179,8 @@ def _saturate_force(contact: RollingEllipse, creepages: Creepages, fx: float, fy
     """Saturate a linear force (N) without a change of its direction."""
     linear_force_N = math.hypot(fx, fy)
     e = linear_force_N / contact.limit_N
-    factor = saturation(e) / e if e > 0.0 else 1.0
-    adhesion = adhesion_area_mm2(contact, e)
+    factor = saturate(e) / e if e > 0.0 else 1.0
+    adhesion = calculate_adhesion_area_mm2(contact, e)
     return CreepForce(
         fx_N=factor * fx,
         fy_N=factor * fy,

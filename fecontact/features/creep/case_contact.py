@@ -14,16 +14,16 @@ from fecontact.contact.patch import Patch
 from fecontact.contact_theories.rolling.creepage import (
     Creepages,
 )
-from fecontact.contact_theories.rolling.fastsim import one_ellipse, pressure_strips
+from fecontact.contact_theories.rolling.fastsim import divide_pressure, fit_common_ellipse
 from fecontact.features.creep.forces import (
     CreepPatch,
-    wheelset_creepages,
+    calculate_wheelset_creepages,
 )
-from fecontact.features.creep.steady import pressure_cells
+from fecontact.features.creep.steady import coarsen_pressure
 from fecontact.placement.wheel_on_rail import Placement
 
 
-def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
+def make_real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
     """Pressure of a solved contact as a patch that rolls.
 
     Parameters
@@ -44,17 +44,17 @@ def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
     cell_mm2 = field.grid.steps_mm[0] * field.grid.steps_mm[1]
     pressure = field.values * (rung.normal_force_N / (cell_mm2 * float(field.values.sum())))
     x, s = field.grid.x_mm, field.grid.s_mm
-    pieces = pressure_strips(x, s, pressure, pair)
-    ellipse, centre_x, centre_s = one_ellipse(pieces)
+    pieces = divide_pressure(x, s, pressure, pair)
+    ellipse, centre_x, centre_s = fit_common_ellipse(pieces)
     return CreepPatch(
         ellipse=replace(ellipse, normal_force_N=rung.normal_force_N),
         centre_mm=(centre_x, centre_s),
         pieces=pieces,
-        cells=pressure_cells(x, s, pressure, area_mm2=patch.area_mm2, lobes=max(1, len(patch.lobes))),
+        cells=coarsen_pressure(x, s, pressure, area_mm2=patch.area_mm2, lobes=max(1, len(patch.lobes))),
     )
 
 
-def creepages_of(case: Case, placement: Placement) -> Creepages:
+def calculate_case_creepages(case: Case, placement: Placement) -> Creepages:
     """Creepages of the wheel against the rail at the first touch point.
 
     They are in the contact frame.
@@ -71,7 +71,7 @@ def creepages_of(case: Case, placement: Placement) -> Creepages:
     Creepages
         Longitudinal and lateral creepage without unit, spin in 1/mm.
     """
-    case_creep, wheelset = case.creep, wheelset_creepages(placement, case.creep.speed_ratio)
+    case_creep, wheelset = case.creep, calculate_wheelset_creepages(placement, case.creep.speed_ratio)
     return Creepages(
         xi=wheelset.xi if case_creep.xi is None else case_creep.xi,
         eta=wheelset.eta if case_creep.eta is None else case_creep.eta,

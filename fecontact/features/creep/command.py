@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.outputs.terminal import answer
+from fecontact.outputs.terminal import print_answer
 
 
 @Parameter(name="*")
@@ -74,5 +74,5 @@ def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -
         poisson=ellipse.poisson,
         theories=theory.split(","),
     )
-    answer(record, report_ellipse_forces, json=json)
+    print_answer(record, report_ellipse_forces, json=json)
     return 0

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from fecontact.contact_theories.rolling.creepage import (
     Creepages,
     CreepForce,
-    friction_warnings,
+    check_friction,
 )
-from fecontact.contact_theories.rolling.fastsim import mean_creepages
+from fecontact.contact_theories.rolling.fastsim import average_creepages
 from fecontact.errors import FecontactError
 from fecontact.features.creep.force_verdict import (
     DECIDING_THEORY,
@@ -26,12 +26,12 @@ from fecontact.features.creep.force_verdict import (
     judge_hertz_ellipse,
 )
 from fecontact.features.creep.forces import (
-    creep_force,
-    creep_forces,
+    calculate_creep_force,
+    calculate_creep_forces,
 )
-from fecontact.features.creep.judged_force import JudgedForce
+from fecontact.features.creep.judged_force import ForceJudgement
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.measures import patch_of
+from fecontact.judging.measures import read_patch
 from fecontact.placement.wheel_on_rail import Placement
 
 # largest effect of the curved surfaces without a warning, over mu N; a fifth of the usual limit
@@ -87,11 +87,11 @@ class CreepComparison:
     curved: bool
     surface_of_muN: float
     theories: Mapping[str, TheoryForces]
-    verdict: JudgedForce
+    verdict: ForceJudgement
     warnings: tuple[str, ...]
 
 
-def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
+def compare_creep_forces(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
     """Compare creep forces of a judged load on its ellipse and on the real patch.
 
     Parameters
@@ -111,13 +111,13 @@ def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
         return None
     rolling = build_rolling_load(load, placement, creep)
     creepages, motion = rolling.creepages, rolling.motion(rolling.creepages)
-    on_hertz, on_real = creep_forces(rolling.hertz, creepages), creep_forces(rolling.real, motion)
+    on_hertz, on_real = calculate_creep_forces(rolling.hertz, creepages), calculate_creep_forces(rolling.real, motion)
     surface_of_muN = _estimate_surface_effect(rolling)
     return CreepComparison(
         friction=creep.friction,
         limit_N=rolling.limit_N,
         creepages=creepages,
-        centre_creepages=mean_creepages(rolling.real.pieces, motion),
+        centre_creepages=average_creepages(rolling.real.pieces, motion),
         curved=creep.curved,
         surface_of_muN=surface_of_muN,
         theories={name: _compare_theory(name, force, on_real[name], rolling) for name, force in on_hertz.items()},
@@ -152,7 +152,7 @@ def _estimate_surface_effect(rolling: RollingLoad) -> float:
         return max(
             rolling.relative_difference(
                 *(
-                    creep_force(SCREENING_THEORY, rolling.real, motion)
+                    calculate_creep_force(SCREENING_THEORY, rolling.real, motion)
                     for motion in (plane, replace(rolling.surface, plane=plane))
                 )
             )
@@ -163,11 +163,11 @@ def _estimate_surface_effect(rolling: RollingLoad) -> float:
 
 def _list_warnings(load: JudgedLoad, friction: float, surface_effect: float) -> Iterator[str]:
     """Warnings of friction, materials, separate patches and curved surfaces."""
-    yield from friction_warnings(friction)
+    yield from check_friction(friction)
     wheel, rail = load.case.wheel_material, load.case.rail_material
     if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):
         yield "wheel and rail have different elastic constants: what the pressure does to the slip is left out"
-    if patch_of(load.fe).pieces > 1:
+    if read_patch(load.fe).pieces > 1:
         yield "on separate patches the laws for one ellipse take one of the second moments of all"
     if surface_effect > _NEGLIGIBLE_SURFACE_EFFECT:
         yield (

@@ -2,8 +2,8 @@
 
 COMMANDS = {"Look": ("command.creep",)}
 NAMES = ("running.creep",)
-READINGS = {"creep": "creep_comparison.creep_of"}
-DEAR_READINGS = {"creep_laws": "laws.creep_laws_of"}
+READINGS = {"creep": "creep_comparison.compare_creep_forces"}
+DEAR_READINGS = {"creep_laws": "laws.judge_creep_laws"}
 TELLINGS = {"creep": "telling.CREEP"}
 MAPS = {"force": "maps.FORCE_MAP"}
 LAWS = {"law": "maps.LAW_MAP"}

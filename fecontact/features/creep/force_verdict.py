@@ -14,27 +14,27 @@ import numpy as np
 
 from fecontact.contact.grid import Rung
 from fecontact.contact_theories.rolling.creepage import (
+    CreepageField,
     Creepages,
     CreepForce,
     CurvedCreepages,
-    Motion,
-    rolling_pair,
+    combine_materials,
 )
-from fecontact.contact_theories.rolling.fastsim import mean_creepages
+from fecontact.contact_theories.rolling.fastsim import average_creepages
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
-from fecontact.features.creep.case_contact import creepages_of, real_patch
+from fecontact.features.creep.case_contact import calculate_case_creepages, make_real_patch
 from fecontact.features.creep.forces import (
     CreepPatch,
-    creep_force,
-    curved_creepages,
-    force_difference,
-    hertz_patch,
+    calculate_creep_force,
+    calculate_curved_creepages,
+    calculate_force_difference,
+    make_hertz_patch,
 )
-from fecontact.features.creep.judged_force import ForceAt, JudgedForce, judged_force
+from fecontact.features.creep.judged_force import ForceDeviation, ForceJudgement, judge_force
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.measures import patch_of
-from fecontact.judging.solved_load import finest_otherwise
+from fecontact.judging.measures import read_patch
+from fecontact.judging.solved_load import read_other_fit
 from fecontact.placement.wheel_on_rail import Placement
 
 SCREENING_THEORY, DECIDING_THEORY = "fastsim", "rolling_half_space"
@@ -42,14 +42,14 @@ SCREENING_THEORY, DECIDING_THEORY = "fastsim", "rolling_half_space"
 
 The screening theory finds the deviations to 1 or 2 % of mu N.
 """
-PLACE, SHAPE = "centre of pressure beside the touch point", "shape of the patch"
+DISPLACED_CENTRE, PATCH_SHAPE = "centre of pressure beside the touch point", "shape of the patch"
 """Causes of a failure.
 
-With spin, the real patch at another place has different creepages (`PLACE`). All other causes are `SHAPE`.
+With spin, the real patch at another place has different creepages (`DISPLACED_CENTRE`). All other causes are `PATCH_SHAPE`.
 """
 SMALLEST_CREEPAGE = 1e-4
 """Smallest size of the creepages at which forces are judged, without unit."""
-_SIZES, _DIRECTIONS = 8, 8
+_CREEPAGE_SIZES, _DIRECTIONS = 8, 8
 # number of creepages at which the deciding theory is evaluated
 _DECIDED_CREEPAGES = 2
 # Difference of Hertz's deviation between 32 and 72 cells along the patch: 0.1 to 0.2 % of mu N at four positions
@@ -100,20 +100,20 @@ class RollingLoad:
 
     def relative_difference(self, first: CreepForce, second: CreepForce) -> float:
         """Size of the difference of two forces over mu N."""
-        return force_difference(first, second, self.limit_N)
+        return calculate_force_difference(first, second, self.limit_N)
 
-    def motion(self, creepages: Creepages) -> Motion:
+    def motion(self, creepages: Creepages) -> CreepageField:
         """Creepages over the real patch for creepages at the first touch point."""
         return replace(self.surface, plane=creepages) if self.creep.curved else creepages
 
     @property
     def judged_creepages(self) -> Sequence[Creepages]:
         """Creepages over which forces are judged."""
-        return creepage_range(self.creep.largest_creepage, self.creepages.spin_per_mm)
+        return list_creepages(self.creep.largest_creepage, self.creepages.spin_per_mm)
 
     def judge_largest_deviations(
         self, screening: ForceDeviationFunction, *deciding: tuple[ForceDeviationFunction, float]
-    ) -> JudgedForce:
+    ) -> ForceJudgement:
         """Judge a force at the creepages of its largest deviations.
 
         The first of the deciding theories with a resolved answer decides.
@@ -145,14 +145,14 @@ class RollingLoad:
         ]
         for deviation, discretisation in deciding:
             deviations = [
-                ForceAt(
+                ForceDeviation(
                     creepages=trial_creepages,
                     deviation_of_muN=deviation(trial_creepages),
                     uncertainty_of_muN=pressure_term + discretisation,
                 )
                 for trial_creepages, pressure_term in zip(worst, pressure_terms, strict=True)
             ]
-            judgement = judged_force(deviations, self.creep.force_limit, usable=self.is_usable)
+            judgement = judge_force(deviations, self.creep.force_limit, usable=self.is_usable)
             if judgement.verdict.answer != "UNRESOLVED":
                 break
         return judgement
@@ -182,29 +182,29 @@ def build_rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> 
     """
     assert creep.friction is not None
     case, (finest, coarser, *_) = load.case, load.solved.levels
-    pair = rolling_pair(creep.friction, case.wheel_material, case.rail_material)
+    pair = combine_materials(creep.friction, case.wheel_material, case.rail_material)
 
     def patch(rung: Rung) -> CreepPatch:
-        return real_patch(rung, patch_of(rung), pair)
+        return make_real_patch(rung, read_patch(rung), pair)
 
-    real, comparison_patches = patch(finest.fe), (patch(coarser.fe), patch(finest_otherwise(load.solved.levels)))
-    creepages = creepages_of(replace(case, creep=creep), placement)
+    real, comparison_patches = patch(finest.fe), (patch(coarser.fe), patch(read_other_fit(load.solved.levels)))
+    creepages = calculate_case_creepages(replace(case, creep=creep), placement)
     edges_mm = [
         float(rolling_patch.cells.y_mm[end]) for rolling_patch in (real, *comparison_patches) for end in (0, -1)
     ]
     s_mm = np.linspace(min(0.0, *edges_mm), max(0.0, *edges_mm), _SURFACE_POINTS)
     return RollingLoad(
-        hertz=hertz_patch(load.hertz, pair),
+        hertz=make_hertz_patch(load.hertz, pair),
         real=real,
         comparison_patches=comparison_patches,
         creepages=creepages,
-        surface=curved_creepages(placement, creepages, s_mm, creep.speed_ratio),
+        surface=calculate_curved_creepages(placement, creepages, s_mm, creep.speed_ratio),
         creep=creep,
         is_usable=load.usable,
     )
 
 
-def force_verdict(load: JudgedLoad, placement: Placement, creep: Creep | None = None) -> JudgedForce:
+def judge_hertz_force(load: JudgedLoad, placement: Placement, creep: Creep | None = None) -> ForceJudgement:
     """Judge Hertz for forces alone, under any friction and creepages.
 
     Parameters
@@ -224,7 +224,7 @@ def force_verdict(load: JudgedLoad, placement: Placement, creep: Creep | None = 
     return judge_hertz_ellipse(build_rolling_load(load, placement, creep or load.case.creep))
 
 
-def judge_hertz_ellipse(rolling: RollingLoad) -> JudgedForce:
+def judge_hertz_ellipse(rolling: RollingLoad) -> ForceJudgement:
     """Judge Hertz's ellipse for forces.
 
     FASTSIM screens the whole range of creepages, and the rolling half-space decides where FASTSIM finds the largest
@@ -244,8 +244,10 @@ def judge_hertz_ellipse(rolling: RollingLoad) -> JudgedForce:
     def deviation(theory: str, creepages: Creepages) -> float:
         """Deviation of the force on Hertz's ellipse, over mu N; NaN unless the theory covers both patches."""
         with suppress(FecontactError):
-            on_hertz = creep_force(theory, rolling.hertz, creepages)
-            return rolling.relative_difference(on_hertz, creep_force(theory, rolling.real, rolling.motion(creepages)))
+            on_hertz = calculate_creep_force(theory, rolling.hertz, creepages)
+            return rolling.relative_difference(
+                on_hertz, calculate_creep_force(theory, rolling.real, rolling.motion(creepages))
+            )
         return math.nan
 
     judgement = rolling.judge_largest_deviations(
@@ -256,7 +258,7 @@ def judge_hertz_ellipse(rolling: RollingLoad) -> JudgedForce:
     return replace(judgement, verdict=replace(judgement.verdict, cause=_find_cause(rolling, judgement.decided[0])))
 
 
-def _find_cause(rolling: RollingLoad, worst: ForceAt) -> str | None:
+def _find_cause(rolling: RollingLoad, worst: ForceDeviation) -> str | None:
     """The larger of two changes of FASTSIM's force: by the creepages of the real patch, or by its shape.
 
     The first change is from the creepages at the touch point to the mean creepages of the real patch, both on Hertz's
@@ -265,17 +267,17 @@ def _find_cause(rolling: RollingLoad, worst: ForceAt) -> str | None:
     motion = rolling.motion(worst.creepages)
     try:
         forces = (
-            creep_force(SCREENING_THEORY, rolling.hertz, worst.creepages),
-            creep_force(SCREENING_THEORY, rolling.hertz, mean_creepages(rolling.real.pieces, motion)),
-            creep_force(SCREENING_THEORY, rolling.real, motion),
+            calculate_creep_force(SCREENING_THEORY, rolling.hertz, worst.creepages),
+            calculate_creep_force(SCREENING_THEORY, rolling.hertz, average_creepages(rolling.real.pieces, motion)),
+            calculate_creep_force(SCREENING_THEORY, rolling.real, motion),
         )
     except FecontactError:
         return None
     by_place, by_shape = (rolling.relative_difference(before, after) for before, after in pairwise(forces))
-    return PLACE if by_place > by_shape else SHAPE
+    return DISPLACED_CENTRE if by_place > by_shape else PATCH_SHAPE
 
 
-def estimate_pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Motion) -> float:
+def estimate_pressure_uncertainty(theory: str, rolling: RollingLoad, motion: CreepageField) -> float:
     """Uncertainty of a theory's force by the solved pressure, over mu N.
 
     Parameters
@@ -294,7 +296,7 @@ def estimate_pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Mot
     """
     with suppress(FecontactError):
         finest, coarser, other_reading = (
-            creep_force(theory, patch, motion) for patch in (rolling.real, *rolling.comparison_patches)
+            calculate_creep_force(theory, patch, motion) for patch in (rolling.real, *rolling.comparison_patches)
         )
         return (
             _READING_UNCERTAINTY
@@ -304,7 +306,7 @@ def estimate_pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Mot
     return math.nan
 
 
-def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
+def list_creepages(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
     """Creepages from 0.01 % to the largest creepage in eight directions.
 
     Parameters
@@ -326,7 +328,7 @@ def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
     >>> len(creepages), creepages[0].xi, round(creepages[-8].xi, 12)
     (64, 0.0001, 0.01)
     """
-    ratio = (largest / SMALLEST_CREEPAGE) ** (1.0 / (_SIZES - 1))
+    ratio = (largest / SMALLEST_CREEPAGE) ** (1.0 / (_CREEPAGE_SIZES - 1))
     angles = [2.0 * math.pi * k / _DIRECTIONS for k in range(_DIRECTIONS)]
     return [
         Creepages(
@@ -335,6 +337,6 @@ def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
             eta=size * round(math.sin(angle), 12),
             spin_per_mm=spin_per_mm,
         )
-        for size in (SMALLEST_CREEPAGE * ratio**power for power in range(_SIZES))
+        for size in (SMALLEST_CREEPAGE * ratio**power for power in range(_CREEPAGE_SIZES))
         for angle in angles
     ]

@@ -16,13 +16,25 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, CurvedCreepages, Motion, RollingEllipse
-from fecontact.contact_theories.rolling.fastsim import STRIPS, Strips, ellipse_strips, fastsim_strips, mean_creepages
+from fecontact.contact_theories.rolling.creepage import (
+    CreepageField,
+    Creepages,
+    CreepForce,
+    CurvedCreepages,
+    RollingEllipse,
+)
+from fecontact.contact_theories.rolling.fastsim import (
+    PRESSURE_STRIPS,
+    RollingStrips,
+    average_creepages,
+    divide_ellipse,
+    fastsim_strips,
+)
 from fecontact.contact_theories.rolling.kalker import kalker_linear
 from fecontact.contact_theories.rolling.polach import polach
 from fecontact.contact_theories.rolling.saturation import shen_hedrick_elkins, vermeulen_johnson
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.features.creep.steady import PressureCells, ellipse_cells, steady_rolling
+from fecontact.features.creep.steady import PressureCells, discretise_ellipse, solve_steady_rolling
 from fecontact.placement.wheel_on_rail import Placement
 
 _LAWS: dict[str, Callable[[RollingEllipse, Creepages], CreepForce]] = {
@@ -31,7 +43,7 @@ _LAWS: dict[str, Callable[[RollingEllipse, Creepages], CreepForce]] = {
     "she": shen_hedrick_elkins,
     "polach": polach,
 }
-THEORIES = (*_LAWS, "fastsim", "rolling_half_space")
+CREEP_THEORIES = (*_LAWS, "fastsim", "rolling_half_space")
 """Names of the theories, from the simplest to the exact theory."""
 
 
@@ -51,11 +63,11 @@ class CreepPatch:
 
     ellipse: RollingEllipse
     centre_mm: tuple[float, float]
-    pieces: tuple[Strips, ...]
+    pieces: tuple[RollingStrips, ...]
     cells: PressureCells
 
 
-def ellipse_patch(contact: RollingEllipse) -> CreepPatch:
+def make_ellipse_patch(contact: RollingEllipse) -> CreepPatch:
     """Hertz's pressure on an ellipse at the first touch point.
 
     Parameters
@@ -80,12 +92,12 @@ def ellipse_patch(contact: RollingEllipse) -> CreepPatch:
     return CreepPatch(
         ellipse=contact,
         centre_mm=(0.0, 0.0),
-        pieces=(ellipse_strips(contact, STRIPS),),
-        cells=ellipse_cells(contact.a_mm, contact.b_mm, contact.normal_force_N),
+        pieces=(divide_ellipse(contact, PRESSURE_STRIPS),),
+        cells=discretise_ellipse(contact.a_mm, contact.b_mm, contact.normal_force_N),
     )
 
 
-def hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
+def make_hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
     """Hertz's contact as a patch that rolls.
 
     If the axes of the ellipse are turned, the patch has half-widths from its second moments along x and across.
@@ -104,10 +116,12 @@ def hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
     """
     a, b = 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
     scale = math.sqrt(hertz.a_mm * hertz.b_mm / (a * b))
-    return ellipse_patch(RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=hertz.normal_force_N))
+    return make_ellipse_patch(
+        RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=hertz.normal_force_N)
+    )
 
 
-def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce:
+def calculate_creep_force(theory: str, patch: CreepPatch, creepages: CreepageField) -> CreepForce:
     """Force of a theory at creepages of the first touch point, or over curved surfaces.
 
     The moment is about the first touch point. The laws of an ellipse use the creepages at its centre, or over curved
@@ -116,7 +130,7 @@ def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce
     Parameters
     ----------
     theory
-        Name, from `THEORIES`.
+        Name, from `CREEP_THEORIES`.
     patch
         Contact that rolls.
     creepages
@@ -130,7 +144,7 @@ def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce
     Raises
     ------
     InputError
-        If the theory is not in `THEORIES`, or does not cover the ellipse or the creepages.
+        If the theory is not in `CREEP_THEORIES`, or does not cover the ellipse or the creepages.
     ConvergenceError
         If the rolling half-space did not converge.
 
@@ -150,13 +164,13 @@ def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce
     if theory == "rolling_half_space":
         return _solve_rolling_half_space(patch, creepages)
     if theory not in _LAWS:
-        raise InputError(f"theory is {theory!r}; allowed: {', '.join(THEORIES)}")
-    return _LAWS[theory](patch.ellipse, mean_creepages(patch.pieces, creepages)).at(*patch.centre_mm)
+        raise InputError(f"theory is {theory!r}; allowed: {', '.join(CREEP_THEORIES)}")
+    return _LAWS[theory](patch.ellipse, average_creepages(patch.pieces, creepages)).at(*patch.centre_mm)
 
 
-def _solve_rolling_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
+def _solve_rolling_half_space(patch: CreepPatch, creepages: CreepageField) -> CreepForce:
     """Force by the exact theory; raises ConvergenceError if it did not converge."""
-    solution = steady_rolling(patch.cells, creepages, patch.ellipse)
+    solution = solve_steady_rolling(patch.cells, creepages, patch.ellipse)
     if solution.status != "converged":
         plane = creepages.at(0.0, 0.0)
         raise ConvergenceError(
@@ -166,7 +180,7 @@ def _solve_rolling_half_space(patch: CreepPatch, creepages: Motion) -> CreepForc
     return solution.force
 
 
-def creep_forces(patch: CreepPatch, creepages: Motion) -> Mapping[str, CreepForce | str]:
+def calculate_creep_forces(patch: CreepPatch, creepages: CreepageField) -> Mapping[str, CreepForce | str]:
     """Forces of all theories on a patch.
 
     Parameters
@@ -182,15 +196,15 @@ def creep_forces(patch: CreepPatch, creepages: Motion) -> Mapping[str, CreepForc
         By theory the force, or the reason why the theory does not cover the contact or did not converge.
     """
     forces: dict[str, CreepForce | str] = {}
-    for theory in THEORIES:
+    for theory in CREEP_THEORIES:
         try:
-            forces[theory] = creep_force(theory, patch, creepages)
+            forces[theory] = calculate_creep_force(theory, patch, creepages)
         except (InputError, ConvergenceError) as error:
             forces[theory] = str(error)
     return forces
 
 
-def force_difference(first: CreepForce, second: CreepForce, limit_N: float) -> float:
+def calculate_force_difference(first: CreepForce, second: CreepForce, limit_N: float) -> float:
     """Length of the difference of two tangential force vectors, over mu N."""
     return float(np.hypot(first.fx_N - second.fx_N, first.fy_N - second.fy_N)) / limit_N
 
@@ -198,7 +212,7 @@ def force_difference(first: CreepForce, second: CreepForce, limit_N: float) -> f
 _ROUNDING = 1e-12
 
 
-def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepages:
+def calculate_wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepages:
     """Creepages at the first touch point of a wheelset that runs along the track.
 
     The wheelset turns about its axle.
@@ -242,7 +256,9 @@ def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepa
     return Creepages(xi=xi, eta=eta, spin_per_mm=0.0 if abs(spin) * wheel.rolling_radius_mm < _ROUNDING else spin)
 
 
-def curved_creepages(placement: Placement, plane: Creepages, s_mm: Floats, speed_ratio: float = 1.0) -> CurvedCreepages:
+def calculate_curved_creepages(
+    placement: Placement, plane: Creepages, s_mm: Floats, speed_ratio: float = 1.0
+) -> CurvedCreepages:
     """Creepages over the curved surfaces of a wheelset that runs along the track.
 
     The contact angle, and with it the rolling radius, changes across the patch.
@@ -275,13 +291,13 @@ def curved_creepages(placement: Placement, plane: Creepages, s_mm: Floats, speed
     midway = points + 0.5 * placement.gap(0.0, s_mm)[:, None] * normals
     touch, angular_velocity = placement.first, _calculate_angular_velocity(placement, speed_ratio)
     arms = midway - np.array([touch.x_mm, touch.y_mm, touch.z_mm])
-    xi = slip_beside_plane(arms, s_mm, angular_velocity, touch.normal)
+    xi = calculate_slip_off_plane(arms, s_mm, angular_velocity, touch.normal)
     return CurvedCreepages(
         plane=plane, y_mm=s_mm, xi_beside=xi, spin_beside_per_mm=-np.gradient(xi, s_mm, edge_order=2)
     )
 
 
-def slip_beside_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floats, normal: Floats) -> Floats:
+def calculate_slip_off_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floats, normal: Floats) -> Floats:
     """Longitudinal creepage (n,) on a curve across minus the creepage of the tangent plane.
 
     The difference is zero on a straight line, as of a cone.

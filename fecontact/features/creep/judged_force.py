@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from fecontact.contact_theories.rolling.creepage import (
     Creepages,
 )
-from fecontact.judging.verdict import FROM_BEST, Judgement, Verdict, answer_of
+from fecontact.judging.verdict import ANSWERS_BEST_FIRST, Judgement, Verdict, compare_with_limit
 
-FORCE = "force"
+FORCE_MEASURE = "force"
 """Name of the measure of a law of creep forces."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForceAt:
+class ForceDeviation:
     """Deviation of a force at creepages of the first touch point, with its uncertainty.
 
     Attributes
@@ -32,7 +32,7 @@ class ForceAt:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class JudgedForce(Judgement):
+class ForceJudgement(Judgement):
     """Judgement of a law by its force.
 
     Attributes
@@ -41,10 +41,10 @@ class JudgedForce(Judgement):
         Deviations at the creepages where the exact theory decided, the worst first.
     """
 
-    decided: tuple[ForceAt, ...]
+    decided: tuple[ForceDeviation, ...]
 
 
-def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = True) -> JudgedForce:
+def judge_force(decided: Sequence[ForceDeviation], limit: float, *, usable: bool = True) -> ForceJudgement:
     """Judge a creep law by its worst answer over some creepages.
 
     Parameters
@@ -59,7 +59,7 @@ def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = Tru
     Returns
     -------
     JudgedForce
-        Verdict, deviation and uncertainty over mu N by `FORCE`, and all deviations from the worst to the best.
+        Verdict, deviation and uncertainty over mu N by `FORCE_MEASURE`, and all deviations from the worst to the best.
 
     Examples
     --------
@@ -70,14 +70,17 @@ def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = Tru
     'FAILS'
     """
     answers = [
-        (answer_of(deviation.deviation_of_muN, deviation.uncertainty_of_muN, limit), deviation) for deviation in decided
+        (compare_with_limit(deviation.deviation_of_muN, deviation.uncertainty_of_muN, limit), deviation)
+        for deviation in decided
     ]
-    answers.sort(key=lambda answered: (FROM_BEST.index(answered[0]), answered[1].deviation_of_muN), reverse=True)
+    answers.sort(
+        key=lambda answered: (ANSWERS_BEST_FIRST.index(answered[0]), answered[1].deviation_of_muN), reverse=True
+    )
     answer, worst = answers[0]
-    return JudgedForce(
-        deviation={FORCE: worst.deviation_of_muN},
-        uncertainty={FORCE: worst.uncertainty_of_muN},
-        limits={FORCE: limit},
-        verdict=Verdict(answer=answer, measure=FORCE, each={FORCE: answer}).usable(usable),
+    return ForceJudgement(
+        deviation={FORCE_MEASURE: worst.deviation_of_muN},
+        uncertainty={FORCE_MEASURE: worst.uncertainty_of_muN},
+        limits={FORCE_MEASURE: limit},
+        verdict=Verdict(answer=answer, measure=FORCE_MEASURE, each={FORCE_MEASURE: answer}).usable(usable),
         decided=tuple(deviation for _, deviation in answers),
     )

@@ -20,24 +20,24 @@ from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce
 from fecontact.errors import FecontactError
 from fecontact.features.creep.force_verdict import DECIDING_THEORY, RollingLoad, build_rolling_load
-from fecontact.features.creep.forces import CreepPatch, creep_force, hertz_patch
-from fecontact.features.creep.judged_force import JudgedForce, judged_force
-from fecontact.features.creep.steady import pressure_cells
+from fecontact.features.creep.forces import CreepPatch, calculate_creep_force, make_hertz_patch
+from fecontact.features.creep.judged_force import ForceJudgement, judge_force
+from fecontact.features.creep.steady import coarsen_pressure
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.placement.wheel_on_rail import Placement
 
 CREEP_LAWS: Mapping[str, Mapping[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 """Words of the laws of creep forces, from the cheapest law to the reference of all laws."""
-REAL = "real"
+REFERENCE_LAW = "real"
 """Name of the reference law, the last of `CREEP_LAWS`."""
 _COARSE_CELLS = 24
 # Errors over mu N, against very fine cells with large spin, of the coarse cells (0.6 % against 48 cells) and of 48
-# cells (`features.creep.steady.CELLS`).
+# cells (`features.creep.steady.CELLS_ALONG_PATCH`).
 _COARSE_UNCERTAINTY, _FINE_UNCERTAINTY = 0.015, 0.007
 _ForceLaw: TypeAlias = Callable[[Creepages], CreepForce]
 
 
-def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedForce] | None:
+def judge_creep_laws(load: JudgedLoad, placement: Placement) -> dict[str, ForceJudgement] | None:
     """Judge each creep law on a solved load.
 
     Friction, limit and range of creepages are those of the load's case.
@@ -56,7 +56,7 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
     """
     if "creep" not in load.features:
         return None
-    hertz_judgement: JudgedForce = load.features["creep"].verdict
+    hertz_judgement: ForceJudgement = load.features["creep"].verdict
     rolling = build_rolling_load(load, placement, load.case.creep)
 
     def make_deviation_function(patch: CreepPatch) -> Callable[[_ForceLaw, Creepages], float]:
@@ -68,7 +68,7 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
         @cache
         def calculate_exact_force(creepages: Creepages) -> CreepForce | None:
             with suppress(FecontactError):
-                return creep_force(DECIDING_THEORY, patch, rolling.motion(creepages))
+                return calculate_creep_force(DECIDING_THEORY, patch, rolling.motion(creepages))
             return None
 
         def calculate_deviation(force: _ForceLaw, creepages: Creepages) -> float:
@@ -80,11 +80,11 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
         return calculate_deviation
 
     coarse_deviation, fine_deviation = (
-        make_deviation_function(coarse_patch(rolling.real)),
+        make_deviation_function(coarsen_patch(rolling.real)),
         make_deviation_function(rolling.real),
     )
 
-    def judge_law(force: _ForceLaw) -> JudgedForce:
+    def judge_law(force: _ForceLaw) -> ForceJudgement:
         screening = partial(coarse_deviation, force)
         return rolling.judge_largest_deviations(
             screening, (screening, _COARSE_UNCERTAINTY), (partial(fine_deviation, force), _FINE_UNCERTAINTY)
@@ -96,8 +96,8 @@ def creep_laws_of(load: JudgedLoad, placement: Placement) -> dict[str, JudgedFor
     )
     law_judgements = {name: judge_law(force) for name, force in forces.items()}
     no_deviation = replace(hertz_judgement.decided[0], deviation_of_muN=0.0, uncertainty_of_muN=0.0)
-    real_judgement = judged_force([no_deviation], load.case.creep.force_limit)
-    judgements = law_judgements | {"exact": hertz_judgement, REAL: real_judgement}
+    real_judgement = judge_force([no_deviation], load.case.creep.force_limit)
+    judgements = law_judgements | {"exact": hertz_judgement, REFERENCE_LAW: real_judgement}
     return {name: judgements[name] for name in CREEP_LAWS if name in judgements}
 
 
@@ -107,14 +107,14 @@ def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> d
     `ellipses` are the patches of the multi-Hertzian theory; without ellipses this law is left out.
     """
     forces: dict[str, _ForceLaw] = {
-        "polach": lambda creepages: creep_force("polach", rolling.hertz, creepages),
-        "fastsim": lambda creepages: creep_force("fastsim", rolling.hertz, creepages),
-        "strips": lambda creepages: creep_force("fastsim", rolling.real, rolling.motion(creepages)),
+        "polach": lambda creepages: calculate_creep_force("polach", rolling.hertz, creepages),
+        "fastsim": lambda creepages: calculate_creep_force("fastsim", rolling.hertz, creepages),
+        "strips": lambda creepages: calculate_creep_force("fastsim", rolling.real, rolling.motion(creepages)),
     }
     if ellipses:
         rolling_pair = rolling.real.ellipse
         patches = [
-            (hertz_patch(theory_patch.hertz, rolling_pair), theory_patch.centre_mm)
+            (make_hertz_patch(theory_patch.hertz, rolling_pair), theory_patch.centre_mm)
             for theory_patch in ellipses
             if theory_patch.hertz is not None
         ]
@@ -122,7 +122,9 @@ def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> d
         def add_patch_forces(creepages: Creepages) -> CreepForce:
             # each patch has the creepages of its touch point; forces across are along the arc of the surface
             motion = rolling.motion(creepages)
-            forces_on_patches = [creep_force("fastsim", patch, motion.at(*centre_mm)) for patch, centre_mm in patches]
+            forces_on_patches = [
+                calculate_creep_force("fastsim", patch, motion.at(*centre_mm)) for patch, centre_mm in patches
+            ]
             return CreepForce(
                 fx_N=sum(force.fx_N for force in forces_on_patches), fy_N=sum(force.fy_N for force in forces_on_patches)
             )
@@ -131,7 +133,7 @@ def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> d
     return forces
 
 
-def coarse_patch(real: CreepPatch) -> CreepPatch:
+def coarsen_patch(real: CreepPatch) -> CreepPatch:
     """A patch with half the number of cells along and across.
 
     The rolling half-space takes an eighth of the time.
@@ -147,7 +149,7 @@ def coarse_patch(real: CreepPatch) -> CreepPatch:
         The patch with 24 cells along, and 24 cells across each lobe.
     """
     fine = real.cells
-    cells = pressure_cells(
+    cells = coarsen_pressure(
         fine.x_mm,
         fine.y_mm,
         fine.pressure_MPa,

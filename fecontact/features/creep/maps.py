@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.features.creep.force_verdict import PLACE, SHAPE, force_verdict
-from fecontact.features.creep.judged_force import FORCE, JudgedForce
-from fecontact.features.creep.laws import CREEP_LAWS, REAL
+from fecontact.features.creep.force_verdict import DISPLACED_CENTRE, PATCH_SHAPE, judge_hertz_force
+from fecontact.features.creep.judged_force import FORCE_MEASURE, ForceJudgement
+from fecontact.features.creep.laws import CREEP_LAWS, REFERENCE_LAW
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.readings import MappedLaws, MappedVerdicts
+from fecontact.judging.readings import LawReadingView, VerdictReadingView
 from fecontact.judging.verdict import Judgement
 
 _UNSOLVED_TEXT = "no forces: not solved"
@@ -39,20 +39,20 @@ def force_criterion(case: Case) -> str | None:
     )
 
 
-def _read_hertz_judgement(load: JudgedLoad) -> JudgedForce | None:
+def _read_hertz_judgement(load: JudgedLoad) -> ForceJudgement | None:
     """Judgement of Hertz for the creep forces of a load; None without creep forces."""
     return load.features["creep"].verdict if "creep" in load.features else None
 
 
-FORCE_MAP = MappedVerdicts(
+FORCE_MAP = VerdictReadingView(
     title="where Hertz holds for creep forces",
     criterion=force_criterion,
     lost=_UNSOLVED_TEXT,
     name="Hertz's creep force",
     short="creep forces",
     read=_read_hertz_judgement,
-    judge=force_verdict,
-    causes={PLACE: ("D", "centre of pressure beside\nthe touch point"), SHAPE: ("F", SHAPE)},
+    judge=judge_hertz_force,
+    causes={DISPLACED_CENTRE: ("D", "centre of pressure beside\nthe touch point"), PATCH_SHAPE: ("F", PATCH_SHAPE)},
     missing="the map has no friction coefficient; give one too, for example --friction 0.3 (fecontact judge FOLDER"
     " takes it for a map that was made without, and solves nothing again)",
 )
@@ -63,19 +63,19 @@ def _make_law_columns(name: str, judgement: Judgement) -> Mapping[str, Any]:
 
     Empty for the reference law.
     """
-    assert isinstance(judgement, JudgedForce)
+    assert isinstance(judgement, ForceJudgement)
     creepages = judgement.decided[0].creepages
     columns = {
         "verdict": judgement.verdict.answer,
-        "off_percent_of_muN": 1e2 * judgement.deviation[FORCE],
-        "uncertainty_percent_of_muN": 1e2 * judgement.uncertainty[FORCE],
+        "off_percent_of_muN": 1e2 * judgement.deviation[FORCE_MEASURE],
+        "uncertainty_percent_of_muN": 1e2 * judgement.uncertainty[FORCE_MEASURE],
         "xi": creepages.xi,
         "eta": creepages.eta,
     }
-    return {} if name == REAL else {f"{name}_{column}": value for column, value in columns.items()}
+    return {} if name == REFERENCE_LAW else {f"{name}_{column}": value for column, value in columns.items()}
 
 
-LAW_MAP = MappedLaws(
+LAW_MAP = LawReadingView(
     title="the cheapest theory of creep forces that holds",
     criterion=force_criterion,
     lost=_UNSOLVED_TEXT,
@@ -95,6 +95,6 @@ LAW_MAP = MappedLaws(
     },
     note="the cheapest theory of creep forces within {within}, and by how much of µN it is off, %",
     number="off by at most, % of µN",
-    of=lambda name, judgement: "" if name == REAL else f"{1e2 * judgement.deviation[FORCE]:.1f}",
+    of=lambda name, judgement: "" if name == REFERENCE_LAW else f"{1e2 * judgement.deviation[FORCE_MEASURE]:.1f}",
     columns=_make_law_columns,
 )

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fecontact.bodies import STEEL, Material
-from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, RollingEllipse, friction_warnings
+from fecontact.contact_theories.rolling.creepage import Creepages, CreepForce, RollingEllipse, check_friction
 from fecontact.criteria import Creep
-from fecontact.features.creep.forces import creep_force, creep_forces, ellipse_patch
+from fecontact.features.creep.forces import calculate_creep_force, calculate_creep_forces, make_ellipse_patch
 from fecontact.features.creep.telling import make_force_record
-from fecontact.outputs.flat_records import Record, told
+from fecontact.outputs.flat_records import Record, to_plain
 
 
 def creep(
@@ -71,17 +71,17 @@ def creep(
         shear_MPa=material.shear_MPa,
         poisson=poisson,
     )
-    patch, motion = ellipse_patch(contact), Creepages(xi=xi, eta=eta, spin_per_mm=spin)
+    patch, motion = make_ellipse_patch(contact), Creepages(xi=xi, eta=eta, spin_per_mm=spin)
     forces: Mapping[str, CreepForce | str] = (
-        creep_forces(patch, motion)
+        calculate_creep_forces(patch, motion)
         if list(theories) == ["all"]
-        else {theory: creep_force(theory, patch, motion) for theory in theories}
+        else {theory: calculate_creep_force(theory, patch, motion) for theory in theories}
     )
     return {
         "schema": "fecontact/creep/2",
-        "contact": told(contact),
-        "creepages": told(motion),
+        "contact": to_plain(contact),
+        "creepages": to_plain(motion),
         "limit_N": contact.limit_N,
         "theories": {theory: make_force_record(force) for theory, force in forces.items()},
-        "warnings": list(friction_warnings(friction)),
+        "warnings": list(check_friction(friction)),
     }

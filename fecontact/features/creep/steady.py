@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
-from fecontact.contact_theories.rolling.creepage import CreepForce, Motion
+from fecontact.contact_theories.rolling.creepage import CreepageField, CreepForce
 from fecontact.errors import InputError
 from fecontact.features.creep.friction import FRICTION_ITERATIONS, FrictionSolution, FrictionStatus, solve_friction
-from fecontact.features.creep.tangential_response import rolling_response
+from fecontact.features.creep.tangential_response import make_rolling_response
 
-CELLS = 48
+CELLS_ALONG_PATCH = 48
 """Number of cells along a patch.
 
 Forces differ by up to 0.4 % of mu N from very fine cells, with large spin by 0.7 %.
@@ -92,7 +92,9 @@ class RollingSolution:
         return self.friction.status
 
 
-def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = CELLS) -> PressureCells:
+def discretise_ellipse(
+    a_mm: float, b_mm: float, normal_force_N: float, cells: int = CELLS_ALONG_PATCH
+) -> PressureCells:
     """Hertz's pressure over an ellipse, on cells.
 
     Parameters
@@ -125,13 +127,13 @@ def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = 
     x, y = (1.02 * half * _calculate_cell_middles(_POINTS_PER_CELL * cells) for half in (a_mm, b_mm))
     shape = np.sqrt(np.maximum(1.0 - (x[:, None] / a_mm) ** 2 - (y / b_mm) ** 2, 0.0))
     cell_mm2 = float((x[1] - x[0]) * (y[1] - y[0]))
-    return pressure_cells(
+    return coarsen_pressure(
         x, y, shape * normal_force_N / (cell_mm2 * float(shape.sum())), area_mm2=np.pi * a_mm * b_mm, cells=cells
     )
 
 
-def pressure_cells(
-    x_mm: Floats, y_mm: Floats, pressure_MPa: Floats, *, area_mm2: float, cells: int = CELLS, lobes: int = 1
+def coarsen_pressure(
+    x_mm: Floats, y_mm: Floats, pressure_MPa: Floats, *, area_mm2: float, cells: int = CELLS_ALONG_PATCH, lobes: int = 1
 ) -> PressureCells:
     """Mean pressure over coarser cells with the total area of the patch.
 
@@ -205,8 +207,8 @@ def _calculate_covered_fractions(nodes: Floats, edges: Floats) -> Floats:
     return np.asarray(np.maximum(high - low, 0.0) / (edges[1] - edges[0]))
 
 
-def steady_rolling(
-    cells: PressureCells, motion: Motion, pair: RollingPair, *, iterations: int = FRICTION_ITERATIONS
+def solve_steady_rolling(
+    cells: PressureCells, motion: CreepageField, pair: RollingPair, *, iterations: int = FRICTION_ITERATIONS
 ) -> RollingSolution:
     """Solve steady rolling under a pressure.
 
@@ -245,7 +247,7 @@ def steady_rolling(
     """
     step_x, step_y = cells.steps_mm
     nx, ny = cells.pressure_MPa.shape
-    response = rolling_response(nx, ny, step_x, step_y, shear_MPa=pair.shear_MPa, poisson=pair.poisson)
+    response = make_rolling_response(nx, ny, step_x, step_y, shear_MPa=pair.shear_MPa, poisson=pair.poisson)
     slip_x_mm, load_x_mm = cells.x_mm + 0.25 * step_x, cells.x_mm - 0.25 * step_x
     (along, spin), eta = motion.across(cells.y_mm), motion.eta
     rigid_slip = np.stack([np.broadcast_to(along, (nx, ny)), eta + spin * slip_x_mm[:, None]])

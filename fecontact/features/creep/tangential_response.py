@@ -12,7 +12,7 @@ from scipy.fft import irfft2, next_fast_len, rfft2
 from fecontact.arrays import Floats
 
 
-def cerruti_influence(x: Floats, y: Floats, step_x: float, step_y: float, poisson: float) -> tuple[Floats, ...]:
+def integrate_cerruti(x: Floats, y: Floats, step_x: float, step_y: float, poisson: float) -> tuple[Floats, ...]:
     """Displacements under a unit traction on a rectangle around the origin, times pi G.
 
     The displacements are those of the first body relative to the second, of equal material, under a traction on the
@@ -126,7 +126,7 @@ class TangentialResponse:
         return np.asarray(self.kernels[:2, :, ny - 1][:, offsets])
 
 
-def rolling_response(
+def make_rolling_response(
     nx: int, ny: int, step_x: float, step_y: float, *, shear_MPa: float, poisson: float
 ) -> TangentialResponse:
     """Slip over the rolling speed that tractions cause in steady rolling.
@@ -148,13 +148,13 @@ def rolling_response(
     TangentialResponse
         Slip divided by the rolling speed (no unit) per MPa.
     """
-    x, y = _offsets(nx, ny, step_x, step_y)
-    at_cell = cerruti_influence(x, y, step_x, step_y, poisson)
-    at_next_cell = cerruti_influence(x + step_x, y, step_x, step_y, poisson)
-    return _response([(u - v) / step_x for u, v in zip(at_cell, at_next_cell, strict=True)], shear_MPa)
+    x, y = _calculate_offsets(nx, ny, step_x, step_y)
+    at_cell = integrate_cerruti(x, y, step_x, step_y, poisson)
+    at_next_cell = integrate_cerruti(x + step_x, y, step_x, step_y, poisson)
+    return _assemble_response([(u - v) / step_x for u, v in zip(at_cell, at_next_cell, strict=True)], shear_MPa)
 
 
-def _offsets(nx: int, ny: int, step_x: float, step_y: float) -> tuple[Floats, Floats]:
+def _calculate_offsets(nx: int, ny: int, step_x: float, step_y: float) -> tuple[Floats, Floats]:
     """Offsets between cells in mm.
 
     Their shapes are (2 nx - 1, 1) along and (1, 2 ny - 1) across.
@@ -162,7 +162,7 @@ def _offsets(nx: int, ny: int, step_x: float, step_y: float) -> tuple[Floats, Fl
     return np.asarray(np.arange(1 - nx, nx)[:, None] * step_x), np.asarray(np.arange(1 - ny, ny)[None, :] * step_y)
 
 
-def _response(kernels: tuple[Floats, ...] | list[Floats], shear_MPa: float) -> TangentialResponse:
+def _assemble_response(kernels: tuple[Floats, ...] | list[Floats], shear_MPa: float) -> TangentialResponse:
     """Response of a grid from its kernels times pi G.
 
     Parameters

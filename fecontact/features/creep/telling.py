@@ -8,11 +8,11 @@ from dataclasses import asdict, replace
 
 from fecontact.contact_theories.rolling.creepage import CreepForce
 from fecontact.features.creep.creep_comparison import CreepComparison
-from fecontact.features.creep.judged_force import FORCE
-from fecontact.outputs.flat_records import Record, picked, told
+from fecontact.features.creep.judged_force import FORCE_MEASURE
+from fecontact.outputs.flat_records import Record, select_attributes, to_plain
 from fecontact.outputs.parts import Telling
-from fecontact.outputs.tables import Column, Item, Of, Table, number, table_of, text
-from fecontact.outputs.terminal import Lines
+from fecontact.outputs.tables import CellSource, Column, Table, TableRecord, make_table, number_column, text_column
+from fecontact.outputs.terminal import OutputLines
 
 
 def _make_creep_record(comparison: CreepComparison) -> Record:
@@ -22,21 +22,24 @@ def _make_creep_record(comparison: CreepComparison) -> Record:
     """
     judgement, deviation_names = comparison.verdict, "deviation_of_muN uncertainty_of_muN"
     return {
-        **picked(comparison, "friction limit_N creepages centre_creepages curved surface_of_muN"),
+        **select_attributes(comparison, "friction limit_N creepages centre_creepages curved surface_of_muN"),
         "theories": {
             theory: {
                 "hertz": make_force_record(forces.hertz),
                 "fe": make_force_record(forces.fe),
-                **picked(forces, deviation_names),
+                **select_attributes(forces, deviation_names),
             }
             for theory, forces in comparison.theories.items()
         },
         "verdict": {
-            **picked(judgement.verdict, "answer cause"),
-            **picked(judgement.decided[0], deviation_names),
-            "limit_of_muN": judgement.limits[FORCE],
+            **select_attributes(judgement.verdict, "answer cause"),
+            **select_attributes(judgement.decided[0], deviation_names),
+            "limit_of_muN": judgement.limits[FORCE_MEASURE],
         },
-        "decided": [told(deviation.creepages) | picked(deviation, deviation_names) for deviation in judgement.decided],
+        "decided": [
+            to_plain(deviation.creepages) | select_attributes(deviation, deviation_names)
+            for deviation in judgement.decided
+        ],
         "warnings": list(comparison.warnings),
     }
 
@@ -63,14 +66,14 @@ def make_force_record(force: CreepForce | str) -> Record:
 _SIDES = {"hertz": "Hertz", "fe": "FE"}
 
 
-def _make_force_column(heading: str, source: Of, form: str, factor: float = 1.0) -> Column:
+def _make_force_column(heading: str, source: CellSource, form: str, factor: float = 1.0) -> Column:
     """A column of forces, with "none" for a theory that has a problem."""
-    column = number(heading, source, form, factor, none="")
+    column = number_column(heading, source, form, factor, none="")
     return replace(column, cell=lambda force: "none" if "problem" in force else column.cell(force))
 
 
 _FORCE_COLUMNS = (
-    text("theory", "name"),
+    text_column("theory", "name"),
     _make_force_column("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
     _make_force_column("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
     _make_force_column("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
@@ -82,7 +85,7 @@ _FORCE_COLUMNS = (
 )
 
 
-def report_force_verdicts(rows: Sequence[Item]) -> Lines:
+def report_force_verdicts(rows: Sequence[TableRecord]) -> OutputLines:
     """Yield a sentence for each row that has a verdict of forces.
 
     Parameters
@@ -104,7 +107,7 @@ def report_force_verdicts(rows: Sequence[Item]) -> Lines:
             yield f"{row['id']}: {_format_force_verdict(row['creep_verdict_answer'], deviation, uncertainty, cause)}"
 
 
-def report_creep_forces(record: Item) -> Lines:
+def report_creep_forces(record: TableRecord) -> OutputLines:
     """Yield the table of forces of a result record, deviations, verdict and warnings.
 
     Parameters
@@ -142,32 +145,32 @@ def _format_force_verdict(
     )
 
 
-def report_ellipse_forces(record: Item) -> Lines:
+def report_ellipse_forces(record: TableRecord) -> OutputLines:
     """Yield the table of forces on an ellipse, problems and warnings."""
     yield _make_force_table("forces on the wheel", record, record["theories"])
     yield from _report_problems(record["theories"])
     yield from (f"warning: {warning}" for warning in record["warnings"])
 
 
-def _report_problems(theories: Mapping[str, Item]) -> Lines:
+def _report_problems(theories: Mapping[str, TableRecord]) -> OutputLines:
     return (f"{theory}: {force['problem']}" for theory, force in theories.items() if "problem" in force)
 
 
-def _format_creepages(creepages: Item) -> str:
+def _format_creepages(creepages: TableRecord) -> str:
     xi, eta, spin = 1e2 * creepages["xi"], 1e2 * creepages["eta"], creepages["spin_per_mm"]
     return f"xi {xi:.3f} %, eta {eta:.3f} %, spin {spin:.3g}/mm"
 
 
-def _make_force_table(subject: str, record: Item, forces: Mapping[str, Item]) -> Table:
+def _make_force_table(subject: str, record: TableRecord, forces: Mapping[str, TableRecord]) -> Table:
     """Table of forces by the names of their theories."""
     limit_N = record["limit_N"]
     title = f"{subject} at {_format_creepages(record['creepages'])}, mu N {limit_N / 1e3:.2f} kN"
-    return table_of(
+    return make_table(
         title, _FORCE_COLUMNS, ({**force, "name": name, "limit_N": limit_N} for name, force in forces.items())
     )
 
 
-def _format_force_deviation(row: Item) -> str:
+def _format_force_deviation(row: TableRecord) -> str:
     """Deviation of creep forces with its uncertainty, in percent of mu N."""
     if not row.get("creep_verdict_answer"):
         return "-"
@@ -179,8 +182,8 @@ CREEP = Telling(
     record=_make_creep_record,
     left_out=("creep_theories_[!r]*", "creep_warnings", "creep_decided", "creep_centre_*"),
     columns=(
-        text("for forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
-        text("force off by, % of mu N", _format_force_deviation, "number"),
+        text_column("for forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
+        text_column("force off by, % of mu N", _format_force_deviation, "number"),
     ),
     parts=report_creep_forces,
     of_rows=report_force_verdicts,

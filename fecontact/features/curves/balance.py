@@ -16,7 +16,7 @@ from fecontact.arrays import Floats
 from fecontact.features.curves.model import GRAVITY_M_S2, Bogie, Vehicle
 from fecontact.features.curves.newton import estimate_jacobian
 from fecontact.features.curves.normal import Surfaces
-from fecontact.features.curves.wheel_forces import ContactLaw, Motion, WheelForce, wheel_force
+from fecontact.features.curves.wheel_forces import ContactSettings, Motion, WheelForce, compute_wheel_force
 
 # State of a wheelset: shift and height (mm), roll and yaw (mrad), slip of rotation (thousandths). State of a frame:
 # shift (mm), roll and yaw (mrad).
@@ -30,7 +30,7 @@ _MOMENT_ARM_MM = 1e3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Line:
+class TrackConditions:
     """Track and running conditions at a place of the track.
 
     Attributes
@@ -49,7 +49,7 @@ class Line:
 
     left: Surfaces
     right: Surfaces
-    law: ContactLaw
+    law: ContactSettings
     curvature_per_mm: float = 0.0
     cant_rad: float = 0.0
     speed_m_s: float = 0.0
@@ -92,7 +92,7 @@ class Balance:
         return tuple(dict.fromkeys(wheel.problem for pair in self.wheels for wheel in pair if wheel.problem))
 
 
-def motion_of(state: Floats, curvature_per_mm: float, rates: Floats | None = None) -> Motion:
+def make_motion(state: Floats, curvature_per_mm: float, rates: Floats | None = None) -> Motion:
     """Motion of a wheelset from its state.
 
     Parameters
@@ -114,7 +114,9 @@ def motion_of(state: Floats, curvature_per_mm: float, rates: Floats | None = Non
     return Motion(place=position, slip=slip, curvature_per_mm=curvature_per_mm, rates=scaled_rates)
 
 
-def compute_rail_forces(state: Floats, track: Line, rates: Floats | None = None) -> tuple[WheelForce, WheelForce]:
+def compute_rail_forces(
+    state: Floats, track: TrackConditions, rates: Floats | None = None
+) -> tuple[WheelForce, WheelForce]:
     """Compute the forces of both rails on a wheelset.
 
     Parameters
@@ -131,8 +133,8 @@ def compute_rail_forces(state: Floats, track: Line, rates: Floats | None = None)
     tuple of WheelForce
         Forces on the left and the right wheel, both in the frame of the left side.
     """
-    motion = motion_of(state, track.curvature_per_mm, rates)
-    return wheel_force(track.left, motion, track.law), wheel_force(
+    motion = make_motion(state, track.curvature_per_mm, rates)
+    return compute_wheel_force(track.left, motion, track.law), compute_wheel_force(
         track.right, motion.mirror_image(), track.law
     ).mirror_image()
 
@@ -153,7 +155,7 @@ def sum_rail_forces(wheels: tuple[WheelForce, WheelForce], state: Floats) -> Flo
         Fy and Fz (N), Mx, Mz and the moment about the axle (N at an arm of a metre).
     """
     force, moment = wheels[0].force_N + wheels[1].force_N, wheels[0].moment_Nmm + wheels[1].moment_Nmm
-    axle = motion_of(state, 0.0).axle
+    axle = make_motion(state, 0.0).axle
     return np.array(
         [
             force[1],
@@ -165,7 +167,7 @@ def sum_rail_forces(wheels: tuple[WheelForce, WheelForce], state: Floats) -> Flo
     )
 
 
-def balance(state: Floats, vehicle: Vehicle, track: Line) -> Balance:
+def compute_balance(state: Floats, vehicle: Vehicle, track: TrackConditions) -> Balance:
     """Compute the balance of a vehicle at a state.
 
     Parameters
@@ -186,20 +188,22 @@ def balance(state: Floats, vehicle: Vehicle, track: Line) -> Balance:
     -----
     Source: Otero Yugat, Part I, eq. 15 and 16, see `features.curves.steady`. Range of validity: steady motion.
     """
-    states = wheelset_states(state, vehicle)
+    states = split_wheelset_states(state, vehicle)
     wheels = tuple(compute_rail_forces(wheelset_state, track) for wheelset_state in states)
     rail_residual = np.zeros(state.size)
     for index, (wheelset_state, forces) in enumerate(zip(states, wheels, strict=True)):
         rail_residual[WHEELSET_SIZE * index : WHEELSET_SIZE * (index + 1)] = sum_rail_forces(forces, wheelset_state)
     return Balance(
-        residual_N=rail_residual + without_rails(state, vehicle, track),
+        residual_N=rail_residual + compute_vehicle_residual(state, vehicle, track),
         wheels=wheels,
-        pull_N=sum(_pull(forces, wheelset_state, track) for wheelset_state, forces in zip(states, wheels, strict=True)),
+        pull_N=sum(
+            _compute_pull(forces, wheelset_state, track) for wheelset_state, forces in zip(states, wheels, strict=True)
+        ),
         power_per_speed_N=sum(wheel.power_per_speed_N for pair in wheels for wheel in pair),
     )
 
 
-def compute_jacobian(state: Floats, vehicle: Vehicle, track: Line, step: float = 1e-6) -> Floats:
+def compute_jacobian(state: Floats, vehicle: Vehicle, track: TrackConditions, step: float = 1e-6) -> Floats:
     """Compute the Jacobian (n, n) of the residual by forward differences.
 
     The rails of each wheelset need five differences. The rest of the residual is linear.
@@ -218,8 +222,10 @@ def compute_jacobian(state: Floats, vehicle: Vehicle, track: Line, step: float =
     array (n, n)
         Derivatives of the residual.
     """
-    derivatives = estimate_jacobian(lambda wheelset_state: without_rails(wheelset_state, vehicle, track), state, 1e-3)
-    for index, wheelset_state in enumerate(wheelset_states(state, vehicle)):
+    derivatives = estimate_jacobian(
+        lambda wheelset_state: compute_vehicle_residual(wheelset_state, vehicle, track), state, 1e-3
+    )
+    for index, wheelset_state in enumerate(split_wheelset_states(state, vehicle)):
         block = slice(WHEELSET_SIZE * index, WHEELSET_SIZE * (index + 1))
         derivatives[block, block] += estimate_jacobian(
             lambda varied_state: sum_rail_forces(compute_rail_forces(varied_state, track), varied_state),
@@ -229,7 +235,7 @@ def compute_jacobian(state: Floats, vehicle: Vehicle, track: Line, step: float =
     return derivatives
 
 
-def wheelset_states(state: Floats, vehicle: Vehicle) -> list[Floats]:
+def split_wheelset_states(state: Floats, vehicle: Vehicle) -> list[Floats]:
     """States (5,) of the wheelsets, the leading wheelset first.
 
     The states are views of the state of the vehicle.
@@ -237,7 +243,7 @@ def wheelset_states(state: Floats, vehicle: Vehicle) -> list[Floats]:
     return [state[WHEELSET_SIZE * index : WHEELSET_SIZE * (index + 1)] for index in range(vehicle.wheelsets)]
 
 
-def without_rails(state: Floats, vehicle: Vehicle, track: Line) -> Floats:
+def compute_vehicle_residual(state: Floats, vehicle: Vehicle, track: TrackConditions) -> Floats:
     """Compute the residual (n,) without the forces of the rails.
 
     Parameters
@@ -262,7 +268,7 @@ def without_rails(state: Floats, vehicle: Vehicle, track: Line) -> Floats:
     return residual
 
 
-def _compute_vehicle_forces(state: Floats, vehicle: Vehicle, track: Line) -> Floats:
+def _compute_vehicle_forces(state: Floats, vehicle: Vehicle, track: TrackConditions) -> Floats:
     """Compute the external forces Qext without the forces of the rails.
 
     These are the weight with the centripetal acceleration, and the suspension.
@@ -317,7 +323,7 @@ def suspension_links(
     yield 2.0 * getattr(secondary, f"longitudinal_{kind}") * secondary.half_distance_m**2, yaw, bogie.ahead_m
 
 
-def _compute_bogie_forces(state: Floats, vehicle: Vehicle, bogie: Bogie, track: Line) -> Floats:
+def _compute_bogie_forces(state: Floats, vehicle: Vehicle, bogie: Bogie, track: TrackConditions) -> Floats:
     """Compute the forces of suspension and weight of a bogie, in metres and radians inside."""
     frame, wheelset = bogie.frame, vehicle.wheelset
     across, down = track.acceleration_m_s2
@@ -325,7 +331,7 @@ def _compute_bogie_forces(state: Floats, vehicle: Vehicle, bogie: Bogie, track: 
     for rate, closures, curve_closure in suspension_links(bogie, state.size, "N_per_m"):
         residual -= rate * (1e-3 * float(closures @ state) + 1e3 * curve_closure * track.curvature_per_mm) * closures
     carried_mass = bogie.body.mass_kg / 4.0 + frame.mass_kg / 2.0 + wheelset.mass_kg
-    for wheelset_residual in wheelset_states(residual, vehicle):
+    for wheelset_residual in split_wheelset_states(residual, vehicle):
         wheelset_residual[:2] += wheelset.mass_kg * across, carried_mass * down
     from_body, body_roll = _compute_body_forces(bogie, 1e-3 * float(state[-2]), across, down)
     axle_height = 1e-3 * wheelset.rolling_radius_mm
@@ -350,7 +356,7 @@ def _compute_body_forces(bogie: Bogie, roll_frame: float, across: float, down: f
     return force, stiffness * (roll - roll_frame) + half_mass * down * sway_m
 
 
-def _pull(wheels: tuple[WheelForce, WheelForce], state: Floats, track: Line) -> float:
+def _compute_pull(wheels: tuple[WheelForce, WheelForce], state: Floats, track: TrackConditions) -> float:
     """Pull (N) of a wheelset: the forces of the rails projected backwards on its motion with the speed."""
     force, moment = wheels[0].force_N + wheels[1].force_N, wheels[0].moment_Nmm + wheels[1].moment_Nmm
     kappa, y = track.curvature_per_mm, float(state[0])

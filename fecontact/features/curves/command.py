@@ -8,13 +8,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.console.messages import telling_replaced
-from fecontact.console.options import CaseOptions, takes
-from fecontact.console.progress import many
+from fecontact.console.messages import reporting_replaced_files
+from fecontact.console.options import CaseOptions, add_case_options
+from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
 from fecontact.inputs.texts import parse_numbers
-from fecontact.jobs.remaining import duration
-from fecontact.outputs.terminal import answer, count
+from fecontact.jobs.remaining import format_duration
+from fecontact.outputs.terminal import count_text, print_answer
 
 
 @Parameter(name="*")
@@ -93,7 +93,7 @@ _DEFAULT_OPTIONS = CurveOptions()
 _SECONDS_PER_CURVE, _MAX_SECONDS_PER_CURVE = {"overlap": 2.0, "kik_piotrowski": 2.0, "strip": 3.0}, 7.0
 
 
-@takes("pair", "profiles", "material")
+@add_case_options("pair", "profiles", "material")
 def curve(
     *, options: CaseOptions, curve_options: CurveOptions = _DEFAULT_OPTIONS, json: bool = False, out: Path | None = None
 ) -> int:
@@ -107,17 +107,19 @@ def curve(
         Folder for curve.csv, curve.json, pictures, and positions.csv for a fleet.
     """
     from fecontact.features.curves.curve import Conditions
-    from fecontact.features.curves.pictures import curves_figure, visits_figure
-    from fecontact.features.curves.records import curve_rows, curves_record, position_rows
+    from fecontact.features.curves.pictures import draw_curves, draw_visits
+    from fecontact.features.curves.records import make_curve_rows, make_curves_record, make_position_rows
     from fecontact.features.curves.running import curve as run_curves
-    from fecontact.features.curves.terminal import curves_lines
+    from fecontact.features.curves.terminal import format_curves
     from fecontact.files import write_json
     from fecontact.outputs.tables import write_csv
 
     radii, theories = curve_options.read_radii(), curve_options.theory.split(",")
     seconds = len(radii) * sum(_SECONDS_PER_CURVE.get(name, _MAX_SECONDS_PER_CURVE) for name in theories)
     unit = "curves" if 1 in (len(theories), curve_options.workers) else "theories"
-    with many(unit, before=lambda _: f"{count(len(radii), 'curve')}: about {duration(seconds)}") as progress:
+    with show_job_progress(
+        unit, before=lambda _: f"{count_text(len(radii), 'curve')}: about {format_duration(seconds)}"
+    ) as progress:
         results = run_curves(
             curve_options.vehicle,
             radii,
@@ -134,14 +136,14 @@ def curve(
             workers=curve_options.workers,
             progress=progress,
         )
-    record = curves_record(results)
+    record = make_curves_record(results)
     if out is not None:
-        with telling_replaced(out):
-            write_csv(curve_rows(results), out / "curve.csv")
-            write_csv(position_rows(results), out / "positions.csv")
+        with reporting_replaced_files(out):
+            write_csv(make_curve_rows(results), out / "curve.csv")
+            write_csv(make_position_rows(results), out / "positions.csv")
             write_json(out / "curve.json", record)
-            curves_figure(results, out / "curve.png")
+            draw_curves(results, out / "curve.png")
             if results.columns:
-                visits_figure(results, out / "curve_map.png")
-    answer(record, lambda _: curves_lines(results), json=json, written=out)
+                draw_visits(results, out / "curve_map.png")
+    print_answer(record, lambda _: format_curves(results), json=json, written=out)
     return 0 if all(run.status == "equilibrium" for runs in results.runs.values() for run in runs) else 3

@@ -13,20 +13,20 @@ from typing import Literal
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
-from fecontact.contact_theories.rolling.creepage import rolling_pair
+from fecontact.bodies import STEEL, Material, TrackSide, combine_moduli_MPa
+from fecontact.contact_theories.rolling.creepage import combine_materials
 from fecontact.criteria import FRICTION
 from fecontact.errors import InputError
-from fecontact.features.curves.balance import Balance, Line, wheelset_states
+from fecontact.features.curves.balance import Balance, TrackConditions, split_wheelset_states
 from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle
 from fecontact.features.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, place_wheel
-from fecontact.features.curves.steady import CANT_BASE_MM, Equilibrium, path
-from fecontact.features.curves.wheel_forces import ContactLaw, PatchForce
-from fecontact.inputs.kinds import given, number
-from fecontact.inputs.slots import inputs
-from fecontact.placement.poses import search_points
+from fecontact.features.curves.steady import CANT_BASE_MM, Equilibrium, follow_path
+from fecontact.features.curves.wheel_forces import ContactSettings, PatchForce
+from fecontact.inputs.kinds import input_field, number_field
+from fecontact.inputs.slots import input_dataclass
+from fecontact.placement.poses import sample_profile
 from fecontact.placement.wheel_on_rail import Pair
-from fecontact.placement.wheelset import SIDES, Wheelset
+from fecontact.placement.wheelset import TRACK_SIDES, Wheelset
 
 # --- Track and running conditions in a curve: cant, speed, friction, and the pair of wheel and rail.
 
@@ -41,7 +41,7 @@ At 2.2 m/s2 and above, Newton's method stalls if a wheelset moves from tread to 
 _SHIFT_TOLERANCE_MM, _MAX_SHIFT_MM = 0.1, 30.0
 
 
-@inputs
+@input_dataclass
 class Conditions:
     """Running conditions in a curve.
 
@@ -55,9 +55,9 @@ class Conditions:
     (0.4, 100.0)
     """
 
-    friction: float = given(0.3, FRICTION)
-    cant_mm: float = number(100.0, "Cant, over 1500 mm", high=300.0, remedy="tracks have up to 180 mm")
-    unbalanced_m_s2: float = number(
+    friction: float = input_field(0.3, FRICTION)
+    cant_mm: float = number_field(100.0, "Cant, over 1500 mm", high=300.0, remedy="tracks have up to 180 mm")
+    unbalanced_m_s2: float = number_field(
         0.0,
         "Lateral acceleration in the plane of the track, outwards positive",
         label="unbalanced acceleration",
@@ -65,7 +65,7 @@ class Conditions:
         high=MAX_UNBALANCED_M_S2,
         remedy="usual limits are 0.65 to 1 m/s2, those of tilting trains 2",
     )
-    speed_km_h: float | None = number(None, "Running speed", remedy="leave it out for a balanced one")
+    speed_km_h: float | None = number_field(None, "Running speed", remedy="leave it out for a balanced one")
 
     def __post_init__(self) -> None:
         """Refuse a speed together with an unbalanced acceleration.
@@ -106,7 +106,7 @@ class Ride:
     materials: tuple[Material, Material] = (STEEL, STEEL)
 
 
-def lines_of(ride: Ride, *, widest_per_mm: float) -> Callable[[float], Line]:
+def make_track_conditions(ride: Ride, *, widest_per_mm: float) -> Callable[[float], TrackConditions]:
     """Make the track and running conditions as a function of the curvature (1/mm).
 
     Parameters
@@ -124,17 +124,17 @@ def lines_of(ride: Ride, *, widest_per_mm: float) -> Callable[[float], Line]:
     """
     wheelset, conditions = ride.wheelset, ride.conditions
     left, right = Surfaces.make_sides(wheelset)
-    law = ContactLaw(
+    law = ContactSettings(
         normal=normal_theory(ride.theory),
-        contact_modulus_MPa=contact_modulus_MPa(*ride.materials),
-        pair=rolling_pair(conditions.friction, *ride.materials),
+        contact_modulus_MPa=combine_moduli_MPa(*ride.materials),
+        pair=combine_materials(conditions.friction, *ride.materials),
     )
 
-    def track_at(curvature_per_mm: float) -> Line:
+    def track_at(curvature_per_mm: float) -> TrackConditions:
         """Track and running conditions at a curvature (1/mm)."""
         fraction = min(1.0, abs(curvature_per_mm / widest_per_mm)) if curvature_per_mm else 0.0
         cant_rad = fraction * math.asin(conditions.cant_mm / CANT_BASE_MM)
-        return Line(
+        return TrackConditions(
             left=left,
             right=right,
             law=law,
@@ -147,7 +147,7 @@ def lines_of(ride: Ride, *, widest_per_mm: float) -> Callable[[float], Line]:
     return track_at
 
 
-def straight_line(ride: Ride) -> Line:
+def make_straight_track(ride: Ride) -> TrackConditions:
     """Make the conditions of straight track without cant, for small motions about the equilibrium.
 
     Parameters
@@ -160,7 +160,7 @@ def straight_line(ride: Ride) -> Line:
     Line
         Straight track at speed 0. The half-space has its finer grid for derivatives.
     """
-    track = lines_of(ride, widest_per_mm=math.inf)(0.0)
+    track = make_track_conditions(ride, widest_per_mm=math.inf)(0.0)
     return replace(track, speed_m_s=0.0, law=replace(track.law, normal=normal_theory(ride.theory, fine=True)))
 
 
@@ -237,7 +237,7 @@ def _find_largest_shift_mm(pair: Pair) -> float:
     return low
 
 
-def check_speed(vehicle: Vehicle, track: Line) -> None:
+def check_speed(vehicle: Vehicle, track: TrackConditions) -> None:
     """Refuse a speed that is too high for a curve.
 
     Parameters
@@ -381,7 +381,7 @@ class CurveRun:
         return self.status != "no equilibrium"
 
 
-def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> Iterator[CurveRun]:
+def solve_curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> Iterator[CurveRun]:
     """Solve the steady motion in curves along the path from straight track.
 
     Curves to the right come first, and the widest curve of each side comes first. All inputs are checked at once. Each
@@ -415,18 +415,18 @@ def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> Iterator[C
     paths: list[tuple[list[float], Iterator[Equilibrium]]] = []
     for sign in (-1.0, 1.0):
         if side_curvatures := sorted((curvature for curvature in curvatures if curvature * sign > 0.0), key=abs):
-            track_at = lines_of(ride, widest_per_mm=abs(side_curvatures[0]))
+            track_at = make_track_conditions(ride, widest_per_mm=abs(side_curvatures[0]))
             for curvature in side_curvatures:
                 check_speed(vehicle, track_at(curvature))
-            paths.append((side_curvatures, path(vehicle, track_at, side_curvatures)))
+            paths.append((side_curvatures, follow_path(vehicle, track_at, side_curvatures)))
     return (
-        _run(curvatures[curvature], vehicle, ride, equilibrium)
+        _make_curve_run(curvatures[curvature], vehicle, ride, equilibrium)
         for side_curvatures, equilibria in paths
         for curvature, equilibrium in zip(side_curvatures, equilibria, strict=True)
     )
 
 
-def _run(radius: float, vehicle: Vehicle, ride: Ride, equilibrium: Equilibrium) -> CurveRun:
+def _make_curve_run(radius: float, vehicle: Vehicle, ride: Ride, equilibrium: Equilibrium) -> CurveRun:
     """Make the result in a curve from its equilibrium."""
     across, down = equilibrium.track.acceleration_m_s2
     runs = () if equilibrium.balance is None else _make_wheelset_runs(equilibrium.state, vehicle, equilibrium.balance)
@@ -471,10 +471,10 @@ def _make_wheelset_runs(state: Floats, vehicle: Vehicle, balance: Balance) -> tu
                     vertical_force_N=float(wheel.force_N[2]),
                     patches=wheel.patches,
                 )
-                for side, sign, wheel in zip(SIDES, (1.0, -1.0), wheels, strict=True)
+                for side, sign, wheel in zip(TRACK_SIDES, (1.0, -1.0), wheels, strict=True)
             ),
         )
-        for wheelset_state, wheels in zip(wheelset_states(state, vehicle), balance.wheels, strict=True)
+        for wheelset_state, wheels in zip(split_wheelset_states(state, vehicle), balance.wheels, strict=True)
     )
 
 
@@ -485,11 +485,11 @@ def _describe_derailment(runs: Sequence[WheelsetRun], wheelset: Wheelset, fricti
     """
     notes = []
     for wheelset_number, wheelset_run in enumerate(runs, start=1):
-        for side, wheel in zip(SIDES, wheelset_run.wheels, strict=True):
-            flange_angle = steepest_rad(wheelset, side)
+        for side, wheel in zip(TRACK_SIDES, wheelset_run.wheels, strict=True):
+            flange_angle = find_flange_angle_rad(wheelset, side)
             if flange_angle < _MIN_FLANGE_ANGLE_RAD:
                 continue
-            limit = nadal_limit(flange_angle, friction)
+            limit = compute_nadal_limit(flange_angle, friction)
             main_patch = max(wheel.patches, key=lambda patch: patch.normal_force_N, default=None)
             # the flange of the other wheel is away from its rail, and only friction guides that wheel
             shift_to_rail = wheelset_run.lateral_shift_mm if side == "left" else -wheelset_run.lateral_shift_mm
@@ -502,7 +502,7 @@ def _describe_derailment(runs: Sequence[WheelsetRun], wheelset: Wheelset, fricti
     return tuple(notes)
 
 
-def steepest_rad(wheelset: Wheelset, side: TrackSide) -> float:
+def find_flange_angle_rad(wheelset: Wheelset, side: TrackSide) -> float:
     """Largest angle (rad) of a wheel's flange.
 
     Parameters
@@ -518,11 +518,11 @@ def steepest_rad(wheelset: Wheelset, side: TrackSide) -> float:
         Angle in rad; 0 without a flange.
     """
     profile = (wheelset.left if side == "left" else wheelset.right).pair.wheel
-    points = search_points(profile)[1].taken(slice(1, -1))
+    points = sample_profile(profile)[1].taken(slice(1, -1))
     return float(np.max(np.where(points.y < 0.0, np.arctan2(points.dz, points.dy), 0.0)))
 
 
-def nadal_limit(angle_rad: float, friction: float) -> float:
+def compute_nadal_limit(angle_rad: float, friction: float) -> float:
     """Compute Nadal's limit of Y/Q, above which a wheel climbs on its flange.
 
     Parameters

@@ -2,4 +2,4 @@
 
 COMMANDS = {"Solve": ("command.curve",)}
 NAMES = ("curve.Conditions", "running.curve")
-LOADED_CONICITIES = ("loaded.loaded_conicities",)
+LOADED_CONICITIES = ("loaded.compute_loaded_conicities",)

@@ -12,16 +12,16 @@ from functools import partial
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.bodies import STEEL, Material, contact_modulus_MPa
+from fecontact.bodies import STEEL, Material, combine_moduli_MPa
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError, check_positive
-from fecontact.features.curves.newton import estimate_jacobian, largest_magnitude, newton
-from fecontact.features.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory, press
+from fecontact.features.curves.newton import estimate_jacobian, largest_magnitude, solve_newton
+from fecontact.features.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory, solve_normal_contact
 from fecontact.features.curves.steady import START_DEPTH_MM
-from fecontact.jobs.remaining import Progress, watched
+from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.placement.conicity import RadiusDifference
-from fecontact.placement.wheelset import Wheelset, radius_difference
-from fecontact.solving.placing import wheelset_of_case
+from fecontact.placement.wheelset import Wheelset, compute_radius_difference
+from fecontact.solving.placing import make_wheelset
 
 _MAX_ITERATIONS = 60
 # Tolerance of the vertical forces as a fraction of the wheel load, and step of the Jacobian (mm and mrad).
@@ -30,7 +30,7 @@ _AMPLITUDES_MM = (1.0, 2.0, 3.0)
 # Spacing of the shifts at which the loaded wheelset is solved, margin of the shifts beyond the rigid motion of an
 # unsymmetric wheelset, and largest shift of the search for this motion.
 _SHIFT_STEP_MM, _SHIFT_MARGIN_MM, _MAX_SHIFT_MM = 0.1, 0.5, 10.0
-_LOADED = ("overlap", "half_space")
+_CONICITY_THEORIES = ("overlap", "half_space")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,7 +49,7 @@ class _WheelPair:
     radii_mm: Floats
 
 
-def radius_differences_mm(
+def compute_radius_differences_mm(
     wheelset: Wheelset,
     shifts_mm: Sequence[float],
     wheel_load_N: float,
@@ -94,11 +94,11 @@ def radius_differences_mm(
     Range of validity: quasi-static contact without creep forces.
     """
     check_positive("wheel load", wheel_load_N, "N", "give the vertical load of one wheel")
-    sides, normal, modulus = Surfaces.make_sides(wheelset), normal_theory(theory), contact_modulus_MPa(*materials)
+    sides, normal, modulus = Surfaces.make_sides(wheelset), normal_theory(theory), combine_moduli_MPa(*materials)
 
     def solve_wheel(overlap: Overlap | None) -> tuple[float, float]:
         """Vertical force (N) and rolling radius (mm) of a wheel at its centre of pressure."""
-        patches = press(overlap, normal, modulus)
+        patches = solve_normal_contact(overlap, normal, modulus)
         if overlap is None or not patches:
             return 0.0, np.nan
         if problem := patches[0].problem:
@@ -122,7 +122,7 @@ def radius_differences_mm(
         if isinstance(rigid_position, str):
             raise InputError(f"lateral shift {shift:g} mm of the wheelset: {rigid_position}; give smaller shifts")
         evaluate = partial(solve_wheels, shift)
-        _, wheels, _ = newton(
+        _, wheels, _ = solve_newton(
             evaluate,
             lambda position: estimate_jacobian(
                 lambda varied_position: evaluate(varied_position).residual_N, position, _JACOBIAN_STEP
@@ -138,10 +138,12 @@ def radius_differences_mm(
             )
         return float(wheels.radii_mm[0] - wheels.radii_mm[1])
 
-    return list(watched(map(solve_shift, shifts_mm), len(shifts_mm), progress, f"loaded wheelset by {theory}"))
+    return list(report_progress(map(solve_shift, shifts_mm), len(shifts_mm), progress, f"loaded wheelset by {theory}"))
 
 
-def loaded_conicities(case: Case, wheel_load_N: float, *, progress: Progress | None = None) -> list[dict[str, float]]:
+def compute_loaded_conicities(
+    case: Case, wheel_load_N: float, *, progress: Progress | None = None
+) -> list[dict[str, float]]:
     """Equivalent conicity of the loaded wheelset of a case by two theories.
 
     The rolling radii are those at the centres of pressure. The amplitudes are 1, 2 and 3 mm. The conicity is derived
@@ -167,18 +169,18 @@ def loaded_conicities(case: Case, wheel_load_N: float, *, progress: Progress | N
     InputError
         If the load is not positive, or if the wheelset cannot be at the shifts of a motion of 3 mm.
     """
-    wheelset, materials = wheelset_of_case(case), (case.wheel_material, case.rail_material)
+    wheelset, materials = make_wheelset(case), (case.wheel_material, case.rail_material)
     shifts = _choose_shifts(wheelset)
     differences = {
         theory: RadiusDifference(
             shifts_mm=np.array(shifts),
             difference_mm=np.array(
-                radius_differences_mm(
+                compute_radius_differences_mm(
                     wheelset, shifts, wheel_load_N, theory=theory, materials=materials, progress=progress
                 )
             ),
         )
-        for theory in _LOADED
+        for theory in _CONICITY_THEORIES
     }
     return [
         {"amplitude_mm": amplitude, "wheel_load_N": wheel_load_N}
@@ -199,7 +201,7 @@ def _choose_shifts(wheelset: Wheelset) -> list[float]:
     """
     low, high = -_AMPLITUDES_MM[-1], _AMPLITUDES_MM[-1]
     if not wheelset.symmetric:
-        rigid = radius_difference(wheelset, -_MAX_SHIFT_MM, _MAX_SHIFT_MM, rolls=True)
+        rigid = compute_radius_difference(wheelset, -_MAX_SHIFT_MM, _MAX_SHIFT_MM, rolls=True)
         motion = None if rigid is None else rigid.motion(_AMPLITUDES_MM[-1])
         if motion is None:
             raise InputError(

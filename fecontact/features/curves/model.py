@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import number
-from fecontact.inputs.slots import inputs, read_table
+from fecontact.inputs.kinds import number_field
+from fecontact.inputs.slots import input_dataclass, read_table
 
 GRAVITY_M_S2 = 9.81
 """Acceleration of gravity, m/s2."""
@@ -27,7 +27,7 @@ def _positive_field(help: str, default: Any = MISSING, **options: Any) -> Any:
 
     `options` are further keywords of `number`, such as `low` and `high`.
     """
-    return number(default, help, remedy="compare with the vehicles that come with the program", **options)
+    return number_field(default, help, remedy="compare with the vehicles that come with the program", **options)
 
 
 def _field_from_zero(help: str, default: Any = 0.0) -> Any:
@@ -35,7 +35,7 @@ def _field_from_zero(help: str, default: Any = 0.0) -> Any:
     return _positive_field(help, default, high=1e12)
 
 
-@inputs
+@input_dataclass
 class WheelsetBody:
     """Mass, inertias and nominal radius of a wheelset.
 
@@ -49,7 +49,7 @@ class WheelsetBody:
     rolling_radius_mm: float = _positive_field("Rolling radius", low=100.0, high=1000.0)
 
 
-@inputs
+@input_dataclass
 class Guide:
     """Load and springs of a wheelset without a bogie.
 
@@ -61,7 +61,7 @@ class Guide:
     yaw_Nm_per_rad: float = _field_from_zero("Yaw stiffness of the guide")
 
 
-@inputs
+@input_dataclass
 class Frame:
     """Frame of a bogie."""
 
@@ -72,7 +72,7 @@ class Frame:
     half_wheelbase_m: float = _positive_field("Half of the wheelbase", high=10.0, inclusive=False)
 
 
-@inputs
+@input_dataclass
 class Body:
     """Car body on two bogies.
 
@@ -84,7 +84,7 @@ class Body:
     half_pivots_m: float = _positive_field("Half of the distance of the pivots", high=30.0, inclusive=False)
 
 
-@inputs
+@input_dataclass
 class Primary:
     """Suspension of an axle box.
 
@@ -100,7 +100,7 @@ class Primary:
     vertical_Ns_per_m: float = _field_from_zero("Vertical primary damping")
 
 
-@inputs
+@input_dataclass
 class Secondary:
     """Suspension of the body on each side of a bogie."""
 
@@ -197,7 +197,7 @@ class Vehicle:
         return 1 if self.bogie is None else 2
 
 
-def with_bogie(vehicle: Vehicle, bogie_name: str) -> Vehicle:
+def choose_bogie(vehicle: Vehicle, bogie_name: str) -> Vehicle:
     """Choose the leading or the trailing bogie of a vehicle.
 
     Parameters

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.features.curves.normal import OutOfReach
+from fecontact.features.curves.normal import OutOfReachError
 
 _MAX_STEP_TRIALS = 4
 # Number of stalls that end the search. A stall is an iteration whose residual is above this fraction of the smallest
@@ -60,7 +60,7 @@ def estimate_jacobian(function: Callable[[Floats], Floats], state: Floats, step:
     return np.stack([(function(state + step * unit) - value) / step for unit in np.eye(state.size)], axis=1)
 
 
-def newton(
+def solve_newton(
     value_at: Callable[[Floats], _Evaluation],
     jacobian_at: Callable[[Floats], Floats],
     start: Floats,
@@ -146,7 +146,7 @@ def newton(
         try:
             slopes = jacobian_at(state) if slopes is None else slopes
             step = np.asarray(np.linalg.solve(slopes, -current.residual_N))
-        except (OutOfReach, np.linalg.LinAlgError):
+        except (OutOfReachError, np.linalg.LinAlgError):
             slopes = None
             if is_fresh:
                 break
@@ -195,7 +195,7 @@ def _damp_step(
     for factor in map(float, 0.5 ** np.arange(trial_count)):
         try:
             trial = value_at(state + factor * step)
-        except OutOfReach:
+        except OutOfReachError:
             continue
         trials.append((float(np.linalg.norm(trial.residual_N)), factor, trial))
         if trials[-1][0] < (1.0 - 0.25 * factor) * size:

@@ -18,13 +18,20 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.halfspace import build_half_space_problem
 from fecontact.contact.solver import solve_contact
-from fecontact.contact_theories.gap_line import AtApproach, GapLine, crossings_mm, regions
+from fecontact.contact_theories.gap_line import GapLine, GapLineTheory, find_crossings_mm, find_runs
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.contact_theories.overlap import overlap_strips
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.contact_theories.strip_method import Line, Load, Search, Strips, factor_of_ellipse, solve_strips
+from fecontact.contact_theories.strip_method import (
+    StripGap,
+    StripLoad,
+    StripSearch,
+    StripSolution,
+    estimate_ellipse_factor,
+    solve_strips,
+)
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.placement.wheel_on_rail import Pair, Placement
 from fecontact.placement.wheelset import Wheelset
@@ -317,7 +324,7 @@ class PatchStrips:
 NormalTheory: TypeAlias = Callable[[Overlap, float], tuple[PatchStrips, ...]]
 
 
-class OutOfReach(ConvergenceError):
+class OutOfReachError(ConvergenceError):
     """State of a wheel for which no contact force can be computed.
 
     For a search such a state is a failed step.
@@ -326,7 +333,7 @@ class OutOfReach(ConvergenceError):
 
 @contextmanager
 def errors_as_out_of_reach() -> Iterator[None]:
-    """Raise `OutOfReach` if a contact force that is computed inside has no finite value.
+    """Raise `OutOfReachError` if a contact force that is computed inside has no finite value.
 
     Raises
     ------
@@ -338,10 +345,12 @@ def errors_as_out_of_reach() -> Iterator[None]:
         with np.errstate(divide="raise", over="raise", invalid="raise"):
             yield
     except (InputError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError) as error:
-        raise OutOfReach(f"the force of a contact cannot be computed: {error}") from error
+        raise OutOfReachError(f"the force of a contact cannot be computed: {error}") from error
 
 
-def press(overlap: Overlap | None, normal: NormalTheory, contact_modulus_MPa: float) -> tuple[PatchStrips, ...]:
+def solve_normal_contact(
+    overlap: Overlap | None, normal: NormalTheory, contact_modulus_MPa: float
+) -> tuple[PatchStrips, ...]:
     """Solve the normal contact of an overlap by a theory.
 
     Parameters
@@ -386,7 +395,9 @@ def press(overlap: Overlap | None, normal: NormalTheory, contact_modulus_MPa: fl
         return ()
     steepest = float(np.max(overlap.angle_rad, where=overlap.depth_mm > 0.0, initial=0.0))
     if steepest >= 0.5 * np.pi:
-        raise OutOfReach(f"the wheel lies in the side of the rail, whose angle is {np.degrees(steepest):.0f} degrees")
+        raise OutOfReachError(
+            f"the wheel lies in the side of the rail, whose angle is {np.degrees(steepest):.0f} degrees"
+        )
     with errors_as_out_of_reach():
         return normal(overlap, contact_modulus_MPa)
 
@@ -458,10 +469,10 @@ def solve_overlap(overlap: Overlap, contact_modulus_MPa: float) -> tuple[PatchSt
     The force of a strip is described in `contact_theories.overlap`.
     """
     patches = []
-    for first, last in regions(overlap.depth_mm > 0.0):
+    for first, last in find_runs(overlap.depth_mm > 0.0):
         inside = slice(first, last + 1)
         s, curvature_along = overlap.s_mm[inside], overlap.curvature_along_per_mm[inside]
-        low, high = crossings_mm(overlap.s_mm, -overlap.depth_mm, 0.0, (first, last))
+        low, high = find_crossings_mm(overlap.s_mm, -overlap.depth_mm, 0.0, (first, last))
         # the outer strips reach to the ends of the overlap, so that the force has no kink
         between = 0.5 * np.diff(s)
         width = np.append(between, 0.5 * (high - s[-1])) + np.insert(between, 0, 0.5 * (s[0] - low))
@@ -490,22 +501,22 @@ def solve_strip_method(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pa
     """
     closing = np.cos(overlap.angle_rad)
     depth_down = overlap.depth_mm / closing
-    stretches = regions(depth_down > 0.0)
+    stretches = find_runs(depth_down > 0.0)
     if not stretches:
         return ()
     deepest = int(np.argmax(depth_down))
     # a circle drops by x^2 / (2 r) straight down, whatever the angle of the contact plane is
     curvature_along = 0.5 / float(overlap.radius_mm[deepest])
     contact = solve_strips(
-        Line(
+        StripGap(
             t=overlap.s_mm,
             f=depth_down[deepest] - depth_down,
             A=curvature_along,
             E=contact_modulus_MPa,
             closing=closing,
         ),
-        Load(approach=float(depth_down[deepest])),
-        Search(strips=_STRIP_COUNT, tolerance=0.0, most_sweeps=_SWEEP_COUNT),
+        StripLoad(approach=float(depth_down[deepest])),
+        StripSearch(strips=_STRIP_COUNT, tolerance=0.0, most_sweeps=_SWEEP_COUNT),
         start=_guess_strips(overlap.s_mm, depth_down, stretches, curvature_along, contact_modulus_MPa),
     )
     return _split_into_patches(contact.t, contact.h, np.sqrt(contact.q), 0.5 * np.pi * contact.c * contact.q)
@@ -513,22 +524,22 @@ def solve_strip_method(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pa
 
 def _guess_strips(
     s_mm: Floats, down_mm: Floats, stretches: list[tuple[int, int]], along_per_mm: float, modulus_MPa: float
-) -> Strips:
+) -> StripSolution:
     """Springs over the exact overlap, as the start of the strip method.
 
     The pressure of each stretch is the pressure of the Hertz ellipse with the length and width of the stretch.
     """
     t, h, q, c = (np.empty((len(stretches), _START_STRIPS)) for _ in range(4))
     for index, stretch in enumerate(stretches):
-        low, high = crossings_mm(s_mm, -down_mm, 0.0, stretch)
+        low, high = find_crossings_mm(s_mm, -down_mm, 0.0, stretch)
         t[index] = low + (high - low) / _START_STRIPS * (np.arange(_START_STRIPS) + 0.5)
         h[index] = (high - low) / _START_STRIPS
         q[index] = np.maximum(0.5 * np.interp(t[index], s_mm, down_mm) / along_per_mm, _MIN_SQUARED_HALF_LENGTH_MM2)
-        c[index] = modulus_MPa * along_per_mm * factor_of_ellipse(2.0 * np.sqrt(q[index].max()) / (high - low))
-    return Strips(t=t.ravel(), h=h.ravel(), q=q.ravel(), c=c.ravel(), approach=float(down_mm.max()))
+        c[index] = modulus_MPa * along_per_mm * estimate_ellipse_factor(2.0 * np.sqrt(q[index].max()) / (high - low))
+    return StripSolution(t=t.ravel(), h=h.ravel(), q=q.ravel(), c=c.ravel(), approach=float(down_mm.max()))
 
 
-def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = False) -> tuple[PatchStrips, ...]:
+def solve_half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = False) -> tuple[PatchStrips, ...]:
     """Half-space on a uniform grid, on which separate patches interact.
 
     The half length of a strip is the half length of an elliptic pressure with the second moment of the strip's
@@ -578,7 +589,7 @@ def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = Fal
     row_widths[0] = nodes[1]
     target_depth = (depth - 0.5 * curvature * nodes[:, None] ** 2).ravel()
     grid = ContactGrid(x_mm=nodes, s_mm=np.asarray(lattice), half=True)
-    contact_problem = half_space_problem(
+    contact_problem = build_half_space_problem(
         grid, deepest - target_depth, contact_modulus_MPa=contact_modulus_MPa, angle_rad=angle
     )
     solution = solve_contact(
@@ -596,7 +607,7 @@ def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = Fal
     return _split_into_patches(lattice, widths, half_length, force, "" if solution.status == "converged" else problem)
 
 
-def adapt_gap_line_theory(at_approach: AtApproach) -> NormalTheory:
+def adapt_gap_line_theory(at_approach: GapLineTheory) -> NormalTheory:
     """Make a normal theory of a theory for gap lines.
 
     Parameters
@@ -613,7 +624,7 @@ def adapt_gap_line_theory(at_approach: AtApproach) -> NormalTheory:
     def normal(overlap: Overlap, contact_modulus_MPa: float) -> tuple[PatchStrips, ...]:
         """Solve each stretch that overlaps as a gap line."""
         patches: list[PatchStrips] = []
-        for first, last in regions(overlap.depth_mm > 0.0):
+        for first, last in find_runs(overlap.depth_mm > 0.0):
             low, high = max(0, first - _EXTRA_POINTS), min(overlap.s_mm.size - 1, last + _EXTRA_POINTS)
             # the lattice is fixed to the rail, so that a point enters the patch without pressure
             lattice = _LATTICE_SPACING_MM * np.arange(
@@ -649,7 +660,7 @@ NORMAL_THEORIES: Mapping[str, NormalTheory] = {
         if theory.at_approach is not None
     },
     "strip": solve_strip_method,
-    "half_space": half_space,
+    "half_space": solve_half_space,
 }
 """Theories by the names of `fecontact theories`, and overlapping strips, beginning with the simplest."""
 DEFAULT_THEORY = "overlap"
@@ -687,7 +698,7 @@ def normal_theory(name: str, *, fine: bool = False) -> NormalTheory:
             f"theory is {name!r}; allowed: {', '.join(NORMAL_THEORIES)}; a vehicle needs a force over the approach,"
             " which other theories do not have"
         )
-    return partial(half_space, fine=True) if fine and name == "half_space" else NORMAL_THEORIES[name]
+    return partial(solve_half_space, fine=True) if fine and name == "half_space" else NORMAL_THEORIES[name]
 
 
 def _split_into_patches(
@@ -702,7 +713,7 @@ def _split_into_patches(
             force_N_per_mm=force_N_per_mm[first : last + 1],
             problem=problem,
         )
-        for first, last in regions(force_N_per_mm > 0.0)
+        for first, last in find_runs(force_N_per_mm > 0.0)
     )
 
 

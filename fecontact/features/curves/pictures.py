@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fecontact.features.curves.curve import CurveRun
-from fecontact.features.curves.visits import Curves, MapColumn, Visit
+from fecontact.features.curves.visits import CurveResults, MapColumn, Visit
 from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.style import (
+    ANSWER_COLOURS,
     ANSWER_WORDS,
-    ANSWERS,
-    BETWEEN,
-    MARKS,
+    BETWEEN_VERDICTS,
+    SERIES_MARKS,
+    add_grid,
     blank_figure,
-    finish,
     save_figure,
     series_style,
 )
@@ -24,10 +24,10 @@ from fecontact.outputs.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
-from fecontact.features.curves.sentences import difference_words, path_words
+from fecontact.features.curves.sentences import describe_difference, describe_paths
 
 
-def curves_figure(results: Curves, path: str | Path) -> Path:
+def draw_curves(results: CurveResults, path: str | Path) -> Path:
     """Draw the results of all theories over the curvature.
 
     The panels are shift, angle of attack, Y/Q of the leading outer wheel, and resistance. For a single curve they have
@@ -52,11 +52,11 @@ def curves_figure(results: Curves, path: str | Path) -> Path:
     labels = ("lateral shift, mm", "yaw (angle of attack), mrad", "Y/Q, leading outer wheel", "curve resistance, N/kN")
     for ax, label in zip(axes.flat, labels, strict=True):
         ax.set(ylabel=label)
-    finish(*axes.flat)
+    add_grid(*axes.flat)
     for ax in axes.flat:
         if ax.get_legend_handles_labels()[0]:
             ax.legend(fontsize=8)
-    headline = [*map(difference_words, results.differences), *path_words(results)]
+    headline = [*map(describe_difference, results.differences), *describe_paths(results)]
     radius = f", R {1.0 / curvatures.pop():g} m" if len(curvatures) == 1 else ""
     settings = f"{_make_title(results)}{radius}, friction {results.conditions.friction:g}"
     figure.suptitle("\n".join([*headline, settings]), fontsize=10)
@@ -122,12 +122,12 @@ def _draw_path(axes: NDArray[Any], runs: Sequence[CurveRun], theory: str, style:
     axes[1, 1].plot(curvatures, [run.resistance_N_per_kN for run in runs], label=theory, **style)
 
 
-def _make_title(results: Curves) -> str:
+def _make_title(results: CurveResults) -> str:
     """Vehicle and pair in a title."""
     return f"{results.vehicle.name}, {pair_words(results.case)}"
 
 
-def visits_figure(results: Curves, path: str | Path) -> Path:
+def draw_visits(results: CurveResults, path: str | Path) -> Path:
     """Draw the paths of all wheels on the map of the left wheel.
 
     The map shows the verdicts of its cells.
@@ -148,9 +148,11 @@ def visits_figure(results: Curves, path: str | Path) -> Path:
     axes = figure.subplots()
     _draw_columns(axes, results.columns)
     for index, theory in enumerate(results.runs):
-        _draw_paths(axes, [visit for visit in results.visits if visit.theory == theory], MARKS[index % len(MARKS)])
+        _draw_paths(
+            axes, [visit for visit in results.visits if visit.theory == theory], SERIES_MARKS[index % len(SERIES_MARKS)]
+        )
     axes.set(xlabel="lateral shift towards the wheel's own rail, mm", ylabel="vertical force, kN")
-    finish(axes)
+    add_grid(axes)
     axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.01, 1.0))
     axes.set_title(f"{_make_title(results)}:\nall wheels on the map; numbers are radii in m", fontsize=10)
     return save_figure(figure, Path(path))
@@ -167,10 +169,10 @@ def _draw_columns(axes: Axes, columns: Sequence[MapColumn]) -> None:
             label = ANSWER_WORDS.get(answer, answer)
             axes.bar(
                 *(column.lateral_shift_mm, high - low, 2.0 * column.reach_mm, low),
-                color=ANSWERS.get(answer, "white"),
+                color=ANSWER_COLOURS.get(answer, "white"),
                 # a single load is a line, which only its edge shows
-                edgecolor=ANSWERS.get(answer, "white") if answer != BETWEEN else "0.7",
-                hatch="////" if answer == BETWEEN else None,
+                edgecolor=ANSWER_COLOURS.get(answer, "white") if answer != BETWEEN_VERDICTS else "0.7",
+                hatch="////" if answer == BETWEEN_VERDICTS else None,
                 label=None if label in labelled else label,
             )
             labelled.add(label)

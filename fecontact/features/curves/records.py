@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Literal
 
 from fecontact.features.curves.curve import CurveRun
-from fecontact.features.curves.sentences import path_words
-from fecontact.features.curves.visits import NO_CELL, Curves
-from fecontact.outputs.flat_records import Record, flat, picked, told
+from fecontact.features.curves.sentences import describe_paths
+from fecontact.features.curves.visits import NO_CELL, CurveResults
+from fecontact.outputs.flat_records import Record, flatten, select_attributes, to_plain
 from fecontact.outputs.pair_names import pair_words
 
 SHARE_ANSWERS: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
@@ -22,7 +22,7 @@ STABILITY_NOTE = (
 )
 
 
-def curves_record(results: Curves) -> Record:
+def make_curves_record(results: CurveResults) -> Record:
     """Make the record of all curves, with units in the keys.
 
     Parameters
@@ -39,15 +39,15 @@ def curves_record(results: Curves) -> Record:
     record: Record = {
         "schema": "fecontact/curve/1",
         "pair": pair_words(results.case),
-        **picked(results, "vehicle conditions differences"),
-        "straight_track": told(results.straight),
+        **select_attributes(results, "vehicle conditions differences"),
+        "straight_track": to_plain(results.straight),
         "stability_notes": [STABILITY_NOTE],
-        "path_notes": path_words(results),
-        "curves": [told(run) for runs in results.runs.values() for run in runs],
+        "path_notes": describe_paths(results),
+        "curves": [to_plain(run) for runs in results.runs.values() for run in runs],
     }
     if results.columns:
         record["visits"] = [
-            told(visit) | {"verdict": getattr(visit.cell, "verdict", NO_CELL)} for visit in results.visits
+            to_plain(visit) | {"verdict": getattr(visit.cell, "verdict", NO_CELL)} for visit in results.visits
         ]
         for key, answer_kind in SHARE_ANSWERS.items():
             record[key] = {
@@ -58,7 +58,7 @@ def curves_record(results: Curves) -> Record:
     return record
 
 
-def curve_rows(results: Curves) -> list[Record]:
+def make_curve_rows(results: CurveResults) -> list[Record]:
     """Make a row for each theory, radius, wheelset and wheel.
 
     A curve without any numbers has a single row.
@@ -75,9 +75,9 @@ def curve_rows(results: Curves) -> list[Record]:
     """
     return [
         {
-            **picked(run, "theory radius_m status speed_km_h unbalanced_m_s2"),
+            **select_attributes(run, "theory radius_m status speed_km_h unbalanced_m_s2"),
             **wheel,
-            **flat(picked(run, "resistance_N_per_kN left_over_N path_ends_m notes")),
+            **flatten(select_attributes(run, "resistance_N_per_kN left_over_N path_ends_m notes")),
         }
         for runs in results.runs.values()
         for run in runs
@@ -90,8 +90,8 @@ def _make_wheel_rows(run: CurveRun) -> list[Record]:
     return [
         {
             "wheelset": number,
-            **picked(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
-            **flat(told(wheel)),
+            **select_attributes(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
+            **flatten(to_plain(wheel)),
             "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
         }
         for number, wheelset in enumerate(run.wheelsets, start=1)
@@ -99,7 +99,7 @@ def _make_wheel_rows(run: CurveRun) -> list[Record]:
     ]
 
 
-def position_rows(results: Curves) -> list[Record]:
+def make_position_rows(results: CurveResults) -> list[Record]:
     """Make rows with shift, load and weight of each wheel, by the last theory.
 
     Shifts are those on a map of the left wheel. The weight of a wheel is its share of the way of its radius. Radii
@@ -123,7 +123,7 @@ def position_rows(results: Curves) -> list[Record]:
             "shift_mm": visit.lateral_shift_mm,
             "load_kN": 1e-3 * visit.vertical_force_N,
             "weight": radius_shares[visit.radius_m] / visit_counts[visit.radius_m],
-            **picked(visit, "radius_m wheelset side yaw_mrad"),
+            **select_attributes(visit, "radius_m wheelset side yaw_mrad"),
         }
         for visit in visits
     ]

@@ -10,15 +10,15 @@ from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.features.curves.curve import Conditions, CurveRun, Ride, curves, straight_line
-from fecontact.features.curves.model import BOGIES, Vehicle, load_vehicle, with_bogie
+from fecontact.features.curves.curve import Conditions, CurveRun, Ride, make_straight_track, solve_curves
+from fecontact.features.curves.model import BOGIES, Vehicle, choose_bogie, load_vehicle
 from fecontact.features.curves.normal import DEFAULT_THEORY, normal_theory
-from fecontact.features.curves.stability import StraightTrack, straight_track
-from fecontact.features.curves.visits import Curves, MapCell, MapColumn, differences, locate_wheels
-from fecontact.jobs.remaining import Progress, watched
-from fecontact.jobs.workers import evaluators
-from fecontact.runs.map_lookup import map_bands, map_rows
-from fecontact.solving.placing import wheelset_of_case
+from fecontact.features.curves.stability import StraightTrack, analyse_straight_track
+from fecontact.features.curves.visits import CurveResults, MapColumn, VisitedCell, compare_theories, locate_wheels
+from fecontact.jobs.remaining import Progress, report_progress
+from fecontact.jobs.workers import open_evaluators
+from fecontact.runs.map_lookup import read_map_bands, read_map_rows
+from fecontact.solving.placing import make_wheelset
 
 # Inputs in which a map may differ from the vehicle: its wheels have no yaw, and their radius is seldom equal.
 _UNCOMPARED_INPUTS = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_climb", "rolling_radius_mm")
@@ -35,7 +35,7 @@ def curve(
     map_folder: str | Path | None = None,
     workers: int = 1,
     progress: Progress | None = None,
-) -> Curves:
+) -> CurveResults:
     """Solve the steady running of a wheelset or a bogie in curves.
 
     The result includes the stability on straight track. No finite elements are used.
@@ -88,7 +88,7 @@ def curve(
     Source: Otero Yugat, Part I, eq. 15 and 16, see `features.curves.steady`. Range of validity: steady motion and, on
     straight track, small motions. Must not be used for transitions or track irregularities.
     """
-    chosen_vehicle = with_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
+    chosen_vehicle = choose_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
     radii, share = _check_radii(radii_m)
     if len(set(theories)) != len(theories) or not theories:
         raise InputError(f"theories are {', '.join(theories) or 'none'}; give each of them once")
@@ -97,20 +97,20 @@ def curve(
     case, conditions = case or Case(), conditions or Conditions()
     columns = () if map_folder is None else _read_columns(Path(map_folder), case)
     case = replace(case, rolling_radius_mm=chosen_vehicle.wheelset.rolling_radius_mm)
-    wheelset, materials = wheelset_of_case(case), (case.wheel_material, case.rail_material)
+    wheelset, materials = make_wheelset(case), (case.wheel_material, case.rail_material)
     rides = [Ride(wheelset=wheelset, conditions=conditions, theory=theory, materials=materials) for theory in theories]
     is_in_process = 1 in (workers, len(theories))
-    with evaluators(len(theories), here=is_in_process, workers=workers) as map_over:
+    with open_evaluators(len(theories), here=is_in_process, workers=workers) as map_over:
         if is_in_process:
-            curve_runs = chain.from_iterable([curves(chosen_vehicle, ride, radii) for ride in rides])
-            solved_runs = list(watched(curve_runs, len(theories) * len(radii), progress, "curves"))
+            curve_runs = chain.from_iterable([solve_curves(chosen_vehicle, ride, radii) for ride in rides])
+            solved_runs = list(report_progress(curve_runs, len(theories) * len(radii), progress, "curves"))
         else:
             runs_by_ride = map_over(partial(_solve_ride, chosen_vehicle, radii), rides)
-            solved_runs = list(chain.from_iterable(watched(runs_by_ride, len(theories), progress, "theories")))
+            solved_runs = list(chain.from_iterable(report_progress(runs_by_ride, len(theories), progress, "theories")))
         straight = tuple(map_over(partial(_analyse_ride, chosen_vehicle), rides))
     run_by_key = {(run.theory, run.radius_m): run for run in solved_runs}
     runs = {theory: tuple(run_by_key[theory, radius] for radius in radii) for theory in theories}
-    return Curves(
+    return CurveResults(
         vehicle=chosen_vehicle,
         case=case,
         conditions=conditions,
@@ -118,7 +118,7 @@ def curve(
         share=share,
         runs=runs,
         straight=straight,
-        differences=differences(runs, straight),
+        differences=compare_theories(runs, straight),
         columns=columns,
         visits=locate_wheels(runs, columns),
     )
@@ -147,12 +147,12 @@ def _check_radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tupl
 
 def _solve_ride(vehicle: Vehicle, radii_m: Sequence[float], ride: Ride) -> list[CurveRun]:
     """Solve all curves by the theory of a ride, in a worker process."""
-    return list(curves(vehicle, ride, radii_m))
+    return list(solve_curves(vehicle, ride, radii_m))
 
 
 def _analyse_ride(vehicle: Vehicle, ride: Ride) -> StraightTrack:
     """Analyse straight track by the theory of a ride, in a worker process."""
-    return straight_track(ride.theory, vehicle, straight_line(ride))
+    return analyse_straight_track(ride.theory, vehicle, make_straight_track(ride))
 
 
 def _read_columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
@@ -163,11 +163,11 @@ def _read_columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
     InputError
         If the map has no cells, or is a map of another contact.
     """
-    rows = map_rows(folder, case, but_for=_UNCOMPARED_INPUTS)
+    rows = read_map_rows(folder, case, but_for=_UNCOMPARED_INPUTS)
     if not rows:
         raise InputError(f"map {folder}: it has no cells; give another one")
     cells = [
-        MapCell(
+        VisitedCell(
             lateral_shift_mm=float(row["lateral_shift_mm"]),
             load_kN=float(row["load_kN"]),
             verdict=row["verdict_answer"] or "failed",
@@ -183,5 +183,5 @@ def _read_columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
             bands=tuple(bands),
             cells=tuple(cell for cell in cells if cell.lateral_shift_mm == shift),
         )
-        for shift, reach, bands in map_bands(folder)
+        for shift, reach, bands in read_map_bands(folder)
     )

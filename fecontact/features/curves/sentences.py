@@ -7,17 +7,17 @@ import math
 from collections.abc import Mapping, Sequence
 
 from fecontact.features.curves.stability import StraightTrack
-from fecontact.features.curves.visits import NO_CELL, NO_EQUILIBRIUM, Curves, TheoryDifference
+from fecontact.features.curves.visits import NO_CELL, NO_EQUILIBRIUM, CurveResults, TheoryDifference
 from fecontact.outputs.style import (
     ANSWER_WORDS,
-    BETWEEN,
+    BETWEEN_VERDICTS,
 )
 
 # Results of a map at the positions of the wheels, in the order of the report.
-ZONE_ORDER = ("HOLDS", "UNRESOLVED", "FAILS", BETWEEN, NO_CELL, NO_EQUILIBRIUM)
+ZONE_ORDER = ("HOLDS", "UNRESOLVED", "FAILS", BETWEEN_VERDICTS, NO_CELL, NO_EQUILIBRIUM)
 
 
-def difference_words(difference: TheoryDifference) -> str:
+def describe_difference(difference: TheoryDifference) -> str:
     """Describe the differences between a theory and the reference in a sentence.
 
     Parameters
@@ -43,7 +43,7 @@ def difference_words(difference: TheoryDifference) -> str:
     return f"{difference.theory} against {difference.reference}: {', '.join(phrases) or 'nothing to compare'}"
 
 
-def straight_words(track: StraightTrack) -> str:
+def describe_straight_track(track: StraightTrack) -> str:
     """Describe the stability on straight track in a sentence.
 
     Parameters
@@ -67,7 +67,7 @@ def straight_words(track: StraightTrack) -> str:
     )
 
 
-def path_words(results: Curves) -> list[str]:
+def describe_paths(results: CurveResults) -> list[str]:
     """Describe the ends of paths from straight track, and the curves beyond them.
 
     Parameters
@@ -117,7 +117,7 @@ def describe_shares(shares: Mapping[str, float], order: tuple[str, ...] = ()) ->
         Shares that are not zero, separated by commas.
     """
     rest = sorted((name for name in shares if name not in order), key=lambda name: -shares[name])
-    labels = {BETWEEN: ANSWER_WORDS[BETWEEN]}
+    labels = {BETWEEN_VERDICTS: ANSWER_WORDS[BETWEEN_VERDICTS]}
     return ", ".join(
         f"{labels.get(name, name)} {1e2 * shares[name]:.3g} %" for name in (*order, *rest) if shares.get(name)
     )

@@ -19,15 +19,15 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.curves.balance import (
     FRAME_SIZE,
     WHEELSET_SIZE,
-    Line,
+    TrackConditions,
     compute_rail_forces,
+    compute_vehicle_residual,
+    split_wheelset_states,
     sum_rail_forces,
     suspension_links,
-    wheelset_states,
-    without_rails,
 )
 from fecontact.features.curves.model import Vehicle
-from fecontact.features.curves.steady import solve_at, straight_start
+from fecontact.features.curves.steady import make_straight_start, solve_equilibrium
 
 # Number of positions of a wheelset, without its slip of rotation, which is a rate.
 _POSITION_COUNT = 4
@@ -118,7 +118,7 @@ class Hunting:
         return self.speed_m_s / self.frequency_Hz if self.frequency_Hz > 0.0 else math.inf
 
 
-def linear_model(vehicle: Vehicle, track: Line) -> LinearModel:
+def linearise_vehicle(vehicle: Vehicle, track: TrackConditions) -> LinearModel:
     """Linearise a vehicle about its equilibrium on straight track.
 
     Parameters
@@ -146,16 +146,18 @@ def linear_model(vehicle: Vehicle, track: Line) -> LinearModel:
     """
     if track.curvature_per_mm != 0.0:
         raise InputError("stability is computed on straight track alone; allowed: curvature 0")
-    equilibrium = solve_at(straight_start(vehicle, track), vehicle, track)
+    equilibrium = solve_equilibrium(make_straight_start(vehicle, track), vehicle, track)
     if equilibrium.status != "equilibrium":
         reason = "; ".join(equilibrium.notes) or f"{equilibrium.left_over_N:.0f} N left; check profiles"
         raise InputError(f"there is no equilibrium on straight track: {reason}")
     size = equilibrium.state.size
-    stiffness = _estimate_central_jacobian(lambda state: without_rails(state, vehicle, track), equilibrium.state, 1e-3)
+    stiffness = _estimate_central_jacobian(
+        lambda state: compute_vehicle_residual(state, vehicle, track), equilibrium.state, 1e-3
+    )
     if vehicle.bogie is not None:
         stiffness[-FRAME_SIZE, -FRAME_SIZE] -= 2e-3 * vehicle.bogie.secondary.lateral_N_per_m
     rail_damping = np.zeros((size, size))
-    for index, wheelset_state in enumerate(wheelset_states(equilibrium.state, vehicle)):
+    for index, wheelset_state in enumerate(split_wheelset_states(equilibrium.state, vehicle)):
         block = slice(WHEELSET_SIZE * index, WHEELSET_SIZE * (index + 1))
         stiffness[block, block] += _estimate_central_jacobian(
             lambda state: _sum_solved_rail_forces(state, track), wheelset_state, _POSITION_STEP
@@ -172,7 +174,7 @@ def linear_model(vehicle: Vehicle, track: Line) -> LinearModel:
     )
 
 
-def _sum_solved_rail_forces(state: Floats, track: Line, rates: Floats | None = None) -> Floats:
+def _sum_solved_rail_forces(state: Floats, track: TrackConditions, rates: Floats | None = None) -> Floats:
     """Sums (5,) of both rails' contributions to the residual of a wheelset.
 
     Raises
@@ -194,7 +196,7 @@ def _estimate_central_jacobian(function: Callable[[Floats], Floats], state: Floa
     )
 
 
-def eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.complex128]:
+def compute_eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.complex128]:
     """Compute the eigenvalues of a linear model at a speed.
 
     Parameters
@@ -232,7 +234,7 @@ def eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.complex128]:
     return np.asarray(np.linalg.eigvals(system))
 
 
-def hunting(model: LinearModel, speed_m_s: float) -> Hunting:
+def find_hunting(model: LinearModel, speed_m_s: float) -> Hunting:
     """Find the least damped oscillation at a speed.
 
     Parameters
@@ -252,7 +254,7 @@ def hunting(model: LinearModel, speed_m_s: float) -> Hunting:
     ConvergenceError
         If no motion oscillates, for example without conicity.
     """
-    values = eigenvalues(model, speed_m_s)
+    values = compute_eigenvalues(model, speed_m_s)
     oscillating = values[values.imag > 1e-6]
     if oscillating.size == 0:
         raise ConvergenceError(f"no motion oscillates at {3.6 * speed_m_s:g} km/h")
@@ -264,7 +266,7 @@ def hunting(model: LinearModel, speed_m_s: float) -> Hunting:
     )
 
 
-def straight_track(theory: str, vehicle: Vehicle, track: Line) -> StraightTrack:
+def analyse_straight_track(theory: str, vehicle: Vehicle, track: TrackConditions) -> StraightTrack:
     """Analyse the stability of a vehicle on straight track.
 
     Parameters
@@ -282,11 +284,11 @@ def straight_track(theory: str, vehicle: Vehicle, track: Line) -> StraightTrack:
         Critical speed and wavelengths; without an equilibrium only the reason.
     """
     try:
-        model = linear_model(vehicle, track)
-        critical_speed, slow_motion = critical_speed_m_s(model), hunting(model, _MIN_SPEED_M_S)
+        model = linearise_vehicle(vehicle, track)
+        critical_speed, slow_motion = find_critical_speed_m_s(model), find_hunting(model, _MIN_SPEED_M_S)
         # if an oscillation grows at the lowest speed, then the critical speed is not known
         reported_speed = None if critical_speed == _MIN_SPEED_M_S else critical_speed
-        motion = slow_motion if reported_speed is None else hunting(model, reported_speed)
+        motion = slow_motion if reported_speed is None else find_hunting(model, reported_speed)
     except (InputError, ConvergenceError) as error:
         return StraightTrack(theory=theory, problem=str(error))
     return StraightTrack(
@@ -307,7 +309,7 @@ def _describe_critical_speed(critical_m_s: float | None) -> str:
     return note * (critical_m_s == _MIN_SPEED_M_S)
 
 
-def critical_speed_m_s(model: LinearModel) -> float | None:
+def find_critical_speed_m_s(model: LinearModel) -> float | None:
     """Find the lowest speed above which an oscillation grows.
 
     Parameters
@@ -328,7 +330,7 @@ def critical_speed_m_s(model: LinearModel) -> float | None:
     """
 
     def is_growing(speed: float) -> bool:
-        return bool(eigenvalues(model, speed).real.max() > 1e-9)
+        return bool(compute_eigenvalues(model, speed).real.max() > 1e-9)
 
     speeds = np.linspace(_MIN_SPEED_M_S, _MAX_SPEED_M_S, _SPEED_COUNT)
     first_growing = next((index for index, speed in enumerate(speeds) if is_growing(float(speed))), None)

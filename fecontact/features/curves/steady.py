@@ -22,10 +22,18 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
-from fecontact.features.curves.balance import FRAME_SIZE, MILLI, WHEELSET_SIZE, Balance, Line, balance, compute_jacobian
+from fecontact.features.curves.balance import (
+    FRAME_SIZE,
+    MILLI,
+    WHEELSET_SIZE,
+    Balance,
+    TrackConditions,
+    compute_balance,
+    compute_jacobian,
+)
 from fecontact.features.curves.model import Vehicle
-from fecontact.features.curves.newton import MAX_STALLS, largest_magnitude, newton
-from fecontact.features.curves.normal import OutOfReach, place_wheel
+from fecontact.features.curves.newton import MAX_STALLS, largest_magnitude, solve_newton
+from fecontact.features.curves.normal import OutOfReachError, place_wheel
 
 # --- Equilibria of steady motion at a curvature, and the path of equilibria from straight track.
 
@@ -79,7 +87,7 @@ class Equilibrium:
     """
 
     status: EquilibriumStatus
-    track: Line
+    track: TrackConditions
     state: Floats
     balance: Balance | None
     jacobian: Floats | None
@@ -93,8 +101,13 @@ class Equilibrium:
         return math.nan if self.balance is None else largest_magnitude(self.balance.residual_N)
 
 
-def solve_at(
-    start: Floats, vehicle: Vehicle, track: Line, *, jacobian: Floats | None = None, intermediate: bool = False
+def solve_equilibrium(
+    start: Floats,
+    vehicle: Vehicle,
+    track: TrackConditions,
+    *,
+    jacobian: Floats | None = None,
+    intermediate: bool = False,
 ) -> Equilibrium:
     """Search the equilibrium from a start.
 
@@ -117,8 +130,8 @@ def solve_at(
     """
     slip_indices = [WHEELSET_SIZE * index + 4 for index in range(vehicle.wheelsets)]
     try:
-        state, reached, jacobian = newton(
-            lambda state: balance(state, vehicle, track),
+        state, reached, jacobian = solve_newton(
+            lambda state: compute_balance(state, vehicle, track),
             lambda state: compute_jacobian(state, vehicle, track),
             start,
             wanted_N=_PATH_TOLERANCE_N if intermediate else _TARGET_N,
@@ -128,7 +141,7 @@ def solve_at(
             max_distance=_MAX_PATH_DISTANCE if intermediate else math.inf,
             stalls=1 if intermediate else MAX_STALLS,
         )
-    except OutOfReach as error:
+    except OutOfReachError as error:
         return Equilibrium(
             status="no equilibrium",
             track=track,
@@ -153,7 +166,7 @@ def solve_at(
     )
 
 
-def straight_start(vehicle: Vehicle, track: Line, shifts_mm: Sequence[float] = (0.0, 0.0)) -> Floats:
+def make_straight_start(vehicle: Vehicle, track: TrackConditions, shifts_mm: Sequence[float] = (0.0, 0.0)) -> Floats:
     """Make a start with wheelsets at given shifts, without yaw.
 
     The wheels are pressed into the rails, and the roll follows from the difference of their heights. They roll without
@@ -195,8 +208,8 @@ def straight_start(vehicle: Vehicle, track: Line, shifts_mm: Sequence[float] = (
     return state
 
 
-def path(
-    vehicle: Vehicle, track_at: Callable[[float], Line], curvatures_per_mm: Sequence[float]
+def follow_path(
+    vehicle: Vehicle, track_at: Callable[[float], TrackConditions], curvatures_per_mm: Sequence[float]
 ) -> Iterator[Equilibrium]:
     """Follow the equilibria from straight track to curvatures of equal sign.
 
@@ -228,11 +241,11 @@ def path(
 class _PathFollower:
     """Last equilibria of a path from straight track, and the ends of paths."""
 
-    def __init__(self, vehicle: Vehicle, track_at: Callable[[float], Line]) -> None:
+    def __init__(self, vehicle: Vehicle, track_at: Callable[[float], TrackConditions]) -> None:
         """Start a path at the equilibrium on straight track."""
         self._vehicle, self._track_at = vehicle, track_at
         track = track_at(0.0)
-        self._equilibria = [solve_at(straight_start(vehicle, track), vehicle, track)]
+        self._equilibria = [solve_equilibrium(make_straight_start(vehicle, track), vehicle, track)]
         self._step = _FIRST_STEP
         self._has_ended = self._equilibria[0].status != "equilibrium"
         self._ends = [0.0] if self._has_ended else []
@@ -260,7 +273,7 @@ class _PathFollower:
         elif self._curvature == curvature:
             equilibrium = last
         else:
-            equilibrium = solve_at(last.state, self._vehicle, self._track_at(curvature))
+            equilibrium = solve_equilibrium(last.state, self._vehicle, self._track_at(curvature))
         return replace(equilibrium, path_ends_per_mm=tuple(self._ends))
 
     @property
@@ -277,7 +290,7 @@ class _PathFollower:
         step = min(self._step, abs(curvature) - abs(self._curvature))
         next_curvature = curvature if step == abs(curvature) - abs(self._curvature) else self._curvature + sign * step
         start, jacobian = self._predict_state(next_curvature), self._equilibria[-1].jacobian
-        equilibrium = solve_at(
+        equilibrium = solve_equilibrium(
             start,
             self._vehicle,
             self._track_at(next_curvature),
@@ -321,7 +334,7 @@ class _PathFollower:
         track, vehicle = self._track_at(curvature), self._vehicle
         attempts: list[Equilibrium] = []
         for start in self._start_states(track):
-            equilibrium = solve_at(start, vehicle, track)
+            equilibrium = solve_equilibrium(start, vehicle, track)
             if equilibrium.status == "equilibrium":
                 # the path is followed again from this equilibrium
                 self._equilibria, self._has_ended, self._step, self._gap_start = (
@@ -339,10 +352,10 @@ class _PathFollower:
         note += "" if best.balance is None else f": {best.left_over_N:.0f} N left"
         return replace(best, notes=(note, *best.notes))
 
-    def _start_states(self, track: Line) -> Iterator[Floats]:
+    def _start_states(self, track: TrackConditions) -> Iterator[Floats]:
         """Yield the last state of the path, then states at several shifts."""
         yield self._equilibria[-1].state
         for shifts in itertools.product(_START_SHIFTS_MM, repeat=self._vehicle.wheelsets):
             # in a narrow clearance the shifted wheelsets cannot stand
             with suppress(InputError):
-                yield straight_start(self._vehicle, track, (*shifts, 0.0))
+                yield make_straight_start(self._vehicle, track, (*shifts, 0.0))

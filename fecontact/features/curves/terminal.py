@@ -9,28 +9,28 @@ from fecontact.features.curves.curve import CurveRun
 from fecontact.features.curves.records import MAP_NOTE, SHARE_ANSWERS, STABILITY_NOTE
 from fecontact.features.curves.sentences import (
     ZONE_ORDER,
+    describe_difference,
+    describe_paths,
     describe_shares,
-    difference_words,
-    path_words,
-    straight_words,
+    describe_straight_track,
 )
-from fecontact.features.curves.visits import Curves
-from fecontact.outputs.tables import Table, number, number_text, table_of, text
-from fecontact.outputs.terminal import Lines, notes
+from fecontact.features.curves.visits import CurveResults
+from fecontact.outputs.tables import Table, make_table, number_column, number_text, text_column
+from fecontact.outputs.terminal import OutputLines, note_lines
 
 _WHEELSET_COLUMNS = (
-    number("radius\nm", "radius_m", none=""),
-    number("speed\nkm/h", "speed_km_h", "{:.0f}", none=""),
-    number("wheelset", "wheelset", "{:.0f}"),
-    number("shift\nmm", "lateral_shift_mm", "{:+z.2f}", none="none"),
-    number("yaw\nmrad", "yaw_mrad", "{:+z.2f}", none=""),
-    *(text(f"Y/Q\n{side}", f"y_over_q {side}", "number") for side in ("left", "right")),
-    *(text(f"patches {side}\nkN", f"patches {side}", "number") for side in ("left", "right")),
-    text("resistance\nN/kN", "resistance", "number"),
+    number_column("radius\nm", "radius_m", none=""),
+    number_column("speed\nkm/h", "speed_km_h", "{:.0f}", none=""),
+    number_column("wheelset", "wheelset", "{:.0f}"),
+    number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}", none="none"),
+    number_column("yaw\nmrad", "yaw_mrad", "{:+z.2f}", none=""),
+    *(text_column(f"Y/Q\n{side}", f"y_over_q {side}", "number") for side in ("left", "right")),
+    *(text_column(f"patches {side}\nkN", f"patches {side}", "number") for side in ("left", "right")),
+    text_column("resistance\nN/kN", "resistance", "number"),
 )
 
 
-def curves_lines(results: Curves) -> Lines:
+def format_curves(results: CurveResults) -> OutputLines:
     """Format the results of a vehicle in curves for the terminal.
 
     Parameters
@@ -43,16 +43,18 @@ def curves_lines(results: Curves) -> Lines:
     str or Table
         Differences between theories, a table for each theory, straight track, and with a map the shares of the way.
     """
-    yield from map(difference_words, results.differences)
+    yield from map(describe_difference, results.differences)
     bogie = results.vehicle.bogie
     bogie_words = "" if bogie is None else ", leading bogie" if bogie.leads else ", trailing bogie"
     for theory, runs in results.runs.items():
         title = f"{results.vehicle.name}{bogie_words}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
         yield _make_wheelset_table(title, runs)
-        yield from notes(f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes)
-    yield from notes(path_words(results))
-    yield from map(straight_words, results.straight)
-    yield from notes([STABILITY_NOTE])
+        yield from note_lines(
+            f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes
+        )
+    yield from note_lines(describe_paths(results))
+    yield from map(describe_straight_track, results.straight)
+    yield from note_lines([STABILITY_NOTE])
     if results.columns:
         for theory in results.runs:
             verdict_shares, theory_shares = (
@@ -61,7 +63,7 @@ def curves_lines(results: Curves) -> Lines:
             yield f"{theory}: of the way of all wheels {describe_shares(verdict_shares, ZONE_ORDER)}"
             yield f"{theory}: the cheapest theory that holds there: {describe_shares(theory_shares)}"
         yaw = max((abs(visit.yaw_mrad) for visit in results.visits), default=0.0)
-        yield from notes([f"{MAP_NOTE}; here up to {yaw:.1f} mrad"])
+        yield from note_lines([f"{MAP_NOTE}; here up to {yaw:.1f} mrad"])
 
 
 def _make_wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
@@ -87,4 +89,4 @@ def _make_wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
             row = {}
         if not run.wheelsets:
             rows.append(row)
-    return table_of(title, _WHEELSET_COLUMNS, rows)
+    return make_table(title, _WHEELSET_COLUMNS, rows)

@@ -53,7 +53,7 @@ class TheoryDifference:
     without_speed: str = ""
 
 
-def differences(
+def compare_theories(
     runs: Mapping[str, Sequence[CurveRun]], straight: Sequence[StraightTrack] = ()
 ) -> tuple[TheoryDifference, ...]:
     """Compare each theory with the last theory.
@@ -123,7 +123,7 @@ NO_EQUILIBRIUM, NO_CELL = "no equilibrium", "not on the map"
 
 
 @dataclass(frozen=True, kw_only=True)
-class MapCell:
+class VisitedCell:
     """Result of a map of the left wheel at a shift and a load.
 
     Attributes
@@ -161,7 +161,7 @@ class MapColumn:
     lateral_shift_mm: float
     reach_mm: float
     bands: tuple[tuple[float, float, str], ...]
-    cells: tuple[MapCell, ...]
+    cells: tuple[VisitedCell, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,11 +190,11 @@ class Visit:
     lateral_shift_mm: float
     vertical_force_N: float
     yaw_mrad: float
-    cell: MapCell | None
+    cell: VisitedCell | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Curves:
+class CurveResults:
     """Results of a vehicle in curves.
 
     Attributes
@@ -299,7 +299,7 @@ def _locate_wheel(theory: str, run: CurveRun, number: int, wheel: WheelRun, colu
     )
 
 
-def _find_cell(columns: Sequence[MapColumn], shift_mm: float, load_kN: float) -> MapCell | None:
+def _find_cell(columns: Sequence[MapColumn], shift_mm: float, load_kN: float) -> VisitedCell | None:
     """Find the result of a map at a shift and a load.
 
     The result is None outside of the solved shifts and loads, and without a map.

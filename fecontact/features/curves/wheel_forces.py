@@ -13,8 +13,15 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.contact_theories.rolling.creepage import Creepages, CurvedCreepages
-from fecontact.contact_theories.rolling.fastsim import Strips, strip_forces
-from fecontact.features.curves.normal import NormalTheory, Overlap, PatchStrips, Surfaces, errors_as_out_of_reach, press
+from fecontact.contact_theories.rolling.fastsim import RollingStrips, calculate_strip_forces
+from fecontact.features.curves.normal import (
+    NormalTheory,
+    Overlap,
+    PatchStrips,
+    Surfaces,
+    errors_as_out_of_reach,
+    solve_normal_contact,
+)
 
 _FASTSIM_CELLS = 30
 # Largest ratio of the semi-axes: Kalker's table ends there; flange contact has 17 to 23.
@@ -22,7 +29,7 @@ _MAX_AXIS_RATIO = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactLaw:
+class ContactSettings:
     """Theories and constants of a contact.
 
     Attributes
@@ -160,7 +167,7 @@ class WheelForce:
         )
 
 
-def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelForce:
+def compute_wheel_force(surfaces: Surfaces, motion: Motion, law: ContactSettings) -> WheelForce:
     """Compute the force of a rail on a left wheel.
 
     Parameters
@@ -189,7 +196,7 @@ def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelFor
     those for 10.
     """
     overlap = surfaces.overlap(*map(float, motion.place))
-    patches = press(overlap, law.normal, law.contact_modulus_MPa)
+    patches = solve_normal_contact(overlap, law.normal, law.contact_modulus_MPa)
     with errors_as_out_of_reach():
         patch_forces = [
             _compute_patch_force(patch, overlap, motion, law, surfaces.pair.rolling_radius_mm)
@@ -206,7 +213,7 @@ def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelFor
 
 
 def _compute_patch_force(
-    patch_strips: PatchStrips, overlap: Overlap, motion: Motion, law: ContactLaw, radius_mm: float
+    patch_strips: PatchStrips, overlap: Overlap, motion: Motion, law: ContactSettings, radius_mm: float
 ) -> WheelForce:
     """Compute the contribution of a patch to the force on its wheel."""
     strip_forces_N = patch_strips.force_N_per_mm * patch_strips.width_mm
@@ -217,7 +224,7 @@ def _compute_patch_force(
     positions, angle = points.place_mm, points.angle_rad
     normal = np.stack([np.zeros_like(angle), -np.sin(angle), np.cos(angle)], axis=1)
     arm = positions - np.array([0.0, *motion.place[:2]])
-    velocity, turning = rigid_slip(arm, motion, radius_mm)
+    velocity, turning = compute_rigid_slip(arm, motion, radius_mm)
     spin = normal @ turning
     tangent = np.array([0.0, math.cos(angle[-1]), math.sin(angle[-1])])
     plane = Creepages(xi=float(velocity[-1, 0]), eta=float(velocity[-1] @ tangent), spin_per_mm=float(spin[-1]))
@@ -229,7 +236,7 @@ def _compute_patch_force(
         spin_beside_per_mm=spin[:-1] - plane.spin_per_mm,
     )
     fastsim_strips = _make_fastsim_strips(patch_strips, across, law)
-    fx, fy, turning_moment = strip_forces(fastsim_strips, creepages, cells=_FASTSIM_CELLS)
+    fx, fy, turning_moment = calculate_strip_forces(fastsim_strips, creepages, cells=_FASTSIM_CELLS)
     strips = slice(0, -1)
     across_direction = np.stack([np.zeros_like(fy), np.cos(angle[strips]), np.sin(angle[strips])], axis=1)
     tangential = np.array([1.0, 0.0, 0.0]) * fx[:, None] + across_direction * fy[:, None]
@@ -255,7 +262,7 @@ def _compute_patch_force(
     )
 
 
-def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats, Floats]:
+def compute_rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats, Floats]:
     """Velocity of the rigid wheel relative to the rail, and its angular velocity.
 
     Both are divided by the running speed V. The rail bends as well: ahead of the axle it is turned by the curvature
@@ -297,9 +304,9 @@ def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats
     return velocity, turning
 
 
-def _make_fastsim_strips(patch_strips: PatchStrips, across: Floats, law: ContactLaw) -> Strips:
+def _make_fastsim_strips(patch_strips: PatchStrips, across: Floats, law: ContactSettings) -> RollingStrips:
     """Make the strips of a patch for FASTSIM, with the ellipse of its second moments."""
-    fastsim_strips = Strips.of(
+    fastsim_strips = RollingStrips.of(
         law.pair,
         y_mm=across,
         width_mm=patch_strips.width_mm,

@@ -14,9 +14,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.features.fleet.estimate import Share, Stratum, bounds, limits, resampled, share_of
+from fecontact.features.fleet.estimate import (
+    Share,
+    Stratum,
+    bootstrap_share,
+    estimate_share,
+    find_exact_limits,
+    find_share_bounds,
+)
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
-from fecontact.features.fleet.tables import STRATA, asked, opened, quote_column
+from fecontact.features.fleet.tables import STRATA, open_tables, query_rows, quote_column
 from fecontact.files import read_json
 from fecontact.outputs.flat_records import Record
 
@@ -78,7 +85,7 @@ class Subpopulation:
 
     def share(self, *answers: str) -> Share:
         """Share of the positions with some answers of finite elements."""
-        return share_of(self.strata, answers)
+        return estimate_share(self.strata, answers)
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -88,7 +95,7 @@ class Subpopulation:
         of the screening are undecided.
         """
         if self.drawn:
-            return bounds(self.strata, HOLDS, UNDECIDED)
+            return find_share_bounds(self.strata, HOLDS, UNDECIDED)
         holds = self.screen["holds"]
         return holds, holds + self.screen["open"] + self.screen["refused"]
 
@@ -152,7 +159,7 @@ class FleetAnswer:
     notes: Sequence[Record]
 
 
-def answer_of(folder: Path) -> FleetAnswer:
+def evaluate_fleet(folder: Path) -> FleetAnswer:
     """Evaluate the tables in a fleet's folder.
 
     Parameters
@@ -170,7 +177,7 @@ def answer_of(folder: Path) -> FleetAnswer:
     InputError
         If the fleet is not screened, or was screened again after its sample was drawn.
     """
-    with opened(folder) as tables:
+    with open_tables(folder) as tables:
         _refuse_old_sample(tables, folder)
         (population,) = _query_subpopulations(tables).values()
         return FleetAnswer(
@@ -185,16 +192,16 @@ def answer_of(folder: Path) -> FleetAnswer:
             cells=_query_shares_by_position(tables),
             causes=_query_shares_by(tables, "coalesce(cause, reason)", f"verdict <> '{HOLDS}'"),
             theories=_query_shares_by(tables, "cheapest_theory", "verdict <> 'REFUSED'"),
-            worst=asked(tables, _WORST_PAIRS),
+            worst=query_rows(tables, _WORST_PAIRS),
             strata=[_make_stratum_row(tables, stratum) for stratum in population.strata],
-            files=asked(tables, _FILES),
+            files=query_rows(tables, _FILES),
             notes=_list_notes(tables),
         )
 
 
 def _refuse_old_sample(tables: DuckDBPyConnection, folder: Path) -> None:
     """Raise InputError if strata or weights of drawn positions changed after the draw."""
-    (row,) = asked(
+    (row,) = query_rows(
         tables,
         "SELECT (SELECT count(*) FROM sample) - (SELECT count(*) FROM drawn WHERE drawn_stratum = stratum"
         " AND drawn_weight = weight) AS changed",
@@ -221,18 +228,18 @@ def _query_subpopulations(
             f" JOIN profiles AS own ON own.body = '{body}' AND own.name = {table}.{body})"
         )
 
-    by_value = asked(
+    by_value = query_rows(
         tables,
         f"SELECT value, sum(weight) AS weight, count(*) AS positions, {_SHARES_SQL} FROM {join_profiles('screen')}"
         " GROUP BY value ORDER BY min(place), value",
     )
-    strata = asked(
+    strata = query_rows(
         tables,
         f"SELECT value, stratum, sum(weight) AS weight, count(*) AS positions, {_SHARES_SQL}"
         f" FROM {join_profiles('screen')} GROUP BY value, stratum",
     )
     by_stratum: dict[tuple[str, str], list[Record]] = defaultdict(list)
-    for row in asked(
+    for row in query_rows(
         tables, f"SELECT value, stratum, fe_verdict, weight, inclusion_probability FROM {join_profiles('drawn')}"
     ):
         by_stratum[row["value"], row["stratum"]].append(row)
@@ -267,7 +274,7 @@ def _make_stratum(row: Record, solved_rows: Sequence[Record]) -> Stratum:
 
 def _make_stratum_row(tables: DuckDBPyConnection, stratum: Stratum) -> Record:
     """Row of a stratum: answers of finite elements, and the share that contradicts the screening."""
-    solved_rows = asked(
+    solved_rows = query_rows(
         tables,
         "SELECT verdict, fe_verdict, weight / inclusion_probability AS stands_for FROM drawn WHERE stratum = ?",
         stratum.name,
@@ -287,7 +294,7 @@ def _make_stratum_row(tables: DuckDBPyConnection, stratum: Stratum) -> Record:
             solved_row["stands_for"] for solved_row in decided
         )
         draws = stratum.effective_draws * len(decided) / stratum.drawn
-        low, high = limits(np.array([share]), np.array([draws]))
+        low, high = find_exact_limits(np.array([share]), np.array([draws]))
         row |= {"discordant_percent": 1e2 * share, "discordant_low_percent": 1e2 * float(low[0])}
         row["discordant_high_percent"] = 1e2 * float(high[0])
     return row
@@ -295,7 +302,7 @@ def _make_stratum_row(tables: DuckDBPyConnection, stratum: Stratum) -> Record:
 
 def _estimate_network_share(tables: DuckDBPyConnection, population: Subpopulation) -> Share | None:
     """Share for the network: the distances of the limits by other profiles and by the sample, squared and added."""
-    pairs = asked(
+    pairs = query_rows(
         tables, "SELECT wheel, rail, stratum, sum(weight) AS weight FROM screen GROUP BY wheel, rail, stratum"
     )
     wheels, rails = (np.unique([row[body] for row in pairs], return_inverse=True)[1] for body in ("wheel", "rail"))
@@ -304,7 +311,7 @@ def _estimate_network_share(tables: DuckDBPyConnection, population: Subpopulatio
     shares = {stratum.name: stratum.share({HOLDS}) for stratum in population.strata}
     weights = np.array([row["weight"] for row in pairs])
     holding = weights * np.array([shares[row["stratum"]] for row in pairs])
-    profiles, sample = resampled(wheels, rails, holding, weights, seed=1), population.share(HOLDS)
+    profiles, sample = bootstrap_share(wheels, rails, holding, weights, seed=1), population.share(HOLDS)
     estimate = profiles.estimate
     # without a sample the uncertainty of the strata is unknown, and only the uncertainty of the profiles is included
     low = np.hypot(estimate - profiles.low, (estimate - sample.low) * bool(population.drawn))
@@ -319,7 +326,7 @@ def _find_class_columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
     """
     names = [
         row["column_name"]
-        for row in asked(tables, "DESCRIBE profiles")
+        for row in query_rows(tables, "DESCRIBE profiles")
         if row["column_name"] not in _COLUMNS_WITHOUT_CLASSES
     ]
     counts = {body: len(_query_distinct_values(tables, body, "name")) for body in ("wheel", "rail")}
@@ -336,11 +343,11 @@ def _find_class_columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
 def _query_distinct_values(tables: DuckDBPyConnection, body: str, column: str) -> list[Any]:
     """Distinct values of a column of the profiles that were read."""
     sql = f"SELECT DISTINCT {quote_column(column)} AS value FROM profiles WHERE body = ? AND status = 'read'"
-    return [row["value"] for row in asked(tables, sql, body) if row["value"] is not None]
+    return [row["value"] for row in query_rows(tables, sql, body) if row["value"] is not None]
 
 
 def _is_number(tables: DuckDBPyConnection, column: str) -> bool:
-    (row,) = asked(tables, f"SELECT typeof(any_value({quote_column(column)})) AS kind FROM profiles")
+    (row,) = query_rows(tables, f"SELECT typeof(any_value({quote_column(column)})) AS kind FROM profiles")
     return row["kind"] in ("DOUBLE", "FLOAT") or "INT" in row["kind"]
 
 
@@ -381,7 +388,7 @@ def _query_shares_by_position(tables: DuckDBPyConnection) -> list[Record]:
             ("load_kN", loads > _MOST_LOADS, _LOAD_STEP_KN),
         )
     )
-    return asked(
+    return query_rows(
         tables,
         f"SELECT {shift} AS shift, {load} AS load, sum(weight) AS weight, count(*) AS positions, {_SHARES_SQL}"
         " FROM screen GROUP BY ALL ORDER BY ALL",
@@ -389,7 +396,7 @@ def _query_shares_by_position(tables: DuckDBPyConnection) -> list[Record]:
 
 
 def _count_distinct(tables: DuckDBPyConnection, columns: str) -> int:
-    (row,) = asked(tables, f"SELECT count(DISTINCT {columns}) AS number FROM screen")
+    (row,) = query_rows(tables, f"SELECT count(DISTINCT {columns}) AS number FROM screen")
     return int(row["number"])
 
 
@@ -398,7 +405,7 @@ def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list
 
     Each row has the verdicts of the screening for the value.
     """
-    return asked(
+    return query_rows(
         tables,
         f"SELECT coalesce({value}, 'none') AS value, string_agg(DISTINCT lower(verdict), ', ') AS verdicts,"
         " sum(weight) / (SELECT sum(weight) FROM screen) AS share, count(*) AS positions"
@@ -423,5 +430,5 @@ _NOTES = """
 
 def _list_notes(tables: DuckDBPyConnection) -> list[Record]:
     """Assumptions of readers, a row for each note; empty for a fleet that was screened without notes."""
-    names = {row["column_name"] for row in asked(tables, "DESCRIBE profiles")}
-    return asked(tables, _NOTES) if "reader_notes" in names else []
+    names = {row["column_name"] for row in query_rows(tables, "DESCRIBE profiles")}
+    return query_rows(tables, _NOTES) if "reader_notes" in names else []

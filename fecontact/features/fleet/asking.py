@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fecontact.console.log import logged
-from fecontact.console.messages import announce, say
-from fecontact.console.progress import many
-from fecontact.console.run_messages import tell_lost, tell_reused
-from fecontact.console.run_options import AS_USUAL, RunOptions
+from fecontact.console.log import log_command
+from fecontact.console.messages import announce, print_result
+from fecontact.console.progress import show_job_progress
+from fecontact.console.run_messages import report_reused_jobs, report_unusable_rows
+from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.errors import InputError
-from fecontact.outputs.terminal import answer as tell
-from fecontact.outputs.terminal import count
+from fecontact.outputs.terminal import count_text
+from fecontact.outputs.terminal import print_answer as tell
 from fecontact.packages import require_finite_elements
 
 
-def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = None, how: RunOptions = AS_USUAL) -> int:
+def sample(
+    folder: Path, /, *, finite_elements: int = 300, seed: int | None = None, how: RunOptions = DEFAULT_RUN_OPTIONS
+) -> int:
     """Solve a random sample of a fleet's positions by finite elements, which says how right the screen is.
 
     The positions are drawn from strata by the screen's verdict and how sure it is. A larger number later keeps all that
@@ -31,35 +33,37 @@ def sample(folder: Path, /, *, finite_elements: int = 300, seed: int | None = No
         Seed of the draw; 1 if not given, or the one of earlier draws.
     """
     from fecontact.features.fleet.checking import open_fleet
-    from fecontact.features.fleet.sampling import draw, make_cases, solve_sample
-    from fecontact.jobs.workers import default_workers
-    from fecontact.runs.cost import STUDY_FILES_S, cost_of
+    from fecontact.features.fleet.sampling import draw_sample, make_cases, solve_sample
+    from fecontact.jobs.workers import count_default_workers
+    from fecontact.runs.cost import STUDY_FILES_S, estimate_cost
 
     require_finite_elements()
     settings = how.settings()
     if settings.part is not None:
         raise InputError(f"--part is {how.part}; a sample is solved as a whole; leave it out, or give --scheduler")
     case_of = open_fleet(folder).case
-    drawn_positions = draw(folder, finite_elements, seed)
-    with logged(folder / "sample" / "run.log"):
+    drawn_positions = draw_sample(folder, finite_elements, seed)
+    with log_command(folder / "sample" / "run.log"):
         changed = f"; {drawn_positions.dropped} of earlier draws are of another population" * (
             drawn_positions.dropped > 0
         )
         announce(
-            f"{count(len(drawn_positions.rows), 'position')}, {drawn_positions.new} of them new{changed}",
+            f"{count_text(len(drawn_positions.rows), 'position')}, {drawn_positions.new} of them new{changed}",
             quiet=how.quiet,
         )
         cases, workers = (
             make_cases(drawn_positions, case_of),
-            how.workers or min(default_workers(), len(drawn_positions.rows)),
+            how.workers or min(count_default_workers(), len(drawn_positions.rows)),
         )
-        if cost := cost_of(cases, workers, files=STUDY_FILES_S):
+        if cost := estimate_cost(cases, workers, files=STUDY_FILES_S):
             announce(*cost.words, quiet=how.quiet)
-        with many("positions", quiet=how.quiet) as progress:
+        with show_job_progress("positions", quiet=how.quiet) as progress:
             outcome = solve_sample(folder, drawn_positions, case_of, settings, progress)
-        tell_reused(outcome.reused, outcome.recomputed, "position", how)
-        tell_lost(outcome.rows, "position", "not solved")
-        say(f"The sample is in {folder / 'sample.parquet'}; next: fecontact fleet report {folder}", quiet=how.quiet)
+        report_reused_jobs(outcome.reused, outcome.recomputed, "position", how)
+        report_unusable_rows(outcome.rows, "position", "not solved")
+        print_result(
+            f"The sample is in {folder / 'sample.parquet'}; next: fecontact fleet report {folder}", quiet=how.quiet
+        )
     return 0 if outcome.all_converged else 3
 
 
@@ -73,15 +77,15 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     json
         Print the answer for the whole fleet and for each group as JSON, and nothing else.
     """
-    from fecontact.features.fleet.answer import answer_of
+    from fecontact.features.fleet.answer import evaluate_fleet
     from fecontact.features.fleet.checking import open_fleet
-    from fecontact.features.fleet.report import answer_rows, report_parts, write_report
+    from fecontact.features.fleet.report import make_answer_rows, make_report_parts, write_report
 
-    fleet_answer = answer_of(folder)
+    fleet_answer = evaluate_fleet(folder)
     page = write_report(fleet_answer, folder, open_fleet(folder).case)
     tell(
-        answer_rows(fleet_answer) if json else fleet_answer,
-        lambda answer: report_parts(answer, folder / "report"),
+        make_answer_rows(fleet_answer) if json else fleet_answer,
+        lambda answer: make_report_parts(answer, folder / "report"),
         json=json,
         report=page,
     )

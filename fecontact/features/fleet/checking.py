@@ -11,13 +11,13 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
-from fecontact.features.fleet.population import BODIES, Candidate, candidates, pairs_of
-from fecontact.features.fleet.profile_files import reading_of_candidate
+from fecontact.features.fleet.population import BODIES, Candidate, find_candidates, weigh_candidate_pairs
+from fecontact.features.fleet.profile_files import select_reading
 from fecontact.features.fleet.running import FLEET_FILE, FLEET_RECORD
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.tables import PROFILES, import_arrow
 from fecontact.files import read_json
-from fecontact.profiles.resolve import used_reading
+from fecontact.profiles.resolve import select_used_options
 
 # CPU seconds per file, per pair, per shift and per position on each profile variant of it; MB per worker, kB per pair
 # in the process that distributes the pairs. 100 measured wheels on 10 measured rails at ten positions took 0.9 s per
@@ -75,14 +75,14 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     """
     definition = read_fleet(Path(fleet))
     candidates_by_body = {
-        body: [candidate for candidate in candidates(definition, body) if not candidate.problem] for body in BODIES
+        body: [candidate for candidate in find_candidates(definition, body) if not candidate.problem] for body in BODIES
     }
     weights = {
         body: {candidate.name: candidate.weight for candidate in body_candidates}
         for body, body_candidates in candidates_by_body.items()
     }
     known_names = {f"{body} {name}" for body, names in weights.items() for name in names}
-    pairs = len(pairs_of(definition, weights["wheel"], weights["rail"], known_names))
+    pairs = len(weigh_candidate_pairs(definition, weights["wheel"], weights["rail"], known_names))
     positions, variants = len(definition.positions), len(definition.filters_mm)
     pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
     files = sum(map(len, candidates_by_body.values()))
@@ -142,7 +142,7 @@ class ScreenedFleet:
             candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=table_values)
             profile_inputs |= {
                 body: row["file"],
-                f"{body}_file": used_reading(candidate.spec, reading_of_candidate(self.fleet, candidate)),
+                f"{body}_file": select_used_options(candidate.spec, select_reading(self.fleet, candidate)),
             }
         radius = self._rows["wheel", wheel].get("rolling_radius_mm")
         if radius is not None and math.isfinite(radius):

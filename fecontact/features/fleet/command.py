@@ -7,11 +7,11 @@ from pathlib import Path
 
 from cyclopts import App
 
-from fecontact.console.log import logged
-from fecontact.console.messages import announce, log_only, print_reasons, say
-from fecontact.console.progress import several
-from fecontact.console.run_messages import tell_files
-from fecontact.console.run_options import AS_USUAL, RunOptions
+from fecontact.console.log import log_command
+from fecontact.console.messages import announce, print_reasons, print_result, write_to_log
+from fecontact.console.progress import show_progress_by_kind
+from fecontact.console.run_messages import report_files
+from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.features.fleet.asking import report, sample
 
 fleet = App(
@@ -20,7 +20,7 @@ fleet = App(
 
 
 @fleet.command
-def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
+def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
     """Screen every position of a fleet by a cheap theory; the same command goes on after an interruption.
 
     Parameters
@@ -33,26 +33,26 @@ def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
     """
     from fecontact.features.fleet.running import run_fleet
 
-    with logged(out / "run.log"):
+    with log_command(out / "run.log"):
         announce_cost(file, how)
-        with several("files", "pairs", quiet=how.quiet) as progress:
+        with show_progress_by_kind("files", "pairs", quiet=how.quiet) as progress:
             screening = run_fleet(file, out, settings=how.settings(), progress=progress)
-        say(screening.headline, quiet=how.quiet)
+        print_result(screening.headline, quiet=how.quiet)
         if screening.reused:
-            say(f"{screening.reused} of {screening.pairs} pairs were finished before", quiet=how.quiet)
+            print_result(f"{screening.reused} of {screening.pairs} pairs were finished before", quiet=how.quiet)
         print_reasons(f"{len(screening.refused)} of {screening.profiles} files could not be read", screening.refused)
         for name, notes in screening.notes.items():
             for note in notes:
-                log_only(f"{name}: {note}")
+                write_to_log(f"{name}: {note}")
         if screening.notes:
-            say(
+            print_result(
                 f"readers assumed something of {len(screening.notes)} of {screening.profiles} files, such as the side"
                 f" or the origin: see the notes in {out / 'run.log'}, profiles.parquet and the report",
                 quiet=how.quiet,
             )
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in screening.failed.items()}
         print_reasons(f"{len(failed)} of {screening.pairs} pairs failed", failed)
-        tell_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))
+        report_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))
     return 3 if screening.failed else 0
 
 
@@ -65,7 +65,7 @@ def check(file: Path) -> int:
     file
         As for `fecontact fleet run`.
     """
-    announce_cost(file, AS_USUAL, say=say)
+    announce_cost(file, DEFAULT_RUN_OPTIONS, say=print_result)
     return 0
 
 
@@ -82,12 +82,12 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
         Function that prints.
     """
     from fecontact.features.fleet.checking import check_fleet
-    from fecontact.jobs.remaining import duration
-    from fecontact.jobs.workers import default_workers
+    from fecontact.jobs.remaining import format_duration
+    from fecontact.jobs.workers import count_default_workers
 
     cost = check_fleet(file)
-    workers = how.workers or default_workers()
-    say(f"{cost.words}; about {duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
+    workers = how.workers or count_default_workers()
+    say(f"{cost.words}; about {format_duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
 
 
 @fleet.command
@@ -105,7 +105,7 @@ def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1) 
     """
     from fecontact.features.fleet.examples import write_fleet
 
-    say(f"{write_fleet(folder, wheels=wheels, rails=rails, seed=seed)}: fecontact fleet run it")
+    print_result(f"{write_fleet(folder, wheels=wheels, rails=rails, seed=seed)}: fecontact fleet run it")
     return 0
 
 

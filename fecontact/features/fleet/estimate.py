@@ -105,7 +105,7 @@ class Stratum:
         return float(np.average(np.isin(self.answers, list(answers)), weights=self.represented_weights))
 
 
-def limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
+def find_exact_limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
     """Exact limits of a share that was observed in a number of draws.
 
     Parameters
@@ -137,7 +137,7 @@ def limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
     return np.where(finite, low, share), np.where(finite, high, share)
 
 
-def addable(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
+def find_addable_limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
     """Limits of a share for sums of squared distances.
 
     The limits are the exact limits, or the normal limits if these are farther from the share. They may be below 0 or
@@ -155,13 +155,13 @@ def addable(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
     tuple of arrays (n,)
         Lower and upper limits.
     """
-    low, high = limits(share, draws)
+    low, high = find_exact_limits(share, draws)
     spread = np.divide(share * (1.0 - share), draws, out=np.ones_like(share), where=draws > 0.0)
     normal = _NORMAL * np.sqrt(spread)
     return np.minimum(low, share - normal), np.maximum(high, share + normal)
 
 
-def combined(weights: Floats, shares: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
+def combine_shares(weights: Floats, shares: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
     """Weighted sum of shares with its limits (MOVER, Zou and Donner 2008).
 
     Parameters
@@ -182,7 +182,7 @@ def combined(weights: Floats, shares: Floats, low: Floats, high: Floats) -> tupl
     return estimate, np.maximum(estimate - lower_distance, 0.0), np.minimum(estimate + upper_distance, 1.0)
 
 
-def share_of(strata: Sequence[Stratum], answers: Collection[str]) -> Share:
+def estimate_share(strata: Sequence[Stratum], answers: Collection[str]) -> Share:
     """Share of a population with some answers.
 
     Parameters
@@ -216,17 +216,17 @@ def share_of(strata: Sequence[Stratum], answers: Collection[str]) -> Share:
     """
     weights = np.array([stratum.weight for stratum in strata])
     shares = np.array([stratum.share(answers) for stratum in strata])
-    low, high = addable(shares, np.array([stratum.effective_draws for stratum in strata]))
-    estimate, low, high = combined(weights / weights.sum(), shares, low, high)
+    low, high = find_addable_limits(shares, np.array([stratum.effective_draws for stratum in strata]))
+    estimate, low, high = combine_shares(weights / weights.sum(), shares, low, high)
     return Share(estimate=float(estimate), low=float(low), high=float(high))
 
 
-def bounds(strata: Sequence[Stratum], holds: str, undecided: Collection[str]) -> tuple[float, float]:
+def find_share_bounds(strata: Sequence[Stratum], holds: str, undecided: Collection[str]) -> tuple[float, float]:
     """Limits of the share for any answer of the undecided positions."""
-    return share_of(strata, {holds}).low, share_of(strata, {holds, *undecided}).high
+    return estimate_share(strata, {holds}).low, estimate_share(strata, {holds, *undecided}).high
 
 
-def draw_scale(weights: Floats, draws: int) -> float:
+def find_draw_scale(weights: Floats, draws: int) -> float:
     """The number c for which the probabilities min(1, c w) sum to the draws.
 
     Parameters
@@ -258,7 +258,7 @@ def draw_scale(weights: Floats, draws: int) -> float:
     return float(scales[np.argmax(scales * heaviest[:draws] <= 1.0)])
 
 
-def allocation(
+def allocate_draws(
     weights: Floats, shares: Floats, positions: NDArray[np.int64], drawn_counts: NDArray[np.int64], draws: int
 ) -> NDArray[np.int64]:
     """Number of draws of each stratum.
@@ -306,7 +306,7 @@ REPEATS = 400
 """Number of repeats of the bootstrap over wheels and rails, from these profiles to their network."""
 
 
-def resampled(
+def bootstrap_share(
     wheels: NDArray[np.int64], rails: NDArray[np.int64], holding: Floats, weights: Floats, seed: int
 ) -> Share:
     """Share for a network, if these wheels and rails are its random sample.

@@ -12,7 +12,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.files import write_text
-from fecontact.profiles.examples import points_text, worn_points
+from fecontact.profiles.examples import format_points, make_worn_points
 
 _WHEELS, _RAILS = ("S1002", "EN13715_1in40"), ("60E1", "54E1", "60E2")
 _RADII_M = (300.0, 500.0, 1000.0, 3000.0, 10_000.0)
@@ -102,5 +102,5 @@ def _write_worn_points(
     """
     centre_mm, noise = float(random.normal(*place_mm)), float(random.uniform(0.004, 0.012))
     description = f"{name}, worn by {wear_mm:.3f} mm about y = {centre_mm:.1f} mm, noise {1e3 * noise:.1f} um"
-    write_text(folder / file, points_text(worn_points(name, centre_mm, wear_mm, noise, random), description))
+    write_text(folder / file, format_points(make_worn_points(name, centre_mm, wear_mm, noise, random), description))
     return file

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fecontact.features.fleet.reading import origin
-from fecontact.jobs.engine import OpenRun, finish
-from fecontact.jobs.workers import Done, Job, Work
+from fecontact.features.fleet.reading import find_origin
+from fecontact.jobs.engine import OpenRun, finish_jobs
+from fecontact.jobs.workers import Job, JobOutcome, Work
 
 
 def run_fleet_jobs(
     works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun
-) -> dict[str, Done]:
+) -> dict[str, JobOutcome]:
     """Run all jobs that are not finished.
 
     Parameters
@@ -39,19 +39,19 @@ def run_fleet_jobs(
     ProgramError
         If jobs ended with an error of the program, which is neither a result nor a refusal.
     """
-    found: dict[str, Done] = {}
+    found: dict[str, JobOutcome] = {}
     here = folder.absolute()
     jobs = [
         Job(
             name=name,
             folder=here / name,
-            origin=origin(),
-            origin_here=origin,
+            origin=find_origin(),
+            origin_here=find_origin,
             work=work,
             read=read,
             label=labels[name],
         )
         for name, work in works.items()
     ]
-    finish(jobs, by, on_done=lambda done: found.update({done.name: done}))
+    finish_jobs(jobs, by, on_done=lambda done: found.update({done.name: done}))
     return found

@@ -11,11 +11,11 @@ from typing import Any, Literal
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.features.fleet.tables import read_weight, rows_of
-from fecontact.files import toml_content
-from fecontact.inputs.kinds import as_number, choice, custom, number
-from fecontact.inputs.slots import inputs, read_table
-from fecontact.runs.toml_cases import case_of
+from fecontact.features.fleet.tables import read_rows, read_weight
+from fecontact.files import read_toml_text
+from fecontact.inputs.kinds import choice_field, custom_field, number_field, to_float
+from fecontact.inputs.slots import input_dataclass, read_table
+from fecontact.runs.toml_cases import read_case_table
 
 ScreeningTheory = Literal["strip", "half_space"]
 Position = tuple[float, float]
@@ -26,12 +26,12 @@ _KEYS_OF_TABLES = ("rail", "wheel", "lateral_shift_mm", "load_kN")
 
 def _is_numbers(value: Any) -> bool:
     """Whether a value is a list of numbers that is not empty."""
-    return isinstance(value, Sequence) and bool(value) and None not in map(as_number, value)
+    return isinstance(value, Sequence) and bool(value) and None not in map(to_float, value)
 
 
 def _make_numbers_slot(help: str, words: str) -> Any:
     """Input slot for a list of numbers."""
-    return custom(None, help, domain="numbers", words=words, holds=_is_numbers)
+    return custom_field(None, help, domain="numbers", words=words, holds=_is_numbers)
 
 
 def _is_sources(value: Any) -> bool:
@@ -42,7 +42,7 @@ def _is_sources(value: Any) -> bool:
 
 def _make_table_slot(help: str) -> Any:
     """Input slot for the path of a table."""
-    return custom(
+    return custom_field(
         None,
         help,
         domain="file",
@@ -51,11 +51,11 @@ def _make_table_slot(help: str) -> Any:
     )
 
 
-@inputs
+@input_dataclass
 class Sources:
     """The wheels, or the rails, of a fleet."""
 
-    files: Any = custom(
+    files: Any = custom_field(
         None,
         "Folder, glob, name of the library, or table (.csv, .parquet) with a column file and what is known of each",
         domain="a text, or a list of texts",
@@ -69,11 +69,11 @@ class Sources:
         return (self.files,) if isinstance(self.files, str) else tuple(self.files or ())
 
 
-@inputs
+@input_dataclass
 class Pairing:
     """Pairs of wheels and rails: each wheel with each rail by default."""
 
-    draw: float | None = number(
+    draw: float | None = number_field(
         None, "Pairs drawn at random by the weights of wheels and rails", low=0.5, high=1e6, remedy="give 1 to 1000000"
     )
     table: str | None = _make_table_slot(
@@ -86,7 +86,7 @@ class Pairing:
             raise InputError("draw and table are both given; allowed: one of them; leave one out")
 
 
-@inputs
+@input_dataclass
 class Distribution:
     """Values with weights.
 
@@ -97,7 +97,7 @@ class Distribution:
     weights: Any = _make_numbers_slot("Weight of each value; equal ones if not given", "a list of numbers")
     normal: Any = _make_numbers_slot("Mean and standard deviation", "two numbers: mean and standard deviation")
     uniform: Any = _make_numbers_slot("Smallest and largest value", "two numbers: smallest and largest value")
-    count: float = number(
+    count: float = number_field(
         10.0, "How many values stand for a distribution", low=1.0, high=_MOST_VALUES, remedy="5 to 20"
     )
 
@@ -123,21 +123,21 @@ class Distribution:
             If a weight or the standard deviation is out of range.
         """
         if self.values is not None:
-            return shares(
+            return normalise_weights(
                 zip(map(float, self.values), self.weights or [1.0] * len(self.values), strict=True), "weights"
             )
         count = int(self.count)
         middles = [(k + 0.5) / count for k in range(count)]
         if self.uniform is not None:
             low, high = self.uniform
-            return shares(((low + middle * (high - low), 1.0) for middle in middles), "weights")
+            return normalise_weights(((low + middle * (high - low), 1.0) for middle in middles), "weights")
         mean, deviation = self.normal
         if not deviation > 0.0:
             raise InputError(f"standard deviation is {deviation:g}; allowed: > 0; a single value stands in values")
-        return shares(((NormalDist(mean, deviation).inv_cdf(middle), 1.0) for middle in middles), "weights")
+        return normalise_weights(((NormalDist(mean, deviation).inv_cdf(middle), 1.0) for middle in middles), "weights")
 
 
-@inputs
+@input_dataclass
 class Positions:
     """Shifts and loads that go together, in place of a `Distribution` of each."""
 
@@ -146,7 +146,7 @@ class Positions:
     )
 
 
-def shares(weighted: Any, subject: str) -> dict[Any, float]:
+def normalise_weights(weighted: Any, subject: str) -> dict[Any, float]:
     """Weight of each key over the sum of all weights, keys increasing.
 
     Weights of equal keys are added.
@@ -187,13 +187,15 @@ def shares(weighted: Any, subject: str) -> dict[Any, float]:
     return {key: weights[key] / total for key in sorted(weights)}
 
 
-@inputs
+@input_dataclass
 class _TopLevelKeys:
     """Keys at the top level of the file, outside its tables."""
 
-    seed: float = number(1.0, "Seed of what is drawn", low=0.0, high=2**53, remedy="any whole number")
-    theory: ScreeningTheory = choice("strip", "Theory by which every position is screened", ("strip", "half_space"))
-    filters_mm: Any = custom(
+    seed: float = number_field(1.0, "Seed of what is drawn", low=0.0, high=2**53, remedy="any whole number")
+    theory: ScreeningTheory = choice_field(
+        "strip", "Theory by which every position is screened", ("strip", "half_space")
+    )
+    filters_mm: Any = custom_field(
         (4.0, 8.0),
         "Wave lengths over which measured points are smoothed: a line each",
         domain="numbers",
@@ -263,7 +265,7 @@ def read_fleet(path: Path, folder: Path | None = None) -> Fleet:
         If the file cannot be read, or for the first key or value that is not allowed.
     """
     try:
-        content = toml_content(path.read_text("utf-8"), f"fleet {path}")
+        content = read_toml_text(path.read_text("utf-8"), f"fleet {path}")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"fleet {path}: it cannot be read ({error})") from error
     try:
@@ -304,7 +306,7 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
     if not isinstance(case_table, dict) or (misplaced := [key for key in _KEYS_OF_TABLES if key in case_table]):
         problem = f"{', '.join(misplaced)} stand" if isinstance(case_table, dict) else "it is no table, or stands"
         raise InputError(f"[case]: {problem} in tables of their own: [wheels], [rails], [shifts_mm], [loads_kN]")
-    case = case_of(case_table)
+    case = read_case_table(case_table)
     if case.irregularities:
         raise InputError("[case]: it has an irregularity along the track; allowed: smooth bodies; leave it out")
     if case.roll == "loaded" and case.roll_load_N is None:
@@ -362,13 +364,13 @@ def _list_positions(positions: Positions, folder: Path) -> dict[Position, float]
         raise InputError("[positions]: table is missing; give a table with columns shift_mm and load_kN")
     path = folder / positions.table
     weighted = []
-    for row_number, row in enumerate(rows_of(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1):
+    for row_number, row in enumerate(read_rows(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1):
         where = f"table {path}, row {row_number}"
-        shift, load = (as_number(row[name]) for name in ("shift_mm", "load_kN"))
+        shift, load = (to_float(row[name]) for name in ("shift_mm", "load_kN"))
         if shift is None or load is None:
             raise InputError(
                 f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: numbers; mend the"
                 " row, or take it out"
             )
         weighted.append(((shift, load), read_weight(row, where)))
-    return shares(weighted, f"table {path}")
+    return normalise_weights(weighted, f"table {path}")

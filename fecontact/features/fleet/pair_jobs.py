@@ -7,21 +7,21 @@ from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
-from fecontact.case import Case, case_record
+from fecontact.case import Case, make_case_record
 from fecontact.errors import InputError
 from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
 from fecontact.features.fleet.model import Fleet
-from fecontact.features.fleet.population import Candidate, Pair, pairs_of
+from fecontact.features.fleet.population import Candidate, Pair, weigh_candidate_pairs
 from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
-from fecontact.features.fleet.reading import TILE
-from fecontact.features.fleet.screening import ScreeningPair, refused
-from fecontact.features.fleet.screening_rows import PART, make_schema
+from fecontact.features.fleet.reading import TILE_SIZE
+from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
+from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
 from fecontact.features.fleet.tables import PROFILES, SCREEN, import_arrow
 from fecontact.files import write_atomically
 from fecontact.jobs.engine import OpenRun
-from fecontact.profiles.library import is_known
+from fecontact.profiles.library import is_library_name
 from fecontact.profiles.reading import Reading
-from fecontact.runs.identity import json_digest
+from fecontact.runs.identity import digest_json
 
 VERDICTS = ("HOLDS", "FAILS", "OPEN", "REFUSED")
 _PAIR_COLUMNS = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
@@ -58,7 +58,7 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
             reason = next(read_refusal_reason(profile) for profile in profiles if profile.candidate.body == body)
             raise InputError(f"[{body}s]: none of its files could be read; the first one: {reason}; see {PROFILES}")
     known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
-    return pairs_of(fleet, weights["wheel"], weights["rail"], known_names)
+    return weigh_candidate_pairs(fleet, weights["wheel"], weights["rail"], known_names)
 
 
 CaseKey = tuple[str, str, float | None]
@@ -70,7 +70,7 @@ def _make_case_key(wheel: Candidate, rail: Candidate) -> CaseKey:
 
     A name of the library replaces each file.
     """
-    specs = (one.spec if is_known(one.spec) else _PLACEHOLDER[one.body] for one in (wheel, rail))
+    specs = (one.spec if is_library_name(one.spec) else _PLACEHOLDER[one.body] for one in (wheel, rail))
     return *specs, wheel.known.get("rolling_radius_mm")  # type: ignore[return-value]
 
 
@@ -94,10 +94,10 @@ def _list_pair_jobs(
         assert rail.stored is not None
         if (case_key := _make_case_key(wheel.candidate, rail.candidate)) not in cases:
             case = _make_case(fleet, case_key)
-            cases[case_key] = case, json_digest([case_record(case), positions, fleet.theory])
+            cases[case_key] = case, digest_json([make_case_record(case), positions, fleet.theory])
         case, case_digest = cases[case_key]
         work = ScreeningPair(wheel=wheel.stored, rail=rail.stored, case=case, positions=positions, theory=fleet.theory)
-        yield pair, json_digest([case_digest, wheel.stored.folder.name, rail.stored.folder.name])[:20], work
+        yield pair, digest_json([case_digest, wheel.stored.folder.name, rail.stored.folder.name])[:20], work
 
 
 def screen_pairs(
@@ -123,20 +123,20 @@ def screen_pairs(
     dict
         Reason of each pair that failed.
     """
-    jobs = list(_list_pair_jobs(fleet, profiles, _in_tiles(pairs)))
+    jobs = list(_list_pair_jobs(fleet, profiles, _sort_into_tiles(pairs)))
     labels = {job_id: f"{wheel} on {rail}" for (wheel, rail), job_id, _ in jobs}
     outcomes = run_fleet_jobs({job_id: work for _, job_id, work in jobs}, labels, out / "pairs", None, open_run)
     return {pair: failure for pair, job_id, _ in jobs if (failure := outcomes[job_id].failure) is not None}
 
 
-def _in_tiles(pairs: Iterable[Pair]) -> list[Pair]:
+def _sort_into_tiles(pairs: Iterable[Pair]) -> list[Pair]:
     """Pairs in an order that keeps few wheels and rails in use at a time.
 
     A worker keeps the profile variants of these wheels and rails in its memory.
     """
     pair_list = list(pairs)
     wheels, rails = (
-        {name: number // TILE for number, name in enumerate(dict.fromkeys(pair[body] for pair in pair_list))}
+        {name: number // TILE_SIZE for number, name in enumerate(dict.fromkeys(pair[body] for pair in pair_list))}
         for body in (0, 1)
     )
     return sorted(pair_list, key=lambda pair: (wheels[pair[0]], rails[pair[1]], pair))
@@ -175,10 +175,13 @@ def write_screen(
         tables = []
         for pair, job_id, _work in wheel_jobs:
             if pair in failed:
-                rows = [{"shift_mm": s, "load_kN": load, **refused(failed[pair])} for s, load in fleet.positions]
+                rows = [
+                    {"shift_mm": s, "load_kN": load, **make_refusal_columns(failed[pair])}
+                    for s, load in fleet.positions
+                ]
                 table = lib.Table.from_pylist(rows, schema=make_schema())
             else:
-                table = parquet.ParquetFile(out / "pairs" / job_id / PART).read()
+                table = parquet.ParquetFile(out / "pairs" / job_id / ROWS_FILE).read()
             weights = [pairs[pair] * weight for weight in fleet.positions.values()]
             for verdict, weight in zip(table["verdict"].to_pylist(), weights, strict=True):
                 verdict_weights[verdict] += weight

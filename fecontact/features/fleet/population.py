@@ -12,9 +12,9 @@ from typing import Any, Literal
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.features.fleet.model import Fleet, shares
-from fecontact.features.fleet.tables import read_weight, rows_of
-from fecontact.profiles.library import is_known
+from fecontact.features.fleet.model import Fleet, normalise_weights
+from fecontact.features.fleet.tables import read_rows, read_weight
+from fecontact.profiles.library import is_library_name
 from fecontact.profiles.readers.columns import file_bytes
 
 Body = Literal["wheel", "rail"]
@@ -57,7 +57,7 @@ class Candidate:
     remedy: str = ""
 
 
-def candidates(fleet: Fleet, body: Body) -> list[Candidate]:
+def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
     """All wheels, or all rails, of a fleet in their order.
 
     Parameters
@@ -92,7 +92,7 @@ def candidates(fleet: Fleet, body: Body) -> list[Candidate]:
 def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]:
     """Profiles of a text: a name of the library, a glob, a folder, a table or a file."""
     path = folder / text
-    if is_known(text) and not path.exists():
+    if is_library_name(text) and not path.exists():
         yield Candidate(body=body, name=text, spec=text)
     elif any(sign in text for sign in "*?["):
         yield from (_make_file_candidate(file, body) for file in sorted(folder.glob(text)) if file.is_file())
@@ -124,12 +124,12 @@ def _is_table(path: Path) -> bool:
 
 def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
     """Profiles of the rows of a table, with the values of further columns."""
-    for number, row in enumerate(rows_of(path, ["file"], MOST_FILES), start=1):
+    for number, row in enumerate(read_rows(path, ["file"], MOST_FILES), start=1):
         table_values = {name: value for name, value in row.items() if name not in _RESERVED_COLUMNS}
         weight = read_weight(row, f"table {path}, row {number}")
         file_text = str(row["file"])
         file = path.parent / file_text
-        spec = file_text if is_known(file_text) and not file.exists() else str(file.absolute())
+        spec = file_text if is_library_name(file_text) and not file.exists() else str(file.absolute())
         yield Candidate(body=body, name=str(row.get("name") or file.stem), spec=spec, weight=weight, known=table_values)
 
 
@@ -151,7 +151,7 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
 
     The problem is a file that cannot be read, or the content of an earlier candidate.
     """
-    if is_known(candidate.spec):
+    if is_library_name(candidate.spec):
         content = candidate.spec
     else:
         try:
@@ -167,7 +167,7 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
     return candidate
 
 
-def pairs_of(
+def weigh_candidate_pairs(
     fleet: Fleet, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
 ) -> dict[Pair, float]:
     """Weight of each pair of wheels and rails that were read.
@@ -191,17 +191,20 @@ def pairs_of(
     InputError
         If there are too many pairs or no pairs, or a table names an unknown profile.
     """
-    (wheel_weights, rail_weights) = shares(wheels.items(), "[wheels]"), shares(rails.items(), "[rails]")
+    (wheel_weights, rail_weights) = (
+        normalise_weights(wheels.items(), "[wheels]"),
+        normalise_weights(rails.items(), "[rails]"),
+    )
     if fleet.pairing.table is not None:
         path = fleet.folder / fleet.pairing.table
-        return shares(_list_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
+        return normalise_weights(_list_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
     if fleet.pairing.draw is not None:
         draw = np.random.default_rng(fleet.seed).choice
         count = round(fleet.pairing.draw)
         drawn_names = (
             draw(list(weights), count, p=list(weights.values())) for weights in (wheel_weights, rail_weights)
         )
-        return shares(
+        return normalise_weights(
             ((pair, 1.0) for pair in zip(*(map(str, names) for names in drawn_names), strict=True)), "[pairs]"
         )
     if (count := len(wheel_weights) * len(rail_weights)) > MOST_PAIRS:
@@ -215,7 +218,7 @@ def _list_pairs(
     path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
 ) -> Iterator[tuple[Pair, float]]:
     """Weighted pairs of a table, without pairs of refused profiles."""
-    for number, row in enumerate(rows_of(path, ["wheel", "rail"], MOST_PAIRS), start=1):
+    for number, row in enumerate(read_rows(path, ["wheel", "rail"], MOST_PAIRS), start=1):
         wheel, rail = str(row["wheel"]), str(row["rail"])
         if unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names:
             raise InputError(

@@ -11,14 +11,14 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
 from fecontact.features.fleet.model import Fleet
 from fecontact.features.fleet.population import Candidate
-from fecontact.features.fleet.reading import Kept, ReadingProfile, read_record
+from fecontact.features.fleet.reading import ReadingProfile, StoredProfile, read_record
 from fecontact.features.fleet.screening_rows import Row
-from fecontact.inputs.kinds import as_truth
+from fecontact.inputs.kinds import parse_truth_value
 from fecontact.jobs.engine import OpenRun
-from fecontact.jobs.workers import Done
+from fecontact.jobs.workers import JobOutcome
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import radius_note, radius_of_file_mm
-from fecontact.runs.identity import json_digest
+from fecontact.runs.identity import digest_json
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +39,7 @@ class ReadProfile:
 
     candidate: Candidate
     record: Mapping[str, Any]
-    stored: Kept | None = None
+    stored: StoredProfile | None = None
     radius_note: str = ""
 
     @property
@@ -91,7 +91,7 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
     if one.problem:
         return one
     try:
-        reading_of_candidate(fleet, one)
+        select_reading(fleet, one)
         if (radius := one.known.get("rolling_radius_mm")) is not None:
             replace(fleet.case, rolling_radius_mm=radius)
     except InputError as error:
@@ -118,11 +118,11 @@ def _find_radius_note(fleet: Fleet, candidate: Candidate) -> str:
     return radius_note(candidate.spec, candidate.known.get("rolling_radius_mm") or fleet.case.rolling_radius_mm)
 
 
-def reading_of_candidate(fleet: Fleet, candidate: Candidate) -> Reading:
+def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
     """Reading options of a profile: the options of the fleet, with the side in the profile's table."""
     reading = fleet.case.wheel_file if candidate.body == "wheel" else fleet.case.rail_file
     mirror = candidate.known.get("mirror")
-    return reading if mirror is None else replace(reading, mirror=as_truth(mirror))
+    return reading if mirror is None else replace(reading, mirror=parse_truth_value(mirror))
 
 
 def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_run: OpenRun) -> list[ReadProfile]:
@@ -147,7 +147,7 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
     works: dict[str, ReadingProfile] = {}
     job_ids: list[str] = []
     for candidate in candidates:
-        reading = reading_of_candidate(fleet, candidate)
+        reading = select_reading(fleet, candidate)
         work = ReadingProfile(
             body=candidate.body,
             spec=candidate.spec,
@@ -163,7 +163,7 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
             repr(reading),
             fleet.filters_mm,
         )
-        job_ids.append("" if candidate.problem else json_digest(identity)[:20])
+        job_ids.append("" if candidate.problem else digest_json(identity)[:20])
         if not candidate.problem:
             works[job_ids[-1]] = work
     folder = out / "profiles"
@@ -180,7 +180,7 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
 
 
 def _collect_profile(
-    candidate: Candidate, outcome: Done | None, work: ReadingProfile | None, folder: Path
+    candidate: Candidate, outcome: JobOutcome | None, work: ReadingProfile | None, folder: Path
 ) -> ReadProfile:
     """Result of a profile from the outcome of its job, or its refusal."""
     if outcome is None or work is None:
@@ -194,7 +194,7 @@ def _collect_profile(
     if outcome.value["status"] == "refused":
         return ReadProfile(candidate=candidate, record=outcome.value)
     filters = work.filters_mm if outcome.value["measured"] else ()
-    stored = Kept(
+    stored = StoredProfile(
         body=candidate.body, spec=candidate.spec, reading=work.reading, folder=folder.absolute(), filters_mm=filters
     )
     return ReadProfile(candidate=candidate, record=outcome.value, stored=stored)

@@ -16,30 +16,30 @@ import numpy as np
 from fecontact import __version__
 from fecontact.errors import InputError
 from fecontact.features.fleet.population import Body
-from fecontact.files import read_json, sha256, write_json
+from fecontact.files import hash_file, read_json, write_json
 from fecontact.jobs.store import Origin
-from fecontact.jobs.workers import Made
+from fecontact.jobs.workers import WorkResult
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import is_known, load
-from fecontact.profiles.points import checked, is_exact
+from fecontact.profiles.library import is_library_name, load_library_profile
+from fecontact.profiles.points import check_points, is_exact
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.recognition import line_through
-from fecontact.profiles.resolve import content_of_file, resolve_rail, resolve_wheel
-from fecontact.profiles.segments import Held, Registration
-from fecontact.profiles.variants import pieces_of
-from fecontact.runs.identity import json_digest
-from fecontact.runs.sources import digests
+from fecontact.profiles.recognition import fit_profile
+from fecontact.profiles.resolve import read_profile_content, resolve_rail, resolve_wheel
+from fecontact.profiles.segments import Registration, SmoothingFrame
+from fecontact.profiles.variants import build_smoothed_segments
+from fecontact.runs.identity import digest_json
+from fecontact.runs.sources import read_digests
 
 _RECORD_FILE, _VARIANTS_FILE = "profile.json", "lines.npz"
-TILE = 16
+TILE_SIZE = 16
 """Number of wheels, and of rails, that are screened at a time."""
 # Number of profile variants in the memory of a worker: two of each profile. A variant has 1 MB with its tables.
-_CACHED_VARIANTS = 4 * TILE + 4
+_CACHED_VARIANTS = 4 * TILE_SIZE + 4
 _FEWEST_POINTS = 20
 
 
 @cache
-def origin() -> Origin:
+def find_origin() -> Origin:
     """Versions and sources that determine the result of a screening.
 
     Returns
@@ -49,14 +49,14 @@ def origin() -> Origin:
     """
     from importlib import metadata
 
-    source_hashes = [sha256(Path(__file__).with_name(name)) for name in ("reading.py", "screening.py")]
-    sources = json_digest([digests().solving, digests().evaluating, *source_hashes])
+    source_hashes = [hash_file(Path(__file__).with_name(name)) for name in ("reading.py", "screening.py")]
+    sources = digest_json([read_digests().solving, read_digests().evaluating, *source_hashes])
     versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     return Origin(solved_by={"fecontact": __version__, **versions, "source of fleets": sources}, evaluated_by={})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kept:
+class StoredProfile:
     """A profile that was read, with the folder of its profile variants.
 
     Attributes
@@ -80,11 +80,11 @@ class Kept:
 
         An exact profile is returned for any wave length.
         """
-        return _line(self, filter_mm if self.filters_mm else 0.0)
+        return _read_variant(self, filter_mm if self.filters_mm else 0.0)
 
 
 @lru_cache(maxsize=_CACHED_VARIANTS)
-def _line(profile: Kept, filter_mm: float) -> Profile:
+def _read_variant(profile: StoredProfile, filter_mm: float) -> Profile:
     """Profile variant of a stored profile, read from its folder."""
     if not profile.filters_mm:
         return _resolve_exact(profile.body, profile.spec, profile.reading)
@@ -93,7 +93,7 @@ def _line(profile: Kept, filter_mm: float) -> Profile:
         index = profile.filters_mm.index(filter_mm)
         s_mm, values, relative = (stored[f"{name}{index}"] for name in ("s", "values", "relative"))
     nominal, turn, shift = record["lines"][index]
-    smoothed = Held(
+    smoothed = SmoothingFrame(
         points=np.empty((0, 2)),
         s_mm=s_mm,
         values=values,
@@ -101,9 +101,9 @@ def _line(profile: Kept, filter_mm: float) -> Profile:
         relative_filter=relative if relative.size else None,
         nominal=nominal,
         registration=Registration(turn_rad=turn, shift=tuple(shift)),
-        reference=load(nominal).segments if nominal else (),
+        reference=load_library_profile(nominal).segments if nominal else (),
     )
-    return Profile(name=record["name"], kind=profile.body, segments=pieces_of(smoothed, filter_mm))
+    return Profile(name=record["name"], kind=profile.body, segments=build_smoothed_segments(smoothed, filter_mm))
 
 
 def _resolve_exact(body: Body, spec: str, reading: Reading) -> Profile:
@@ -133,7 +133,7 @@ class ReadingProfile:
     reading: Reading
     filters_mm: tuple[float, ...]
 
-    def __call__(self, folder: Path, finished: Path | None) -> Made:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         """Write the record, and the variants of measured points.
 
         Parameters
@@ -158,13 +158,13 @@ class ReadingProfile:
         except InputError as error:
             reason, _, remedy = str(error).partition("; ")
             write_json(folder / _RECORD_FILE, {"status": "refused", "reason": reason, "remedy": remedy})
-            return Made()
-        if self.content_hash and sha256(Path(self.spec)) != self.content_hash:
+            return WorkResult()
+        if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
             raise InputError(f"{self.spec} changed while it was read; give the same command again")
         write_json(folder / _RECORD_FILE, _make_record(variants))
         if variants[0].measured is not None:
             _store_variants(variants, folder / _VARIANTS_FILE)
-        return Made()
+        return WorkResult()
 
     def _read_variants(self) -> list[Profile]:
         """Variants of the profile, in the order of the wave lengths.
@@ -172,18 +172,18 @@ class ReadingProfile:
         A profile of the library, of exact segments or of few or exact points has a single variant.
         """
         exact_reading = replace(self.reading, filter_mm=0.0)
-        if is_known(self.spec):
+        if is_library_name(self.spec):
             return [_resolve_exact(self.body, self.spec, self.reading)]
-        content = content_of_file(self.spec, self.body, self.reading)
+        content = read_profile_content(self.spec, self.body, self.reading)
         if isinstance(content, Profile):
             return [content]
         if (
             self.reading.filter_mm == 0.0
             or len(content.points) < _FEWEST_POINTS
-            or is_exact(checked(content, exact_reading).points)
+            or is_exact(check_points(content, exact_reading).points)
         ):
-            return [line_through(content, exact_reading)]
-        return [line_through(content, replace(self.reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
+            return [fit_profile(content, exact_reading)]
+        return [fit_profile(content, replace(self.reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
 
 
 def _make_record(variants: list[Profile]) -> dict[str, Any]:

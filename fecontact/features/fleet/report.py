@@ -17,24 +17,33 @@ from fecontact.features.fleet.answer import FleetAnswer
 from fecontact.features.fleet.estimate import Share
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.files import write_text
-from fecontact.outputs.case_words import SHIFT
+from fecontact.outputs.case_words import SHIFT_LABEL
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.pair_names import Row, short_name
+from fecontact.outputs.pair_names import RowMapping, short_name
 from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture
-from fecontact.outputs.study_report import REPORT, closing
+from fecontact.outputs.study_report import REPORT_FILE, closing_parts
 from fecontact.outputs.style import (
-    ANSWERS,
+    ANSWER_COLOURS,
+    add_grid,
+    add_legend_beside,
     blank_figure,
-    finish,
-    image_of,
-    legend_beside,
-    page,
+    render_image,
+    render_page,
     save_figure,
     series_style,
 )
-from fecontact.outputs.tables import Column, Item, Table, missing, number, table_of, text, write_csv
-from fecontact.outputs.terminal import count
+from fecontact.outputs.tables import (
+    Column,
+    Table,
+    TableRecord,
+    is_missing,
+    make_table,
+    number_column,
+    text_column,
+    write_csv,
+)
+from fecontact.outputs.terminal import count_text
 from fecontact.solving.placing import place_case
 
 if TYPE_CHECKING:
@@ -43,7 +52,7 @@ if TYPE_CHECKING:
 _UNSOLVED_TEXT = "could not be solved"
 
 
-def percent(share: float) -> str:
+def format_percent(share: float) -> str:
     """Format a share as a number in percent.
 
     The number is whole, but near 0 and 100 it has the digits that distinguish it from 0 and 100.
@@ -71,12 +80,12 @@ def percent(share: float) -> str:
     return f"{value:.{1 - int(np.floor(np.log10(edge)))}f}".rstrip("0")
 
 
-def interval(share: Share) -> str:
+def format_interval(share: Share) -> str:
     """A share with its interval, such as 63 % [60, 66]."""
-    return f"{percent(share.estimate)} % [{percent(share.low)}, {percent(share.high)}]"
+    return f"{format_percent(share.estimate)} % [{format_percent(share.low)}, {format_percent(share.high)}]"
 
 
-def headline(answer: FleetAnswer) -> str:
+def write_headline(answer: FleetAnswer) -> str:
     """Answer in a sentence.
 
     Parameters
@@ -91,16 +100,18 @@ def headline(answer: FleetAnswer) -> str:
     """
     population, screen = answer.whole, answer.whole.screen
     refused_files = sum(row["files"] for row in answer.files if row["status"] == "refused")
-    files = f"{percent(refused_files / sum(row['files'] for row in answer.files))} % of the files could not be read"
+    files = (
+        f"{format_percent(refused_files / sum(row['files'] for row in answer.files))} % of the files could not be read"
+    )
     if not population.drawn:
         return (
-            f"By the screen alone, Hertz holds in {percent(screen['holds'])} % of the positions, fails in"
-            f" {percent(screen['fails'])} %, is open in {percent(screen['open'])} %, and {percent(screen['refused'])} %"
+            f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions, fails in"
+            f" {format_percent(screen['fails'])} %, is open in {format_percent(screen['open'])} %, and {format_percent(screen['refused'])} %"
             f" {_UNSOLVED_TEXT}; {files}"
         )
     return (
-        f"Hertz holds in {interval(population.share(HOLDS))} of the positions, is open in"
-        f" {interval(population.share(OPEN))}, and {interval(population.share(UNSOLVED))} {_UNSOLVED_TEXT}; {files}"
+        f"Hertz holds in {format_interval(population.share(HOLDS))} of the positions, is open in"
+        f" {format_interval(population.share(OPEN))}, and {format_interval(population.share(UNSOLVED))} {_UNSOLVED_TEXT}; {files}"
     )
 
 
@@ -118,8 +129,8 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
         Sentences.
     """
     population, about = answer.whole, answer.about
-    yield f"Population: {about.get('population', 'as in fleet.toml')}; {count(population.positions, 'position')}."
-    low, high = (percent(bound) for bound in population.bounds)
+    yield f"Population: {about.get('population', 'as in fleet.toml')}; {count_text(population.positions, 'position')}."
+    low, high = (format_percent(bound) for bound in population.bounds)
     if population.drawn:
         yield (
             f"Of these positions {population.drawn} were drawn and solved by finite elements; intervals are for 95 %."
@@ -131,7 +142,7 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
             " right the screen is, a sample by finite elements says: fecontact fleet sample FOLDER"
         )
     if answer.network:
-        share = f"{percent(answer.network.low)} to {percent(answer.network.high)} %"
+        share = f"{format_percent(answer.network.low)} to {format_percent(answer.network.high)} %"
         yield f"For a network of which these wheels and rails are a random sample: {share}."
 
 
@@ -154,7 +165,7 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
     """
     report_folder = folder / "report"
     report_folder.mkdir(exist_ok=True)
-    write_csv(answer_rows(answer), folder / "answer.csv")
+    write_csv(make_answer_rows(answer), folder / "answer.csv")
     for name in ("cells", "causes", "theories", "worst", "strata", "files", "notes"):
         write_csv(getattr(answer, name), report_folder / f"{name}.csv")
     pictures = {"map": draw_map(answer.cells), "groups": draw_groups(answer)}
@@ -163,14 +174,14 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
     sections: list[Part] = list(_draw_worst_sections(answer.worst, case_of)) if case_of else []
     parts: list[Part] = [
         Heading(f"Fleet {folder.resolve().name}", 1),
-        *report_parts(answer, report_folder),
+        *make_report_parts(answer, report_folder),
         *([Heading("The worst pairs in section"), *sections] if sections else []),
-        *closing((row["value"] for row in answer.theories if row["value"] in THEORIES), laws=False),
+        *closing_parts((row["value"] for row in answer.theories if row["value"] in THEORIES), laws=False),
     ]
-    return write_text(folder / REPORT, page(f"Where Hertz holds: fleet {folder.resolve().name}", parts))
+    return write_text(folder / REPORT_FILE, render_page(f"Where Hertz holds: fleet {folder.resolve().name}", parts))
 
 
-def answer_rows(answer: FleetAnswer) -> list[Record]:
+def make_answer_rows(answer: FleetAnswer) -> list[Record]:
     """Rows of the answer for the population and for each group.
 
     Parameters
@@ -189,7 +200,7 @@ def answer_rows(answer: FleetAnswer) -> list[Record]:
     ]
 
 
-def report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
+def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
     """Yield the parts of the report for the terminal and the page.
 
     Parameters
@@ -204,7 +215,7 @@ def report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
     iterator
         Sentences, headings, pictures and tables.
     """
-    yield Lead(f"{headline(answer)}.")
+    yield Lead(f"{write_headline(answer)}.")
     yield from explain_answer(answer)
     yield Heading("At which shifts and loads")
     yield Picture(
@@ -217,19 +228,21 @@ def report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
             content=pictures / "groups.svg",
             words="Share at which Hertz holds; a group counts by its weight, its interval is from its own draws alone.",
         )
-        yield table_of("By group, in percent of its weight", _GROUP_COLUMNS, answer_rows(answer))
+        yield make_table("By group, in percent of its weight", _GROUP_COLUMNS, make_answer_rows(answer))
     yield Heading("Why not, and what instead")
-    yield table_of("Why Hertz does not hold by the screen, in percent of all positions", _CAUSE_COLUMNS, answer.causes)
-    yield table_of("The cheapest theory that holds, in percent of all positions", _THEORY_COLUMNS, answer.theories)
+    yield make_table(
+        "Why Hertz does not hold by the screen, in percent of all positions", _CAUSE_COLUMNS, answer.causes
+    )
+    yield make_table("The cheapest theory that holds, in percent of all positions", _THEORY_COLUMNS, answer.theories)
     yield Heading("The worst pairs")
-    yield table_of("Pairs with the smallest share, and the worst position of each", _WORST_PAIR_COLUMNS, answer.worst)
+    yield make_table("Pairs with the smallest share, and the worst position of each", _WORST_PAIR_COLUMNS, answer.worst)
     yield Heading("How right is the screen?")
     yield from _describe_screening(answer)
-    yield table_of("Drawn positions by finite elements", _STRATUM_COLUMNS, answer.strata)
+    yield make_table("Drawn positions by finite elements", _STRATUM_COLUMNS, answer.strata)
     yield Heading("Files")
-    yield table_of("", _FILE_COLUMNS, answer.files)
+    yield make_table("", _FILE_COLUMNS, answer.files)
     if answer.notes:
-        yield table_of("What was assumed of files that were read", _NOTE_COLUMNS, answer.notes)
+        yield make_table("What was assumed of files that were read", _NOTE_COLUMNS, answer.notes)
 
 
 def _describe_screening(answer: FleetAnswer) -> Iterator[str]:
@@ -245,7 +258,7 @@ def _describe_screening(answer: FleetAnswer) -> Iterator[str]:
     )
 
 
-def _draw_worst_sections(worst: Sequence[Row], case_of: CaseOf) -> Iterator[Details]:
+def _draw_worst_sections(worst: Sequence[RowMapping], case_of: CaseOf) -> Iterator[Details]:
     """Yield the worst position of each pair in section.
 
     If it cannot be drawn, the reason is given.
@@ -258,17 +271,18 @@ def _draw_worst_sections(worst: Sequence[Row], case_of: CaseOf) -> Iterator[Deta
             yield Details(position_text, [str(error)])
         else:
             yield Details(
-                position_text, [Picture(content=image_of(pair_figure(placement)), words=row["cause"] or "", width=900)]
+                position_text,
+                [Picture(content=render_image(pair_figure(placement)), words=row["cause"] or "", width=900)],
             )
 
 
 def _make_percent_column(
-    heading: str, share_of_row: Callable[[Item], float | None], *, rank: int = 0, name: str = ""
+    heading: str, share_of_row: Callable[[TableRecord], float | None], *, rank: int = 0, name: str = ""
 ) -> Column:
     """A column of shares, which are from 0 to 1."""
-    return text(
+    return text_column(
         heading,
-        lambda row: None if missing(share_of_row(row)) else percent(share_of_row(row) or 0.0),
+        lambda row: None if is_missing(share_of_row(row)) else format_percent(share_of_row(row) or 0.0),
         "number",
         none="-",
         rank=rank,
@@ -279,96 +293,96 @@ def _make_percent_column(
 def _make_interval_column(heading: str, answer: str) -> Column:
     """A column of shares in percent with their limits, from the keys of a record."""
 
-    def cell(row: Item) -> str | None:
+    def cell(row: TableRecord) -> str | None:
         values = [row.get(f"{answer}{end}_percent") for end in ("", "_low", "_high")]
         if any(value is None for value in values):
             return None
-        estimate, low, high = (percent((value or 0.0) / 1e2) for value in values)
+        estimate, low, high = (format_percent((value or 0.0) / 1e2) for value in values)
         return f"{estimate} [{low}, {high}]"
 
-    return text(heading, cell, "number", none="-")
+    return text_column(heading, cell, "number", none="-")
 
 
 _GROUP_COLUMNS = [
-    text("of", lambda row: f"{row['body']} {row['column']}".strip() or "all"),
-    text("value", "value"),
+    text_column("of", lambda row: f"{row['body']} {row['column']}".strip() or "all"),
+    text_column("value", "value"),
     _make_percent_column("weight\n%", lambda row: row["weight_percent"] / 1e2),
     _make_percent_column("by the\nscreen", lambda row: row["screen_holds_percent"] / 1e2),
-    number("drawn", "drawn"),
+    number_column("drawn", "drawn"),
     _make_interval_column("Hertz holds", "holds"),
-    text(
+    text_column(
         "with open\nas either",
-        lambda row: " to ".join(percent(row[f"bound_{end}_percent"] / 1e2) for end in ("low", "high")),
+        lambda row: " to ".join(format_percent(row[f"bound_{end}_percent"] / 1e2) for end in ("low", "high")),
         "number",
     ),
 ]
 _WORDS_WITHOUT_THEORY = {"OPEN": "open which", "none": "none of them"}
 _THEORY_COLUMNS = [
-    text(
+    text_column(
         "",
         lambda row: THEORIES[row["value"]].words if row["value"] in THEORIES else _WORDS_WITHOUT_THEORY[row["value"]],
     ),
     _make_percent_column("%", lambda row: row["share"]),
-    number("positions", "positions"),
+    number_column("positions", "positions"),
 ]
-_CAUSE_COLUMNS = [text("cause", "value", wraps=True), text("screen", "verdicts"), *_THEORY_COLUMNS[1:]]
+_CAUSE_COLUMNS = [text_column("cause", "value", wraps=True), text_column("screen", "verdicts"), *_THEORY_COLUMNS[1:]]
 _WORST_PAIR_COLUMNS = [
-    text("wheel", lambda row: short_name(row["wheel"])),
-    text("rail", lambda row: short_name(row["rail"])),
+    text_column("wheel", lambda row: short_name(row["wheel"])),
+    text_column("rail", lambda row: short_name(row["rail"])),
     _make_percent_column("holds\n%", lambda row: row["holds"] or 0.0),
     _make_percent_column("open\n%", lambda row: row["open"] or 0.0, rank=1, name="open"),
-    number("shift\nmm", "shift_mm"),
-    number("load\nkN", "load_kN"),
-    number("margin", "margin", "{:.1f}", rank=2, name="margin"),
-    text("cause", "cause", wraps=True),
+    number_column("shift\nmm", "shift_mm"),
+    number_column("load\nkN", "load_kN"),
+    number_column("margin", "margin", "{:.1f}", rank=2, name="margin"),
+    text_column("cause", "cause", wraps=True),
 ]
 _STRATUM_COLUMNS = [
-    text("the screen says", "stratum"),
-    number("weight\n%", "weight_percent", "{:.1f}"),
-    number("positions", "positions"),
-    *(number(name, name) for name in ("drawn", "holds", "fails", "open", "unsolved")),
-    number("against\nthe screen", "discordant"),
+    text_column("the screen says", "stratum"),
+    number_column("weight\n%", "weight_percent", "{:.1f}"),
+    number_column("positions", "positions"),
+    *(number_column(name, name) for name in ("drawn", "holds", "fails", "open", "unsolved")),
+    number_column("against\nthe screen", "discordant"),
     _make_interval_column("of those that both decide\n%", "discordant"),
 ]
 _FILE_COLUMNS = [
-    text("", "body"),
-    text("", "status"),
-    number("files", "files"),
+    text_column("", "body"),
+    text_column("", "status"),
+    number_column("files", "files"),
     _make_percent_column("%", lambda row: row["share"]),
-    text("why", "reason", wraps=True),
-    text("remedy", "remedy", wraps=True),
-    text("such as", lambda row: row["example"] if row["status"] == "refused" else ""),
+    text_column("why", "reason", wraps=True),
+    text_column("remedy", "remedy", wraps=True),
+    text_column("such as", lambda row: row["example"] if row["status"] == "refused" else ""),
 ]
 _NOTE_COLUMNS = [
-    text("", "body"),
-    number("files", "files"),
-    text("note", "note", wraps=True),
-    text("such as", "example"),
+    text_column("", "body"),
+    number_column("files", "files"),
+    text_column("note", "note", wraps=True),
+    text_column("such as", "example"),
 ]
 
 
-def _make_cells_table(cells: Sequence[Row]) -> Table:
+def _make_cells_table(cells: Sequence[RowMapping]) -> Table:
     """Table of shares over shift and load, with open shares in brackets."""
     loads = sorted({row["load"] for row in cells})
     by_shift: dict[float, dict[float, str]] = defaultdict(dict)
     for row in cells:
         by_shift[row["shift"]][row["load"]] = _format_cell(row)
-    columns = [number("shift\nmm", "shift")]
-    columns += [text(f"{load:g}\nkN", f"{load:g}", "number", none="-") for load in loads]
+    columns = [number_column("shift\nmm", "shift")]
+    columns += [text_column(f"{load:g}\nkN", f"{load:g}", "number", none="-") for load in loads]
     table_rows = [
         {"shift": shift, **{f"{load:g}": text_of_load for load, text_of_load in texts.items()}}
         for shift, texts in by_shift.items()
     ]
-    return table_of("Hertz holds, in percent of the pairs by weight (open ones in brackets)", columns, table_rows)
+    return make_table("Hertz holds, in percent of the pairs by weight (open ones in brackets)", columns, table_rows)
 
 
-def _format_cell(row: Row) -> str:
+def _format_cell(row: RowMapping) -> str:
     """Text of a cell: the share that holds, with the open share in brackets."""
-    opened = f" ({percent(row['open'])})" if row["open"] else ""
-    return f"{percent(row['holds'] or 0.0)}{opened}"
+    opened = f" ({format_percent(row['open'])})" if row["open"] else ""
+    return f"{format_percent(row['holds'] or 0.0)}{opened}"
 
 
-def draw_map(cells: Sequence[Row]) -> Figure:
+def draw_map(cells: Sequence[RowMapping]) -> Figure:
     """Draw the share of pairs for which Hertz holds over shift and load.
 
     Shares are colours and numbers in percent.
@@ -393,13 +407,13 @@ def draw_map(cells: Sequence[Row]) -> Figure:
         float(np.clip(0.45 * len(shifts) + 2.5, 6.0, 16.0)), float(np.clip(0.5 * len(loads) + 1.6, 3.0, 10.0))
     )
     ax = figure.add_subplot()
-    end_colours = [ANSWERS[answer] for answer in ("FAILS", "UNRESOLVED", "HOLDS")]
-    colours = LinearSegmentedColormap.from_list("share", end_colours).with_extremes(bad=ANSWERS["failed"])
+    end_colours = [ANSWER_COLOURS[answer] for answer in ("FAILS", "UNRESOLVED", "HOLDS")]
+    colours = LinearSegmentedColormap.from_list("share", end_colours).with_extremes(bad=ANSWER_COLOURS["failed"])
     image = ax.imshow(shares, cmap=colours, vmin=0.0, vmax=100.0, aspect="auto", origin="lower")
     for (load, shift), share in np.ndenumerate(shares):
         if np.isfinite(share):
-            ax.text(shift, load, percent(share / 1e2), ha="center", va="center", fontsize=8)
-    ax.set(xticks=range(len(shifts)), xticklabels=[f"{shift:g}" for shift in shifts], xlabel=SHIFT)
+            ax.text(shift, load, format_percent(share / 1e2), ha="center", va="center", fontsize=8)
+    ax.set(xticks=range(len(shifts)), xticklabels=[f"{shift:g}" for shift in shifts], xlabel=SHIFT_LABEL)
     ax.set(yticks=range(len(loads)), yticklabels=[f"{load:g}" for load in loads], ylabel="load in kN")
     figure.colorbar(image, label="pairs for which Hertz holds in %")
     return figure
@@ -420,7 +434,7 @@ def draw_groups(answer: FleetAnswer) -> Figure:
     Figure
         Shares of the groups in percent.
     """
-    rows = answer_rows(answer)
+    rows = make_answer_rows(answer)
     figure = blank_figure(8.0, 1.2 + 0.3 * len(rows))
     ax = figure.add_subplot()
     positions = np.arange(len(rows))
@@ -428,7 +442,9 @@ def draw_groups(answer: FleetAnswer) -> Figure:
         np.array([sum(row[f"screen_{name}_percent"] for name in names) for row in rows])
         for names in (("holds",), ("open", "refused"))
     )
-    ax.barh(positions, undecided, left=holds, height=0.25, color=ANSWERS["failed"], label="open or refused by it")
+    ax.barh(
+        positions, undecided, left=holds, height=0.25, color=ANSWER_COLOURS["failed"], label="open or refused by it"
+    )
     ax.plot(holds, positions, ls="none", **series_style(1), label="by the screen")
     solved_rows = [(position, row) for position, row in enumerate(rows) if row["drawn"]]
     if solved_rows:
@@ -443,6 +459,6 @@ def draw_groups(answer: FleetAnswer) -> Figure:
     names = [f"{row['body']} {row['column']}: {row['value']}" if row["column"] else "all" for row in rows]
     ax.set(yticks=positions, yticklabels=names, xlim=(-2.0, 102.0), xlabel="Hertz holds, in % of the weight")
     ax.invert_yaxis()
-    finish(ax)
-    legend_beside(ax)
+    add_grid(ax)
+    add_legend_beside(ax)
     return figure

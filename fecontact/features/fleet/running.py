@@ -15,14 +15,14 @@ from pathlib import Path
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.pair_jobs import screen_pairs, weigh_pairs, write_screen
-from fecontact.features.fleet.population import BODIES, Pair, candidates
+from fecontact.features.fleet.population import BODIES, Pair, find_candidates
 from fecontact.features.fleet.profile_files import mark_unusable, read_profiles, read_refusal_reason, with_radius
-from fecontact.features.fleet.reading import origin
+from fecontact.features.fleet.reading import find_origin
 from fecontact.features.fleet.tables import PROFILES, import_arrow, write_table
 from fecontact.files import write_sealed, write_text
 from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.jobs.remaining import Progress
-from fecontact.runs.folder import prepare
+from fecontact.runs.folder import prepare_folder
 
 FLEET_RECORD, FLEET_FILE = "fleet.json", "fleet.toml"
 Progresses = Mapping[str, Progress]
@@ -106,9 +106,9 @@ def run_fleet(
     candidate_list = [
         mark_unusable(definition, with_radius(definition, candidate))
         for body in BODIES
-        for candidate in candidates(definition, body)
+        for candidate in find_candidates(definition, body)
     ]
-    prepare(folder, FLEET_RECORD, lambda stored: True, settings.force)
+    prepare_folder(folder, FLEET_RECORD, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as open_jobs:
         profiles = read_profiles(definition, candidate_list, folder, open_jobs)
         write_table([profile.row for profile in profiles], folder / PROFILES)
@@ -158,7 +158,7 @@ def _write_record(fleet: Fleet, screened: FleetScreening) -> None:
         "refused_files": dict(screened.refused),
         "verdicts": dict(screened.verdicts),
         "folder": str(fleet.folder),
-        "made_by": dict(origin().solved_by),
+        "made_by": dict(find_origin().solved_by),
     }
     write_sealed(screened.out / FLEET_RECORD, record, [screened.out / PROFILES])
 

@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.errors import InputError, usable
-from fecontact.features.fleet.estimate import allocation, draw_scale
-from fecontact.features.fleet.tables import KEYS, SAMPLE, STRATA, asked, opened, write_table
+from fecontact.errors import InputError, is_usable_status
+from fecontact.features.fleet.estimate import allocate_draws, find_draw_scale
+from fecontact.features.fleet.tables import POSITION_COLUMNS, SAMPLE, STRATA, open_tables, query_rows, write_table
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
 from fecontact.outputs.cases import NO_VERDICT, verdict_of
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.pair_names import Row
-from fecontact.outputs.records.asked import asked_row
+from fecontact.outputs.pair_names import RowMapping
+from fecontact.outputs.records.asked import requested_row
 from fecontact.runs.casefile import Study
 from fecontact.runs.study import StudyOutcome, run_study
 
@@ -38,7 +38,7 @@ CaseOf = Callable[[str, str, float, float], Case]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drawn:
+class FleetSample:
     """A sample before it is solved.
 
     Attributes
@@ -59,7 +59,7 @@ class Drawn:
     dropped: int
 
 
-def draw(folder: Path, draws: int, seed: int | None = None) -> Drawn:
+def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSample:
     """Draw positions for finite elements, earlier draws included.
 
     Parameters
@@ -83,39 +83,39 @@ def draw(folder: Path, draws: int, seed: int | None = None) -> Drawn:
     """
     if draws < 2:
         raise InputError(f"--finite-elements is {draws}; allowed: 2 and more, 300 for an interval of about 2 points")
-    with opened(folder) as tables:
+    with open_tables(folder) as tables:
         seed = _find_seed(tables, seed)
         counts = _allocate_to_strata(tables, draws)
         tables.execute("CREATE TABLE wanted (stratum VARCHAR, draws INTEGER, scale DOUBLE)")
         for name, count in counts.items():
             weights = tables.execute("SELECT weight FROM screen WHERE stratum = ?", [name]).fetchnumpy()["weight"]
-            tables.execute("INSERT INTO wanted VALUES (?, ?, ?)", [name, count, draw_scale(weights, count)])
-        rows = asked(tables, _SELECTED_POSITIONS, str(seed))
-        earlier = {_read_position_key(row): row for row in asked(tables, "SELECT * FROM sample")}
+            tables.execute("INSERT INTO wanted VALUES (?, ?, ?)", [name, count, find_draw_scale(weights, count)])
+        rows = query_rows(tables, _SELECTED_POSITIONS, str(seed))
+        earlier = {_read_position_key(row): row for row in query_rows(tables, "SELECT * FROM sample")}
     draw_number = 1 + max((row["draw"] for row in earlier.values()), default=0)
     # verdicts of earlier draws stay; weights and strata are those of the current screening
     sample_rows = [{"draw": draw_number, "seed": seed} | earlier.get(_read_position_key(row), {}) | row for row in rows]
     reused = sum(_read_position_key(row) in earlier for row in rows)
-    return Drawn(rows=sample_rows, seed=seed, new=len(rows) - reused, dropped=len(earlier) - reused)
+    return FleetSample(rows=sample_rows, seed=seed, new=len(rows) - reused, dropped=len(earlier) - reused)
 
 
 _SELECTED_POSITIONS = f"""
-    SELECT {KEYS}, stratum, weight, least(1.0, scale * weight) AS inclusion_probability
-    FROM (SELECT {KEYS}, stratum, weight, wanted.draws, wanted.scale, row_number() OVER (
+    SELECT {POSITION_COLUMNS}, stratum, weight, least(1.0, scale * weight) AS inclusion_probability
+    FROM (SELECT {POSITION_COLUMNS}, stratum, weight, wanted.draws, wanted.scale, row_number() OVER (
               PARTITION BY stratum
-              ORDER BY md5_number_lower(concat_ws('|', ?, {KEYS})) / weight, {KEYS}) AS place
+              ORDER BY md5_number_lower(concat_ws('|', ?, {POSITION_COLUMNS})) / weight, {POSITION_COLUMNS}) AS place
           FROM screen JOIN wanted USING (stratum))
-    WHERE place <= draws ORDER BY {KEYS}"""
+    WHERE place <= draws ORDER BY {POSITION_COLUMNS}"""
 
 
 def _read_position_key(row: Mapping[str, Any]) -> tuple[Any, ...]:
     """Wheel, rail, shift (mm) and load (kN) of a row."""
-    return tuple(row[name] for name in KEYS.split(", "))
+    return tuple(row[name] for name in POSITION_COLUMNS.split(", "))
 
 
 def _find_seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
     """Seed of all draws of a sample; raises InputError if earlier draws have a different seed."""
-    earlier_seeds = [row["seed"] for row in asked(tables, "SELECT DISTINCT seed FROM sample")]
+    earlier_seeds = [row["seed"] for row in query_rows(tables, "SELECT DISTINCT seed FROM sample")]
     if earlier_seeds and asked_for not in (None, *earlier_seeds):
         raise InputError(f"--seed is {asked_for}; earlier draws of this sample have {earlier_seeds[0]}; leave it out")
     return int(earlier_seeds[0]) if earlier_seeds else 1 if asked_for is None else asked_for
@@ -123,7 +123,7 @@ def _find_seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
 
 def _allocate_to_strata(tables: DuckDBPyConnection, draws: int) -> dict[str, int]:
     """Number of draws of each stratum, from the shares of earlier draws."""
-    strata = asked(
+    strata = query_rows(
         tables,
         "SELECT stratum, sum(weight) AS weight, count(*) AS positions, (SELECT count(*) FROM drawn WHERE"
         " drawn.stratum = screen.stratum) AS drawn, (SELECT count(*) FROM drawn WHERE drawn.stratum = screen.stratum"
@@ -134,12 +134,12 @@ def _allocate_to_strata(tables: DuckDBPyConnection, draws: int) -> dict[str, int
     )
     weights = np.array([stratum["weight"] for stratum in strata])
     positions, drawn_counts = (np.array([stratum[name] for stratum in strata]) for name in ("positions", "drawn"))
-    counts = allocation(weights, shares, positions, drawn_counts, draws)
+    counts = allocate_draws(weights, shares, positions, drawn_counts, draws)
     return {stratum["stratum"]: int(count) for stratum, count in zip(strata, counts, strict=True)}
 
 
 def solve_sample(
-    folder: Path, sample: Drawn, case_of: CaseOf, settings: RunSettings, progress: Progress | None = None
+    folder: Path, sample: FleetSample, case_of: CaseOf, settings: RunSettings, progress: Progress | None = None
 ) -> StudyOutcome:
     """Solve the drawn positions that are not solved, and write `sample.parquet`.
 
@@ -172,21 +172,21 @@ def solve_sample(
     return outcome
 
 
-def make_cases(sample: Drawn, case_of: CaseOf) -> tuple[Case, ...]:
+def make_cases(sample: FleetSample, case_of: CaseOf) -> tuple[Case, ...]:
     """Cases of drawn positions."""
     return tuple(case_of(*_read_position_key(row)) for row in sample.rows)
 
 
-def _make_sample_columns(row: Row) -> Record:
+def _make_sample_columns(row: RowMapping) -> Record:
     """Columns of a solved case in the sample: verdict, status, cause, folder, and deviations of Hertz.
 
     A certain failure counts although the finite elements must not be used; then the deviations are None.
     """
-    row = asked_row(row)
+    row = requested_row(row)
     answer = verdict_of(row)
     verdict = UNSOLVED if answer == NO_VERDICT else answer if answer in (HOLDS, FAILS) else OPEN
     deviations = {
-        f"fe_{name.removeprefix('hertz_deviation_')}": value if usable(row) else None
+        f"fe_{name.removeprefix('hertz_deviation_')}": value if is_usable_status(row) else None
         for name, value in row.items()
         if name.startswith("hertz_deviation_")
     }

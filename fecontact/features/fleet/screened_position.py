@@ -10,25 +10,25 @@ from functools import partial
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.contact.patch import standing_peaks
-from fecontact.contact_theories.approximation import Approximation, of_rung
-from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES, Loaded, of_many
+from fecontact.contact.patch import find_ridge_peaks
+from fecontact.contact_theories.approximation import TheoryContact, theory_contact_from_rung
+from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE, THEORIES, LoadedPlacement, fast_theory
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import ScreeningTheory
-from fecontact.features.fleet.screening_rows import COLUMN, Row
+from fecontact.features.fleet.screening_rows import MEASURE_COLUMNS, Row
 from fecontact.features.fleet.strip_deviations import (
     COARSE_FACTOR,
-    OF_STRIPS,
     POINTS_ACROSS,
     SCREENING_NODES,
+    STRIP_UNCERTAINTY,
+    compare_with_strips,
     evaluate_pressure,
-    off_strips,
 )
-from fecontact.judging.causes import PatchGeometry, cause_in_gap
-from fecontact.judging.measures import FLOORS, deviations_of
-from fecontact.judging.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
+from fecontact.judging.causes import PatchGeometry, find_gap_cause
+from fecontact.judging.measures import READING_UNCERTAINTY, compute_deviations
+from fecontact.judging.verdict import ANSWERS_BEST_FIRST, JUNCTION_CAUSE, PROFILE_CAUSE, Answer, judge
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
+from fecontact.solving.alone import HALF_SPACE, STRIPS, compute_normal_force
 from fecontact.solving.position import expect_on_half_space
 
 
@@ -48,9 +48,9 @@ class ScreenedVariant:
         Uncertainty of the deviations by measure: relative for a measure, absolute for a misfit.
     """
 
-    loaded: Loaded
-    contact: Approximation
-    off: Callable[[Approximation], Mapping[str, float]]
+    loaded: LoadedPlacement
+    contact: TheoryContact
+    off: Callable[[TheoryContact], Mapping[str, float]]
     uncertainty: Mapping[str, float]
 
     def judge_theory(self, name: str) -> tuple[Answer, Mapping[str, float], str] | None:
@@ -67,17 +67,17 @@ class ScreenedVariant:
             Answer, deviations and the measure that decides; None if the theory has no contact here.
         """
         candidates: list[tuple[Answer, Mapping[str, float], str]] = []
-        for side in EITHER_SIDE if name == HERTZ else (name,):
-            theory_contact = of_many(side)(self.loaded)
-            if isinstance(theory_contact, Approximation):
+        for side in HERTZ_OF_EACH_SIDE if name == HERTZ else (name,):
+            theory_contact = fast_theory(side)(self.loaded)
+            if isinstance(theory_contact, TheoryContact):
                 deviations = self.off(theory_contact)
                 verdict = judge(deviations, self.uncertainty, self.loaded.case.criteria)
                 certain = theory_contact.definite and self.contact.status == "solved"
                 candidates.append((verdict.answer if certain else "UNRESOLVED", deviations, verdict.measure))
-        return max(reversed(candidates), key=lambda judgement: FROM_BEST.index(judgement[0]), default=None)
+        return max(reversed(candidates), key=lambda judgement: ANSWERS_BEST_FIRST.index(judgement[0]), default=None)
 
 
-def position_on_line(case: Case, placement: Placement, theory: ScreeningTheory) -> ScreenedVariant:
+def screen_variant(case: Case, placement: Placement, theory: ScreeningTheory) -> ScreenedVariant:
     """Contact at a position on a profile variant by the theory of the screening.
 
     Parameters
@@ -101,24 +101,26 @@ def position_on_line(case: Case, placement: Placement, theory: ScreeningTheory) 
     ConvergenceError
         If the half-space did not converge.
     """
-    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
     if theory == STRIPS:
         contact = THEORIES[STRIPS].approximate(loaded)
-        if not isinstance(contact, Approximation):
+        if not isinstance(contact, TheoryContact):
             raise InputError(f"{THEORIES[STRIPS].words}: {contact}")
-        return ScreenedVariant(loaded=loaded, contact=contact, off=partial(off_strips, contact), uncertainty=OF_STRIPS)
+        return ScreenedVariant(
+            loaded=loaded, contact=contact, off=partial(compare_with_strips, contact), uncertainty=STRIP_UNCERTAINTY
+        )
     half_space = expect_on_half_space(case, placement, nodes=SCREENING_NODES)[1].half_space
     loaded = replace(loaded, normal_force_N=half_space.normal_force_N, half_space=half_space)
-    uncertainties = {name: COARSE_FACTOR * floor for name, floor in FLOORS.items() if floor is not None}
+    uncertainties = {name: COARSE_FACTOR * floor for name, floor in READING_UNCERTAINTY.items() if floor is not None}
     return ScreenedVariant(
         loaded=loaded,
-        contact=of_rung(half_space),
-        off=partial(deviations_of, half_space),
+        contact=theory_contact_from_rung(half_space),
+        off=partial(compute_deviations, half_space),
         uncertainty=uncertainties,
     )
 
 
-def position_row(variants: Sequence[ScreenedVariant]) -> Row:
+def make_position_row(variants: Sequence[ScreenedVariant]) -> Row:
     """Row of a position from its contacts on all profile variants.
 
     Parameters
@@ -145,15 +147,16 @@ def position_row(variants: Sequence[ScreenedVariant]) -> Row:
     answers = [answer for answer, _, _ in judgements]
     verdict = answers[0] if len(set(answers)) == 1 else "UNRESOLVED"
     deviations = {
-        name: float(np.mean([variant_deviations[name] for _, variant_deviations, _ in judgements])) for name in COLUMN
+        name: float(np.mean([variant_deviations[name] for _, variant_deviations, _ in judgements]))
+        for name in MEASURE_COLUMNS
     }
     uncertainties = {
         name: max(abs(variant_deviations[name] - deviations[name]) for _, variant_deviations, _ in judgements)
         + variants[0].uncertainty[name]
-        for name in COLUMN
+        for name in MEASURE_COLUMNS
     }
     row: Row = {"hertz_p_max_MPa": _average_hertz_peak(variants), "screen_p_max_MPa": _average_peak(variants)}
-    for name, column in COLUMN.items():
+    for name, column in MEASURE_COLUMNS.items():
         row[f"{column}_percent"], row[f"{column}_uncertainty_percent"] = (
             1e2 * deviations[name],
             1e2 * uncertainties[name],
@@ -179,7 +182,7 @@ def _average_hertz_peak(variants: Sequence[ScreenedVariant]) -> float:
             [
                 max(patch.p_max_MPa for patch in hertz_contact.patches)
                 for hertz_contact in contacts
-                if isinstance(hertz_contact, Approximation)
+                if isinstance(hertz_contact, TheoryContact)
             ]
         )
     )
@@ -190,24 +193,24 @@ def _average_peak(variants: Sequence[ScreenedVariant]) -> float:
     return float(np.mean([max(patch.p_max_MPa for patch in variant.contact.patches) for variant in variants]))
 
 
-def _find_cause(verdict: Answer, answers: Sequence[Answer], variant: ScreenedVariant, contact: Approximation) -> str:
+def _find_cause(verdict: Answer, answers: Sequence[Answer], variant: ScreenedVariant, contact: TheoryContact) -> str:
     """Cause of a verdict that is not HOLDS."""
     if len(set(answers)) > 1:
-        return PROFILE
+        return PROFILE_CAUSE
     if variant.loaded.placement.first.at_junction:
-        return AT_JUNCTION
+        return JUNCTION_CAUSE
     if contact.status != "solved":
         return f"{contact.status}: {'; '.join(contact.notes)}"
-    return cause_in_gap(_describe_patch_geometry(variant.loaded.placement, contact))
+    return find_gap_cause(_describe_patch_geometry(variant.loaded.placement, contact))
 
 
-def _describe_patch_geometry(placement: Placement, contact: Approximation) -> PatchGeometry:
+def _describe_patch_geometry(placement: Placement, contact: TheoryContact) -> PatchGeometry:
     """Those values of the geometry below the patch that determine a cause; the rest are NaN."""
     low, high = contact.box_mm[0][1], contact.box_mm[1][1]
     places = [junction.s_mm for junction in placement.junctions]
     s = np.linspace(low, high, POINTS_ACROSS)
     ridge = evaluate_pressure(contact, np.zeros(1), s)[0]
-    peaks, _ = standing_peaks(np.concatenate(([0.0], ridge, [0.0])), OF_STRIPS["valley"])
+    peaks, _ = find_ridge_peaks(np.concatenate(([0.0], ridge, [0.0])), STRIP_UNCERTAINTY["valley"])
     u = placement.rail.profile.at_arc_length(np.array([low, high]) + placement.first_arc_length_mm)
     return PatchGeometry(
         junction_distance_mm=abs(min(places, key=abs, default=math.inf)),
@@ -228,8 +231,8 @@ def _find_cheapest_theory(variants: Sequence[ScreenedVariant], answers: Sequence
     """
     if set(answers) != {"FAILS"}:
         return HERTZ if set(answers) == {"HOLDS"} else "OPEN"
-    screening_theory = STRIPS if variants[0].uncertainty is OF_STRIPS else HALF_SPACE
-    names = (name for name in THEORIES if name not in (*EITHER_SIDE, STRIPS, HALF_SPACE))
+    screening_theory = STRIPS if variants[0].uncertainty is STRIP_UNCERTAINTY else HALF_SPACE
+    names = (name for name in THEORIES if name not in (*HERTZ_OF_EACH_SIDE, STRIPS, HALF_SPACE))
     return next((name for name in names if all(_is_holding(variant, name) for variant in variants)), screening_theory)
 
 

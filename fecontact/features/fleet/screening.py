@@ -16,14 +16,14 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.fleet.model import Position, ScreeningTheory
-from fecontact.features.fleet.reading import Kept
-from fecontact.features.fleet.screened_position import position_on_line, position_row
-from fecontact.features.fleet.screening_rows import PART, Row, write_rows
-from fecontact.jobs.workers import Made
+from fecontact.features.fleet.reading import StoredProfile
+from fecontact.features.fleet.screened_position import make_position_row, screen_variant
+from fecontact.features.fleet.screening_rows import ROWS_FILE, Row, write_rows
+from fecontact.jobs.workers import WorkResult
 from fecontact.placement.conicity import RadiusDifference
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.placement.wheelset import Wheelset
-from fecontact.solving.placing import place_at_shifts, wheelset_of_case
+from fecontact.solving.placing import make_wheelset, place_at_shifts
 
 AMPLITUDE_MM, BAND_MM = 3.0, 2.0
 """Amplitude of the lateral motion, and width of the band on the rail."""
@@ -32,7 +32,7 @@ AMPLITUDE_MM, BAND_MM = 3.0, 2.0
 _STEP_MM, _FARTHEST_MM = 0.1, 10.0
 
 
-def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
+def calculate_conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
     """Equivalent conicity, and concentration of the contact, of a lateral motion of `AMPLITUDE_MM` without roll.
 
     Parameters
@@ -86,16 +86,16 @@ class ScreeningPair:
         Theory of the screening.
     """
 
-    wheel: Kept
-    rail: Kept
+    wheel: StoredProfile
+    rail: StoredProfile
     case: Case
     positions: tuple[Position, ...]
     theory: ScreeningTheory
 
-    def __call__(self, folder: Path, finished: Path | None) -> Made:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         """Write the rows of the pair into the folder of the job."""
-        write_rows(self.rows(), folder / PART)
-        return Made()
+        write_rows(self.rows(), folder / ROWS_FILE)
+        return WorkResult()
 
     def rows(self) -> list[Row]:
         """Rows of all positions of the pair.
@@ -107,7 +107,7 @@ class ScreeningPair:
         """
         filters = sorted({*self.wheel.filters_mm, *self.rail.filters_mm}) or [0.0]
         variants = [{"rail": self.rail.line(filter_mm), "wheel": self.wheel.line(filter_mm)} for filter_mm in filters]
-        conicity, concentration = conicity_and_concentration(wheelset_of_case(self.case, **variants[0]))
+        conicity, concentration = calculate_conicity_and_concentration(make_wheelset(self.case, **variants[0]))
         wheelset_columns = {"conicity": conicity, "contact_concentration": concentration}
         loads: dict[float, list[float]] = {}
         for shift, load in self.positions:
@@ -127,7 +127,7 @@ class ScreeningPair:
         keys = [{"shift_mm": shift, "load_kN": load} for load in loads_kN]
         placements = [placement for placement in outcomes if not isinstance(placement, str)]
         if reasons := [reason for reason in outcomes if isinstance(reason, str)]:
-            return [key | refused(reasons[0]) for key in keys]
+            return [key | make_refusal_columns(reasons[0]) for key in keys]
         touch = placements[0].first
         place = {"place_y_mm": float(touch.rail_y_mm), "touch_angle_mrad": 1e3 * float(touch.contact_angle_rad)}
         return [key | place | self._screen_load(shift, key["load_kN"], placements) for key in keys]
@@ -136,11 +136,11 @@ class ScreeningPair:
         """Row of a position, or the reason of its refusal."""
         case = replace(self.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
         try:
-            return position_row([position_on_line(case, placement, self.theory) for placement in placements])
+            return make_position_row([screen_variant(case, placement, self.theory) for placement in placements])
         except (InputError, ConvergenceError) as error:
-            return refused(str(error))
+            return make_refusal_columns(str(error))
 
 
-def refused(reason: str) -> Row:
+def make_refusal_columns(reason: str) -> Row:
     """Columns of a position without an answer, with the reason."""
     return {"verdict": "REFUSED", "reason": reason}

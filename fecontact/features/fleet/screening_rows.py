@@ -10,8 +10,8 @@ from typing import Any
 from fecontact.criteria import Criteria
 from fecontact.features.fleet.tables import import_arrow
 
-PART = "part.parquet"
-COLUMN: dict[str, str] = {
+ROWS_FILE = "part.parquet"
+MEASURE_COLUMNS: dict[str, str] = {
     limit.metadata["measure"]: limit.name for limit in fields(Criteria) if "measure" in limit.metadata
 }
 """Beginning of the columns of each measure.
@@ -28,7 +28,7 @@ _PLACE_COLUMNS = (
 )
 NUMBERS = (
     *("shift_mm", "load_kN", *_PLACE_COLUMNS),
-    *(f"{name}_{what}" for name in COLUMN.values() for what in ("percent", "uncertainty_percent")),
+    *(f"{name}_{what}" for name in MEASURE_COLUMNS.values() for what in ("percent", "uncertainty_percent")),
     *("margin", "lines_holding", "lines"),
 )
 TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason")

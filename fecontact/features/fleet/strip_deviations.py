@@ -5,14 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.contact.patch import standing_peaks
-from fecontact.contact_theories.approximation import Approximation
-from fecontact.judging.measures import MEASURES, measures_of_theory, part_elsewhere, unknown_load
+from fecontact.contact.patch import find_ridge_peaks
+from fecontact.contact_theories.approximation import TheoryContact
+from fecontact.judging.measures import (
+    MEASURES,
+    compute_misplaced_fraction,
+    compute_unmatched_load,
+    read_theory_measures,
+)
 
 # Uncertainty of the strips against the half-space on the same gap: relative for a measure, absolute for a misfit. For
 # S1002 on 60E1 at -6 to 6 mm under 60 to 120 kN, the peak is within 0.32 %, a within 1.8 %, b and the centre within
 # 0.9 %. At 5 mm, where the patches are in two planes, the peak is within 1.7 % and a within 4.8 %.
-OF_STRIPS = {
+STRIP_UNCERTAINTY = {
     **{"p_max_MPa": 0.005, "area_mm2": 0.01, "a_mm": 0.02, "b_mm": 0.01},
     **{"centre_over_b": 0.01, "valley": 0.01, "separate_load": 0.0005, "misplaced_load": 0.01},
 }
@@ -22,7 +27,7 @@ SCREENING_NODES, COARSE_FACTOR = 16, 4.0
 _POINTS_ALONG, POINTS_ACROSS = 24, 160
 
 
-def off_strips(strips: Approximation, theory: Approximation) -> dict[str, float]:
+def compare_with_strips(strips: TheoryContact, theory: TheoryContact) -> dict[str, float]:
     """Deviations of a theory from the strip method.
 
     Parameters
@@ -39,7 +44,7 @@ def off_strips(strips: Approximation, theory: Approximation) -> dict[str, float]
         distance of the centres over the theory's half-width b, and differences of valley and loads as fractions of peak
         and load.
     """
-    theory_measures, strip_measures = (measures_of_theory(contact).as_dict() for contact in (theory, strips))
+    theory_measures, strip_measures = (read_theory_measures(contact).as_dict() for contact in (theory, strips))
     deviations = {name: theory_measures[name] / strip_measures[name] - 1.0 for name in MEASURES}
     distance_mm = strips.centre_mm[1] - theory.centre_mm[1]
     moved_mm = distance_mm if theory.single is not None else 0.0
@@ -50,12 +55,12 @@ def off_strips(strips: Approximation, theory: Approximation) -> dict[str, float]
     return deviations | {
         "centre_over_b": distance_mm / theory.half_widths_mm[1],
         "valley": _measure_valley(pressures[0]) - _measure_valley(pressures[1]),
-        "separate_load": separate_load if theory.single is not None else unknown_load(ends_mm, loads, theory),
-        "misplaced_load": part_elsewhere(*pressures),
+        "separate_load": separate_load if theory.single is not None else compute_unmatched_load(ends_mm, loads, theory),
+        "misplaced_load": compute_misplaced_fraction(*pressures),
     }
 
 
-def _evaluate_on_common_grid(strips: Approximation, theory: Approximation, moved_mm: float) -> tuple[Floats, Floats]:
+def _evaluate_on_common_grid(strips: TheoryContact, theory: TheoryContact, moved_mm: float) -> tuple[Floats, Floats]:
     """Pressures of both theories in MPa on the middles of equal cells, (24, 160).
 
     The cells cover a quarter of both contacts. The second theory is moved across by `moved_mm`.
@@ -68,7 +73,7 @@ def _evaluate_on_common_grid(strips: Approximation, theory: Approximation, moved
     return evaluate_pressure(strips, x, s), evaluate_pressure(theory, x, s - moved_mm)
 
 
-def evaluate_pressure(theory: Approximation, x: Floats, s: Floats) -> Floats:
+def evaluate_pressure(theory: TheoryContact, x: Floats, s: Floats) -> Floats:
     """Pressure of a theory at all places (x, s).
 
     Parameters
@@ -95,4 +100,4 @@ def _measure_valley(pressure: Floats) -> float:
 
     It is relative to the highest peak.
     """
-    return standing_peaks(np.concatenate(([0.0], pressure[0], [0.0])), 0.0)[1]
+    return find_ridge_peaks(np.concatenate(([0.0], pressure[0], [0.0])), 0.0)[1]

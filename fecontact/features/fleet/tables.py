@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from duckdb import DuckDBPyConnection
 
 PROFILES, SCREEN, SAMPLE = "profiles.parquet", "screen", "sample.parquet"
-KEYS = "wheel, rail, shift_mm, load_kN"
+POSITION_COLUMNS = "wheel, rail, shift_mm, load_kN"
 """Columns that name a position."""
 STRATA = ("surely holds", "near", "surely fails", "refused")
 """Strata of positions by the verdict of the screen and its margin: margins of at least 2 uncertainties are sure."""
@@ -54,7 +54,7 @@ def import_arrow(module: str) -> Any:
         raise InputError("fleets need the package pyarrow: pip install 'fecontact[fleet]'") from error
 
 
-def rows_of(path: Path, required_columns: Iterable[str], most_rows: int) -> list[Record]:
+def read_rows(path: Path, required_columns: Iterable[str], most_rows: int) -> list[Record]:
     """Rows of a table (.csv or .parquet).
 
     Parameters
@@ -156,7 +156,7 @@ def write_table(rows: Sequence[Record], path: Path) -> Path:
     return write_atomically(path, lambda temporary: parquet.write_table(table, temporary))
 
 
-def opened(folder: Path) -> DuckDBPyConnection:
+def open_tables(folder: Path) -> DuckDBPyConnection:
     """Open the tables of a fleet as views of a database.
 
     The views are `profiles`, `screen` with the stratum of each position, `sample`, and `drawn`, the rows of `screen` of
@@ -196,12 +196,12 @@ def opened(folder: Path) -> DuckDBPyConnection:
         tables.execute(f"CREATE VIEW sample AS {_NO_SAMPLE}")
     tables.execute(
         "CREATE VIEW drawn AS SELECT screen.*, inclusion_probability, fe_verdict, sample.stratum AS drawn_stratum,"
-        f" sample.weight AS drawn_weight FROM sample JOIN screen USING ({KEYS})"
+        f" sample.weight AS drawn_weight FROM sample JOIN screen USING ({POSITION_COLUMNS})"
     )
     return tables
 
 
-def asked(tables: DuckDBPyConnection, sql: str, *values: Any) -> list[Record]:
+def query_rows(tables: DuckDBPyConnection, sql: str, *values: Any) -> list[Record]:
     """Rows of the result of a query, by the names of the columns."""
     result = tables.execute(sql, list(values))
     names = [column[0] for column in result.description or ()]

@@ -8,14 +8,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.case import unusual
-from fecontact.console.messages import tell_geometry, tell_notes, telling_replaced
-from fecontact.console.options import POSITION, CaseOptions, takes
-from fecontact.console.progress import many
+from fecontact.case import describe_unusual_inputs
+from fecontact.console.messages import print_geometry, print_notes, reporting_replaced_files
+from fecontact.console.options import POSITION_GROUPS, CaseOptions, add_case_options
+from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
 from fecontact.inputs.texts import parse_numbers
-from fecontact.jobs.remaining import duration
-from fecontact.outputs.terminal import answer, count
+from fecontact.jobs.remaining import format_duration
+from fecontact.outputs.terminal import count_text, print_answer
 
 
 @Parameter(name="*")
@@ -57,7 +57,7 @@ _DEFAULT_OPTIONS = IrregularOptions()
 _SECONDS_PER_PLACE = 0.15
 
 
-@takes(*POSITION)
+@add_case_options(*POSITION_GROUPS)
 def irregular(
     *,
     options: CaseOptions,
@@ -77,9 +77,9 @@ def irregular(
         Folder for irregular.json and irregular.png.
     """
     from fecontact.features.irregular.running import irregular as judge_irregularity
-    from fecontact.features.irregular.telling import irregular_figure, irregular_lines
+    from fecontact.features.irregular.telling import draw_irregular, format_irregular
     from fecontact.files import write_json
-    from fecontact.jobs.workers import default_workers
+    from fecontact.jobs.workers import count_default_workers
 
     if irregular_options.irregularity and irregular_options.table:
         raise InputError("irregular: give --irregularity or --table, not both")
@@ -91,14 +91,14 @@ def irregular(
         options.case(),
         f"table:{irregular_options.table}" if irregular_options.table else irregular_options.irregularity,
     )
-    tell_notes(unusual([case]))
-    tell_geometry([case])
-    workers = default_workers() if irregular_options.workers is None else irregular_options.workers
+    print_notes(describe_unusual_inputs([case]))
+    print_geometry([case])
+    workers = count_default_workers() if irregular_options.workers is None else irregular_options.workers
     unit = "place" if text else "cell"
-    with many(
+    with show_job_progress(
         f"{unit}s",
         before=lambda number: (
-            f"{count(number, unit)}: about {duration(max(1.0, _SECONDS_PER_PLACE * number / workers))}"
+            f"{count_text(number, unit)}: about {format_duration(max(1.0, _SECONDS_PER_PLACE * number / workers))}"
         ),
     ) as progress:
         record = judge_irregularity(
@@ -112,9 +112,9 @@ def irregular(
             progress=progress,
         )
     if out is not None:
-        with telling_replaced(out):
+        with reporting_replaced_files(out):
             write_json(out / "irregular.json", record)
-            irregular_figure(record, out / "irregular.png")
-    answer(record, irregular_lines, json=json, written=out)
+            draw_irregular(record, out / "irregular.png")
+    print_answer(record, format_irregular, json=json, written=out)
     results = record["cells"] if "cells" in record else record["places"]
     return 3 if any(result["problem"] for result in results) else 0

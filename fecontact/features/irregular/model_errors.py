@@ -13,14 +13,14 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.case import Case
-from fecontact.contact.halfspace import NODES, contact_on_gap
+from fecontact.contact.halfspace import NODES_PER_HALF_LENGTH, solve_gap_contact
 from fecontact.contact.patch import Patch, measure_patch
 from fecontact.contact_theories.hertz import HertzContact, hertz_spring_force_N
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.features.irregular.models import MODELS, IrregularPlace, Model, Pair
+from fecontact.features.irregular.models import MODELS, IrregularPlace, Model, SmoothBodies
 from fecontact.placement.irregularity import Irregularity
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.solving.alone import HALF_SPACE, normal_force_of, theory_alone
+from fecontact.solving.alone import HALF_SPACE, compute_normal_force, evaluate_theory
 from fecontact.solving.placing import place_case
 
 # Smallest number of nodes per wave, if a patch has NODES nodes on its half length.
@@ -35,7 +35,7 @@ LIMIT = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Truth:
+class ReferenceContact:
     """Contact on the half-space with the irregularity in the gap.
 
     Attributes
@@ -113,11 +113,13 @@ class JudgedPlace:
     """
 
     s_mm: float
-    truth: Truth
+    truth: ReferenceContact
     models: Mapping[str, JudgedModel]
 
 
-def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> IrregularPlace:
+def make_irregular_place(
+    pair: SmoothBodies, normal_force_N: float, irregularity: Irregularity, s_mm: float
+) -> IrregularPlace:
     """Make the place of a pair at a distance along an irregularity.
 
     Parameters
@@ -142,7 +144,7 @@ def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm
         If a table does not reach over the contact, or if waves are too short for the nodes.
     """
     hertz = pair.hertz(normal_force_N)
-    spacing = hertz.a_mm / NODES
+    spacing = hertz.a_mm / NODES_PER_HALF_LENGTH
     if irregularity.finest_mm < _MIN_NODES_PER_WAVE * spacing:
         raise InputError(
             f"irregularity {irregularity.kind}: its shortest wave is {irregularity.finest_mm:g} mm, and the patch of"
@@ -167,9 +169,9 @@ def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm
     )
 
 
-def truth_on(
-    pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float, *, nodes: int | None = None
-) -> Truth:
+def solve_reference(
+    pair: SmoothBodies, normal_force_N: float, irregularity: Irregularity, s_mm: float, *, nodes: int | None = None
+) -> ReferenceContact:
     """Solve the half-space at a distance along an irregularity.
 
     Parameters
@@ -193,12 +195,12 @@ def truth_on(
     Raises
     ------
     InputError, ConvergenceError
-        As in `place_on` and `contact_on_gap`.
+        As in `make_irregular_place` and `contact_on_gap`.
     """
-    return _solve_reference(place_on(pair, normal_force_N, irregularity, s_mm), irregularity, s_mm, nodes)
+    return _solve_reference(make_irregular_place(pair, normal_force_N, irregularity, s_mm), irregularity, s_mm, nodes)
 
 
-def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace:
+def judge_place(pair: SmoothBodies, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace:
     """Judge all models by the half-space at a distance along an irregularity.
 
     Parameters
@@ -220,7 +222,7 @@ def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s
     Raises
     ------
     InputError, ConvergenceError
-        As in `truth_on`.
+        As in `solve_reference`.
 
     Examples
     --------
@@ -232,7 +234,7 @@ def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s
     >>> judge_place(pair, 1e5, wave, 0.0).models["eq6"].holds()
     True
     """
-    place = place_on(pair, normal_force_N, irregularity, s_mm)
+    place = make_irregular_place(pair, normal_force_N, irregularity, s_mm)
     truth = _solve_reference(place, irregularity, s_mm)
     return JudgedPlace(
         s_mm=s_mm,
@@ -241,14 +243,16 @@ def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s
     )
 
 
-def _solve_reference(place: IrregularPlace, irregularity: Irregularity, s_mm: float, nodes: int | None = None) -> Truth:
+def _solve_reference(
+    place: IrregularPlace, irregularity: Irregularity, s_mm: float, nodes: int | None = None
+) -> ReferenceContact:
     """Solve the half-space at a place of an irregularity."""
     pair = place.pair
 
     def gap(x: Floats, y: Floats) -> Floats:
         return pair.A_per_mm * x**2 + pair.B_per_mm * y**2 + irregularity.opening_mm(s_mm + x)
 
-    half_space = contact_on_gap(
+    half_space = solve_gap_contact(
         gap,
         place.normal_force_N,
         pair.contact_modulus_MPa,
@@ -257,14 +261,14 @@ def _solve_reference(place: IrregularPlace, irregularity: Irregularity, s_mm: fl
             2.0 * place.reach_mm,
             2.0 * math.sqrt((_REACH_FACTOR * place.hertz.approach_mm + irregularity.height_mm) / pair.B_per_mm),
         ),
-        nodes=nodes or (_EDGE_NODE_FACTOR * NODES if irregularity.kinks_mm else NODES),
+        nodes=nodes or (_EDGE_NODE_FACTOR * NODES_PER_HALF_LENGTH if irregularity.kinks_mm else NODES_PER_HALF_LENGTH),
     )
     patch, x = measure_patch(half_space.pressure), half_space.pressure.grid.x_mm
     columns = np.flatnonzero(half_space.pressure.values.any(axis=1))
     step = half_space.pressure.grid.steps_mm[0]
     low, high = x[columns[0]] - step, x[columns[-1]] + step
     has_edge = any(low < kink < high for kink in place.kinks_mm)
-    return Truth(
+    return ReferenceContact(
         approach_mm=half_space.approach_mm,
         patch=patch,
         p_max_MPa=None if has_edge else patch.p_max_MPa,
@@ -272,7 +276,7 @@ def _solve_reference(place: IrregularPlace, irregularity: Irregularity, s_mm: fl
     )
 
 
-def _judge_model(model: Model, place: IrregularPlace, truth: Truth) -> JudgedModel:
+def _judge_model(model: Model, place: IrregularPlace, truth: ReferenceContact) -> JudgedModel:
     """Compare a model with the half-space at a place."""
     estimate = model.under(place)
     force = np.nan if estimate.problem else model.force_N(place, truth.approach_mm)
@@ -322,7 +326,7 @@ class Cell:
     problem: str = ""
 
 
-def judge_cell(pair: Pair, normal_force_N: float, wavelength_mm: float, amplitude_mm: float) -> Cell:
+def judge_cell(pair: SmoothBodies, normal_force_N: float, wavelength_mm: float, amplitude_mm: float) -> Cell:
     """Judge all models at five places of a wave.
 
     Parameters
@@ -376,7 +380,7 @@ def find_largest_errors(name: str, places: Sequence[JudgedPlace]) -> ModelErrors
     )
 
 
-def largest_amplitude_mm(
+def find_largest_amplitude_mm(
     cells: Sequence[Cell], model: str, errors: Sequence[str] = ERRORS, limit: float = LIMIT
 ) -> float | None:
     """Find the amplitude up to which a model holds on waves of a given length.
@@ -457,7 +461,7 @@ class SmoothPair:
 
     case: Case
     placement: Placement
-    pair: Pair
+    pair: SmoothBodies
     hertz: HertzContact
     approach_error: float
     peak_error: float
@@ -493,15 +497,15 @@ def make_smooth_pair(case: Case) -> SmoothPair:
     if case.irregularities:
         raise InputError("rail or wheel of the case is irregular; leave that out, and give it as the irregularity")
     placement = place_case(case)
-    touch, force = placement.first, normal_force_of(case, placement)
+    touch, force = placement.first, compute_normal_force(case, placement)
     curvature = touch.curvature
-    pair = Pair(
+    pair = SmoothBodies(
         A_per_mm=0.5 * curvature.xx_per_mm,
         B_per_mm=0.5 * curvature.yy_per_mm,
         contact_modulus_MPa=case.contact_modulus_MPa,
     )
     hertz = pair.hertz(force)
-    reference = truth_on(
+    reference = solve_reference(
         pair, force, Irregularity(kind="sine", wavelength_mm=8.0 * hertz.a_mm, amplitude_mm=_FLAT_AMPLITUDE_MM), 0.0
     )
     assert reference.p_max_MPa is not None
@@ -523,7 +527,7 @@ def _judge_hertz_on_profiles(case: Case, hertz: HertzContact) -> ModelErrors | s
     If there is no solution, then the result is the reason.
     """
     try:
-        half_space = theory_alone(case, HALF_SPACE)
+        half_space = evaluate_theory(case, HALF_SPACE)
     except (InputError, ConvergenceError) as error:
         return str(error)
     contact = half_space.contact

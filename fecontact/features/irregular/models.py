@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse, hertz_spring_force_N, multi_hertz_approach_mm
-from fecontact.placement.openings import GapOpening, Touch, on_edge, touches
+from fecontact.placement.openings import GapMinimum, GapOpening, find_gap_minima, is_on_edge
 
 # Gauss points and weights from -1 to 1.
 _GAUSS = np.polynomial.legendre.leggauss(48)
@@ -30,7 +30,7 @@ _CONVERGENCE = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pair:
+class SmoothBodies:
     """Two smooth bodies in contact.
 
     Attributes
@@ -86,7 +86,7 @@ class IrregularPlace:
         Force for which lengths are estimated.
     """
 
-    pair: Pair
+    pair: SmoothBodies
     opening: GapOpening
     reach_mm: float
     normal_force_N: float
@@ -98,9 +98,9 @@ class IrregularPlace:
         return self.pair.hertz(self.normal_force_N)
 
     @cached_property
-    def touches(self) -> tuple[Touch, ...]:
+    def touches(self) -> tuple[GapMinimum, ...]:
         """Minima of the gap, the lowest first, at which the rigid wheel touches."""
-        return touches(self.pair.A_per_mm, self.opening, self.reach_mm)
+        return find_gap_minima(self.pair.A_per_mm, self.opening, self.reach_mm)
 
     def mean_mm(self, half_length_mm: float) -> float:
         """Mean of e from -a to a, mm."""
@@ -415,7 +415,7 @@ def _compute_spring_force_N(place: IrregularPlace, d_mm: float) -> float:
 
 def _describe_edge_contact(place: IrregularPlace) -> str:
     """Reason why there is no curvature at the touch point; empty if there is a curvature."""
-    if on_edge(place.touches, place.kinks_mm, place.reach_mm):
+    if is_on_edge(place.touches, place.kinks_mm, place.reach_mm):
         return "the rigid wheel touches an edge, where there is no curvature"
     return ""
 
@@ -472,7 +472,7 @@ class Eq6Limits:
         return min(self.patch_mm, self.slope_mm)
 
 
-def filter_of(wave_number_per_mm: float, half_length_mm: float) -> float:
+def compute_filter_factor(wave_number_per_mm: float, half_length_mm: float) -> float:
     """Fraction of a wave that remains in the mean over a patch: sin(ka) / (ka).
 
     Parameters
@@ -498,7 +498,9 @@ def filter_of(wave_number_per_mm: float, half_length_mm: float) -> float:
     return math.sin(phase) / phase
 
 
-def eq6_limits(pair: Pair, normal_force_N: float, wavelength_mm: float, limit: float = 0.05) -> Eq6Limits:
+def compute_eq6_limits(
+    pair: SmoothBodies, normal_force_N: float, wavelength_mm: float, limit: float = 0.05
+) -> Eq6Limits:
     """Compute the largest amplitudes of a wave for eq. 6 under a force.
 
     Parameters
@@ -533,16 +535,16 @@ def eq6_limits(pair: Pair, normal_force_N: float, wavelength_mm: float, limit: f
     """
     hertz = pair.hertz(normal_force_N)
     wave_number = 2.0 * math.pi / wavelength_mm
-    patch_limit = limit * hertz.approach_mm / (1.5 * (1.0 - filter_of(wave_number, hertz.a_mm)))
+    patch_limit = limit * hertz.approach_mm / (1.5 * (1.0 - compute_filter_factor(wave_number, hertz.a_mm)))
     slope_limit = math.sqrt(8.0 / 3.0 * limit * pair.A_per_mm * hertz.approach_mm) / wave_number
     if wavelength_mm <= 2.0 * _SHORT_WAVE_LIMIT * hertz.a_mm:
         peak_limit = limit * hertz.p0_MPa * wavelength_mm / (math.pi * pair.contact_modulus_MPa)
     else:
-        peak_limit = 2.0 * pair.A_per_mm * limit / (wave_number**2 * peak_exponent(pair))
+        peak_limit = 2.0 * pair.A_per_mm * limit / (wave_number**2 * compute_peak_exponent(pair))
     return Eq6Limits(patch_mm=patch_limit, slope_mm=slope_limit, peak_mm=peak_limit)
 
 
-def peak_exponent(pair: Pair) -> float:
+def compute_peak_exponent(pair: SmoothBodies) -> float:
     """Compute the exponent d ln p0 / d ln A of Hertz at constant force.
 
     Parameters

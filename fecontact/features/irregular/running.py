@@ -19,13 +19,13 @@ from fecontact.features.irregular.model_errors import (
     SmoothPair,
     judge_cell,
     judge_place,
+    make_irregular_place,
     make_smooth_pair,
-    place_on,
 )
-from fecontact.features.irregular.models import Pair
-from fecontact.features.irregular.telling import make_irregularity_record, map_record
-from fecontact.jobs.remaining import watched
-from fecontact.jobs.workers import evaluators
+from fecontact.features.irregular.models import SmoothBodies
+from fecontact.features.irregular.telling import make_irregular_map_record, make_irregularity_record
+from fecontact.jobs.remaining import report_progress
+from fecontact.jobs.workers import open_evaluators
 from fecontact.outputs.flat_records import Record
 from fecontact.placement.irregularity import Irregularity, parse_irregularity
 
@@ -93,7 +93,7 @@ def irregular(
     run_all = partial(_run_all, workers=workers, progress=progress)
     if irregularity is None:
         waves = _pair_waves(smooth, wavelengths_mm, amplitudes_mm)
-        return map_record(
+        return make_irregular_map_record(
             smooth, run_all(partial(_judge_cell, smooth.pair, smooth.hertz.normal_force_N), waves), limit=limit
         )
     parsed = parse_irregularity(irregularity) if isinstance(irregularity, str) else irregularity
@@ -122,7 +122,7 @@ def _pair_waves(
     ordered = [sorted({float(value) for value in values}) for values in (wavelengths, amplitudes)]
     # impossible waves are refused before anything is computed
     shortest = Irregularity(kind="sine", wavelength_mm=ordered[0][0], amplitude_mm=ordered[1][0])
-    place_on(smooth.pair, smooth.hertz.normal_force_N, shortest, 0.0)
+    make_irregular_place(smooth.pair, smooth.hertz.normal_force_N, shortest, 0.0)
     return [(wavelength, amplitude) for wavelength in ordered[0] for amplitude in ordered[1]]
 
 
@@ -156,12 +156,12 @@ def _choose_positions(smooth: SmoothPair, irregularity: Irregularity, positions_
     return places
 
 
-def _judge_cell(pair: Pair, force_N: float, wave: tuple[float, float]) -> Any:
+def _judge_cell(pair: SmoothBodies, force_N: float, wave: tuple[float, float]) -> Any:
     """Judge all models on a wave, given as wavelength and amplitude (mm)."""
     return judge_cell(pair, force_N, *wave)
 
 
-def _judge_place(pair: Pair, force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace | str:
+def _judge_place(pair: SmoothBodies, force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace | str:
     """Judge a place, or give the reason why it did not converge.
 
     Input errors are raised.
@@ -174,5 +174,5 @@ def _judge_place(pair: Pair, force_N: float, irregularity: Irregularity, s_mm: f
 
 def _run_all(work: Callable[[Any], Any], tasks: Sequence[Any], *, workers: int, progress: Progress | None) -> list[Any]:
     """Results of `work` for all tasks, in their order, from `workers` processes."""
-    with evaluators(len(tasks), here=1 in (workers, len(tasks)), workers=workers) as map_over:
-        return list(watched(map_over(work, tasks), len(tasks), progress, "models beside the half-space"))
+    with open_evaluators(len(tasks), here=1 in (workers, len(tasks)), workers=workers) as map_over:
+        return list(report_progress(map_over(work, tasks), len(tasks), progress, "models beside the half-space"))

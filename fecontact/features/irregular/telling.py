@@ -18,22 +18,30 @@ from fecontact.features.irregular.model_errors import (
     JudgedPlace,
     ModelErrors,
     SmoothPair,
-    largest_amplitude_mm,
+    find_largest_amplitude_mm,
 )
-from fecontact.features.irregular.models import MODELS, eq6_limits
-from fecontact.outputs.flat_records import Record, picked, told
-from fecontact.outputs.pair_names import pair_of_row
-from fecontact.outputs.records.results import case_inputs, versions
-from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.outputs.tables import Item, Table, number, table_of, text
-from fecontact.outputs.terminal import Lines, notes
+from fecontact.features.irregular.models import MODELS, compute_eq6_limits
+from fecontact.outputs.flat_records import Record, select_attributes, to_plain
+from fecontact.outputs.pair_names import row_pair_text
+from fecontact.outputs.records.results import case_inputs, package_versions
+from fecontact.outputs.style import (
+    SERIES_COLOURS,
+    SERIES_MARKS,
+    add_grid,
+    add_legend_beside,
+    blank_figure,
+    save_figure,
+    set_plain_log_scale,
+)
+from fecontact.outputs.tables import Table, TableRecord, make_table, number_column, text_column
+from fecontact.outputs.terminal import OutputLines, note_lines
 from fecontact.placement.irregularity import Irregularity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def map_record(smooth: SmoothPair, cells: Sequence[Cell], *, limit: float) -> Record:
+def make_irregular_map_record(smooth: SmoothPair, cells: Sequence[Cell], *, limit: float) -> Record:
     """Make the record of a map over wavelength and amplitude.
 
     Parameters
@@ -90,7 +98,7 @@ def make_irregularity_record(
     """
     solved_places = {s: place for s, place in places.items() if isinstance(place, JudgedPlace)}
     record = _make_head(smooth, limit) | {
-        "irregularity": {key: value for key, value in told(irregularity).items() if value not in (None, [], 0.0)},
+        "irregularity": {key: value for key, value in to_plain(irregularity).items() if value not in (None, [], 0.0)},
         "places": [_make_place_record(s, place, irregularity, smooth, limit) for s, place in places.items()],
         "worst": {name: _make_worst_record(name, solved_places, limit) for name in MODELS} if solved_places else {},
     }
@@ -116,16 +124,16 @@ def _make_head(smooth: SmoothPair, limit: float) -> Record:
         "schema": "fecontact/irregular/1",
         "case": case_inputs(smooth.case, smooth.placement),
         "pair": {
-            **told(smooth.pair),
-            **picked(hertz, "normal_force_N a_mm b_mm approach_mm stiffness_N_per_mm15"),
+            **to_plain(smooth.pair),
+            **select_attributes(hertz, "normal_force_N a_mm b_mm approach_mm stiffness_N_per_mm15"),
             "p_max_MPa": hertz.p0_MPa,
         },
-        "models": {name: picked(model, "words cost source range") for name, model in MODELS.items()},
-        "half_space": picked(smooth, "approach_error peak_error"),
+        "models": {name: select_attributes(model, "words cost source range") for name, model in MODELS.items()},
+        "half_space": select_attributes(smooth, "approach_error peak_error"),
         "without_irregularity": _make_smooth_record(smooth.on_profiles, limit),
         "limit": limit,
-        **picked(smooth, "notes"),
-        "versions": versions(),
+        **select_attributes(smooth, "notes"),
+        "versions": package_versions(),
     }
 
 
@@ -136,7 +144,7 @@ def _make_smooth_record(errors: ModelErrors | str, limit: float) -> Record:
     """
     if isinstance(errors, str):
         return {"force_error": None, "peak_error": None, "holds": None, "problem": errors}
-    return {**told(errors), "holds": errors.holds(limit), "problem": None}
+    return {**to_plain(errors), "holds": errors.holds(limit), "problem": None}
 
 
 def _make_cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
@@ -146,7 +154,7 @@ def _make_cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
         for name, model_errors in cell.models.items()
     }
     return {
-        **picked(cell, "wavelength_mm amplitude_mm"),
+        **select_attributes(cell, "wavelength_mm amplitude_mm"),
         "patch_lengths": 0.5 * cell.wavelength_mm / smooth.hertz.a_mm,
         "approaches": cell.amplitude_mm / smooth.hertz.approach_mm,
         "models": models,
@@ -163,12 +171,14 @@ def _make_limits_record(column: Sequence[Cell], smooth: SmoothPair, limit: float
     They are for force and peak, and for the force alone; None if no cells show them.
     """
     wavelength = column[0].wavelength_mm
-    closed_form = eq6_limits(smooth.pair, smooth.hertz.normal_force_N, wavelength, limit)
+    closed_form = compute_eq6_limits(smooth.pair, smooth.hertz.normal_force_N, wavelength, limit)
     return {
         "wavelength_mm": wavelength,
-        "amplitude_mm": {name: largest_amplitude_mm(column, name, limit=limit) for name in MODELS},
-        "force_amplitude_mm": {name: largest_amplitude_mm(column, name, ("force_error",), limit) for name in MODELS},
-        "closed_form_mm": {**told(closed_form), "eq6_mm": min(closed_form.force_mm, closed_form.peak_mm)},
+        "amplitude_mm": {name: find_largest_amplitude_mm(column, name, limit=limit) for name in MODELS},
+        "force_amplitude_mm": {
+            name: find_largest_amplitude_mm(column, name, ("force_error",), limit) for name in MODELS
+        },
+        "closed_form_mm": {**to_plain(closed_form), "eq6_mm": min(closed_form.force_mm, closed_form.peak_mm)},
     }
 
 
@@ -184,8 +194,11 @@ def _make_place_record(
         | {"holds": model.holds(limit), "problem": model.problem or None}
         for name, model in place.models.items()
     }
-    record |= {"load_N": smooth.hertz.normal_force_N, **picked(place.truth, "approach_mm p_max_MPa residual")}
-    return record | picked(place.truth.patch, "area_mm2 pieces") | {"models": models, "problem": None}
+    record |= {
+        "load_N": smooth.hertz.normal_force_N,
+        **select_attributes(place.truth, "approach_mm p_max_MPa residual"),
+    }
+    return record | select_attributes(place.truth.patch, "area_mm2 pieces") | {"models": models, "problem": None}
 
 
 def _make_worst_record(name: str, places: Mapping[float, JudgedPlace], limit: float) -> Record:
@@ -206,7 +219,7 @@ def _make_worst_record(name: str, places: Mapping[float, JudgedPlace], limit: fl
 
 def _pick_finite(value: object, names: str) -> Record:
     """Pick numbers of a value by their names; None for a number that is not finite."""
-    return {name: number if math.isfinite(number) else None for name, number in picked(value, names).items()}
+    return {name: number if math.isfinite(number) else None for name, number in select_attributes(value, names).items()}
 
 
 # --- Pictures of models on an irregularity: the map over wavelength and amplitude, and the forces along it.
@@ -214,7 +227,7 @@ def _pick_finite(value: object, names: str) -> Record:
 _NO_MODEL_COLOUR = "0.8"
 
 
-def irregular_figure(record: Record, path: str | Path) -> Path:
+def draw_irregular(record: Record, path: str | Path) -> Path:
     """Draw the map of a record, or the forces along an irregularity.
 
     Parameters
@@ -240,7 +253,7 @@ def _draw_map(record: Record, path: str | Path) -> Path:
     figure = blank_figure(10.5, 6.0)
     ax = figure.subplots()
     names = list(record["models"])
-    colour = dict(zip(names, SERIES, strict=False))
+    colour = dict(zip(names, SERIES_COLOURS, strict=False))
     for index, name in enumerate((*names, None)):
         cheapest_cells = [cell for cell in record["cells"] if cell["cheapest"] == name]
         limits = [
@@ -253,7 +266,7 @@ def _draw_map(record: Record, path: str | Path) -> Path:
             ax.plot(
                 [cell["wavelength_mm"] for cell in cheapest_cells],
                 [1e3 * cell["amplitude_mm"] for cell in cheapest_cells],
-                (MARKS[index % len(MARKS)]) if name else "x",
+                (SERIES_MARKS[index % len(SERIES_MARKS)]) if name else "x",
                 color=colour.get(name or "", _NO_MODEL_COLOUR),
                 alpha=0.55,
                 label=_describe_model(record, name) if name else "no model holds: half-space",
@@ -278,9 +291,9 @@ def _draw_map(record: Record, path: str | Path) -> Path:
     ax.axvline(2.0 * pair["a_mm"], color="0.5", linewidth=0.8)
     ax.annotate("patch", (2.0 * pair["a_mm"], high), fontsize=8, ha="right", rotation=90, va="top")
     ax.set(xlabel="wavelength, mm", ylabel="amplitude (half of peak to valley), µm")
-    plain_log(ax)
-    finish(ax)
-    legend_beside(ax, title="mark: the cheapest model that holds")
+    set_plain_log_scale(ax)
+    add_grid(ax)
+    add_legend_beside(ax, title="mark: the cheapest model that holds")
     ax.set_title(
         f"{_describe_pair(record)}\nwhich model of the irregular contact is within {100 * record['limit']:g} % of force"
         f" and peak (solved at the marks: lines end with them)\npatch {2 * pair['a_mm']:.1f} mm long, approach"
@@ -294,7 +307,7 @@ def _describe_pair(record: Record) -> str:
     """Describe the pair, the shift and the normal force in a title."""
     case, pair = record["case"], record["pair"]
     return (
-        f"{pair_of_row(case)}; shift {case['lateral_shift_mm']:+z.2f} mm; normal force"
+        f"{row_pair_text(case)}; shift {case['lateral_shift_mm']:+z.2f} mm; normal force"
         f" {1e-3 * pair['normal_force_N']:.4g} kN"
     )
 
@@ -317,7 +330,12 @@ def _draw_forces(record: Record, path: str | Path) -> Path:
     for index, name in enumerate(record["models"]):
         force = 1e-3 * np.array([_model_force_N(name, place) for place in places], dtype=float)
         top.plot(
-            positions, force, MARKS[index] + "-", markersize=3, color=SERIES[index], label=_describe_model(record, name)
+            positions,
+            force,
+            SERIES_MARKS[index] + "-",
+            markersize=3,
+            color=SERIES_COLOURS[index],
+            label=_describe_model(record, name),
         )
     _mark_worst_places(top, record)
     top.plot([], [], "o", mfc="none", color="0.4", markersize=9, label="largest error of a model")
@@ -325,8 +343,8 @@ def _draw_forces(record: Record, path: str | Path) -> Path:
     top.set_title(f"{_describe_pair(record)}\nforces of the models at the approach of the half-space", fontsize=10)
     bottom.plot(positions, [1e3 * place["opening_mm"] for place in places], color="0.3")
     bottom.set(xlabel="s along the track, mm", ylabel="irregularity e, µm")
-    finish(top, bottom)
-    legend_beside(top)
+    add_grid(top, bottom)
+    add_legend_beside(top)
     return save_figure(figure, path)
 
 
@@ -337,24 +355,29 @@ def _mark_worst_places(ax: Axes, record: Record) -> None:
         if position is not None:
             place = next(candidate for candidate in record["places"] if candidate["s_mm"] == position)
             ax.plot(
-                position, 1e-3 * place["models"][name]["force_N"], "o", mfc="none", color=SERIES[index], markersize=9
+                position,
+                1e-3 * place["models"][name]["force_N"],
+                "o",
+                mfc="none",
+                color=SERIES_COLOURS[index],
+                markersize=9,
             )
 
 
 # --- Models of a wheel on an irregularity on the terminal: the limits of a map, or the forces along it.
 
 _WORST_COLUMNS = (
-    text("model", "name"),
-    number("force\n%", "force_error", "{:+.1f}", 1e2),
-    number("at\nmm", "force_error_at_mm"),
-    number("peak\n%", "peak_error", "{:+.1f}", 1e2),
-    number("at \nmm", "peak_error_at_mm"),
-    number("says\nnothing", "silent", "{:.0f}"),
-    number("holds\n% of places", "share_within_limit", "{:.0f}", 1e2),
+    text_column("model", "name"),
+    number_column("force\n%", "force_error", "{:+.1f}", 1e2),
+    number_column("at\nmm", "force_error_at_mm"),
+    number_column("peak\n%", "peak_error", "{:+.1f}", 1e2),
+    number_column("at \nmm", "peak_error_at_mm"),
+    number_column("says\nnothing", "silent", "{:.0f}"),
+    number_column("holds\n% of places", "share_within_limit", "{:.0f}", 1e2),
 )
 
 
-def irregular_lines(record: Item) -> Lines:
+def format_irregular(record: TableRecord) -> OutputLines:
     """Format a record for the terminal.
 
     Parameters
@@ -379,17 +402,19 @@ def irregular_lines(record: Item) -> Lines:
         yield _make_limits_table(record)
     else:
         yield _make_places_table(record)
-        yield table_of(
+        yield make_table(
             "Worst places", _WORST_COLUMNS, ({**worst, "name": name} for name, worst in record["worst"].items())
         )
     approach, peak = (f"{100 * error:+.2f} %" for error in record["half_space"].values())
     yield f"the half-space on its nodes is {approach} (approach) and {peak} (peak) from Hertz without the irregularity"
-    yield from notes(record["notes"])
+    yield from note_lines(record["notes"])
     if problems := [result["problem"] for result in record[kind] if result["problem"]]:
-        yield from notes([f"{len(problems)} of {len(record[kind])} {kind} have no solution; the first: {problems[0]}"])
+        yield from note_lines(
+            [f"{len(problems)} of {len(record[kind])} {kind} have no solution; the first: {problems[0]}"]
+        )
 
 
-def _describe_smooth_pair(record: Item) -> str:
+def _describe_smooth_pair(record: TableRecord) -> str:
     """Describe the errors of Hertz on the whole profiles without the irregularity.
 
     All models begin with this contact.
@@ -408,23 +433,23 @@ def _describe_smooth_pair(record: Item) -> str:
     )
 
 
-def _make_limits_table(record: Item) -> Table:
+def _make_limits_table(record: TableRecord) -> Table:
     """Make a table with the largest amplitudes of each model, a line for each wavelength."""
     columns = [
-        number("wavelength\nmm", "wavelength_mm"),
-        number("lengths of\nthe patch", lambda row: row["cells"][0]["patch_lengths"], "{:.2f}"),
-        *(text(f"{name}\num", partial(_format_amplitude, name), "number") for name in record["models"]),
-        text("eq6, closed\nform um", lambda row: f"{1e3 * row['closed_form_mm']['eq6_mm']:.3g}", "number"),
+        number_column("wavelength\nmm", "wavelength_mm"),
+        number_column("lengths of\nthe patch", lambda row: row["cells"][0]["patch_lengths"], "{:.2f}"),
+        *(text_column(f"{name}\num", partial(_format_amplitude, name), "number") for name in record["models"]),
+        text_column("eq6, closed\nform um", lambda row: f"{1e3 * row['closed_form_mm']['eq6_mm']:.3g}", "number"),
     ]
     rows = [
         {**row, "cells": [cell for cell in record["cells"] if cell["wavelength_mm"] == row["wavelength_mm"]]}
         for row in record["limits"]
     ]
     title = f"Amplitude up to which a model is within {100 * record['limit']:g} % of force and peak"
-    return table_of(title, columns, rows)
+    return make_table(title, columns, rows)
 
 
-def _format_amplitude(name: str, limits: Item) -> str:
+def _format_amplitude(name: str, limits: TableRecord) -> str:
     """Format the largest amplitude, or the solved amplitude above or below it."""
     amplitude, cells = limits["amplitude_mm"][name], limits["cells"]
     if amplitude is not None:
@@ -433,23 +458,23 @@ def _format_amplitude(name: str, limits: Item) -> str:
     return f"{'>' if holds else '<'}{1e3 * cells[-1 if holds else 0]['amplitude_mm']:.3g}"
 
 
-def _make_places_table(record: Item) -> Table:
+def _make_places_table(record: TableRecord) -> Table:
     """Make a table of all places.
 
     Each line has approach and peak pressure of the half-space, and the force of each model at this approach.
     """
     columns = [
-        number("s\nmm", "s_mm"),
-        number("e\num", "opening_mm", "{:.1f}", 1e3),
-        number("approach\nmm", "approach_mm", "{:.5f}"),
-        number("p_max\nMPa", "p_max_MPa", "{:.0f}"),
-        *(number(f"{name}\nkN", partial(_model_force_N, name), "{:.2f}", 1e-3) for name in record["models"]),
+        number_column("s\nmm", "s_mm"),
+        number_column("e\num", "opening_mm", "{:.1f}", 1e3),
+        number_column("approach\nmm", "approach_mm", "{:.5f}"),
+        number_column("p_max\nMPa", "p_max_MPa", "{:.0f}"),
+        *(number_column(f"{name}\nkN", partial(_model_force_N, name), "{:.2f}", 1e-3) for name in record["models"]),
     ]
     title = "Half-space under the load, and forces of the models at its approach"
-    return table_of(title, columns, record["places"], lambda place: "open" if place["problem"] else "plain")
+    return make_table(title, columns, record["places"], lambda place: "open" if place["problem"] else "plain")
 
 
-def _model_force_N(name: str, place: Item) -> float | None:
+def _model_force_N(name: str, place: TableRecord) -> float | None:
     """Force (N) of a model at a place; None without a result."""
     force_N: float | None = place["models"].get(name, {}).get("force_N")
     return force_N

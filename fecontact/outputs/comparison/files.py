@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from fecontact.files import write_json, write_text
 from fecontact.outputs.parts import Details, Heading, Items, Lead, Part
-from fecontact.outputs.style import page
+from fecontact.outputs.style import render_page
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -89,4 +89,4 @@ def comparison_html(comparison: TableComparison) -> str:
         Details(f"{values_title}: {len(differences)}", [values]) if is_folded else values,
         *(Details(title, [table]) for title, table in tables_below.items()),
     ]
-    return page(comparison.verdict, parts)
+    return render_page(comparison.verdict, parts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fecontact.outputs.flat_records import Record, picked
+from fecontact.outputs.flat_records import Record, select_attributes
 
 if TYPE_CHECKING:
     from fecontact.regression.compare import TableComparison
@@ -29,7 +29,7 @@ def comparison_record(comparison: TableComparison) -> Record:
     columns = comparison.columns
     return {
         "schema": "fecontact/comparison/2",
-        **picked(comparison, "same verdict"),
+        **select_attributes(comparison, "same verdict"),
         "baseline": str(comparison.baseline.path),
         "new": str(comparison.new.path),
         "matched_by": list(comparison.baseline.key),

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fecontact.outputs.pair_names import short_name
-from fecontact.outputs.tables import Column, Item, Table, number, table_of, text
+from fecontact.outputs.tables import Column, Table, TableRecord, make_table, number_column, text_column
 
 if TYPE_CHECKING:
     import pandas
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
 _ROOMY_WIDTH = 110
 
 
-def value_text(row: Item, side: str) -> str:
+def value_text(row: TableRecord, side: str) -> str:
     """Text for a value, with eight digits if both sides are numbers."""
     return str(row[side]) or "(none)" if math.isnan(row["difference"]) else f"{float(row[side]):.8g}"
 
 
-def _number_or_entry(key: str, form: str, fallback_key: str) -> Callable[[Item], str]:
+def _number_or_entry(key: str, form: str, fallback_key: str) -> Callable[[TableRecord], str]:
     """Function that formats a number of a row, or a second column if there is no number."""
     return lambda row: str(row.get(fallback_key, "-")) if math.isnan(row[key]) else form.format(row[key])
 
 
 VALUE_TABLE_COLUMNS = (
-    text("column", "column"),
-    text("case", "called", wraps=True),
-    text("baseline", lambda row: value_text(row, "baseline"), "number"),
-    text("new", lambda row: value_text(row, "new"), "number"),
-    text("difference", _number_or_entry("difference", "{:+.3g}", "-"), "number"),
-    text("tolerance", _number_or_entry("tolerance", "{:.3g}", "kind"), "number", rank=2, name="tolerance"),
-    number("times", "times_tolerance", "{:.3g}"),
+    text_column("column", "column"),
+    text_column("case", "called", wraps=True),
+    text_column("baseline", lambda row: value_text(row, "baseline"), "number"),
+    text_column("new", lambda row: value_text(row, "new"), "number"),
+    text_column("difference", _number_or_entry("difference", "{:+.3g}", "-"), "number"),
+    text_column("tolerance", _number_or_entry("tolerance", "{:.3g}", "kind"), "number", rank=2, name="tolerance"),
+    number_column("times", "times_tolerance", "{:.3g}"),
 )
 """Single values."""
-_DIFFERING_COLUMN = text(
+_DIFFERING_COLUMN = text_column(
     "differ", lambda row: f"{row['differing']}/{row['cases']}", "number", rank=1, name="how many differ"
 )
 COLUMN_TABLE_COLUMNS = (
@@ -74,7 +74,7 @@ def value_table(title: str, columns: Sequence[Column], values: pandas.DataFrame,
     """
     case_labels = values.case.map(case_names(comparison))
     rows = values.assign(called=case_labels, cases=len(comparison.cases)).to_dict("records")
-    table = table_of(title, columns, rows, lambda row: "fails" if row["times_tolerance"] > 1.0 else "plain")
+    table = make_table(title, columns, rows, lambda row: "fails" if row["times_tolerance"] > 1.0 else "plain")
     return replace(table, roomy_width=_ROOMY_WIDTH)
 
 
@@ -163,11 +163,11 @@ def tolerance_table(comparison: TableComparison) -> Table:
         The table.
     """
     columns = comparison.columns.sort_index()
-    tolerance_columns = (number("relative", "relative"), number("absolute", "absolute"))
-    reason_column = text("why", "reason", none="the same text")
-    return table_of(
+    tolerance_columns = (number_column("relative", "relative"), number_column("absolute", "absolute"))
+    reason_column = text_column("why", "reason", none="the same text")
+    return make_table(
         "",
-        (VALUE_TABLE_COLUMNS[0], text("kind", "kind"), *tolerance_columns, reason_column),
+        (VALUE_TABLE_COLUMNS[0], text_column("kind", "kind"), *tolerance_columns, reason_column),
         columns.to_dict("records"),
     )
 
@@ -179,4 +179,4 @@ def version_table(comparison: TableComparison) -> Table:
         {"package": name, "baseline": baseline_versions.get(name), "new": new_versions.get(name)}
         for name in {**baseline_versions, **new_versions}
     )
-    return table_of("", [text(heading, heading, none="-") for heading in ("package", "baseline", "new")], rows)
+    return make_table("", [text_column(heading, heading, none="-") for heading in ("package", "baseline", "new")], rows)

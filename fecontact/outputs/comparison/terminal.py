@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fecontact.outputs.terminal import count
+from fecontact.outputs.terminal import count_text
 
 if TYPE_CHECKING:
-    from fecontact.outputs.terminal import Lines
+    from fecontact.outputs.terminal import OutputLines
     from fecontact.regression.compare import TableComparison
 from fecontact.outputs.comparison.tables import COLUMN_TABLE_COLUMNS, head_lines, value_table, value_text
 from fecontact.outputs.comparison.verdicts import verdict_lines
@@ -18,7 +18,7 @@ _CLOSEST_COLUMNS = 5
 _MAX_COLUMNS, _MAX_CHARACTERS = 30, 20
 
 
-def comparison_lines(comparison: TableComparison) -> Lines:
+def comparison_lines(comparison: TableComparison) -> OutputLines:
     """Iterate over the outputs of a comparison for the terminal: differences and verdict.
 
     The worst column comes first. If no column differs, the columns closest to their tolerance are shown. Columns in
@@ -45,7 +45,7 @@ def comparison_lines(comparison: TableComparison) -> Lines:
         )
         yield value_table("Columns that differ", COLUMN_TABLE_COLUMNS, worst, comparison)
         if hidden := len(differing) - len(worst):
-            yield f"{count(hidden, 'further column')} differ{'s' * (hidden == 1)}: --out FOLDER or --json has all"
+            yield f"{count_text(hidden, 'further column')} differ{'s' * (hidden == 1)}: --out FOLDER or --json has all"
     elif (columns.times_tolerance > 0.0).any():
         closest = columns[columns.times_tolerance > 0.0][:_CLOSEST_COLUMNS]
         yield value_table("Closest to their tolerance", COLUMN_TABLE_COLUMNS, closest, comparison)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.tables import number, table_of, text
-from fecontact.outputs.terminal import count
+from fecontact.outputs.tables import make_table, number_column, text_column
+from fecontact.outputs.terminal import count_text
 
 if TYPE_CHECKING:
     import pandas
 
-    from fecontact.outputs.terminal import Lines
+    from fecontact.outputs.terminal import OutputLines
     from fecontact.regression.compare import TableComparison
 
 
@@ -44,7 +44,7 @@ def _places_text(cases: pandas.DataFrame) -> str:
     return "; ".join(f"{shift:+g} mm: {', '.join(f'{load:g}' for load in loads)} kN" for shift, loads in by_shift)
 
 
-def verdict_lines(comparison: TableComparison) -> Lines:
+def verdict_lines(comparison: TableComparison) -> OutputLines:
     """Iterate over the outputs on changed verdicts of Hertz: a sentence and a table.
 
     Parameters
@@ -57,20 +57,20 @@ def verdict_lines(comparison: TableComparison) -> Lines:
     Lines
         The sentence has the number of changes; the table has kind, number and places.
     """
-    changes, cases = changed_verdicts(comparison), count(len(comparison.verdicts), "case")
+    changes, cases = changed_verdicts(comparison), count_text(len(comparison.verdicts), "case")
     if not changes:
         yield from [f"Hertz's verdict is the same in all of {cases}."] * (not comparison.verdicts.empty)
         return
     change_texts = ", ".join(
-        f"{change['baseline']} -> {change['new']} {count(change['cases'], 'time')}" for change in changes
+        f"{change['baseline']} -> {change['new']} {count_text(change['cases'], 'time')}" for change in changes
     )
     yield f"Hertz's verdict is another one in {sum(change['cases'] for change in changes)} of {cases}: {change_texts}."
-    yield table_of("Verdicts that are others", _CHANGE_COLUMNS, changes)
+    yield make_table("Verdicts that are others", _CHANGE_COLUMNS, changes)
 
 
 _CHANGE_COLUMNS = (
-    text("baseline", "baseline"),
-    text("new", "new"),
-    number("cases", "cases", "{:.0f}"),
-    text("where", "where", wraps=True),
+    text_column("baseline", "baseline"),
+    text_column("new", "new"),
+    number_column("cases", "cases", "{:.0f}"),
+    text_column("where", "where", wraps=True),
 )

@@ -12,16 +12,16 @@ from fecontact.arrays import Floats
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.style import (
-    ANSWERS,
+    ANSWER_COLOURS,
     Colour,
     blank_figure,
     save_figure,
     save_image,
 )
 from fecontact.outputs.verdict_words import reference_measures, verdict_reason
-from fecontact.outputs.words import WORDS
+from fecontact.outputs.words import MEASURE_WORDS
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.profiles.curve import Kind, radius_mm, radius_text
+from fecontact.profiles.curve import ProfileKind, format_radius, invert_curvature_mm
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ _HEAD_HEIGHT, _TITLE_HEIGHT, _LABEL_HEIGHT, _CUTS_HEIGHT, _LEFT_WIDTH, _SIDES_WI
 _WORDS_WIDTH = 4.35
 
 
-def case_figure(result: CaseResult, path: str | Path, *, svg: bool = True) -> Path:
+def write_case_figure(result: CaseResult, path: str | Path, *, svg: bool = True) -> Path:
     """Draw a case as PNG, and as SVG if it is wanted; see `draw_case`.
 
     Parameters
@@ -103,7 +103,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
         figure.text(left / width, top / height, text, va="top", **text_style)
 
     answer = load.verdict.answer
-    box = {"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
+    box = {"fc": ANSWER_COLOURS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
     write(0.18, height - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
     text_left = 0.45 + 0.155 * len(f"Hertz {answer}")
     write(text_left, height - 0.12, case_words(load.case, placement), fontsize=13)
@@ -237,13 +237,13 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
         u = profile.at_arc_length(0.5 * (left + right) + placement.first_arc_length_mm)
         curvature = profile.convex_sign * float(profile.evaluate(u).curvature_per_mm)
         if np.isfinite(curvature) and right - left > 0.12 * (high - low):
-            radius = radius_text(radius_mm(curvature), "R {:.4g}")
+            radius = format_radius(invert_curvature_mm(curvature), "R {:.4g}")
             ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
     ax.set(xlabel=ACROSS_LABEL, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
     ax.set_xlim(low, high)
 
 
-def _junction_places_mm(placement: Placement, kind: Kind) -> list[float]:
+def _junction_places_mm(placement: Placement, kind: ProfileKind) -> list[float]:
     """Positions s (mm) of the junctions of a profile.
 
     The wheel's profile lies on the rail's profile near the touch point.
@@ -258,7 +258,7 @@ def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
     fe, hertz, limits = reference_measures(load).as_dict(), judgement.measures.as_dict(), load.case.criteria.limits
     for name, answer in judgement.verdict.each.items():
-        words = WORDS[name]
+        words = MEASURE_WORDS[name]
         head = f"{words.short} {words.unit}" if name in fe else words.short
         values = (f"{measures[name]:.4g}" if name in measures else "" for measures in (fe, hertz))
         deviation, uncertainty = (

@@ -12,7 +12,7 @@ from fecontact.arrays import Floats
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.pair_names import body_words
 from fecontact.outputs.profiles import draw_problems
-from fecontact.outputs.style import SIDE_LABELS, Colour, blank_figure, finish, legend_beside, save_figure
+from fecontact.outputs.style import SIDE_LABELS, Colour, add_grid, add_legend_beside, blank_figure, save_figure
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.preview import Preview
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 # --- Section of rail and wheel through the first touch point.
 
-Lines = Mapping[str, tuple[Floats, Floats]]
+SectionLines = Mapping[str, tuple[Floats, Floats]]
 # The wheel is drawn up to this distance from the touch point.
 _DRAWN_DISTANCE_MM = 75.0
 
@@ -50,11 +50,11 @@ def pair_figure(placement: Placement) -> Figure:
     ax.fill_between(wheel_y, wheel_z, float(np.max(wheel_z)) + 10.0, color="0.9", lw=0.0)
     draw_section(ax, placement, lines)
     ax.set(aspect="equal", xlabel="y in mm, from the track centre  (gauge side ←  → field side)", ylabel="z in mm")
-    legend_beside(ax)
+    add_legend_beside(ax)
     return figure
 
 
-def section_lines(placement: Placement, about_mm: float = np.inf) -> Lines:
+def section_lines(placement: Placement, about_mm: float = np.inf) -> SectionLines:
     """Lines (y, z) in mm of rail and wheel near the first touch point.
 
     Parameters
@@ -76,7 +76,7 @@ def section_lines(placement: Placement, about_mm: float = np.inf) -> Lines:
     return {name: (y[near[name]], z[near[name]]) for name, (y, z) in lines.items()}
 
 
-def draw_section(ax: Axes, placement: Placement, lines: Lines) -> None:
+def draw_section(ax: Axes, placement: Placement, lines: SectionLines) -> None:
     """Draw rail and wheel with their touch points; the first touch point is filled.
 
     Parameters
@@ -95,13 +95,13 @@ def draw_section(ax: Axes, placement: Placement, lines: Lines) -> None:
         label = "touch point" if number == 0 else ("further touch points" if number == 1 else None)
         fill_colour = Colour.HERTZ if number == 0 else "white"
         ax.plot(touch.y_mm, touch.z_mm, "o", label=label, mfc=fill_colour, mec=Colour.HERTZ, ms=7, zorder=5)
-    finish(ax)
+    add_grid(ax)
 
 
 # --- Picture of a case before it is solved.
 
 
-def preview_figure(preview: Preview, path: str | Path) -> Path:
+def draw_preview(preview: Preview, path: str | Path) -> Path:
     """Draw the pair in position, the contact, and the curvatures about the expected patch.
 
     Parameters
@@ -141,7 +141,7 @@ def preview_figure(preview: Preview, path: str | Path) -> Path:
         touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=Colour.EXPECTED, alpha=0.3, lw=0
     )
     _draw_curvatures(curvature_axes, preview, reach)
-    legend_beside(pair_axes)
+    add_legend_beside(pair_axes)
     wheel = preview.placement.wheel
     draw_problems(pair_axes, rail.profile, rail.point)
     draw_problems(pair_axes, wheel.profile, wheel.lowest_point)
@@ -180,5 +180,5 @@ def _draw_curvatures(ax: Axes, preview: Preview, reach: float) -> None:
         xlabel=f"distance across from the touch point in mm\n{SIDE_LABELS}",
         ylabel="curvature in 1/mm, convex positive",
     )
-    finish(ax)
+    add_grid(ax)
     ax.legend(fontsize=9)

@@ -10,8 +10,8 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact.patch import signed_square
-from fecontact.contact_theories.approximation import mean_pressure
+from fecontact.contact.patch import build_signed_square
+from fecontact.contact_theories.approximation import average_pressure_over_cells
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lobes import LobeJudgement
@@ -80,7 +80,7 @@ class PressureFields:
         return cls(
             grid=fe.grid,
             fe=fe.values,
-            hertz=mean_pressure(fe.grid, hertz),
+            hertz=average_pressure_over_cells(fe.grid, hertz),
             ellipse=hertz,
             elastic=None if yielded is None else elastic.at(fe.grid).values,
         )
@@ -181,7 +181,7 @@ def _draw_outlines(ax: Axes, fields: PressureFields) -> None:
     (hx, hs), grid = fields.grid.steps_mm, fields.grid
     x = np.concatenate([[grid.x_mm[0] - hx], grid.x_mm, [grid.x_mm[-1] + hx]])
     s = np.concatenate([[grid.s_mm[0] - hs], grid.s_mm, [grid.s_mm[-1] + hs]])
-    square = signed_square(fields.fe)
+    square = build_signed_square(fields.fe)
     ellipse = ellipse_outline(fields.ellipse)
     # drawn twice, since with path effects SVG files would differ from one drawing to the next
     for colour, width, label_prefix in (("black", 2.8, "_"), ("white", 1.4, "")):

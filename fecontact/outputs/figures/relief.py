@@ -10,7 +10,7 @@ from fecontact.arrays import Floats
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.outputs.figures.pressure_maps import PressureFields, ellipse_outline
 from fecontact.outputs.parts import Picture
-from fecontact.outputs.style import blank_figure, image_of
+from fecontact.outputs.style import blank_figure, render_image
 from fecontact.placement.wheel_on_rail import Placement
 
 # Largest number of lines of nodes along and across. A page draws all of them in each frame.
@@ -117,4 +117,4 @@ def _still_picture(x: Floats, y: Floats, z: Floats, normals: Floats, pressure: F
     ax.set(xlabel="x (rolling) in mm", ylabel="y across in mm", zlabel="z in mm")
     ax.set_aspect("equal")
     ax.view_init(elev=45, azim=-130)
-    return image_of(figure)
+    return render_image(figure)

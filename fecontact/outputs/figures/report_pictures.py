@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.errors import usable
+from fecontact.errors import is_usable_status
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import STEPS
-from fecontact.outputs.case_words import SHIFT
-from fecontact.outputs.pair_names import Row
-from fecontact.outputs.series import series
+from fecontact.judging.ladder import LADDER_STEPS
+from fecontact.outputs.case_words import SHIFT_LABEL
+from fecontact.outputs.pair_names import RowMapping
+from fecontact.outputs.series import split_into_series
 from fecontact.outputs.style import (
-    SERIES,
+    SERIES_COLOURS,
+    add_grid,
+    add_legend_beside,
     blank_figure,
-    finish,
-    legend_beside,
 )
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -28,7 +28,7 @@ from fecontact.outputs.figures.case import draw_lateral_cut
 from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressure
 
 
-def ladder_figure(rows: Sequence[Row]) -> Figure | None:
+def ladder_figure(rows: Sequence[RowMapping]) -> Figure | None:
     """Draw the changes of the peak pressure by each ladder step over the shift.
 
     There is a panel for each ladder step that all rows have, in percent of the peak with its uncertainty: from Hertz's
@@ -44,33 +44,33 @@ def ladder_figure(rows: Sequence[Row]) -> Figure | None:
     Figure or None
         None if no row is usable or no ladder step is in all rows.
     """
-    usable_rows = [row for row in rows if usable(row)]
+    usable_rows = [row for row in rows if is_usable_status(row)]
     steps = {
         step.name: step.cause
-        for step in STEPS
+        for step in LADDER_STEPS
         if step.shown and all(row.get(f"steps_{step.name}_p_max_percent") is not None for row in usable_rows)
     }
     if not usable_rows or not steps:
         return None
     figure = blank_figure(9.0, 2.6 * len(steps))
     panels = figure.subplots(len(steps), 1, sharex=True)
-    all_series = series(usable_rows)
+    all_series = split_into_series(usable_rows)
     for number, series_ in enumerate(all_series):
-        colour = SERIES[number % len(SERIES)]
+        colour = SERIES_COLOURS[number % len(SERIES_COLOURS)]
         for ax, name in zip(panels, steps, strict=True):
-            label = series_.label if ax is panels[0] and len(all_series) <= len(SERIES) else ""
+            label = series_.label if ax is panels[0] and len(all_series) <= len(SERIES_COLOURS) else ""
             _draw_step(ax, series_.rows, name, colour, label or None)
     for ax, cause in zip(panels, steps.values(), strict=True):
         ax.set_ylabel(f"{cause}:\npeak changes by %")
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
-    panels[-1].set_xlabel(SHIFT)
-    finish(*panels)
+    panels[-1].set_xlabel(SHIFT_LABEL)
+    add_grid(*panels)
     if panels[0].get_legend_handles_labels()[0]:
-        legend_beside(panels[0])
+        add_legend_beside(panels[0])
     return figure
 
 
-def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
+def _draw_step(ax: Axes, rows: Sequence[RowMapping], name: str, colour: str, label: str | None) -> None:
     """Draw the changes (%) by a ladder step over the shift, with uncertainties if all rows have them."""
     shifts = [float(row["lateral_shift_mm"]) for row in rows]
     values = [float(row[f"steps_{name}_p_max_percent"]) for row in rows]

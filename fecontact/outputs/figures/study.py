@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError, usable
-from fecontact.outputs.case_words import SHIFT, roll_words_of_rows
-from fecontact.outputs.pair_names import Row, pair_of_row
-from fecontact.outputs.records.asked import asked_row
-from fecontact.outputs.series import Series, series
+from fecontact.errors import InputError, is_usable_status
+from fecontact.outputs.case_words import SHIFT_LABEL, roll_words_of_rows
+from fecontact.outputs.pair_names import RowMapping, row_pair_text
+from fecontact.outputs.records.asked import requested_row
+from fecontact.outputs.series import Series, split_into_series
 from fecontact.outputs.style import (
-    ANSWERS,
-    SERIES,
+    ANSWER_COLOURS,
+    SERIES_COLOURS,
     Colour,
+    add_grid,
+    add_legend_beside,
     blank_figure,
-    finish,
-    legend_beside,
     save_figure,
     series_style,
 )
-from fecontact.outputs.verdict_words import YIELDING
-from fecontact.outputs.words import WORDS, deviation_column
-from fecontact.profiles.curve import Profile, radius_mm, radius_text
+from fecontact.outputs.verdict_words import AGAINST_YIELDING_BODIES
+from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
+from fecontact.profiles.curve import Profile, format_radius, invert_curvature_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,8 +39,8 @@ ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
 _UNUSABLE_STYLE: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
 
 
-def study_figure(
-    rows: Sequence[Row], path: str | Path, rail: Profile | None = None, criteria: Criteria | None = None
+def draw_study(
+    rows: Sequence[RowMapping], path: str | Path, rail: Profile | None = None, criteria: Criteria | None = None
 ) -> Path:
     """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and touch points on the rail.
 
@@ -75,8 +75,8 @@ def study_figure(
     """
     if not rows:
         raise InputError("study figure: there are no rows to draw")
-    rows = [asked_row(row) for row in rows]
-    all_series = series(rows)
+    rows = [requested_row(row) for row in rows]
+    all_series = split_into_series(rows)
     case_names: list[str] = []
     if len(rows) > 1 and len({float(row["lateral_shift_mm"]) for row in rows}) == 1:
         case_names = [", ".join(series_.label for series_ in all_series if row in series_.rows) for row in rows]
@@ -86,7 +86,7 @@ def study_figure(
     figure = blank_figure(11.0, 11.0)
     peak_axes, deviation_axes, touch_axes = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
     # more series than colours cannot be distinguished
-    is_labelled = len(all_series) <= len(SERIES)
+    is_labelled = len(all_series) <= len(SERIES_COLOURS)
     for number, series_ in enumerate(all_series):
         style, group = series_style(number), series_.rows
         label = f", {series_.label}" if series_.label and is_labelled else ""
@@ -122,7 +122,7 @@ def study_figure(
     return save_figure(figure, path)
 
 
-def _axis_place(row: Row) -> float:
+def _axis_place(row: RowMapping) -> float:
     """Place of a case on the axis over the shift.
 
     It is the shift, or the number of the case if all cases have one shift.
@@ -130,12 +130,12 @@ def _axis_place(row: Row) -> float:
     return float(row.get(_PLACE_COLUMN, row["lateral_shift_mm"]))
 
 
-def _read_numbers(rows: Sequence[Row], column: str) -> Floats:
+def _read_numbers(rows: Sequence[RowMapping], column: str) -> Floats:
     """Column of rows as an array, with NaN for a missing number."""
     return np.array([np.nan if row.get(column) is None else float(row[column]) for row in rows])
 
 
-def _draw_deviations(ax: Axes, group: Sequence[Row], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
+def _draw_deviations(ax: Axes, group: Sequence[RowMapping], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
     for measure, label, line_style in zip(
         ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
     ):
@@ -148,7 +148,7 @@ def _draw_deviations(ax: Axes, group: Sequence[Row], style: Mapping[str, Any], l
 def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
     """Draw the bands of the limits and the label of the deviations."""
     limits = {} if criteria is None else criteria.limits
-    drawn_limits = [(limits[name], WORDS[name].short) for name in ("p_max_MPa", "area_mm2") if name in limits]
+    drawn_limits = [(limits[name], MEASURE_WORDS[name].short) for name in ("p_max_MPa", "area_mm2") if name in limits]
     for (limit, _), grey in zip(sorted(drawn_limits, reverse=True), ("0.93", "0.86"), strict=False):
         ax.axhspan(-1e2 * limit, 1e2 * limit, color=grey, zorder=0)
     ax.axhline(0.0, color="0.4", lw=0.8)
@@ -156,14 +156,14 @@ def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
     ax.set(ylabel="Hertz against FE in %" + (f"\n(bands: {bands})" if bands else ""))
 
 
-def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> None:
+def _draw_used_limits(ax: Axes, group: Sequence[RowMapping], criteria: Criteria) -> None:
     """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty."""
     for number, (measure, limit) in enumerate(criteria.limits.items()):
-        column, uncertainty_column, factor = deviation_column(measure)
+        column, uncertainty_column, factor = deviation_columns(measure)
         utilisation, uncertainty = (
             np.abs(_read_numbers(group, name)) / (factor * limit) for name in (column, uncertainty_column)
         )
-        _draw_series(ax, group, utilisation, uncertainty, label=WORDS[measure].short, **series_style(number))
+        _draw_series(ax, group, utilisation, uncertainty, label=MEASURE_WORDS[measure].short, **series_style(number))
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
     ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
     style: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35"}
@@ -178,16 +178,16 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     ax.minorticks_off()
     ax.set(ylabel="Hertz against FE:\nshare of the limit\n(logarithmic above 1)")
     # outside, since the lines leave no room for a legend
-    legend_beside(ax)
+    add_legend_beside(ax)
 
 
-def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
+def _draw_answers(ax: Axes, rows: Sequence[RowMapping]) -> None:
     """Draw the verdicts above the first panel, each with a colour and a mark."""
     from matplotlib.lines import Line2D
 
     handles = []
-    for answer, colour in ANSWERS.items():
-        shifts = [_axis_place(row) for row in rows if usable(row) and row.get("verdict_answer") == answer]
+    for answer, colour in ANSWER_COLOURS.items():
+        shifts = [_axis_place(row) for row in rows if is_usable_status(row) and row.get("verdict_answer") == answer]
         if shifts:
             style: dict[str, Any] = {"marker": ANSWER_MARKS[answer], "ms": 9, "mfc": colour, "mec": "0.2", "mew": 0.8}
             place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False, "ls": "none"}
@@ -201,10 +201,10 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
 
 
 def _draw_series(
-    ax: Axes, group: Sequence[Row], value: Floats, uncertainty: Floats | None = None, **style: Any
+    ax: Axes, group: Sequence[RowMapping], value: Floats, uncertainty: Floats | None = None, **style: Any
 ) -> None:
     """Draw a curve with error bars over the usable rows, and crosses at unusable rows."""
-    shift, is_usable = np.array([_axis_place(row) for row in group]), np.array([usable(row) for row in group])
+    shift, is_usable = np.array([_axis_place(row) for row in group]), np.array([is_usable_status(row) for row in group])
     usable_value, breaks = np.where(is_usable, value, np.nan), _find_jumps(group)
     # NaN breaks the line, so that nobody reads a value between a usable and an unusable row, or within a jump
     ax.plot(np.insert(shift, breaks, np.nan), np.insert(usable_value, breaks, np.nan), lw=1.6, ms=5.5, **style)
@@ -213,7 +213,7 @@ def _draw_series(
     ax.plot(shift[~is_usable], value[~is_usable], color=style["color"], **_UNUSABLE_STYLE)
 
 
-def _find_jumps(group: Sequence[Row]) -> NDArray[np.int64]:
+def _find_jumps(group: Sequence[RowMapping]) -> NDArray[np.int64]:
     """Numbers of the rows before which the touch point jumps.
 
     A jump is a movement by more than the width of the narrower Hertz ellipse of both rows.
@@ -223,34 +223,34 @@ def _find_jumps(group: Sequence[Row]) -> NDArray[np.int64]:
     return 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
 
 
-def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
+def _draw_without_value(ax: Axes, group: Sequence[RowMapping]) -> None:
     places = [_axis_place(row) for row in group if row.get("fe_p_max_MPa") is None]
     ax.plot(places, [0.04] * len(places), transform=ax.get_xaxis_transform(), color="0.2", **_UNUSABLE_STYLE)
 
 
 def _finish_study(
-    peak_axes: Axes, deviation_axes: Axes, touch_axes: Axes, rows: Sequence[Row], rail: Profile | None
+    peak_axes: Axes, deviation_axes: Axes, touch_axes: Axes, rows: Sequence[RowMapping], rail: Profile | None
 ) -> None:
     """Add labels, title, junctions and legends to the panels of a study."""
-    pairs = sorted({pair_of_row(row) for row in rows})
+    pairs = sorted({row_pair_text(row) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
     peak_axes.set(ylabel="peak pressure in MPa")
     with_load = title + (f", {loads[0]:g} kN" if len(loads) == 1 else "")
     yaws = {float(row.get("yaw_mrad") or 0.0) for row in rows} - {0.0}
     yaw_text = f"yaw {yaws.pop():+g} mrad" if len(yaws) == 1 else ""
-    reference = YIELDING if any("elastic_verdict_answer" in row for row in rows) else ""
+    reference = AGAINST_YIELDING_BODIES if any("elastic_verdict_answer" in row for row in rows) else ""
     peak_axes.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), yaw_text, reference))), pad=14)
     peak_axes.margins(y=0.12)
     if rail is not None:
         _draw_junction_levels(touch_axes, rail)
-    touch_axes.set(xlabel=SHIFT, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
-    if any(not usable(row) for row in rows):
+    touch_axes.set(xlabel=SHIFT_LABEL, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
+    if any(not is_usable_status(row) for row in rows):
         peak_axes.plot([], [], color="0.2", label="not usable", **_UNUSABLE_STYLE)
     for ax in (peak_axes, deviation_axes):
         if ax.get_legend_handles_labels()[0] and (ax is peak_axes or ax.get_legend() is None):
-            legend_beside(ax)
-    finish(peak_axes, deviation_axes, touch_axes)
+            add_legend_beside(ax)
+    add_grid(peak_axes, deviation_axes, touch_axes)
 
 
 def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
@@ -261,7 +261,7 @@ def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     for junction in shown_junctions:
         ax.axhline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
         sides = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
-        radii = " | ".join(radius_text(radius_mm(curvature), "R{:.4g}") for curvature in sides)
+        radii = " | ".join(format_radius(invert_curvature_mm(curvature), "R{:.4g}") for curvature in sides)
         place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "xytext": (0, 2), "textcoords": "offset points"}
         style: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 8.5, "color": Colour.RAIL_JUNCTION}
         ax.annotate(radii, (0.995, junction.y_mm), **place, **style)

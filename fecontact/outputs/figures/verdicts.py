@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fecontact.outputs.case_words import SHIFT
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, finish, legend_beside, save_figure
+from fecontact.outputs.case_words import SHIFT_LABEL
+from fecontact.outputs.style import ANSWER_COLOURS, ANSWER_WORDS, add_grid, add_legend_beside, blank_figure, save_figure
 
 if TYPE_CHECKING:
     from fecontact.regression.compare import TableComparison
@@ -38,11 +38,17 @@ def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
     ax = figure.subplots()
     for cell in verdicts.itertuples():
         style = _MARK_STYLE | (_CHANGED_STYLE if cell.baseline != cell.new else _UNCHANGED_STYLE)
-        colours: dict[str, Any] = {"mfc": ANSWERS[cell.baseline], "markerfacecoloralt": ANSWERS[cell.new]}
+        colours: dict[str, Any] = {"mfc": ANSWER_COLOURS[cell.baseline], "markerfacecoloralt": ANSWER_COLOURS[cell.new]}
         ax.plot([cell.lateral_shift_mm], [cell.load_kN], fillstyle="left", **style, **colours)
     drawn_answers = {*verdicts.baseline, *verdicts.new}
-    for answer in (answer for answer in ANSWERS if answer in drawn_answers):
-        ax.plot([], [], mfc=ANSWERS[answer], label=ANSWER_WORDS[answer], **_MARK_STYLE | _UNCHANGED_STYLE | {"ms": 10})
+    for answer in (answer for answer in ANSWER_COLOURS if answer in drawn_answers):
+        ax.plot(
+            [],
+            [],
+            mfc=ANSWER_COLOURS[answer],
+            label=ANSWER_WORDS[answer],
+            **_MARK_STYLE | _UNCHANGED_STYLE | {"ms": 10},
+        )
     ax.plot(
         [],
         [],
@@ -51,7 +57,7 @@ def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
         **_MARK_STYLE | _CHANGED_STYLE | {"ms": 10},
     )
     ax.margins(x=0.1, y=0.15)
-    ax.set(xlabel=SHIFT, ylabel="load in kN", title=f"{comparison.baseline.path} and {comparison.new.path}")
-    legend_beside(ax)
-    finish(ax)
+    ax.set(xlabel=SHIFT_LABEL, ylabel="load in kN", title=f"{comparison.baseline.path} and {comparison.new.path}")
+    add_legend_beside(ax)
+    add_grid(ax)
     return save_figure(figure, path)

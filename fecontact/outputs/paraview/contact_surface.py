@@ -11,7 +11,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid, Field, Rung
-from fecontact.contact_theories.approximation import mean_pressure
+from fecontact.contact_theories.approximation import average_pressure_over_cells
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.outputs.figures.pressure_maps import ellipse_outline
 from fecontact.placement.wheel_on_rail import Placement
@@ -87,7 +87,7 @@ def _contact_fields(
     def interpolate(rung: Rung, values: Floats) -> Floats:
         return Field(grid=rung.grid, values=values).covering(*extents).at(grid).values
 
-    pressure, hertz = interpolate(contact, contact.pressure_MPa), mean_pressure(grid, result.hertz)
+    pressure, hertz = interpolate(contact, contact.pressure_MPa), average_pressure_over_cells(grid, result.hertz)
     is_inside = interpolate(contact, np.ones(contact.grid.shape)) > 1.0 - _INSIDE_TOLERANCE
     fields: dict[str, NDArray[Any]] = {
         "contact_pressure_MPa": pressure,

@@ -12,7 +12,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
-from fecontact.outputs.pair_names import Row
+from fecontact.outputs.pair_names import RowMapping
 from fecontact.outputs.paraview.vtk import COLLECTION
 from fecontact.outputs.records.results import read_row
 
@@ -67,7 +67,7 @@ def _missing_collection_text(out: Path) -> str:
     )
 
 
-def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequence[Path]) -> str:
+def view_script(collections: Sequence[str], rows: Sequence[RowMapping], folders: Sequence[Path]) -> str:
     """Text of `view.py` for collections of cases.
 
     Parameters
@@ -120,6 +120,6 @@ def _read_touch_point_mm(folder: Path) -> tuple[float, float, float]:
     return first["x_mm"], first["y_mm"], first["z_mm"]
 
 
-def _largest_value(rows: Sequence[Row], *columns: str) -> float:
+def _largest_value(rows: Sequence[RowMapping], *columns: str) -> float:
     values = [float(row[column]) for row in rows for column in columns if row.get(column) is not None]
     return max(values, default=1.0)

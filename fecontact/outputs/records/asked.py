@@ -6,10 +6,10 @@ from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.records.results import select_measures
-from fecontact.outputs.tables import Item
+from fecontact.outputs.tables import TableRecord
 
 
-def asked_record(record: Item) -> Item:
+def requested_record(record: TableRecord) -> TableRecord:
     """Record in which `fe` and Hertz belong to bodies that yield, as the verdict does.
 
     Parameters
@@ -35,7 +35,7 @@ def asked_record(record: Item) -> Item:
     }
 
 
-def elastic_record(record: Item) -> Item:
+def elastic_record(record: TableRecord) -> TableRecord:
     """Record with the verdict against elastic bodies.
 
     Without a yield stress it is the given record.
@@ -43,7 +43,7 @@ def elastic_record(record: Item) -> Item:
     return {**record, "verdict": record["elastic_verdict"]} if record.get("plastic") is not None else record
 
 
-def asked_row(row: Item) -> Item:
+def requested_row(row: TableRecord) -> TableRecord:
     """Row as tables show it: verdict and numbers of Hertz belong together.
 
     At a curvature junction the columns of Hertz have the curvature of the side that decided. With a yield stress

@@ -5,32 +5,34 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from fecontact.contact_theories.registry import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE, THEORIES
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.verdict import Judgement, Standing, cheapest, standings
+from fecontact.judging.verdict import Judgement, TheoryAnswer, find_cheapest_theory, list_theory_answers
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.verdict_words import theory_words
 
 
-def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
+def judgements_of_other_theories(load: JudgedLoad) -> dict[str, Judgement]:
     """Judgements of all theories except Hertz's ellipse at the first touch point."""
-    return {name: judgement for name, judgement in load.judgements.items() if name not in EITHER_SIDE}
+    return {name: judgement for name, judgement in load.judgements.items() if name not in HERTZ_OF_EACH_SIDE}
 
 
-def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
+def judgements_by_theory(load: JudgedLoad) -> dict[str, Judgement]:
     """Judgements of all theories against elastic bodies.
 
     The numbers and the verdict of Hertz are those of the deciding side.
     """
-    return {HERTZ: load.deciding} | other_theories(load)
+    return {HERTZ: load.deciding} | judgements_of_other_theories(load)
 
 
-def cheapest_of(load: JudgedLoad) -> Standing:
+def find_cheapest_of_load(load: JudgedLoad) -> TheoryAnswer:
     """Cheapest theory of the pressure that holds for a load."""
-    return cheapest(standings(theories_of(load)), in_range=load.case.criteria.theories_in_range)
+    return find_cheapest_theory(
+        list_theory_answers(judgements_by_theory(load)), in_range=load.case.criteria.theories_in_range
+    )
 
 
-def cheapest_columns(column: str, standing: Standing) -> Record:
+def cheapest_columns(column: str, standing: TheoryAnswer) -> Record:
     """Columns of the cheapest theory that holds.
 
     Parameters

@@ -18,29 +18,29 @@ from pathlib import Path
 from typing import Protocol, TypeAlias, runtime_checkable
 
 from fecontact import __version__
-from fecontact.case import Case, case_record
-from fecontact.contact_theories.approximation import Approximation, TheoryPatch
+from fecontact.case import Case, make_case_record
+from fecontact.contact_theories.approximation import TheoryContact, TheoryPatch
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import InputError
-from fecontact.feature_registry import offered
+from fecontact.feature_registry import load_offers
 from fecontact.files import read_json, write_json
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import BODIES, PLASTIC
+from fecontact.judging.ladder import BODIES_STEP, PLASTIC_STEP
 from fecontact.judging.lobes import LobeJudgement
-from fecontact.judging.measures import MEASURES, Measures, hertz_measures
-from fecontact.judging.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Verdict
-from fecontact.outputs.flat_records import Record, flat, picked, told
+from fecontact.judging.measures import MEASURES, Measures, read_hertz_measures
+from fecontact.judging.verdict import PLASTIC_VALIDITY, Judgement, PlasticVerdict, Verdict
+from fecontact.outputs.flat_records import Record, flatten, select_attributes, to_plain
 from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.own_profiles import pair_geometry_record
-from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_of
-from fecontact.outputs.tables import Item
-from fecontact.placement.irregularity import irregularity_text
+from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
+from fecontact.outputs.tables import TableRecord
+from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
-from fecontact.solving.hertz_alone import HertzAlone
-from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
-from fecontact.solving.placing import roll_of_case
+from fecontact.solving.hertz_alone import HertzEvaluation
+from fecontact.solving.lobe_sizes import measure_element_semi_axes_mm, measure_narrowest_semi_axes_mm
+from fecontact.solving.placing import compute_roll
 from fecontact.solving.solve import CaseResult
 
 # --- The record of a case, which is its `result.json`, and its row in tables. Each number is defined once.
@@ -49,7 +49,7 @@ Row: TypeAlias = Record
 
 RESULT_SCHEMA = "fecontact/result/6"
 ROW_SCHEMA = "fecontact/row/3"
-FOUND_INPUTS = ("roll_mrad",)
+DERIVED_INPUTS = ("roll_mrad",)
 """Entries of the record of a case that are not inputs: the actual roll, which is found or given."""
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
 # Columns that a row leaves out: entries for each measure or mesh, notes on the method, and for most rungs and ladder
@@ -81,15 +81,17 @@ def case_inputs(case: Case, placement: Placement | None = None) -> Record:
     case
         Inputs of the case.
     placement
-        Placement of the case. If it is given, the record also has the entries of `FOUND_INPUTS`.
+        Placement of the case. If it is given, the record also has the entries of `DERIVED_INPUTS`.
 
     Returns
     -------
     Record
         Inputs by name.
     """
-    inputs = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
-    return inputs if placement is None else inputs | {"roll_mrad": 1e3 * roll_of_case(case, placement)}
+    inputs = make_case_record(
+        case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()})
+    )
+    return inputs if placement is None else inputs | {"roll_mrad": 1e3 * compute_roll(case, placement)}
 
 
 def result_record(result: CaseResult) -> Record:
@@ -112,10 +114,10 @@ def result_record(result: CaseResult) -> Record:
         **pair_geometry_record(result.case, result.placement),
         **touch_records(result.placement),
         **load,
-        "von_mises": told(result.von_mises),
-        "solver": {**told(result.effort), **load["solver"]},
+        "von_mises": to_plain(result.von_mises),
+        "solver": {**to_plain(result.effort), **load["solver"]},
         "warnings": list(result.notes),
-        "versions": versions(),
+        "versions": package_versions(),
     }
 
 
@@ -133,8 +135,8 @@ def load_record(load: JudgedLoad) -> Record:
         Verdicts, contacts of all rungs, theories, ladder steps, lobes and solver.
     """
     comparison, patch = load.comparison, load.comparison.patch
-    contacts: Record = {name: told(measures) for name, measures in load.ladder.rungs.items()}
-    contacts["fe"] |= picked(patch, "centre_x_mm centre_y_mm pieces lobes")
+    contacts: Record = {name: to_plain(measures) for name, measures in load.ladder.rungs.items()}
+    contacts["fe"] |= select_attributes(patch, "centre_x_mm centre_y_mm pieces lobes")
     if (band := load.judgements[HERTZ].band(comparison.fe.p_max_MPa)) is not None:
         # over the profile variants that fit the measured points, with the uncertainty of the meshes
         contacts["fe"] |= dict(zip(("p_max_low_MPa", "p_max_high_MPa"), band, strict=True))
@@ -144,15 +146,15 @@ def load_record(load: JudgedLoad) -> Record:
         "misfit": load.level.misfit,
         # relative; None if there are too few elements to measure it
         "compliance_error": None if math.isnan(load.level.compliance_error) else load.level.compliance_error,
-        HERTZ: picked(load.by_elements, "deviation uncertainty verdict"),
+        HERTZ: select_attributes(load.by_elements, "deviation uncertainty verdict"),
     }
     theories = {name: judgement_record(judgement) for name, judgement in load.judgements.items()}
     theories |= {name: {"problem": problem} for name, problem in load.without.items()}
-    plastic = contacts.pop(PLASTIC.end, None)
+    plastic = contacts.pop(PLASTIC_STEP.end, None)
     return {
         "status": load.status,
         **_verdict_records(load),
-        **cheapest_columns("cheapest_theory", cheapest_of(load)),
+        **cheapest_columns("cheapest_theory", find_cheapest_of_load(load)),
         "normal_force_N": load.normal_force_N,
         # the theory reads separate patches of the half-space one at a time, the rung reads them together
         **{
@@ -160,19 +162,19 @@ def load_record(load: JudgedLoad) -> Record:
         },
         "theories": {name: theories[name] for name in THEORIES if name in theories},
         "steps": load.ladder.steps,
-        "steps_uncertainty": {BODIES.name: load.bodies_step_uncertainty}
-        | ({} if load.plastic is None else {PLASTIC.name: load.plastic.step_uncertainty}),
+        "steps_uncertainty": {BODIES_STEP.name: load.bodies_step_uncertainty}
+        | ({} if load.plastic is None else {PLASTIC_STEP.name: load.plastic.step_uncertainty}),
         # contribution of the measured profiles to the uncertainty, which no mesh removes; None for exact profiles
         "uncertainty_of_profile": None if load.solved.lines is None else _profile_uncertainty(load.deciding),
-        **picked(comparison, "pressure_l2 overlap"),
-        "geometry": told(load.geometry),
+        **select_attributes(comparison, "pressure_l2 overlap"),
+        "geometry": to_plain(load.geometry),
         "slide_mm": load.level.slide_mm,
         # a single lobe is the complete contact
         "lobes": [lobe_record(lobe) for lobe in load.lobes] if len(load.lobes) > 1 else [],
         **({} if load.plastic is None or plastic is None else {"plastic": plastic | _plastic_record(load.plastic)}),
         **{
             name: telling.record(load.features[name])
-            for name, telling in offered("TELLINGS").items()
+            for name, telling in load_offers("TELLINGS").items()
             if name in load.features
         },
         "solver": _solver_record(load),
@@ -188,12 +190,12 @@ def _verdict_records(load: JudgedLoad) -> Record:
     elastic_verdict = load.elastic_verdict or load.verdict
     # if the touch point is at a junction, the side has the deciding curvature
     deciding_entries = {"limit_used": load.limit_used, "side": load.deciding_side}
-    elastic = {**told(elastic_verdict), **_count_variants(elastic_verdict), **deciding_entries, **common_entries}
+    elastic = {**to_plain(elastic_verdict), **_count_variants(elastic_verdict), **deciding_entries, **common_entries}
     if load.plastic is None:
         return {"verdict": elastic, "elastic_verdict": None}
     deciding_entries = {"limit_used": load.plastic.deciding.limit_used, "side": load.plastic.deciding_side}
     return {
-        "verdict": {**told(load.verdict), **_count_variants(load.verdict), **deciding_entries, **common_entries},
+        "verdict": {**to_plain(load.verdict), **_count_variants(load.verdict), **deciding_entries, **common_entries},
         "elastic_verdict": elastic,
     }
 
@@ -212,12 +214,12 @@ def _profile_uncertainty(judgement: Judgement) -> Record:
     return {name: value - judgement.numerical[name] for name, value in judgement.uncertainty.items()}
 
 
-def select_measures(theory: Item) -> Record:
+def select_measures(theory: TableRecord) -> Record:
     """Measures in the record of a theory."""
     return {name: theory[name] for name in MEASURES if name in theory}
 
 
-def _has_measures(theory: Item, contact: Record) -> bool:
+def _has_measures(theory: TableRecord, contact: Record) -> bool:
     """Whether the record of a theory has the measures of a contact, up to rounding."""
     theory_measures = select_measures(theory)
     return contact.keys() == theory_measures.keys() and all(
@@ -240,10 +242,12 @@ def judgement_record(judgement: Judgement) -> Record:
     """
     contact = judgement.approximation
     assert contact is not None
-    return contact_record(contact, judgement.measures) | picked(judgement, "deviation uncertainty verdict limit_used")
+    return contact_record(contact, judgement.measures) | select_attributes(
+        judgement, "deviation uncertainty verdict limit_used"
+    )
 
 
-def contact_record(contact: Approximation, measures: Measures) -> Record:
+def contact_record(contact: TheoryContact, measures: Measures) -> Record:
     """Record of the contact of a theory.
 
     Parameters
@@ -260,8 +264,8 @@ def contact_record(contact: Approximation, measures: Measures) -> Record:
     """
     single = contact.single
     return {
-        **told(measures),
-        **picked(contact, "centre_mm overlapping status notes solutions"),
+        **to_plain(measures),
+        **select_attributes(contact, "centre_mm overlapping status notes solutions"),
         **(_ellipse_shape(single.hertz) if single and single.hertz else {}),
         "patches": [] if single else [_patch_record(theory_patch) for theory_patch in contact.patches],
     }
@@ -272,20 +276,24 @@ def _patch_record(patch: TheoryPatch) -> Record:
 
     Its force is along the normal of the patch.
     """
-    place_entries = picked(patch, "centre_mm")
+    place_entries = select_attributes(patch, "centre_mm")
     if (touch := patch.touch) is not None:
-        place_entries |= {"touch_point": patch.touch_point, **picked(touch, "rail_y_mm contact_angle_rad")}
-    sizes = ellipse_record(patch.hertz) if patch.hertz else picked(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
+        place_entries |= {"touch_point": patch.touch_point, **select_attributes(touch, "rail_y_mm contact_angle_rad")}
+    sizes = (
+        ellipse_record(patch.hertz)
+        if patch.hertz
+        else select_attributes(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
+    )
     return place_entries | sizes
 
 
 def ellipse_record(hertz: HertzContact) -> Record:
     """Record of an ellipse with its force."""
-    return {"normal_force_N": hertz.normal_force_N, **told(hertz_measures(hertz)), **_ellipse_shape(hertz)}
+    return {"normal_force_N": hertz.normal_force_N, **to_plain(read_hertz_measures(hertz)), **_ellipse_shape(hertz)}
 
 
 def _ellipse_shape(hertz: HertzContact) -> Record:
-    return picked(hertz, "orientation_rad A_per_mm B_per_mm stiffness_GN_per_m15")
+    return select_attributes(hertz, "orientation_rad A_per_mm B_per_mm stiffness_GN_per_m15")
 
 
 def lobe_record(lobe: LobeJudgement) -> Record:
@@ -303,10 +311,12 @@ def lobe_record(lobe: LobeJudgement) -> Record:
         point.
     """
     return {
-        **picked(lobe, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe fe_uncertainty"),
-        "half_space": told(lobe.rungs.get("half_space")),
-        "hertz": None if lobe.hertz is None else told(hertz_measures(lobe.hertz)) | _ellipse_shape(lobe.hertz),
-        **picked(lobe, "deviation uncertainty verdict p_max_lines_MPa"),
+        **select_attributes(
+            lobe, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe fe_uncertainty"
+        ),
+        "half_space": to_plain(lobe.rungs.get("half_space")),
+        "hertz": None if lobe.hertz is None else to_plain(read_hertz_measures(lobe.hertz)) | _ellipse_shape(lobe.hertz),
+        **select_attributes(lobe, "deviation uncertainty verdict p_max_lines_MPa"),
     }
 
 
@@ -314,19 +324,19 @@ def _plastic_record(plastic_verdict: PlasticVerdict) -> Record:
     """Effects of yielding on a contact; lengths in mm, loads in N."""
     return {
         "status": plastic_verdict.status,
-        "range": NOT_IN_IT,
-        **picked(plastic_verdict.yielded, "first_yield_N first_body imprint_mm"),
-        **picked(plastic_verdict, "first_yield_uncertainty plastic_load_N plastic_measure"),
+        "range": PLASTIC_VALIDITY,
+        **select_attributes(plastic_verdict.yielded, "first_yield_N first_body imprint_mm"),
+        **select_attributes(plastic_verdict, "first_yield_uncertainty plastic_load_N plastic_measure"),
         **{
             f"step_with_yield_stress_15_percent_{band_side}": {
                 name: band[band_index] for name, band in plastic_verdict.band.items()
             }
             for band_index, band_side in enumerate(("lower", "higher"))
         },
-        "bodies": told(plastic_verdict.yielded.bodies),
-        "path": told(plastic_verdict.yielded.path),
-        HERTZ: picked(plastic_verdict.deciding, "deviation uncertainty verdict limit_used")
-        | picked(plastic_verdict, "cancelling")
+        "bodies": to_plain(plastic_verdict.yielded.bodies),
+        "path": to_plain(plastic_verdict.yielded.path),
+        HERTZ: select_attributes(plastic_verdict.deciding, "deviation uncertainty verdict limit_used")
+        | select_attributes(plastic_verdict, "cancelling")
         # if the touch point is at a junction, the side has the deciding curvature
         | ({"side": plastic_verdict.deciding_side} if len(plastic_verdict.judgements) > 1 else {}),
     }
@@ -347,22 +357,24 @@ def _solver_record(load: JudgedLoad) -> Record:
     """Record of the solver: iterations, residuals, balances, meshes and element sizes."""
     level, nodal, half_space = load.level, load.level.nodal, load.solved.half_space
     return {
-        **picked(nodal, "iterations compliance_calls contact_residual penetration_residual"),
+        **select_attributes(nodal, "iterations compliance_calls contact_residual penetration_residual"),
         "load_balance": load.fe.load_balance,
-        **picked(level, "force_balance moment_balance degrees_of_freedom elements"),
+        **select_attributes(level, "force_balance moment_balance degrees_of_freedom elements"),
         "element_size_mm": dict(zip("xy", nodal.grid.steps_mm, strict=True)),
         "node_spacing_mm": dict(zip("xy", load.fe.grid.steps_mm, strict=True)),
         "meshes": len(load.solved.levels),
         # for the lobe that the element size is made for, and for the narrowest lobe that is not small
-        "elements_a_semi_axis": _elements_per_semi_axis(load, semi_axes_of_elements_mm(half_space)),
-        "elements_a_semi_axis_of_narrowest_lobe": _elements_per_semi_axis(load, narrowest_semi_axes_mm(half_space)),
+        "elements_a_semi_axis": _elements_per_semi_axis(load, measure_element_semi_axes_mm(half_space)),
+        "elements_a_semi_axis_of_narrowest_lobe": _elements_per_semi_axis(
+            load, measure_narrowest_semi_axes_mm(half_space)
+        ),
         # expected for the next finer mesh
         "zone_enlarged": level.enlarged,
     }
 
 
 @cache
-def versions() -> dict[str, str | None]:
+def package_versions() -> dict[str, str | None]:
     """Versions of this package, of Python and of the packages that affect the numbers.
 
     Returns
@@ -383,7 +395,7 @@ def versions() -> dict[str, str | None]:
     return versions_by_package
 
 
-def hertz_record(hertz_alone: HertzAlone) -> Record:
+def hertz_record(hertz_alone: HertzEvaluation) -> Record:
     """Record of Hertz's theory alone at the position of a case.
 
     Parameters
@@ -404,7 +416,7 @@ def hertz_record(hertz_alone: HertzAlone) -> Record:
         "normal_force_N": hertz_alone.hertz.normal_force_N,
         **touch_records(hertz_alone.placement),
         "ellipses": [
-            picked(point, "touch_point side")
+            select_attributes(point, "touch_point side")
             | ({"problem": point.problem} if point.whole is None else ellipse_record(point.whole))
             for point in hertz_alone.points.points
         ],
@@ -420,7 +432,7 @@ def hertz_record(hertz_alone: HertzAlone) -> Record:
         "uncertainty_of_profile": hertz_alone.uncertainty_of_profile,
         "notes": list(hertz_alone.points.notes),
         "warnings": list(hertz_alone.placement.notes),
-        "versions": versions(),
+        "versions": package_versions(),
     }
 
 
@@ -462,7 +474,7 @@ def case_row(result: CaseResult) -> Row:
         Flat row.
     """
     return load_row(result.load, result.placement) | {
-        **_select_row_columns(flat({"von_mises": told(result.von_mises)})),
+        **_select_row_columns(flatten({"von_mises": to_plain(result.von_mises)})),
         "seconds": sum(result.effort.seconds.values()),
         "peak_memory_MB": result.effort.peak_memory_MB,
         "warnings": "; ".join(result.notes),
@@ -485,13 +497,13 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         Flat row. The columns of each theory begin with the name of the theory.
     """
     first, record = placement.first, load_record(load)
-    columns = flat({**record, "theories": {}, **record["theories"]})
+    columns = flatten({**record, "theories": {}, **record["theories"]})
     return {
         "status": load.status,
         **input_columns(load.case, placement),
         "resolution": load.case.resolution if isinstance(load.case.resolution, str) else None,
         "contact_angle_mrad": 1e3 * first.contact_angle_rad,
-        **picked(first, "rail_y_mm wheel_y_mm", "touch_"),
+        **select_attributes(first, "rail_y_mm wheel_y_mm", "touch_"),
         "at_junction": first.at_junction,
         "touch_points": len(placement.touch_points),
         **_select_row_columns(columns),
@@ -509,7 +521,7 @@ def _is_row_column(column: str) -> bool:
     theory = next((name for name in THEORIES if column.startswith(f"{name}_")), None)
     if theory is not None and not is_of_hertz:
         return column.removeprefix(f"{theory}_") in _CHEAP_THEORY_COLUMNS
-    feature_patterns = (pattern for telling in offered("TELLINGS").values() for pattern in telling.left_out)
+    feature_patterns = (pattern for telling in load_offers("TELLINGS").values() for pattern in telling.left_out)
     return not any(fnmatchcase(column, pattern) for pattern in (*_OMITTED_COLUMNS, *feature_patterns))
 
 
@@ -528,13 +540,13 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
     Row
         Inputs by column. Only rows of wheelsets and of right wheels have the side.
     """
-    roll = case.roll_rad if placement is None else roll_of_case(case, placement)
+    roll = case.roll_rad if placement is None else compute_roll(case, placement)
     row: Row = {
         "rail": profile_identity(case.rail),
         "wheel": profile_identity(case.wheel),
         "lateral_shift_mm": case.lateral_shift_mm,
         "load_kN": case.load_N / 1e3,
-        **picked(case, "load_kind inclination_rad"),
+        **select_attributes(case, "load_kind inclination_rad"),
         "roll_mrad": None if case.roll != "given" and placement is None else 1e3 * roll,
         "yaw_mrad": 1e3 * case.yaw_rad,
     }
@@ -557,7 +569,7 @@ def _irregular_columns(case: Case, placement: Placement | None) -> Row:
     return {
         "distance_mm": case.distance_mm,
         **{
-            name: None if irregularity is None else irregularity_text(irregularity)
+            name: None if irregularity is None else format_irregularity(irregularity)
             for name, irregularity in irregularities.items()
         },
         "lowered_mm": None if along is None else along.lowered_mm,
@@ -582,7 +594,7 @@ def write_row(path: Path, row: Row) -> Path:
         The written file.
     """
     json_row = {key: repr(value) if _is_not_finite(value) else value for key, value in row.items()}
-    return write_json(path, {"schema": ROW_SCHEMA, "row": json_row, "versions": versions()})
+    return write_json(path, {"schema": ROW_SCHEMA, "row": json_row, "versions": package_versions()})
 
 
 def read_row(path: Path) -> Row:

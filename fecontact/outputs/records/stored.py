@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid, Rung
-from fecontact.files import open_regular, write_atomically
+from fecontact.files import open_regular_file, write_atomically
 from fecontact.judging.solved_load import SolvedLoad
-from fecontact.outputs.flat_records import Record, picked
-from fecontact.placement.along_track import AlongTrack
+from fecontact.outputs.flat_records import Record, select_attributes
+from fecontact.placement.along_track import PlacedIrregularities
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -34,7 +34,7 @@ Arrays = dict[str, NDArray[np.float64]]
 _MAX_UNPACKING_RATIO = 20
 _ALWAYS_ALLOWED_BYTES = 100_000_000
 _MIN_NODES = 2
-_kinds = cache(get_type_hints)
+_type_hints = cache(get_type_hints)
 _RUNG_FIELDS = ("pressure_MPa", "gap_mm")
 _RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_RUNG_FIELDS))
 # Fields that have a different name among the arrays.
@@ -95,11 +95,11 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
         for field in fields(SolvedLoad)
         if field.name != "case" and (field.name in record or field.name not in _FIELDS_ADDED_LATER)
     }
-    solved_load: SolvedLoad = _value(SolvedLoad, {**values, "case": case}, arrays)
+    solved_load: SolvedLoad = _restore_value(SolvedLoad, {**values, "case": case}, arrays)
     return solved_load
 
 
-def _plain(value: Any, arrays: Arrays, name: str) -> Any:
+def _to_plain(value: Any, arrays: Arrays, name: str) -> Any:
     """Convert a value to JSON types, dataclasses by their fields.
 
     Fields on a grid are added to `arrays` under names that begin with `name`.
@@ -114,19 +114,19 @@ def _plain(value: Any, arrays: Arrays, name: str) -> Any:
         attributes = {field.name: getattr(value, field.name) for field in fields(value) if field.name != "profile"}
         return _plain_fields(attributes, arrays, name)
     if isinstance(value, Mapping):
-        return {key: _plain(member, arrays, name) for key, member in value.items()}
+        return {key: _to_plain(member, arrays, name) for key, member in value.items()}
     if isinstance(value, tuple):
-        return [_plain(member, arrays, f"{name}{place}") for place, member in enumerate(value)]
+        return [_to_plain(member, arrays, f"{name}{place}") for place, member in enumerate(value)]
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _plain_fields(values: Mapping[str, Any], arrays: Arrays, name: str) -> Record:
     """Convert the fields of a value; each field has a unique name among the arrays."""
     name_parts = {key: (name, _ARRAY_NAMES.get(key, key)) for key in values}
-    return {key: _plain(value, arrays, "_".join(filter(None, name_parts[key]))) for key, value in values.items()}
+    return {key: _to_plain(value, arrays, "_".join(filter(None, name_parts[key]))) for key, value in values.items()}
 
 
-def _without_alias(kind: Any) -> Any:
+def _resolve_alias(kind: Any) -> Any:
     """Annotation behind a type alias; other annotations are returned unchanged.
 
     NumPy 2.5 declares `NDArray` by a `type` statement on Python 3.12 and newer. There `get_origin` of `NDArray[float]`
@@ -135,26 +135,26 @@ def _without_alias(kind: Any) -> Any:
     alias, arguments = get_origin(kind) or kind, get_args(kind)
     if not hasattr(alias, "__value__"):
         return kind
-    return _without_alias(alias.__value__[arguments] if arguments else alias.__value__)
+    return _resolve_alias(alias.__value__[arguments] if arguments else alias.__value__)
 
 
-def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> Any:
-    """Restore a value of a kind from the result of `_plain`."""
+def _restore_value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> Any:
+    """Restore a value of a kind from the result of `_to_plain`."""
     if isinstance(kind, type) and isinstance(plain, kind):
         return plain
     if kind is Rung:
         return _read_rung(plain, arrays)
     if isinstance(kind, type) and is_dataclass(kind):
-        kinds = _kinds(kind)
-        return kind(**{key: _value(kinds[key], member, arrays) for key, member in plain.items()})
-    kind = _without_alias(kind)
+        kinds = _type_hints(kind)
+        return kind(**{key: _restore_value(kinds[key], member, arrays) for key, member in plain.items()})
+    kind = _resolve_alias(kind)
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is UnionType:
-        return None if plain is None else _value(arguments[0], plain, arrays)
+        return None if plain is None else _restore_value(arguments[0], plain, arrays)
     if origin is tuple:
-        return tuple(_value(arguments[0], member, arrays) for member in plain)
+        return tuple(_restore_value(arguments[0], member, arrays) for member in plain)
     if origin is Mapping:
-        return {key: _value(arguments[1], member, arrays) for key, member in plain.items()}
+        return {key: _restore_value(arguments[1], member, arrays) for key, member in plain.items()}
     if origin is np.ndarray:
         return np.array(plain)
     # A list or an object that no branch above converts would stay unchanged, and fail far from here.
@@ -212,7 +212,7 @@ def read_arrays(path: Path) -> Arrays:
     ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error
         If the file is not such an archive.
     """
-    with open_regular(path) as file, ZipFile(file) as archive:
+    with open_regular_file(path) as file, ZipFile(file) as archive:
         members = archive.infolist()
         claimed_bytes = sum(member.file_size for member in members)
         allowed_bytes = max(_ALWAYS_ALLOWED_BYTES, _MAX_UNPACKING_RATIO * path.stat().st_size)
@@ -248,8 +248,12 @@ def placement_record(placement: Placement) -> Record:
         Poses of both bodies, touch points, and limits of flange climbing.
     """
     names = ("rail", "wheel", "touch_points", "climbs", "other_climbs")
-    record = {name: _plain(getattr(placement, name), {}, name) for name in names}
-    return record if placement.along is None else record | {"along": picked(placement.along, "middle_x_mm lowered_mm")}
+    record = {name: _to_plain(getattr(placement, name), {}, name) for name in names}
+    return (
+        record
+        if placement.along is None
+        else record | {"along": select_attributes(placement.along, "middle_x_mm lowered_mm")}
+    )
 
 
 def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profile) -> Placement:
@@ -275,11 +279,11 @@ def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profi
         If the record has another layout.
     """
     poses = {"rail": {**record["rail"], "profile": rail}, "wheel": {**record["wheel"], "profile": wheel}}
-    placement: Placement = _value(Placement, {**record, **poses}, {})
+    placement: Placement = _restore_value(Placement, {**record, **poses}, {})
     return placement
 
 
-def stored_placement(case: Case, record: Mapping[str, Any]) -> Placement:
+def restore_placement(case: Case, record: Mapping[str, Any]) -> Placement:
     """Restore the placement of a stored case.
 
     Parameters
@@ -302,4 +306,6 @@ def stored_placement(case: Case, record: Mapping[str, Any]) -> Placement:
     irregularities = tuple(
         irregularity.on_wheel(placement.wheel.rolling_radius_mm) for irregularity in case.irregularities
     )
-    return replace(placement, along=AlongTrack(lines=irregularities, distance_mm=case.distance_mm, **record["along"]))
+    return replace(
+        placement, along=PlacedIrregularities(lines=irregularities, distance_mm=case.distance_mm, **record["along"])
+    )

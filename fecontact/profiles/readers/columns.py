@@ -12,9 +12,9 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
-from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Kind, check_size
-from fecontact.profiles.points import FEWEST_POINTS, Points, drop_close_points, format_count
-from fecontact.profiles.reading import MM, Reading, remedy
+from fecontact.profiles.curve import LARGEST_COORDINATE_MM, ProfileKind, check_size
+from fecontact.profiles.points import FEWEST_POINTS, ProfilePoints, drop_close_points, format_count
+from fecontact.profiles.reading import MM_PER_UNIT, Reading, suggest_option
 
 _COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?|[-+]?\d+")
@@ -27,7 +27,7 @@ _LETTERS_SHOWN = 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Table:
+class ColumnTable:
     """Two columns of a file in the unit of the file, with notes.
 
     Attributes
@@ -50,19 +50,19 @@ class Table:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source:
+class ColumnSource:
     """Origin of columns: its name in messages, the wanted kind, and the options of the file."""
 
     what: str
-    kind: Kind
+    kind: ProfileKind
     reading: Reading
 
     def remedy(self, key: str, value: str | float) -> str:
         """Option that answers a question about the file."""
-        return remedy(self.kind, key, value)
+        return suggest_option(self.kind, key, value)
 
 
-def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
+def read_columns(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoints:
     """Points from a text file with the columns y and z.
 
     Columns may be separated by blanks, tabs, commas or semicolons. Text after # ! % or // is a comment, and the first
@@ -88,10 +88,10 @@ def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
     InputError
         The file cannot be read, or does not have two columns of numbers.
     """
-    return parse_points(read_text(path), path.stem, Source(what=str(path), kind=kind, reading=reading))
+    return parse_points(read_text(path), path.stem, ColumnSource(what=str(path), kind=kind, reading=reading))
 
 
-def parse_points(text: str, name: str, source: Source) -> Points:
+def parse_points(text: str, name: str, source: ColumnSource) -> ProfilePoints:
     """Parse the points of a text of columns, as `read_columns` does for a file.
 
     Parameters
@@ -113,10 +113,10 @@ def parse_points(text: str, name: str, source: Source) -> Points:
     InputError
         The text does not have two columns of numbers.
     """
-    table = columns_of(text, source)
+    table = parse_columns(text, source)
     points, notes = convert_to_mm(table.y, table.z, table.unit, source)
     remarks = (*table.notes, *notes)
-    return Points(
+    return ProfilePoints(
         points=points, kind=source.kind, name=name, source=source.what, notes=remarks, flipped_columns=table.columns
     )
 
@@ -188,7 +188,7 @@ def shorten_text(text: object) -> str:
     return full_text if len(full_text) <= 200 else f"{full_text[:120]}... ({len(full_text)} characters)"
 
 
-def columns_of(text: str, source: Source, *, names: str = "", unnamed: bool = False) -> Table:
+def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: bool = False) -> ColumnTable:
     """Columns y and z of a text.
 
     Parameters
@@ -260,7 +260,7 @@ def columns_of(text: str, source: Source, *, names: str = "", unnamed: bool = Fa
     notes += [f"the sign of {axis} is turned" for axis, sign in zip("yz", signs, strict=True) if sign < 0]
     y, z = (np.array(values) * signs).T
     flipped = [f"{'-' if sign < 0 else ''}{k + 1}" for k, sign in zip(chosen, (signs[0], -signs[1]), strict=True)]
-    return Table(y=y, z=z, unit=unit, notes=tuple(notes), columns=",".join(flipped))
+    return ColumnTable(y=y, z=z, unit=unit, notes=tuple(notes), columns=",".join(flipped))
 
 
 def _number_lines(text: str) -> list[tuple[int, str]]:
@@ -363,7 +363,7 @@ def _strip_unit(title: str) -> str:
 
 
 def _choose_columns(
-    first: tuple[int, str], rows: list[list[str]], names: str, source: Source, *, unnamed: bool
+    first: tuple[int, str], rows: list[list[str]], names: str, source: ColumnSource, *, unnamed: bool
 ) -> tuple[tuple[int, int], tuple[float, float]]:
     """Choose the two columns y and z, and their signs.
 
@@ -476,7 +476,7 @@ def _read_column_unit(names: str, chosen: tuple[int, int]) -> str | None:
 
 
 def convert_to_mm(
-    y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: bool = False
+    y: Floats, z: Floats, unit: str | None, source: ColumnSource, *, mirror: bool = False
 ) -> tuple[Floats, list[str]]:
     """Convert coordinates to points in mm from the tape circle, with the requested signs.
 
@@ -496,7 +496,7 @@ def convert_to_mm(
     points, notes
         Points (n, 2) in mm, and notes.
     """
-    reading, factor = source.reading, MM[unit or "mm"]
+    reading, factor = source.reading, MM_PER_UNIT[unit or "mm"]
     notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
     tape_circle_mm = reading.tape_circle_mm or 0.0
     if tape_circle_mm:
@@ -530,7 +530,7 @@ _MINIPROF_MARK = re.compile(
 )
 _OFFSET_KEYS = (("xoffset", "xoff"), ("yoffset", "yoff"))
 _ALIGNMENT_KEYS = ("aligndx", "aligndy", "alignda")
-_KIND_BY_SUFFIX: dict[str, Kind] = {".ban": "rail", ".whl": "wheel"}
+_KIND_BY_SUFFIX: dict[str, ProfileKind] = {".ban": "rail", ".whl": "wheel"}
 _TAPERLINE_KEY, _DIAMETER_KEY = "wheeldiametertaperline", "diametertaperline"
 # Distance of the tip of a flange from the back of the flange (mm): 15.5 mm on the S1002.
 _TIP_OVER_BACK_MM = (5.0, 30.0)
@@ -559,7 +559,7 @@ def is_miniprof(path: Path) -> bool:
         return False
 
 
-def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
+def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoints:
     """Points of a MiniProf file.
 
     Parameters
@@ -583,7 +583,7 @@ def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
         that answers the question.
     """
     keys, table_text = _split_miniprof_keys(read_text(path))
-    source = Source(what=str(path), kind=_KIND_BY_SUFFIX.get(path.suffix.lower(), kind), reading=reading)
+    source = ColumnSource(what=str(path), kind=_KIND_BY_SUFFIX.get(path.suffix.lower(), kind), reading=reading)
     names = ""
     if (columns := keys.get("columndef")) is not None:
         column_names = [name.strip().lower() for name in columns.split(",")]
@@ -595,7 +595,7 @@ def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
         names = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in column_names if name != "*")
         if "*" in column_names:
             names = names if column_names[:2] != ["x", "y"] else ""
-    table = columns_of(table_text, source, names=names, unnamed=True)
+    table = parse_columns(table_text, source, names=names, unnamed=True)
     y, z, offset_notes = _add_offsets(table.y, table.z, keys, source)
     points, conversion_notes = convert_to_mm(
         y, z, reading.units or _read_header_unit(keys, source), source, mirror=source.kind == "rail"
@@ -615,12 +615,12 @@ def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
         *tape_circle_notes,
         *_describe_diameter(keys, source),
     )
-    return Points(
+    return ProfilePoints(
         points=points, kind=source.kind, name=path.stem, source=str(path), notes=remarks, flipped_columns=table.columns
     )
 
 
-def _turn_upwards(points: Floats, source: Source) -> tuple[Floats, list[str]]:
+def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[str]]:
     """Turn z upwards, by the shape of the profile.
 
     A head falls towards its ends, and the tip of a flange is below the tread.
@@ -651,7 +651,7 @@ def _turn_upwards(points: Floats, source: Source) -> tuple[Floats, list[str]]:
     return points, ["its Y grows upwards: z is Y"]
 
 
-def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, list[str]]:
+def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: ColumnSource) -> tuple[Floats, list[str]]:
     """Shift a wheel's y from the back of the flange to the tape circle.
 
     Parameters
@@ -691,7 +691,7 @@ def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: Source) 
     return points - (tape_circle_mm, 0.0), [remark]
 
 
-def _describe_diameter(keys: dict[str, str], source: Source) -> list[str]:
+def _describe_diameter(keys: dict[str, str], source: ColumnSource) -> list[str]:
     """Describe the diameter in the header, which gives the rolling radius of the case.
 
     Parameters
@@ -733,7 +733,7 @@ def header_radius_mm(path: Path) -> float | None:
         return None
     try:
         keys, _ = _split_miniprof_keys(read_text(path))
-        source = Source(what=str(path), kind="wheel", reading=Reading())
+        source = ColumnSource(what=str(path), kind="wheel", reading=Reading())
         diameter_mm = _read_header_value(keys.get(_DIAMETER_KEY, ""), "DiameterTaperline", source)
     except InputError:
         return None
@@ -783,7 +783,7 @@ def _is_numbers(line: str) -> bool:
     return len(fields) > 1 and None not in map(_parse_number, fields)
 
 
-def _read_header_unit(keys: dict[str, str], source: Source) -> str | None:
+def _read_header_unit(keys: dict[str, str], source: ColumnSource) -> str | None:
     """Read the unit of the header; None if it is not defined.
 
     Raises
@@ -792,15 +792,15 @@ def _read_header_unit(keys: dict[str, str], source: Source) -> str | None:
         The unit is unknown.
     """
     unit = keys.get("units", keys.get("unit", "")).lower()
-    if unit in MM or unit in ("", "metric"):
-        return unit if unit in MM else None
+    if unit in MM_PER_UNIT or unit in ("", "metric"):
+        return unit if unit in MM_PER_UNIT else None
     raise InputError(
-        f"{source.what}: the header says Units = {unit[:40]!r}; known are {', '.join(MM)}:"
+        f"{source.what}: the header says Units = {unit[:40]!r}; known are {', '.join(MM_PER_UNIT)}:"
         f" {source.remedy('units', 'mm')}"
     )
 
 
-def _add_offsets(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, Floats, list[str]]:
+def _add_offsets(y: Floats, z: Floats, keys: dict[str, str], source: ColumnSource) -> tuple[Floats, Floats, list[str]]:
     """Add the offsets of the header to the coordinates.
 
     Parameters
@@ -827,7 +827,7 @@ def _add_offsets(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> 
     return y + along, z + up, notes
 
 
-def _read_header_value(text: str, key: str, source: Source) -> float:
+def _read_header_value(text: str, key: str, source: ColumnSource) -> float:
     """Read a number of the header.
 
     Raises
@@ -950,7 +950,7 @@ def is_simpack(path: Path) -> bool:
         return False
 
 
-def read_simpack(path: Path, reading: Reading) -> Points:
+def read_simpack(path: Path, reading: Reading) -> ProfilePoints:
     """Points of a SIMPACK file.
 
     Parameters
@@ -972,7 +972,7 @@ def read_simpack(path: Path, reading: Reading) -> Points:
     """
     label = str(path)
     keys, rows = _parse_simpack(read_text(path), label)
-    kind: Kind = "wheel" if keys.flag("type@header") else "rail"
+    kind: ProfileKind = "wheel" if keys.flag("type@header") else "rail"
     if reading.columns not in (None, "1,2", "1,-2"):
         raise InputError(
             f"{label}: a SIMPACK file says itself what its columns are; leave out columns, or give 1,-2 to turn the "
@@ -989,7 +989,7 @@ def read_simpack(path: Path, reading: Reading) -> Points:
     if reading.units is None:
         table = table * (1000.0 / factor) if factor != 1000.0 else table
         notes += [] if factor == 1000.0 else [f"turned into mm: the file has {factor:g} units in a metre"]
-    source = Source(what=label, kind=kind, reading=reading)
+    source = ColumnSource(what=label, kind=kind, reading=reading)
     points, conversion_notes = convert_to_mm(
         table[:, 0], table[:, 1] if is_sign_kept else -table[:, 1], reading.units, source
     )
@@ -999,7 +999,7 @@ def read_simpack(path: Path, reading: Reading) -> Points:
         *conversion_notes,
     )
     flipped = "1,2" if is_sign_kept else "1,-2"
-    return Points(points=points, kind=kind, name=path.stem, source=label, notes=remarks, flipped_columns=flipped)
+    return ProfilePoints(points=points, kind=kind, name=path.stem, source=label, notes=remarks, flipped_columns=flipped)
 
 
 def _parse_simpack(text: str, label: str) -> tuple[_SimpackKeys, list[tuple[float, float]]]:

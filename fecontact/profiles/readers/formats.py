@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.files import toml_content
-from fecontact.profiles.curve import Kind, Profile, check_shape, make_arc, make_tangent_head, mirror_segments
+from fecontact.files import read_toml_text
+from fecontact.profiles.curve import Profile, ProfileKind, check_shape, make_arc, make_tangent_head, mirror_segments
 from fecontact.profiles.origin import check_origin
-from fecontact.profiles.points import LARGEST_FIELD_SIDE_DROP_MM, Points, measure_field_side_drop_mm
+from fecontact.profiles.points import LARGEST_FIELD_SIDE_DROP_MM, ProfilePoints, measure_field_side_drop_mm
 from fecontact.profiles.readers.columns import (
     file_bytes,
     is_miniprof,
@@ -27,8 +27,8 @@ from fecontact.profiles.readers.columns import (
     read_simpack,
     shorten_text,
 )
-from fecontact.profiles.reading import PLAIN, Reading, suggest_mirroring, suggest_unmirrored
-from fecontact.profiles.segments import Line, Polynomial, Segment, translate_segment
+from fecontact.profiles.reading import DEFAULT_READING, Reading, suggest_mirroring, suggest_unmirrored
+from fecontact.profiles.segments import Polynomial, Segment, StraightSegment, translate_segment
 
 if TYPE_CHECKING:
     from fecontact.profiles.readers import schema
@@ -47,7 +47,7 @@ _STEPS_CLOSED_MM = (1e-9, 2e-4)
 _POINTS_PER_SEGMENT = 17
 
 
-def read_toml(path: str | Path, reading: Reading = PLAIN) -> Profile:
+def read_toml(path: str | Path, reading: Reading = DEFAULT_READING) -> Profile:
     """Profile from a TOML file in the format of the library files.
 
     Its name is the name of the file.
@@ -77,7 +77,7 @@ def read_toml(path: str | Path, reading: Reading = PLAIN) -> Profile:
     return parse_toml(text, name=path.stem, reading=reading)
 
 
-def parse_toml(text: str, *, name: str, reading: Reading = PLAIN) -> Profile:
+def parse_toml(text: str, *, name: str, reading: Reading = DEFAULT_READING) -> Profile:
     """Profile from the text of a TOML file.
 
     Parameters
@@ -104,7 +104,7 @@ def parse_toml(text: str, *, name: str, reading: Reading = PLAIN) -> Profile:
 
     from fecontact.profiles.readers import schema
 
-    content = toml_content(text, f"profile {name}")
+    content = read_toml_text(text, f"profile {name}")
     try:
         file = schema.ProfileFile.model_validate(content)
     except ValidationError as error:
@@ -143,7 +143,7 @@ def parse_library_file(text: str, *, name: str) -> Profile:
         Exact profile.
     """
     # without pydantic: its import takes a tenth of a second, which is longer than a complete small command
-    return _build_profile(_make_namespace(toml_content(text, f"profile {name}")), name, PLAIN)
+    return _build_profile(_make_namespace(read_toml_text(text, f"profile {name}")), name, DEFAULT_READING)
 
 
 def _make_namespace(content: Any) -> Any:
@@ -197,7 +197,9 @@ def _build_profile(file: schema.ProfileFile, name: str, reading: Reading) -> Pro
         )
         body += mirror_segments(body)
     else:
-        surface = joined([_build_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)])
+        surface = close_small_steps(
+            [_build_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)]
+        )
     if reading.mirror:
         surface, body = mirror_segments(surface), mirror_segments(body)
     side = -1.0 if reading.mirror else 1.0
@@ -234,7 +236,7 @@ def _build_profile(file: schema.ProfileFile, name: str, reading: Reading) -> Pro
     )
 
 
-def joined(surface: Sequence[Segment]) -> list[Segment]:
+def close_small_steps(surface: Sequence[Segment]) -> list[Segment]:
     """Segments without the steps that rounded digits cause.
 
     Segments beyond a step, as seen from y = 0, are moved vertically by the step.
@@ -289,7 +291,7 @@ def _explain_error(error: dict[str, object]) -> str:
 
 def _build_segment(entry: schema.Entry, label: str) -> Segment:
     if entry.type == "line":
-        return Line(start=entry.from_, end=entry.to)
+        return StraightSegment(start=entry.from_, end=entry.to)
     if entry.type == "polynomial":
         return _build_polynomial(entry, label)
     return make_arc(entry.from_, entry.to, centre=entry.centre, radius=entry.radius, label=label)
@@ -330,17 +332,17 @@ def _build_polynomial(entry: schema.PolynomialEntry, label: str) -> Polynomial:
 
 # Function that reads a file. Its `kind` is the wanted kind. A file that states its kind is read with that kind, and the
 # caller compares both.
-Reader: TypeAlias = Callable[[Path, Kind, Reading], Profile | Points]
+Reader: TypeAlias = Callable[[Path, ProfileKind, Reading], Profile | ProfilePoints]
 
 
-def _read_text_file(path: Path, kind: Kind, reading: Reading) -> Points:
+def _read_text_file(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoints:
     """Read columns of numbers, or a special format if the content shows it."""
     if is_simpack(path):
         return read_simpack(path, reading)
     return read_miniprof(path, kind, reading) if is_miniprof(path) else read_columns(path, kind, reading)
 
 
-def _refuse_slices(path: Path, kind: Kind, reading: Reading) -> Profile:
+def _refuse_slices(path: Path, kind: ProfileKind, reading: Reading) -> Profile:
     """Refuse a file of slices."""
     raise InputError(
         f"{path}: a file of slices ({path.suffix.lower()}) is a profile that changes along the track or around the"
@@ -367,6 +369,6 @@ READERS: dict[str, Reader] = {
 }
 
 
-def reader_of(path: Path) -> Reader:
+def find_reader(path: Path) -> Reader:
     """Reader of a file by its ending, in any case of letters."""
     return READERS.get(path.suffix.lower(), DEFAULT_READER)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fecontact.outputs.parts import Telling
-from fecontact.outputs.tables import number
+from fecontact.outputs.tables import number_column
 
 if TYPE_CHECKING:
     from fecontact.judging.judged_load import JudgedLoad
@@ -29,7 +29,7 @@ def read_mean_pressure(load: JudgedLoad, placement: Placement) -> MeanPressure:
 
 
 MEAN_PRESSURE = Telling(
-    columns=(number("mean\nMPa", "mean_pressure_fe_MPa", "{:.0f}"),),
+    columns=(number_column("mean\nMPa", "mean_pressure_fe_MPa", "{:.0f}"),),
     parts=lambda record: [
         f"mean pressure {record['fe_MPa']:.0f} MPa, of Hertz's ellipse {record['hertz_MPa']:.0f} MPa"
     ],
