@@ -13,7 +13,10 @@ from typing import ClassVar
 
 SMALLEST_QUANTITY, LARGEST_QUANTITY = 1e-30, 1e20
 """Range of every positive quantity, in which powers of it neither overflow nor underflow."""
-EXTREME_QUANTITY_TEXT = f"no body, load or material has that, and it could not be computed with; allowed: {SMALLEST_QUANTITY:g} to {LARGEST_QUANTITY:g}"
+EXTREME_QUANTITY_TEXT = (
+    "no body, load or material has that, and it could not be computed with; allowed:"
+    f" {SMALLEST_QUANTITY:g} to {LARGEST_QUANTITY:g}"
+)
 
 
 # Words of 300 letters or more are longer than a path usually is. Messages show their first 80 letters.

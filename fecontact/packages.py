@@ -32,7 +32,8 @@ def suggest_remedy() -> str:
     if has_wheels():
         return f"make setup, or pip install {' '.join(REQUIRED_PACKAGES)}"
     return (
-        f"{' and '.join(REQUIRED_PACKAGES)} have no wheels for Linux on {platform.machine()}: solve on an x86-64 machine;"
+        f"{' and '.join(REQUIRED_PACKAGES)} have no wheels for Linux on {platform.machine()}: solve on an x86-64"
+        " machine;"
         " everything without finite elements works here, such as hertz, theory, place, table and judge"
     )
 

@@ -206,13 +206,13 @@ def survey(of: list[Position]) -> list[Found]:
         lines = judge_case_variants(case, place_case(case))
         assert lines is not None
         own = lines.own.deviations[HERTZ]
-        verdict, stated = judge_profile_variants(own, dict.fromkeys(own, 0.0), lines.moves(HERTZ), case.criteria)
+        verdict, stated = judge_profile_variants(own, dict.fromkeys(own, 0.0), lines.find_shifts(HERTZ), case.criteria)
         covered = {
             (filter_mm, name): abs(value - own[name]) <= stated[name]
             for filter_mm, deviation in position.deviations.items()
             for name, value in deviation.items()
         }
-        answers, band = [*verdict.lines.values()], lines.moves(HERTZ).band(lines.own.p_max_MPa)
+        answers, band = [*verdict.lines.values()], lines.find_shifts(HERTZ).band(lines.own.p_max_MPa)
         assert band is not None
         seconds = time.process_time() - start
         found.append(Found(position, verdict.answer, answers.count("HOLDS"), len(answers), band, covered, seconds))

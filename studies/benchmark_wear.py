@@ -105,7 +105,7 @@ def judged(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
         own.deviations[HERTZ],
     )
     exact = dict.fromkeys(true, 0.0)
-    verdict, stated = judge_profile_variants(deviation, exact, lines.moves(HERTZ), CRITERIA)
+    verdict, stated = judge_profile_variants(deviation, exact, lines.find_shifts(HERTZ), CRITERIA)
     ratios = {name: stated[name] / max(abs(true[name] - deviation[name]), 1e-9) for name in MEASURES}
     return judge(true, exact, CRITERIA).answer, verdict.answer, ratios
 

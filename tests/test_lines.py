@@ -145,7 +145,7 @@ def lines_with(contacts: dict[str, tuple[int, dict[str, float]]]) -> ProfileVari
 
 
 def test_a_line_without_the_second_patch_is_judged_by_its_own_contact():
-    line_moves = lines_with(SECOND_PATCH).moves(HERTZ)
+    line_moves = lines_with(SECOND_PATCH).find_shifts(HERTZ)
     assert line_moves.other_patches == {"filter 8 mm"}
     deviations = line_moves.deviations(BY_ELEMENTS)
     # 0.1192 - 0.0963 = 0.0229 of the load would lie on a patch that this line does not have
@@ -161,7 +161,7 @@ def test_a_line_without_the_second_patch_is_judged_by_its_own_contact():
 def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
     limits = Criteria(judged_by=("p_max", "b", "separate"))
     verdict, stated = judge_profile_variants(
-        BY_ELEMENTS, dict.fromkeys(BY_ELEMENTS, 1e-4), lines_with(SECOND_PATCH).moves(HERTZ), limits
+        BY_ELEMENTS, dict.fromkeys(BY_ELEMENTS, 1e-4), lines_with(SECOND_PATCH).find_shifts(HERTZ), limits
     )
     assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "UNRESOLVED", "noise 3": "FAILS"}
     assert verdict.answer == "UNRESOLVED"
@@ -171,7 +171,7 @@ def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
     # finite elements that say what the half-space does leave the line to its half-space
     exact = SECOND_PATCH["filter 4 mm"][1]
     verdict, _ = judge_profile_variants(
-        exact, dict.fromkeys(exact, 1e-4), lines_with(SECOND_PATCH).moves(HERTZ), limits
+        exact, dict.fromkeys(exact, 1e-4), lines_with(SECOND_PATCH).find_shifts(HERTZ), limits
     )
     assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "HOLDS", "noise 3": "FAILS"}
 
@@ -187,14 +187,16 @@ def test_a_second_patch_on_another_line_alone_fails_there():
     )
     by_elements = {"p_max_MPa": 0.015, "separate_load": 0.0}
     criteria = Criteria(judged_by=("p_max", "separate"))
-    verdict, _ = judge_profile_variants(by_elements, dict.fromkeys(single_patch, 1e-4), variants.moves(HERTZ), criteria)
+    verdict, _ = judge_profile_variants(
+        by_elements, dict.fromkeys(single_patch, 1e-4), variants.find_shifts(HERTZ), criteria
+    )
     assert verdict.lines == {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS", "noise 1": "HOLDS"}
 
 
 def test_no_line_gets_a_negative_load_on_a_separate_patch():
     """A second patch has 24 % by the half-space and 21 % by finite elements; on another line the half-space has 2 %."""
     variants = lines_with({"filter 4 mm": (2, {"separate_load": 0.24}), "noise 1": (2, {"separate_load": 0.02})})
-    line_moves = variants.moves(HERTZ)
+    line_moves = variants.find_shifts(HERTZ)
     assert line_moves.other_patches == set()
     assert line_moves.deviations({"separate_load": 0.21})["noise 1"] == {"separate_load": 0.02}
     verdict, _ = judge_profile_variants(
@@ -365,14 +367,14 @@ def test_a_worn_head_is_decided_as_its_true_line_is():
     exact = dict.fromkeys(true, 0.0)
     assert judge(true, exact, case.criteria).answer == "HOLDS"
     lines = judge_case_variants(case, place_case(case, rail=worn(0.01, 0.2)))
-    solved_deviations, line_moves = lines.own.deviations[HERTZ], lines.moves(HERTZ)
+    solved_deviations, line_moves = lines.own.deviations[HERTZ], lines.find_shifts(HERTZ)
     verdict, stated = judge_profile_variants(solved_deviations, exact, line_moves, case.criteria)
     assert (verdict.answer, set(verdict.lines.values())) == ("HOLDS", {"HOLDS"})
     # the truth is inside what is stated, or nearly: seven lines of a noise are not all
     assert abs(true["p_max_MPa"] - solved_deviations["p_max_MPa"]) < stated["p_max_MPa"] + 0.01
     # the half-space on each line is itself
     half_space_answer = judge_profile_variants(
-        lines.own.deviations["half_space"], exact, lines.moves("half_space"), case.criteria
+        lines.own.deviations["half_space"], exact, lines.find_shifts("half_space"), case.criteria
     )
     assert half_space_answer[0].answer == "HOLDS"
     assert max(half_space_answer[1].values()) < 1e-9
@@ -392,7 +394,7 @@ def test_a_failure_by_far_is_certain_whatever_the_elements_are(elliptic_quick):
     def wrong(factor: float) -> Judgement:
         (patch,) = right.approximation.patches
         approximation = replace(right.approximation, patches=(replace(patch, p_max_MPa=factor * patch.p_max_MPa),))
-        return judge_theory(judgement.case, judgement.solved.levels, approximation, lines.moves(HERTZ))
+        return judge_theory(judgement.case, judgement.solved.levels, approximation, lines.find_shifts(HERTZ))
 
     assert not has_certain_failure({HERTZ: right}, half_space)
     assert has_certain_failure({HERTZ: wrong(0.5)}, half_space)

@@ -88,10 +88,10 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
     report = _JobProgress(jobs, engine, None)
     report.under_way(["a", "b"])
     now[0] += 10.0
-    report.done(JobOutcome(name="a", seconds=10.0))
+    report.receive(JobOutcome(name="a", seconds=10.0))
     report.under_way(["b", "c"])
     now[0] += 10.0
-    report.done(JobOutcome(name="b", seconds=20.0))
+    report.receive(JobOutcome(name="b", seconds=20.0))
     # a cluster has all jobs, and runs two at a time
     report.under_way(["c", "d", "e", "f"])
     assert heard == [

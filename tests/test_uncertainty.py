@@ -381,7 +381,7 @@ def part_of(case: Case, placement: Placement) -> dict[str, float] | None:
         return None
     own_deviations = lines.own.deviations["hertz"]
     _, contribution = judge_profile_variants(
-        own_deviations, dict.fromkeys(own_deviations, 0.0), lines.moves("hertz"), case.criteria
+        own_deviations, dict.fromkeys(own_deviations, 0.0), lines.find_shifts("hertz"), case.criteria
     )
     return contribution
 

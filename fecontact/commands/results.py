@@ -72,7 +72,7 @@ def judge(
     if json:
         print(format_json(judged_results.record))
     else:
-        print_parts(judged_results.parts(find_terminal_width()))
+        print_parts(judged_results.terminal_parts(find_terminal_width()))
     for problem in judged_results.problems:
         print(f"not judged: {problem}", file=sys.stderr)
     if not json:

@@ -350,7 +350,7 @@ class Bands:
 
     def half_space(self) -> Compliance:
         """Compliance of a pair of half-spaces on all nodes."""
-        return self.together([build_half_space_compliance(grid, self.contact_modulus_MPa) for grid in self.band_grids])
+        return self.combine([build_half_space_compliance(grid, self.contact_modulus_MPa) for grid in self.band_grids])
 
     def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
         """Response of each band to a unit pressure at its middle.
@@ -375,7 +375,7 @@ class Bands:
             for columns, grid in zip(self.columns, self.band_grids, strict=True)
         ]
 
-    def together(self, band_compliances: Sequence[Compliance]) -> Compliance:
+    def combine(self, band_compliances: Sequence[Compliance]) -> Compliance:
         """Compliance on all nodes from the compliance of each band.
 
         Parameters

@@ -45,7 +45,7 @@ def build_half_space_problem(
     closing (n,)
         Closing of the gap per approach of the bodies; 1 everywhere by default.
     angle_rad (ns,)
-        Angles of the normals along which pressures act, as in `project_on_normals`; all normals are parallel by default.
+        Angles of the normals along which pressures act, as in `project_on_normals`; parallel by default.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def build_half_space_compliance(
     contact_modulus_MPa
         E* of the pair.
     angle_rad (ns,)
-        Angles of the normals along which pressures act, as in `project_on_normals`; all normals are parallel by default.
+        Angles of the normals along which pressures act, as in `project_on_normals`; parallel by default.
 
     Returns
     -------

@@ -412,8 +412,8 @@ def solve_by_correction(
         Start of the first solution of the model.
     slid
         Function from a solution to the gap (n,) in mm after the slide of the bodies under this solution, for bodies
-        that slide along each other. It is called after each of the first `SLIDING_CORRECTIONS` corrections. The solution is for the
-        last of these gaps.
+        that slide along each other. It is called after each of the first `SLIDING_CORRECTIONS` corrections. The
+        solution is for the last of these gaps.
     tolerance
         Bound of both residuals, relative to the approach, as in `solve_contact`.
 

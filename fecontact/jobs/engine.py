@@ -230,7 +230,7 @@ class _JobProgress:
             if stored_job.usable:
                 self._by.reused.append(job.name)
                 if job.read is None:
-                    self.done(JobOutcome(name=job.name))
+                    self.receive(JobOutcome(name=job.name))
             elif stored_job.found:
                 self._by.recomputed[job.name] = stored_job.problem or stored_job.outdated or ""
 
@@ -238,7 +238,7 @@ class _JobProgress:
         """Take the jobs that workers finished before the run was interrupted."""
         for job in self.open:
             if job.read is None and check_stored_job(job.folder, job.name, job.origin).usable:
-                self.done(JobOutcome(name=job.name))
+                self.receive(JobOutcome(name=job.name))
 
     def under_way(self, names: Sequence[str]) -> None:
         """Report the number of finished jobs, and the approximate remaining time."""
@@ -261,7 +261,7 @@ class _JobProgress:
             remaining_time = "" if remaining_s is None else f"; about {format_duration(remaining_s)} left"
             self._by.progress(done_count, total, f"solving {text}{remaining_time}")
 
-    def done(self, outcome: JobOutcome) -> None:
+    def receive(self, outcome: JobOutcome) -> None:
         """Keep the outcome of a job."""
         self._done.add(outcome.name)
         self._begun.pop(outcome.name, None)

@@ -324,7 +324,7 @@ class JobReceiver(Protocol):
         Of each group the next job is named.
         """
 
-    def done(self, done: JobOutcome) -> None:
+    def receive(self, done: JobOutcome) -> None:
         """Receive the outcome of a job that will not run again."""
 
 
@@ -572,9 +572,9 @@ def run_jobs(jobs: Sequence[Job], crew: Crew, report: JobReceiver) -> None:
     short_jobs: list[Job] = []
     while queue:
         for job in _run_groups(queue, short_jobs, crew, report):
-            report.done(_run_alone(job, crew, report, deaths=1))
+            report.receive(_run_alone(job, crew, report, deaths=1))
     for job in short_jobs:
-        report.done(_run_alone(job, crew, report, deaths=0))
+        report.receive(_run_alone(job, crew, report, deaths=0))
 
 
 def divide_into_groups(jobs: Sequence[Job], workers: int) -> list[JobGroup]:
@@ -632,7 +632,7 @@ def _run_groups(queue: deque[JobGroup], short_jobs: list[Job], crew: Crew, repor
                     if job_outcome.short_of_memory:
                         short_jobs.append(job)
                     else:
-                        report.done(job_outcome)
+                        report.receive(job_outcome)
     return lost_jobs
 
 

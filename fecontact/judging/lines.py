@@ -296,7 +296,7 @@ class ProfileVariants:
         """All variants, with the reference variant first."""
         return (self.own, *self.others)
 
-    def moves(self, theory: str) -> VariantShifts:
+    def find_shifts(self, theory: str) -> VariantShifts:
         """Shifts of the deviations of a theory.
 
         Parameters

@@ -67,7 +67,8 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
     if math.isnan(level.compliance_error):
         yield (
             "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
-            f" narrow or round for their size; {UNCHECKED_COMPLIANCE_ERROR:.0%} of it is taken for its uncertainty, more"
+            f" narrow or round for their size; {UNCHECKED_COMPLIANCE_ERROR:.0%} of it is taken for its uncertainty,"
+            " more"
             " elements (--resolution) may show it"
         )
     fraction = abs(level.slide_mm) / load.comparison.fe.b_mm

@@ -65,7 +65,7 @@ def judge_hertz(
             LoadedPlacement(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
         if isinstance(theory_contact, TheoryContact):
-            shifts = NO_SHIFTS if lines is None else lines.moves(name)
+            shifts = NO_SHIFTS if lines is None else lines.find_shifts(name)
             judgements[name] = judge_theory(case, levels, theory_contact, shifts, by=by, refinements=refinements)
     return judgements
 
@@ -157,7 +157,7 @@ def judge_theories(
         if isinstance(theory_contact, str):
             reasons[name] = theory_contact
         elif theory_contact is not None:
-            shifts = NO_SHIFTS if solved_load.lines is None else solved_load.lines.moves(name)
+            shifts = NO_SHIFTS if solved_load.lines is None else solved_load.lines.find_shifts(name)
             judgement = judge_theory(solved_load.case, solved_load.levels, theory_contact, shifts)
             judgements[name] = replace(judgement, verdict=judgement.verdict.usable(usable and theory_contact.definite))
     return judgements, reasons

@@ -78,7 +78,7 @@ class Verdict:
 def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], criteria: Criteria) -> Verdict:
     """Compare deviations with their limits.
 
-    The answer for each measure is the answer of `compare_with_limit`, and UNRESOLVED if the measure has no deviation or no
+    The answer for each measure is that of `compare_with_limit`, and UNRESOLVED if the measure has no deviation or no
     uncertainty. A theory FAILS if at least one measure FAILS, and HOLDS if every measure HOLDS.
 
     Parameters
@@ -755,15 +755,16 @@ def describe_plasticity(verdict: PlasticVerdict | None) -> list[str]:
         return [f"plasticity: nothing yields under this load; {first_yield} ({PLASTIC_VALIDITY})"]
     if verdict.status != "converged":
         return [
-            f"plasticity: {first_yield}; what it does to the contact was not solved: {verdict.status} ({PLASTIC_VALIDITY})"
+            f"plasticity: {first_yield}; what it does to the contact was not solved: {verdict.status}"
+            f" ({PLASTIC_VALIDITY})"
         ]
     step = contact.path[-1].steps
     (low, high) = verdict.band.get("p_max_MPa", (math.nan, math.nan))
     change = (
         f"plasticity: {first_yield}; the peak changes by {1e2 * step['p_max_MPa']:+.1f} ±"
         f" {1e2 * verdict.step_uncertainty['p_max_MPa']:.1f} %, the area by {1e2 * step['area_mm2']:+.1f} ±"
-        f" {1e2 * verdict.step_uncertainty['area_mm2']:.1f} %; with yield stresses {1e2 * YIELD_STRESS_SPREAD:.0f} % lower and"
-        f" higher the peak by {1e2 * low:+.1f} and {1e2 * high:+.1f} %"
+        f" {1e2 * verdict.step_uncertainty['area_mm2']:.1f} %; with yield stresses"
+        f" {1e2 * YIELD_STRESS_SPREAD:.0f} % lower and higher the peak by {1e2 * low:+.1f} and {1e2 * high:+.1f} %"
     )
     answer = f"Hertz {verdict.verdict.answer} against bodies that yield"
     return [f"{change}; {answer}{'; ' * bool(verdict.cancelling)}{verdict.cancelling} ({PLASTIC_VALIDITY})"]

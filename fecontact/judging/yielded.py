@@ -85,8 +85,8 @@ class PlasticResult:
     fewer_steps
         `fe` with half as many load steps; None if it was not solved.
     by_band
-        Change of each measure by plasticity with a yield stress that is lower and higher by `YIELD_STRESS_SPREAD`, and with the
-        given yield stress, all with half as many load steps; empty if they were not solved.
+        Change of each measure by plasticity with a yield stress that is lower and higher by `YIELD_STRESS_SPREAD`, and
+        with the given yield stress, all with half as many load steps; empty if they were not solved.
     imprint_mm
         Largest distance by which the unloaded surfaces have separated below the patch.
     """

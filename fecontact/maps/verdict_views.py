@@ -67,6 +67,7 @@ def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ)
     words, is_hertz = THEORIES[theory].in_sentence, theory == HERTZ
     name, other_theories = (words, describe_ellipse_theories(applicability_map)) if is_hertz else ("it", "")
     cells = {cell: _build_verdict_cell(cell, theory) for cell in applicability_map.cells}
+    limits = applicability_map.case.criteria.limits
     has_separate_load = any("%" in cell.text for cell in cells.values())
     return _build_view(
         applicability_map,
@@ -80,8 +81,7 @@ def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ)
         + "\n%: load on separate patches" * has_separate_load,
         notes=[
             f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
-            "decided by "
-            f"{', '.join(f'{MEASURE_WORDS[key].letter} {MEASURE_WORDS[key].short}' for key in applicability_map.case.criteria.limits)}",
+            f"decided by {', '.join(f'{MEASURE_WORDS[key].letter} {MEASURE_WORDS[key].short}' for key in limits)}",
             *["where the theory is undefined, Hertz is shown"] * (not is_hertz),
             *describe_first_yield(applicability_map),
             *[f"{_OTHER_HOLDS} {other_theories} holds"] * bool(other_theories),

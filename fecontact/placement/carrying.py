@@ -76,7 +76,7 @@ def _locate_flange(wheel: Profile) -> tuple[float, float]:
 
     A wheel without a flange cannot climb: its steepest place is at minus infinity.
     """
-    p = sample_profile(wheel)[1].taken(slice(1, -1))
+    p = sample_profile(wheel)[1].select(slice(1, -1))
     # Angles, not slopes: a flange may be upright.
     angles = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
     steepest, top = float(np.max(angles)), float(p.y[np.argmin(p.z)])

@@ -171,7 +171,8 @@ def _gauge_side_message(profile: Profile, gauge_side_mm: float, field_side_mm: f
 
     It gives the depth to which each side of the rail extends.
     """
-    mirrored = f"its field side reaches {field_side_mm:.2f} mm down: {suggest_option('rail', 'mirror', 'yes')} if it is mirrored; "
+    option = suggest_option("rail", "mirror", "yes")
+    mirrored = f"its field side reaches {field_side_mm:.2f} mm down: {option} if it is mirrored; "
     return (
         f"rail {profile.name}: its gauge side ends {gauge_side_mm:.2f} mm below the highest point, but the gauge is"
         f" measured {depth_mm:g} mm below it; {mirrored * (field_side_mm > depth_mm)}give a rail line that reaches"
@@ -392,7 +393,7 @@ def select_near_minima_at_shifts(
     places
         Indices (k,) of the points for each shift; empty if no point lies over the rail.
     """
-    _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _COARSE_STRIDE)))
+    _, _, y, z = wheel.silhouette_of(points.select(slice(None, None, _COARSE_STRIDE)))
     places = []
     for shift in shifts_mm:
         gap = z - np.interp(y + shift, *rail.visible_head, left=-np.inf, right=-np.inf)

@@ -559,7 +559,7 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
     """
     u, points = sample_profile(wheel.profile)
     places = select_near_minima(rail, wheel, points, reach_mm)
-    _, _, y, z = wheel.silhouette_of(points.taken(places))
+    _, _, y, z = wheel.silhouette_of(points.select(places))
     # All other places are higher.
     gap = np.full(u.size, np.inf)
     gap[places] = z - rail.height_at_y(y)

@@ -104,10 +104,10 @@ class PairSampler:
             The wheel on its rail for each shift.
         """
         pose, rail = self.pair.hung(0.0, roll_rad, yaw_rad), self.pair.rail
-        points = sample_profile(self.pair.wheel)[1].taken(slice(1, -1))
+        points = sample_profile(self.pair.wheel)[1].select(slice(1, -1))
         places_by_shift = select_near_minima_at_shifts(rail, pose, points, shifts_mm)
         places, sizes = np.concatenate(places_by_shift), [places_at_shift.size for places_at_shift in places_by_shift]
-        _, _, y, z = pose.silhouette_of(points.taken(places))
+        _, _, y, z = pose.silhouette_of(points.select(places))
         y = y + np.repeat(shifts_mm, sizes)
         _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
         gap = np.nan_to_num(z - z_rail, nan=np.inf)

@@ -83,8 +83,9 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
         raise InputError(
             f"{label}: the line passes the tape circle y = 0 at z = {height:.4g} mm; allowed: "
             f"{-_LARGEST_HEIGHT_MM:g} to"
-            f" {_LARGEST_HEIGHT_MM:g} mm; {suggest_option(kind, 'tape_circle_z_mm', round(height, 4))} if the rolling radius is"
-            f" that of the line there, or {suggest_option(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
+            f" {_LARGEST_HEIGHT_MM:g} mm; {suggest_option(kind, 'tape_circle_z_mm', round(height, 4))} if the rolling"
+            " radius is that of the line there, or"
+            f" {suggest_option(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
         )
     if abs(height) > _NOTED_HEIGHT_MM:
         notes.append(

@@ -141,7 +141,7 @@ class PiecewiseCurve:
         ends = CurvePoints(
             **{name: np.concatenate([getattr(point, name) for point in points]) for name in vars(points[0])}
         )
-        begin = ends.taken(slice(-1))
+        begin = ends.select(slice(-1))
         derivatives = np.concatenate(
             [
                 _fit_derivatives(segment, parameters)

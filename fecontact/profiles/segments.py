@@ -63,7 +63,7 @@ class CurvePoints:
         (y, z), (dy, dz), (ddy, ddz) = (np.moveaxis(vectors, -1, 0) for vectors in (position, first, second))
         return cls(y=y, z=z, dy=dy, dz=dz, ddy=ddy, ddz=ddz)
 
-    def taken(self, index: Integers | slice) -> CurvePoints:
+    def select(self, index: Integers | slice) -> CurvePoints:
         """Selected points."""
         return CurvePoints(**{name: values[index] for name, values in vars(self).items()})
 

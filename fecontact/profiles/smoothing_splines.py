@@ -85,8 +85,8 @@ def fit_smoothing_spline(s_mm: Floats, values: Floats, filter_mm: float, relativ
 def minimise_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float) -> Floats:
     """Displacements with the least bending that match the points across the profile.
 
-    They agree with `fit_smoothing_spline`, but displacements along the profile have only a small weight. Second differences
-    replace the spline: they are accurate enough for the positions of points, and need one banded solution.
+    They agree with `fit_smoothing_spline`, but displacements along the profile have only a small weight. Second
+    differences replace the spline: they are accurate enough for the positions of points, and need one banded solution.
 
     Parameters
     ----------

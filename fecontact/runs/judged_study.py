@@ -76,7 +76,7 @@ class JudgedStudy:
         """Rows, changed verdicts by id, and number of cases without a row."""
         return {"rows": self.rows, "changed": self.changed, "missing": self.missing}
 
-    def parts(self, width: int | None) -> Iterable[Part]:
+    def terminal_parts(self, width: int | None) -> Iterable[Part]:
         """Parts for a terminal: the rows and the changed verdicts."""
         changed = (f"{name}: {before} -> {now}" for name, (before, now) in self.changed.items())
         return (*parts_of_judged_rows(self.rows), *changed)

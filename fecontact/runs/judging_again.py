@@ -34,7 +34,7 @@ class Judged(Protocol):
     def record(self) -> Mapping[str, Any]:
         """Complete results for other programs."""
 
-    def parts(self, width: int | None) -> Iterable[Part]:
+    def terminal_parts(self, width: int | None) -> Iterable[Part]:
         """Complete results for a terminal with `width` columns."""
 
 

@@ -63,7 +63,7 @@ class JudgedMap:
         """The map in the layout of `map.json`."""
         return build_map_record(self.map)
 
-    def parts(self, width: int | None) -> Iterable[Part]:
+    def terminal_parts(self, width: int | None) -> Iterable[Part]:
         """Parts for a terminal: the map by its measure."""
         return format_map_lines(self.map, self.measure, self.theory, width=width)
 

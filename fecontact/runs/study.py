@@ -133,7 +133,7 @@ def run_study(
             )
         ]
         try:
-            finish_jobs(jobs, study_run, on_done=table.done)
+            finish_jobs(jobs, study_run, on_done=table.receive)
         finally:
             with contextlib.suppress(OSError):
                 table.write()
@@ -255,7 +255,7 @@ class _Table:
         self._varied = {name: words for (name, _), words in zip(named_cases, varied_texts, strict=True) if words}
         self._written = time.monotonic()
 
-    def done(self, outcome: JobOutcome) -> None:
+    def receive(self, outcome: JobOutcome) -> None:
         """Take the outcome of a case; write the tables if the last time was `_TABLE_INTERVAL_S` ago."""
         name = outcome.name
         if outcome.failure is None:

@@ -25,8 +25,8 @@ def compute_gap_curvature_error(true_gap: TrueGap, grid: ContactGrid) -> float:
     The gap is the gap on the solved nodes. Its lateral second difference is the mean of the profiles' relative
     curvature between both neighbours of the node, with weights that decrease linearly from the node. The node is the
     nearest node without a curvature junction beside it. The slide of steep surfaces is left out;
-    `compute_gap_distance_error_mm` includes it. Irregularities curve the gap along the track; the gap over them is therefore
-    checked laterally only.
+    `compute_gap_distance_error_mm` includes it. Irregularities curve the gap along the track; the gap over them is
+    therefore checked laterally only.
 
     Parameters
     ----------

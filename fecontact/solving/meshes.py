@@ -279,12 +279,12 @@ def make_coupled_problem(true_gap: TrueGap, bodies: CoupledBodies, *, otherwise:
     if otherwise:
         # The elements of a yawed wheel meet the elements of the rail differently at each place.
         other_responses = responses if grid.half else bands.responses(bodies.compliance, beside=_OFFSET_FRACTION)
-        other_fit = bands.together([response.half_space_of_elements(quartic=True) for response in other_responses])
+        other_fit = bands.combine([response.half_space_of_elements(quartic=True) for response in other_responses])
     return CoupledProblem(
         bodies=body_problem,
         half_space=replace(body_problem, compliance=bands.half_space(), within=None),
-        model=bands.together([response.model() for response in responses]),
-        elements=bands.together([response.half_space_of_elements() for response in responses]),
+        model=bands.combine([response.model() for response in responses]),
+        elements=bands.combine([response.half_space_of_elements() for response in responses]),
         otherwise=other_fit,
         compliance_error=_compliance_error(responses, true_gap.placement, bodies),
     )

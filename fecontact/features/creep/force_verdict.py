@@ -45,7 +45,7 @@ The screening theory finds the deviations to 1 or 2 % of mu N.
 DISPLACED_CENTRE, PATCH_SHAPE = "centre of pressure beside the touch point", "shape of the patch"
 """Causes of a failure.
 
-With spin, the real patch at another place has different creepages (`DISPLACED_CENTRE`). All other causes are `PATCH_SHAPE`.
+With spin, a displaced patch has different creepages (`DISPLACED_CENTRE`). All other causes are `PATCH_SHAPE`.
 """
 SMALLEST_CREEPAGE = 1e-4
 """Smallest size of the creepages at which forces are judged, without unit."""

@@ -518,7 +518,7 @@ def find_flange_angle_rad(wheelset: Wheelset, side: TrackSide) -> float:
         Angle in rad; 0 without a flange.
     """
     profile = (wheelset.left if side == "left" else wheelset.right).pair.wheel
-    points = sample_profile(profile)[1].taken(slice(1, -1))
+    points = sample_profile(profile)[1].select(slice(1, -1))
     return float(np.max(np.where(points.y < 0.0, np.arctan2(points.dz, points.dy), 0.0)))
 
 

@@ -106,12 +106,13 @@ def write_headline(answer: FleetAnswer) -> str:
     if not population.drawn:
         return (
             f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions, fails in"
-            f" {format_percent(screen['fails'])} %, is open in {format_percent(screen['open'])} %, and {format_percent(screen['refused'])} %"
-            f" {_UNSOLVED_TEXT}; {files}"
+            f" {format_percent(screen['fails'])} %, is open in {format_percent(screen['open'])} %, and"
+            f" {format_percent(screen['refused'])} % {_UNSOLVED_TEXT}; {files}"
         )
     return (
         f"Hertz holds in {format_interval(population.share(HOLDS))} of the positions, is open in"
-        f" {format_interval(population.share(OPEN))}, and {format_interval(population.share(UNSOLVED))} {_UNSOLVED_TEXT}; {files}"
+        f" {format_interval(population.share(OPEN))}, and {format_interval(population.share(UNSOLVED))}"
+        f" {_UNSOLVED_TEXT}; {files}"
     )
 
 
