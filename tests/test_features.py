@@ -288,7 +288,7 @@ assert abs(read["fe_MPa"] / read["hertz_MPa"] - 1.0) < 0.005
 assert fecontact.rows(result)[0]["mean_pressure_fe_MPa"] == read["fe_MPa"] == fecontact.mean_pressure_MPa("one")
 assert f"mean pressure {{read['fe_MPa']:.0f}} MPa" in Path("one/report.html").read_text()
 from fecontact.runs import sources
-assert [path.name for path in sources._foreign()] == ["fecontact_mean_pressure"]
-assert sources.digests().evaluating != sources.digests_of(sources._PACKAGE).evaluating
+assert [path.name for path in sources._list_foreign_folders()] == ["fecontact_mean_pressure"]
+assert sources.read_digests().evaluating != sources.compute_digests(sources._PACKAGE).evaluating
 """
     assert re.search(r"mean pressure \d+\.\d MPa", run_with_third_party(third_party, code, tmp_path))

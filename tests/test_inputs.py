@@ -463,7 +463,7 @@ def test_every_command_notes_what_is_not_usual_before_it_begins(command, capsys,
     def begun(*_, **__):
         raise InputError("begun")
 
-    for name in ("solve.solve", "preview.preview", "case_meshes.mesh_case"):
+    for name in ("solve.solve", "preview.preview_case", "case_meshes.mesh_case"):
         monkeypatch.setattr(f"fecontact.solving.{name}", begun)
     monkeypatch.setattr("fecontact.runs.study.run_study", begun)
     (tmp_path / "one.toml").write_text("load_kN = 1e5")

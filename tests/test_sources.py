@@ -50,7 +50,7 @@ def package(tmp_path_factory) -> Path:
     [
         # code
         ("contact/solver.py", "", "\nADDED = 1\n", {"solving"}),
-        ("case.py", "NODES_A_SEMI_AXIS = 32", "NODES_A_SEMI_AXIS = 33", {"solving"}),
+        ("case.py", "NODES_PER_SEMI_AXIS = 32", "NODES_PER_SEMI_AXIS = 33", {"solving"}),
         ("bodies.py", "", "\nADDED = 1\n", {"solving"}),
         ("profiles/readers/columns.py", "", "\nADDED = 1\n", {"solving"}),
         ("profiles/data/60E1.toml", "", "\n# changed\n", {"solving"}),
@@ -151,7 +151,8 @@ def test_digests_are_kept_beside_the_compiled_modules(tmp_path):
 
     Each further process takes hundredths of a second.
     """
-    code = "import time; from fecontact.runs.sources import digests; begun = time.process_time(); made = digests()"
+    code = "import time; from fecontact.runs.sources import read_digests; begun = time.process_time()"
+    code += "; made = read_digests()"
     code += "; print(made.solving, made.evaluating, time.process_time() - begun)"
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(tmp_path)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -162,8 +162,8 @@ def test_leftovers_of_killed_runs_are_removed_and_cases_stay(tmp_path):
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
-HOLD = "import sys, time; from pathlib import Path; from fecontact.jobs.store import locked\n"
-HOLD += "with locked(Path(sys.argv[1]), eval(sys.argv[2])): print('held', flush=True); time.sleep(60)"
+HOLD = "import sys, time; from pathlib import Path; from fecontact.jobs.store import lock_folder\n"
+HOLD += "with lock_folder(Path(sys.argv[1]), eval(sys.argv[2])): print('held', flush=True); time.sleep(60)"
 
 
 def holder(out: Path, locked: object = None) -> subprocess.Popen[str]:

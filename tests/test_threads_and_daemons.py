@@ -15,11 +15,11 @@ from fecontact.jobs.workers import make_process_crew, open_evaluators
 SECTIONS = """
 from concurrent.futures import ThreadPoolExecutor
 import numpy as np
-from fecontact.fe.section import _fill
+from fecontact.fe.section import _mesh_polygon
 
 def square(corners):
     angle = np.linspace(0.0, 2.0 * np.pi, 2 * corners, endpoint=False)
-    return _fill(10.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    return _mesh_polygon(10.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 sizes = [20, 40, 30, 24] * 3
 alone = list(map(square, sizes))

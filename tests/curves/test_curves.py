@@ -327,7 +327,7 @@ def test_creepages_on_straight_track_are_those_of_the_wheelset():
     )
     creepages = compute_wheel_force(Surfaces(pair=wheelset().left.pair), motion, law).patches[0].creepages
     forces = pytest.importorskip("fecontact.features.creep.forces")
-    rigid = forces.wheelset_creepages(placement)
+    rigid = forces.calculate_wheelset_creepages(placement)
     assert creepages.eta == pytest.approx(rigid.eta, rel=2e-3)
     # 0.01 mm of approach over the radius
     assert creepages.xi == pytest.approx(rigid.xi, abs=3e-5)

@@ -30,7 +30,7 @@ from positions import map_by
 from test_cli import limits_and_sets
 from test_crash_points import disk, goes_on  # noqa: F401
 from test_inputs import first_page, help_lines
-from test_outputs import flat, record  # noqa: F401
+from test_outputs import elliptic_row, record  # noqa: F401
 from test_plasticity import (
     FORCE,
     loaded,  # noqa: F401
@@ -491,7 +491,7 @@ def run_fake_map(out: Path) -> None:
     map_by(replace(loaded_case(50)), [0.0, 1.0], [50e3], out, crew=inline_crew(), work=positions.FakePosition)
 
 
-def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quick):
+def test_a_load_says_the_same_in_a_case_and_in_a_map(record, elliptic_row, elliptic_quick):
     own_record = load_record(elliptic_quick.load)
     assert {key: record[key] for key in own_record if key != "solver"} == {
         k: v for k, v in own_record.items() if k != "solver"
@@ -499,7 +499,7 @@ def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quic
     assert {key: record["solver"][key] for key in own_record["solver"]} == own_record["solver"]
     assert set(record["solver"]) - set(own_record["solver"]) == {"path", "seconds", "memory_MB", "peak_memory_MB"}
     row = load_row(elliptic_quick.load, elliptic_quick.placement)
-    assert {key: flat[key] for key in row} == row
+    assert {key: elliptic_row[key] for key in row} == row
     assert not set(MEASURED_COLUMNS) & set(row)
 
 
