@@ -35,29 +35,29 @@ def _case(radius_mm: int, resolution: str) -> Case:
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Largest deviation of each measure against its limit, the narrow head for itself."""
     lines = []
-    for what, narrow, limits, l2 in (
+    for heading, narrow, limits, l2 in (
         ("Largest deviations from Hertz", False, LIMITS_PERCENT, L2_LIMIT_PERCENT),
         ("On the narrow head", True, NARROW_PERCENT, NARROW_L2_PERCENT),
     ):
-        own = [row for row in rows if (row["rail"] == NARROW) == narrow]
-        if own:
-            worst = {name: max(abs(float(row[f"hertz_deviation_{name}_percent"])) for row in own) for name in limits}
+        head_rows = [row for row in rows if (row["rail"] == NARROW) == narrow]
+        if head_rows:
+            worst = {name: max(abs(float(row[f"hertz_deviation_{name}_percent"])) for row in head_rows) for name in limits}
             parts = [f"{name} {worst[name]:.2f} % (limit {limit:g} %)" for name, limit in limits.items()]
-            worst_l2 = max(1e2 * float(row["pressure_l2"]) for row in own)
-            lines.append(f"{what}: {', '.join(parts)}, L2 {worst_l2:.1f} % (limit {l2:g} %).")
+            worst_l2 = max(1e2 * float(row["pressure_l2"]) for row in head_rows)
+            lines.append(f"{heading}: {', '.join(parts)}, L2 {worst_l2:.1f} % (limit {l2:g} %).")
     return "\n".join(lines)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Peak, half-widths, area and L2 of all cases."""
-    made = []
+    check_list = []
     for row in rows:
         narrow = row["rail"] == NARROW
         where = f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}"
         for name, limit in (NARROW_PERCENT if narrow else LIMITS_PERCENT).items():
             unit = {"p_max": "MPa", "area": "mm2"}.get(name, "mm")
-            made.append(compare_with_hertz(row, f"{name}_{unit}", where, limit))
-        made.append(
+            check_list.append(compare_with_hertz(row, f"{name}_{unit}", where, limit))
+        check_list.append(
             Check(
                 quantity="L2 of the pressure, %",
                 case=where,
@@ -68,7 +68,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 limit_percent=NARROW_L2_PERCENT if narrow else L2_LIMIT_PERCENT,
             )
         )
-    return made
+    return check_list
 
 
 def main() -> None:

@@ -44,15 +44,15 @@ CUTS = ("rail_depth_mm", "half_length_mm", "rim_thickness_mm")
 
 def cases(quick: bool = False) -> list[Case]:
     """A base case and one case a cut plane at each position, then the other resolutions; two cuts at `quick`."""
-    made = []
+    case_list = []
     for shift in (3.0,) if quick else (3.0, 0.0):
         base = Case(lateral_shift_mm=shift, roll="given", refine="never")
-        made.append(base)
-        moved = CUTS[:2] if quick else CUTS
-        made += [replace(base, size=replace(BodySize(), **{cut: 1.5 * getattr(BodySize(), cut)})) for cut in moved]
+        case_list.append(base)
+        cuts = CUTS[:2] if quick else CUTS
+        case_list += [replace(base, size=replace(BodySize(), **{cut: 1.5 * getattr(BodySize(), cut)})) for cut in cuts]
         if not quick:
-            made += [replace(base, resolution="standard"), replace(base, resolution="fine")]
-    return made
+            case_list += [replace(base, resolution="standard"), replace(base, resolution="fine")]
+    return case_list
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
@@ -60,46 +60,46 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     lines = []
     size = 6 if len(rows) > 3 else 3
     for start in range(0, len(rows), size):
-        base, *others = rows[start : start + size]
+        base, *changed_rows = rows[start : start + size]
         names = (*CUTS, "standard", "fine")
-        for name, row in zip(names, others, strict=False):
-            what = f"{name} times 1.5" if name in CUTS else f"resolution {name}"
+        for name, row in zip(names, changed_rows, strict=False):
+            label = f"{name} times 1.5" if name in CUTS else f"resolution {name}"
             changes = ", ".join(
                 f"{measure} {100.0 * (float(row[column]) / float(base[column]) - 1.0):+.3f} %"
                 for measure, column in ((m, f"fe_{m}_{unit}") for m, unit in MEASURES.items())
             )
-            lines.append(f"shift {base['lateral_shift_mm']:g} mm, {what}: {changes}")
+            lines.append(f"shift {base['lateral_shift_mm']:g} mm, {label}: {changes}")
     return "\n".join(lines)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Each measure against the same case with a cut plane moved out, and against the finest resolution."""
     by_case = {make_case_id(case): case for quick in (False, True) for case in cases(quick)}
-    solved = [(by_case[row["id"]], row) for row in rows]
-    made = []
-    for case, row in solved:
+    case_rows = [(by_case[row["id"]], row) for row in rows]
+    measure_checks = []
+    for case, row in case_rows:
         # what it is checked against: a base case the finest mesh, a moved cut plane its base case
-        moved = [cut for cut in CUTS if getattr(case.size, cut) != getattr(BodySize(), cut)]
-        wanted = replace(case, size=BodySize()) if moved else replace(case, resolution="fine")
-        name = f"{moved[0]} times 1.5" if moved else str(case.resolution)
-        reference = [other for its, other in solved if its == wanted and its != case]
-        if not reference:
+        moved_cuts = [cut for cut in CUTS if getattr(case.size, cut) != getattr(BodySize(), cut)]
+        reference_case = replace(case, size=BodySize()) if moved_cuts else replace(case, resolution="fine")
+        name = f"{moved_cuts[0]} times 1.5" if moved_cuts else str(case.resolution)
+        reference_rows = [reference_row for row_case, reference_row in case_rows if row_case == reference_case and row_case != case]
+        if not reference_rows:
             continue
-        made += [
+        measure_checks += [
             Check(
                 quantity=f"{measure}, {unit}",
                 case=f"shift {case.lateral_shift_mm:+g} mm, {name}",
-                reference="cut planes where they are" if moved else "resolution fine",
+                reference="cut planes where they are" if moved_cuts else "resolution fine",
                 kind="invariant",
                 value=float(row[f"fe_{measure}_{unit}"]),
-                expected=float(reference[0][f"fe_{measure}_{unit}"]),
-                limit_percent=STATED_PERCENT[measure] if moved else RESOLUTION_PERCENT[str(case.resolution)],
+                expected=float(reference_rows[0][f"fe_{measure}_{unit}"]),
+                limit_percent=STATED_PERCENT[measure] if moved_cuts else RESOLUTION_PERCENT[str(case.resolution)],
                 uncertainty_percent=float(row[f"hertz_uncertainty_{measure}_percent"]),
             )
             for measure, unit in MEASURES.items()
         ]
     return [
-        *made,
+        *measure_checks,
         *_nodes_checks(quick=len(rows) <= len(cases(quick=True))),
         *compare_discretisation(rows, DISCRETISATION_PERCENT),
     ]
@@ -107,11 +107,11 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 def _nodes_checks(quick: bool) -> list[Check]:
     """Measures of patches that are no ellipses, on a half-space with the nodes of the product and with more."""
-    made = []
+    node_checks = []
     for shift in NODES_SHIFTS_MM[: 1 if quick else None]:
         case = Case(lateral_shift_mm=shift, roll="given")
         true_gap = make_true_gap(case, place_case(case))
-        own, finer = (
+        measures, finer_measures = (
             read_measures(
                 find_expected_patch(
                     true_gap, case.load_N, half=case.half, nodes=count * case.nodes_a_semi_axis
@@ -119,19 +119,19 @@ def _nodes_checks(quick: bool) -> list[Check]:
             ).as_dict()
             for count in (1, MORE_NODES)
         )
-        made += [
+        node_checks += [
             Check(
                 quantity=f"{measure} on the half-space, {unit}",
                 case=f"shift {shift:+g} mm",
                 reference=f"half-space of {MORE_NODES * case.nodes_a_semi_axis} nodes a semi-axis",
                 kind="invariant",
-                value=own[f"{measure}_{unit}"],
-                expected=finer[f"{measure}_{unit}"],
+                value=measures[f"{measure}_{unit}"],
+                expected=finer_measures[f"{measure}_{unit}"],
                 limit_percent=NODES_PERCENT[measure],
             )
             for measure, unit in MEASURES.items()
         ]
-    return made
+    return node_checks
 
 
 def main() -> None:

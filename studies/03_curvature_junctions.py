@@ -36,8 +36,8 @@ def cases(quick: bool = False) -> list[Case]:
     """Both pairs, sides and loads; or three distances on the flatter arc of one pair."""
     if quick:
         return [_case((300, 80), distance, 100.0) for distance in (8.0, 2.0, 0.0)]
-    both = [*(-distance for distance in reversed(DISTANCES_MM)), 0.0, *DISTANCES_MM]
-    return [_case(pair, distance, load) for pair in PAIRS for load in LOADS_KN for distance in both]
+    signed_distances = [*(-distance for distance in reversed(DISTANCES_MM)), 0.0, *DISTANCES_MM]
+    return [_case(pair, distance, load) for pair in PAIRS for load in LOADS_KN for distance in signed_distances]
 
 
 def _case(pair: tuple[int, int], distance_mm: float, load_kN: float) -> Case:
@@ -61,20 +61,20 @@ Series = dict[tuple[str, float, str], tuple[np.ndarray, ...]]
 
 def series(rows: list[dict[str, Any]]) -> Series:
     """By pair, load and arc: distance over Hertz's semi-axis, then what `_numbers` takes of each row."""
-    found = {}
+    curves = {}
     for pair, load in dict.fromkeys((str(row["rail"]).partition("@")[0], float(row["load_kN"])) for row in rows):
         for arc, sign in (("flatter", 1.0), ("tighter", -1.0)):
             # the junction itself has no ellipse of its own
-            own = sorted(
+            points = sorted(
                 (sign * distance_mm(row) / float(row["hertz_b_mm"]), *_numbers(row))
                 for row in rows
                 if str(row["rail"]).startswith(f"{pair}@")
                 and float(row["load_kN"]) == load
                 and sign * distance_mm(row) > 0.0
             )
-            if own:
-                found[pair, load, arc] = tuple(np.array(column) for column in zip(*own, strict=True))
-    return found
+            if points:
+                curves[pair, load, arc] = tuple(np.array(column) for column in zip(*points, strict=True))
+    return curves
 
 
 def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
@@ -96,20 +96,20 @@ def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
     last = int(outside[-1])
     if last == distance.size - 1:
         return float("inf")
-    here, there = np.abs(deviation[last : last + 2])
-    return float(np.interp(limit, [there, here], [distance[last + 1], distance[last]]))
+    last_outside, first_inside = np.abs(deviation[last : last + 2])
+    return float(np.interp(limit, [first_inside, last_outside], [distance[last + 1], distance[last]]))
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Rule of thumb for either arc with its scatter over radii and loads; figure junctions.png."""
-    found = series(rows)
-    figure(found, out / "junctions.png")
+    curves = series(rows)
+    figure(curves, out / "junctions.png")
     lines = [
         "pair         load kN  touch on  peak within 5 %      all measures  largest error of the peak  at the far end"
     ]
     reached: dict[str, list[float]] = {}
-    for (pair, load, arc), (distance, peak, _, used) in found.items():
-        limits = (reach(distance, peak, PEAK_LIMIT_PERCENT), reach(distance, used, 1.0))
+    for (pair, load, arc), (distance, peak, _, limit_utilisation) in curves.items():
+        limits = (reach(distance, peak, PEAK_LIMIT_PERCENT), reach(distance, limit_utilisation, 1.0))
         reached.setdefault(arc, []).append(limits[1])
         texts = (f"beyond {limit:.2f} b" if np.isfinite(limit) else "nowhere" for limit in limits)
         worst = peak[np.argmax(np.abs(peak))]
@@ -142,7 +142,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     return [*far, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
-def figure(found: Series, path: Path) -> None:
+def figure(curves: Series, path: Path) -> None:
     """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
     from fecontact.outputs.style import (
         SERIES_COLOURS,
@@ -154,11 +154,11 @@ def figure(found: Series, path: Path) -> None:
     )
 
     picture = blank_figure(8.0, 7.0)
-    above, below = picture.subplots(2, 1, sharex=True)
-    above.axhspan(-PEAK_LIMIT_PERCENT, PEAK_LIMIT_PERCENT, color="0.92")
-    below.axhspan(0.0, 1.0, color="0.92")
-    pairs, loads = (list(dict.fromkeys(key[k] for key in found)) for k in (0, 1))
-    for (pair, load, arc), (distance, peak, uncertainty, used) in found.items():
+    peak_axes, measure_axes = picture.subplots(2, 1, sharex=True)
+    peak_axes.axhspan(-PEAK_LIMIT_PERCENT, PEAK_LIMIT_PERCENT, color="0.92")
+    measure_axes.axhspan(0.0, 1.0, color="0.92")
+    pairs, loads = (list(dict.fromkeys(key[k] for key in curves)) for k in (0, 1))
+    for (pair, load, arc), (distance, peak, uncertainty, limit_utilisation) in curves.items():
         sign = 1.0 if arc == "flatter" else -1.0
         style = {
             "color": SERIES_COLOURS[pairs.index(pair) % len(SERIES_COLOURS)],
@@ -169,17 +169,17 @@ def figure(found: Series, path: Path) -> None:
             "lw": 1,
         }
         label = f"R {pair.removeprefix('arcs:').replace('/', ' / R ')}, {load:g} kN" if arc == "flatter" else None
-        above.errorbar(sign * distance, peak, uncertainty, label=label, **style)
-        below.plot(sign * distance, used, **style)
-    for axes in (above, below):
+        peak_axes.errorbar(sign * distance, peak, uncertainty, label=label, **style)
+        measure_axes.plot(sign * distance, limit_utilisation, **style)
+    for axes in (peak_axes, measure_axes):
         axes.axvline(0.0, color="0.4", lw=0.8)
-    add_grid(above, below)
-    below.set_xlim(-4.0, 4.0)
-    set_plain_log_scale(below, "y")
-    below.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
-    above.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
-    below.set_ylabel("worst measure / its limit")
-    above.legend(fontsize=9)
+    add_grid(peak_axes, measure_axes)
+    measure_axes.set_xlim(-4.0, 4.0)
+    set_plain_log_scale(measure_axes, "y")
+    measure_axes.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
+    peak_axes.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
+    measure_axes.set_ylabel("worst measure / its limit")
+    peak_axes.legend(fontsize=9)
     save_figure(picture, path)
 
 

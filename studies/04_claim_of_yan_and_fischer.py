@@ -59,18 +59,18 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     fails = [row["verdict_answer"] == "FAILS" for row in decided]
     lines = [f"{len(decided)} of {len(rows)} cases are decided, {len(rows) - len(decided)} UNRESOLVED."]
     lines += ["                                  FAILS  HOLDS"]
-    for name, wanted in (("patch covers a junction", True), ("patch covers no junction", False)):
+    for name, covers in (("patch covers a junction", True), ("patch covers no junction", False)):
         counts = [
-            sum(f == failed and c == wanted for f, c in zip(fails, crossing, strict=True)) for failed in (True, False)
+            sum(f == failed and c == covers for f, c in zip(fails, crossing, strict=True)) for failed in (True, False)
         ]
         lines.append(f"{name:32} {counts[0]:6d} {counts[1]:6d}")
     for failed, text in (
         (False, "Holds although the patch covers a junction"),
         (True, "Fails although it covers none"),
     ):
-        found = [row for row, f, c in zip(decided, fails, crossing, strict=True) if f == failed and c != failed]
-        if found:
-            lines.append(f"{text}: {', '.join(_name(row) for row in found)}.")
+        exceptions = [row for row, f, c in zip(decided, fails, crossing, strict=True) if f == failed and c != failed]
+        if exceptions:
+            lines.append(f"{text}: {', '.join(_name(row) for row in exceptions)}.")
     for name, (unit, measure) in MEASURES.items():
         values = np.array([measure(row) for row in decided])
         threshold, right = best_threshold(values, np.array(fails))
@@ -112,21 +112,21 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes = picture.add_subplot()
     for covers, place in ((True, "over a junction"), (False, "over none")):
         for verdict in ("HOLDS", "FAILS"):
-            own = [
+            verdict_rows = [
                 row
                 for row in rows
                 if (truth(row["geometry_junction_in_patch"]), row["verdict_answer"]) == (covers, verdict)
             ]
-            if own:
+            if verdict_rows:
                 axes.scatter(
-                    [float(row["geometry_junction_distance_over_b"]) for row in own],
-                    [max(float(row["verdict_limit_used"]), 0.01) for row in own],
+                    [float(row["geometry_junction_distance_over_b"]) for row in verdict_rows],
+                    [max(float(row["verdict_limit_used"]), 0.01) for row in verdict_rows],
                     s=48,
                     c=ANSWER_COLOURS[verdict] if covers else "white",
                     ec="0.2" if covers else ANSWER_COLOURS[verdict],
                     lw=0.8 if covers else 1.6,
                     marker=ANSWER_MARKS[verdict],
-                    label=f"{verdict}, patch {place}: {len(own)}",
+                    label=f"{verdict}, patch {place}: {len(verdict_rows)}",
                 )
     axes.axhline(1.0, color="0.5", lw=1, ls="--")
     axes.axvline(1.0, color="0.5", lw=1, ls=":")

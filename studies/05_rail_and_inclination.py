@@ -69,13 +69,13 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     figure(rows, out / "ladder.png")
     lines = ["Peak pressure, step from half-space to bodies (%), median and range; verdicts"]
     for pair in dict.fromkeys(pair_of(row) for row in rows):
-        for where, wanted in (("top of the head", True), ("gauge corner", False)):
-            own = [row for row in rows if pair_of(row) == pair and on_top(row) == wanted]
-            if own:
-                lines.append(f"{pair:10} {where:16} {_steps(own)}; {_verdicts(own)}")
+        for where, is_top in (("top of the head", True), ("gauge corner", False)):
+            group = [row for row in rows if pair_of(row) == pair and on_top(row) == is_top]
+            if group:
+                lines.append(f"{pair:10} {where:16} {_steps(group)}; {_verdicts(group)}")
     top = [row for row in rows if on_top(row)]
-    sure = [row for row in top if _step(row) > float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"])]
-    lines.append(f"On the top of the head the step is larger than its uncertainty in {len(sure)} of {len(top)} cases.")
+    significant = [row for row in top if _step(row) > float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"])]
+    lines.append(f"On the top of the head the step is larger than its uncertainty in {len(significant)} of {len(top)} cases.")
     return "\n".join(lines)
 
 
@@ -85,9 +85,9 @@ def _step(row: dict[str, Any]) -> float:
 
 def _steps(rows: list[dict[str, Any]]) -> str:
     step = np.array([float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows])
-    unsure = np.array([float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"]) for row in rows])
+    uncertainty = np.array([float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"]) for row in rows])
     return (
-        f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(unsure):.2f})"
+        f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(uncertainty):.2f})"
     )
 
 
@@ -118,34 +118,34 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
         ("steps_half_space_to_bodies_p_max_percent", "finite bodies"),
     )
     for column, pair in enumerate(pairs):
-        solved = []
+        solved_loads = []
         for number, load in enumerate(loads):
-            own = [row for row in rows if pair_of(row) == pair and float(row["load_kN"]) == load]
-            if not own:
+            curve_rows = [row for row in rows if pair_of(row) == pair and float(row["load_kN"]) == load]
+            if not curve_rows:
                 continue
-            solved.append(load)
-            own.sort(key=lambda row: float(row["lateral_shift_mm"]))
-            shift = [float(row["lateral_shift_mm"]) for row in own]
+            solved_loads.append(load)
+            curve_rows.sort(key=lambda row: float(row["lateral_shift_mm"]))
+            shift = [float(row["lateral_shift_mm"]) for row in curve_rows]
             for ax, (name, _) in zip(axes[:, column], steps, strict=True):
-                unsure = name.replace("steps_", "steps_uncertainty_")
-                error = [float(row.get(unsure, 0.0)) for row in own]
-                values = [float(row[name]) for row in own]
+                uncertainty_column = name.replace("steps_", "steps_uncertainty_")
+                error = [float(row.get(uncertainty_column, 0.0)) for row in curve_rows]
+                values = [float(row[name]) for row in curve_rows]
                 style = {
                     "color": SERIES_COLOURS[number % len(SERIES_COLOURS)],
                     "marker": SERIES_MARKS[number % len(SERIES_MARKS)],
                 }
                 ax.errorbar(shift, values, error, ms=4, lw=1, capsize=2, label=f"{load:g} kN", **style)
-        some = "" if solved == loads else f", {' and '.join(f'{load:g}' for load in solved)} kN only"
+        some = "" if solved_loads == loads else f", {' and '.join(f'{load:g}' for load in solved_loads)} kN only"
         axes[0, column].set_title(f"{pair}{some}")
         axes[1, column].set_xlabel("lateral shift in mm")
-    for ax, (_, what) in zip(axes[:, 0], steps, strict=True):
-        ax.set_ylabel(f"{what}:\npeak changes by %")
+    for ax, (_, cause) in zip(axes[:, 0], steps, strict=True):
+        ax.set_ylabel(f"{cause}:\npeak changes by %")
     for ax in axes.flat:
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
     add_grid(*axes.flat)
     # of the pair with all loads, beside the last column
-    most = max(axes[0], key=lambda ax: len(ax.get_legend_handles_labels()[0]))
-    add_legend_beside(axes[0, -1], handles=most.get_legend_handles_labels()[0])
+    fullest_axes = max(axes[0], key=lambda ax: len(ax.get_legend_handles_labels()[0]))
+    add_legend_beside(axes[0, -1], handles=fullest_axes.get_legend_handles_labels()[0])
     save_figure(picture, path)
 
 

@@ -105,7 +105,7 @@ ARCS_PERCENT = 0.05
 STEEL = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
 
 
-def _case(shift_mm: float, roll_rad: float, **more: Any) -> Case:
+def _case(shift_mm: float, roll_rad: float, **options: Any) -> Case:
     return Case(
         rail="MBench_UIC60",
         inclination_rad=atan(1 / 40),
@@ -114,7 +114,7 @@ def _case(shift_mm: float, roll_rad: float, **more: Any) -> Case:
         load_kind="normal",
         rail_material=STEEL,
         wheel_material=STEEL,
-        **more,
+        **options,
     )
 
 
@@ -123,8 +123,8 @@ def wheelset_roll_rad(shift_mm: float) -> float:
     """Roll at which both wheels of the wheelset touch their rails: the axle then has one height."""
 
     def height_difference(roll: float) -> float:
-        here, there = (place_case(_case(sign * shift_mm, sign * roll)).wheel.centre_mm[2] for sign in (1.0, -1.0))
-        return float(here - there)
+        height_mm, opposite_height_mm = (place_case(_case(sign * shift_mm, sign * roll)).wheel.centre_mm[2] for sign in (1.0, -1.0))
+        return float(height_mm - opposite_height_mm)
 
     if shift_mm == 0.0:
         return 0.0
@@ -135,8 +135,8 @@ def wheelset_roll_rad(shift_mm: float) -> float:
 def cases(quick: bool = False) -> list[Case]:
     """All positions, or two of them."""
     chosen = [entry for entry in REFERENCE if not quick or entry[0] in (-2.0, 2.0)]
-    made = [_case(s, wheelset_roll_rad(s), load_N=force, refine="never") for s, force, *_ in chosen]
-    return made if quick else made + rolled_cases()
+    case_list = [_case(s, wheelset_roll_rad(s), load_N=force, refine="never") for s, force, *_ in chosen]
+    return case_list if quick else case_list + rolled_cases()
 
 
 def rolled_cases() -> list[Case]:
@@ -189,8 +189,8 @@ def _place_and_angle(placement: Placement, centre_y_mm: float) -> tuple[float, f
     profile = placement.rail.profile
     arc = placement.first_arc_length_mm + centre_y_mm
     y, _, angle = placement.rail.section(profile.at_arc_length(arc))
-    every, z, _ = placement.rail.section(profile.at_arc_length(np.arange(0.0, profile.length_mm, 0.01)))
-    return float(y - every[np.argmax(z)]), float(angle)
+    profile_y, z, _ = placement.rail.section(profile.at_arc_length(np.arange(0.0, profile.length_mm, 0.01)))
+    return float(y - profile_y[np.argmax(z)]), float(angle)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
@@ -199,14 +199,14 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     Both wheels on the half-space, which needs no rows, where the rows are those of the whole study.
     """
     reference = {entry[0]: entry for entry in REFERENCE}
-    made = []
+    check_list = []
     for row in rows:
         if float(row["lateral_shift_mm"]) not in reference:
-            made += _rolled_checks(row)
+            check_list += _rolled_checks(row)
             continue
         _, _, peak, _, area = reference[float(row["lateral_shift_mm"])]
         for name, unit, expected, limit in (("p_max", "MPa", peak, LIMIT_PERCENT), ("area", "mm2", area, AREA_PERCENT)):
-            made.append(
+            check_list.append(
                 Check(
                     quantity=f"{name}, {unit}",
                     case=f"shift {row['lateral_shift_mm']:+g} mm",
@@ -219,44 +219,44 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 )
             )
     if {float(row["lateral_shift_mm"]) in reference for row in rows} == {True, False}:
-        made += [check for shift, *_ in BOTH_WHEELS for check in half_space_checks(shift)]
-    return made
+        check_list += [check for shift, *_ in BOTH_WHEELS for check in half_space_checks(shift)]
+    return check_list
 
 
 def both_cases(shift_right_mm: float) -> dict[TrackSide, Case]:
     """Both wheels as the benchmark has them, each under its normal force, in the frame of the left side."""
-    shift, roll, *both = next(entry for entry in BOTH_WHEELS if entry[0] == shift_right_mm)
+    shift, roll, *wheel_references = next(entry for entry in BOTH_WHEELS if entry[0] == shift_right_mm)
     yaw = YAW_A_MM * shift
     sides: tuple[TrackSide, TrackSide] = ("right", "left")
     return {
-        side: _case(-shift, -1e-3 * roll * cos(yaw), yaw_rad=yaw, side=side, load_N=found[2], flange_climb=True)
-        for side, found in zip(sides, both, strict=True)
-        if found is not None
+        side: _case(-shift, -1e-3 * roll * cos(yaw), yaw_rad=yaw, side=side, load_N=reference[2], flange_climb=True)
+        for side, reference in zip(sides, wheel_references, strict=True)
+        if reference is not None
     }
 
 
 def half_space_checks(shift_right_mm: float) -> list[Check]:
     """The true gap of both wheels on a half-space: places, angles, peak pressures and approaches."""
     references = dict(zip(("right", "left"), next(e[2:] for e in BOTH_WHEELS if e[0] == shift_right_mm), strict=True))
-    made = []
+    check_list = []
     for side, case in both_cases(shift_right_mm).items():
         y_ref, angle_ref, _, peak, approach = references[side]
         placement = place_case(case)
         half_space = expect_on_half_space(case, placement)[1].half_space
         y, angle = _place_and_angle(placement, read_patch(half_space).centre_y_mm)
-        flange, two = placement.climbs, side == "right" and shift_right_mm == TWO_PATCHES_MM
-        at_peak = CLIMBING_PERCENT if flange else TWO_PATCHES_PERCENT if two else HALF_SPACE_PERCENT
-        compared = [("p_max, MPa", read_measures(half_space).p_max_MPa, peak, at_peak)]
-        if approach is not None and not two:
-            compared.append(("approach, um", 1e3 * half_space.approach_mm, approach, APPROACH_PERCENT))
-        if two:
+        flange, two_patches = placement.climbs, side == "right" and shift_right_mm == TWO_PATCHES_MM
+        at_peak = CLIMBING_PERCENT if flange else TWO_PATCHES_PERCENT if two_patches else HALF_SPACE_PERCENT
+        comparisons = [("p_max, MPa", read_measures(half_space).p_max_MPa, peak, at_peak)]
+        if approach is not None and not two_patches:
+            comparisons.append(("approach, um", 1e3 * half_space.approach_mm, approach, APPROACH_PERCENT))
+        if two_patches:
             lobes = [lobe.y_mm for lobe in read_patch(half_space).lobes]
-            compared.append(("patches", float(read_patch(half_space).pieces), 2.0, 0.0))
-            compared.append(("distance of both patches, mm", max(lobes) - min(lobes), DISTANCE_MM, DISTANCE_PERCENT))
+            comparisons.append(("patches", float(read_patch(half_space).pieces), 2.0, 0.0))
+            comparisons.append(("distance of both patches, mm", max(lobes) - min(lobes), DISTANCE_MM, DISTANCE_PERCENT))
         if shift_right_mm not in TWO_LOBES_MM[side]:
-            compared.append(("place across, mm", y, y_ref, ARCS_PERCENT if flange else PLACE_PERCENT))
-            compared.append(("angle, rad", angle, angle_ref, ARCS_PERCENT if flange else ANGLE_PERCENT))
-        made += [
+            comparisons.append(("place across, mm", y, y_ref, ARCS_PERCENT if flange else PLACE_PERCENT))
+            comparisons.append(("angle, rad", angle, angle_ref, ARCS_PERCENT if flange else ANGLE_PERCENT))
+        check_list += [
             Check(
                 quantity=f"{quantity} (half-space)",
                 case=f"shift {shift_right_mm:g} mm to the right, {side} wheel{', which climbs' if flange else ''}",
@@ -266,21 +266,21 @@ def half_space_checks(shift_right_mm: float) -> list[Check]:
                 expected=expected,
                 limit_percent=limit,
             )
-            for quantity, value, expected, limit in compared
+            for quantity, value, expected, limit in comparisons
         ]
-    return made
+    return check_list
 
 
 def _rolled_checks(row: dict[str, Any]) -> list[Check]:
     shift = float(row["lateral_shift_mm"])
     peak, y_ref, angle_ref = next(entry[4:] for entry in ROLLED if entry[0] == shift)
-    two = shift == TWO_PATCHES_MM
-    compared = [("p_max, MPa", float(row["fe_p_max_MPa"]), peak, TWO_PATCHES_PERCENT if two else ROLLED_PERCENT)]
-    if two:
-        compared.append(("patches", float(row["fe_pieces"]), 2.0, 0.0))
+    two_patches = shift == TWO_PATCHES_MM
+    comparisons = [("p_max, MPa", float(row["fe_p_max_MPa"]), peak, TWO_PATCHES_PERCENT if two_patches else ROLLED_PERCENT)]
+    if two_patches:
+        comparisons.append(("patches", float(row["fe_pieces"]), 2.0, 0.0))
     else:
         y, angle = place_of(row)
-        compared += [("place across, mm", y, y_ref, PLACE_PERCENT), ("angle, rad", angle, angle_ref, ANGLE_PERCENT)]
+        comparisons += [("place across, mm", y, y_ref, PLACE_PERCENT), ("angle, rad", angle, angle_ref, ANGLE_PERCENT)]
     return [
         Check(
             quantity=quantity,
@@ -292,7 +292,7 @@ def _rolled_checks(row: dict[str, Any]) -> list[Check]:
             limit_percent=limit,
             uncertainty_percent=float(row["hertz_uncertainty_p_max_percent"]) if quantity.startswith("p_max") else None,
         )
-        for quantity, value, expected, limit in compared
+        for quantity, value, expected, limit in comparisons
     ]
 
 

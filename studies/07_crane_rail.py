@@ -95,8 +95,8 @@ def _moved(case: Case, distance: float) -> Case:
     semi_axis = 0.5 * compute_hertz(case, place_case(case)).extent_y_mm
     # ids hash inputs: no digits that differ between machines
     tilt = round((head.joint_mm - distance * semi_axis) / head.crown_mm, 9)
-    moved = replace(case, inclination_rad=tilt, lateral_shift_mm=round(head.crown_mm * sin(tilt), 6))
-    return moved if distance > 1.0 else replace(moved, resolution=NEAR_THE_JOINT_MM)
+    moved_case = replace(case, inclination_rad=tilt, lateral_shift_mm=round(head.crown_mm * sin(tilt), 6))
+    return moved_case if distance > 1.0 else replace(moved_case, resolution=NEAR_THE_JOINT_MM)
 
 
 def distance_mm(row: dict[str, Any]) -> float:
@@ -142,12 +142,12 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def _limit(rows: Iterable[dict[str, Any]]) -> str:
-    by = {
+    distances = {
         verdict: [distance_over_b(r) for r in rows if r["verdict_answer"] == verdict] for verdict in ("HOLDS", "FAILS")
     }
-    holds = f"holds down to {min(by['HOLDS']):.2f} b" if by["HOLDS"] else "holds nowhere"
-    fails = f"fails from {max(by['FAILS']):.2f} b on" if by["FAILS"] else "fails nowhere"
-    mixed = bool(by["HOLDS"] and by["FAILS"]) and min(by["HOLDS"]) < max(by["FAILS"])
+    holds = f"holds down to {min(distances['HOLDS']):.2f} b" if distances["HOLDS"] else "holds nowhere"
+    fails = f"fails from {max(distances['FAILS']):.2f} b on" if distances["FAILS"] else "fails nowhere"
+    mixed = bool(distances["HOLDS"] and distances["FAILS"]) and min(distances["HOLDS"]) < max(distances["FAILS"])
     return f"Hertz {holds} from the joint and {fails}{' (elsewhere)' if mixed else ''}."
 
 
@@ -174,14 +174,14 @@ def _figure(groups: list[tuple[tuple[str, float], list[dict[str, Any]]]], path: 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Peak pressure at the centre of the head, where only the crown arc is below the patch."""
-    made = [
+    centre_checks = [
         compare_with_hertz(
             row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, centre of the head", CENTRE_PERCENT
         )
         for row in rows
         if distance_over_b(row) > 2.0
     ]
-    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
+    return [*centre_checks, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

@@ -54,8 +54,8 @@ def cases(quick: bool = False) -> list[Case]:
     return [_case(FULL_HEAD), *tongues, off]
 
 
-def _case(rail: str, **more: Any) -> Case:
-    inputs: dict[str, Any] = {"inclination_rad": 0.0, **more}
+def _case(rail: str, **overrides: Any) -> Case:
+    inputs: dict[str, Any] = {"inclination_rad": 0.0, **overrides}
     return Case(
         rail=rail,
         wheel="cylinder:460",
@@ -132,12 +132,12 @@ def _figure(heads: list[_Head], path: Path) -> None:
         figure.subplots(1, 2), ("p_max_MPa", "approach_mm"), ("peak pressure", "approach"), strict=True
     ):
         for centred, style, colour in ((True, "o-", SERIES_COLOURS[0]), (False, "s", SERIES_COLOURS[1])):
-            shown = sorted(
+            points = sorted(
                 (h.thickness_mm, h.step[name]) for h in heads if (abs(h.row["touch_rail_y_mm"]) < 1e-6) == centred
             )
             label = "load in the middle" if centred else "load towards the planed back"
-            of = {"color": colour, "mfc": colour if centred else "white", "label": label}
-            ax.plot([t for t, _ in shown], [s for _, s in shown], style, **of)
+            line_style = {"color": colour, "mfc": colour if centred else "white", "label": label}
+            ax.plot([t for t, _ in points], [s for _, s in points], style, **line_style)
         ax.axhline(0.0, color="0.5", lw=0.8)
         ax.set(xlabel="thickness of the head in mm", ylabel=f"half-space to bodies: {title} changes by %")
         add_grid(ax)
@@ -216,14 +216,14 @@ def write_profiles() -> None:
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Peak pressure on the full head, whose crown arc is wider than the patch."""
-    made = [
+    peak_checks = [
         compare_with_hertz(
             row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FULL_HEAD_PERCENT
         )
         for row in rows
         if row["rail"] == FULL_HEAD
     ]
-    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
+    return [*peak_checks, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

@@ -31,8 +31,8 @@ def cases(quick: bool = False) -> list[Case]:
     from fecontact.inputs.texts import parse_numbers
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
-    made = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]
-    return [replace(case, refine="never") for case in made] if quick else made
+    case_list = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]
+    return [replace(case, refine="never") for case in case_list] if quick else case_list
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
@@ -95,15 +95,15 @@ def main() -> None:
     from fecontact.cli import main as fecontact
     from fecontact.outputs.tables import write_csv
 
-    given = [argument for argument in sys.argv[1:] if argument != "--quick"]
-    if "--out" not in given and "--help" not in given:
-        given += ["--out", "out/09_applicability_map"]
+    arguments = [argument for argument in sys.argv[1:] if argument != "--quick"]
+    if "--out" not in arguments and "--help" not in arguments:
+        arguments += ["--out", "out/09_applicability_map"]
     try:
-        fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *given])
+        fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *arguments])
     except SystemExit as end:
         # 3: some cells are without a usable result
-        if end.code in (0, 3) and "--out" in given:
-            folder = Path(given[given.index("--out") + 1])
+        if end.code in (0, 3) and "--out" in arguments:
+            folder = Path(arguments[arguments.index("--out") + 1])
             write_csv(solved_loads(folder), folder / "loads.csv")
         raise
 

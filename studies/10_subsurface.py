@@ -96,8 +96,8 @@ def cases(quick: bool = False) -> list[Case]:
     ]
 
 
-def _case(radius_mm: int, resolution: str, **more: Any) -> Case:
-    inputs: dict[str, Any] = {"load_N": LOAD_N, **more}
+def _case(radius_mm: int, resolution: str, **overrides: Any) -> Case:
+    inputs: dict[str, Any] = {"load_N": LOAD_N, **overrides}
     return Case(rail=f"circle:{radius_mm}", wheel="cylinder:460", inclination_rad=0.0, resolution=resolution, **inputs)
 
 
@@ -154,26 +154,26 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
                 f" {row[f'von_mises_{body}_von_mises_MPa']:12.1f} {exact.von_mises_MPa:8.1f} {size:+6.2f} %"
                 f" {row[f'von_mises_{body}_depth_mm']:9.3f} {exact.depth_mm:8.3f} {depth:+6.2f} % {load:+8.2f} %"
             )
-    judged = [row for row in rows if row["resolution"] == "standard"] or rows
-    said = []
+    judged_rows = [row for row in rows if row["resolution"] == "standard"] or rows
+    error_texts = []
     for number, name in enumerate(("von Mises", "depth", "load of first yield")):
         errors = [
             (
                 abs(errors_percent(row, body)[number]),
                 (SIZE_LIMIT_PERCENT, depth_limit_percent(row, body), YIELD_LOAD_LIMIT_PERCENT)[number],
             )
-            for row in judged
+            for row in judged_rows
             for body in BODIES
         ]
         # the one that is nearest to its limit, or the farthest beyond it
         worst, limit = max(errors, key=lambda pair: pair[0] / pair[1])
-        said.append(f"{name} {worst:.2f} % (limit {limit:.3g} %, {'met' if worst <= limit else 'MISSED'})")
-    return "\n".join([*lines, f"Largest errors at {judged[0]['resolution']}: {', '.join(said)}."])
+        error_texts.append(f"{name} {worst:.2f} % (limit {limit:.3g} %, {'met' if worst <= limit else 'MISSED'})")
+    return "\n".join([*lines, f"Largest errors at {judged_rows[0]['resolution']}: {', '.join(error_texts)}."])
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Largest von Mises stress and its depth in both bodies."""
-    made = []
+    check_list = []
     for row in rows:
         exact = closed_form(row)
         for body in BODIES:
@@ -181,7 +181,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 ("von_mises", "MPa", exact.von_mises_MPa, SIZE_LIMIT_PERCENT),
                 ("depth", "mm", exact.depth_mm, depth_limit_percent(row, body)),
             ):
-                made.append(
+                check_list.append(
                     Check(
                         quantity=f"von Mises {name}, {unit}",
                         case=f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}, {body}",
@@ -192,7 +192,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                         limit_percent=round(limit * (1.5 if row["resolution"] == "quick" else 1.0), 1),
                     )
                 )
-    return made
+    return check_list
 
 
 def _figure(rows: list[dict[str, Any]], path: Path) -> None:

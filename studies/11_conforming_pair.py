@@ -114,7 +114,7 @@ def published() -> dict[str, dict[str, float]]:
 
 def groove_of(row: dict[str, Any]) -> str | None:
     """Radius of the groove of a row as it is written; None of the corner."""
-    return next((one for one in published() if f"groove_R{one.replace('.', '-')}" in str(row["wheel"])), None)
+    return next((radius for radius in published() if f"groove_R{radius.replace('.', '-')}" in str(row["wheel"])), None)
 
 
 def reference_contact(step_mm: float = 0.2) -> Rung:
@@ -151,16 +151,16 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         f"The reference's gap on a half-space: {reference.normal_force_N / 1e3:.2f} kN ({FORCE_N / 1e3:.2f}),"
         f" {read_measures(reference).p_max_MPa:.1f} MPa ({P_MAX_MPA:.0f})."
     ]
-    of_grooves = {radius: row for row in rows if (radius := groove_of(row)) is not None}
-    for radius, row in of_grooves.items():
-        told = published()[radius]
+    groove_rows = {radius: row for row in rows if (radius := groove_of(row)) is not None}
+    for radius, row in groove_rows.items():
+        peaks = published()[radius]
         lines.append(
             f"Groove of {radius} mm: half-space {row['half_space_p_max_MPa']:.1f} MPa"
-            f" ({told['half_space_p_max_MPa']:.1f}), bodies {row['fe_p_max_MPa']:.1f} MPa"
-            f" ({told['conformal_p_max_MPa']:.1f}); step {row['steps_half_space_to_bodies_p_max_percent']:+.2f}"
-            f" ± {row['steps_uncertainty_half_space_to_bodies_p_max_percent']:.2f} % ({_step_percent(told):+.2f} %)"
+            f" ({peaks['half_space_p_max_MPa']:.1f}), bodies {row['fe_p_max_MPa']:.1f} MPa"
+            f" ({peaks['conformal_p_max_MPa']:.1f}); step {row['steps_half_space_to_bodies_p_max_percent']:+.2f}"
+            f" ± {row['steps_uncertainty_half_space_to_bodies_p_max_percent']:.2f} % ({_step_percent(peaks):+.2f} %)"
         )
-    _figure(of_grooves, out / "conforming.png")
+    _figure(groove_rows, out / "conforming.png")
     for row in (row for row in rows if groove_of(row) is None):
         lines.append(
             f"The wheel of revolution, {row['normal_force_N'] / 1e3:.2f} kN along the normal: half-space"
@@ -175,8 +175,8 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     return "\n".join(lines)
 
 
-def _step_percent(told: dict[str, float]) -> float:
-    return 100.0 * (told["conformal_p_max_MPa"] / told["half_space_p_max_MPa"] - 1.0)
+def _step_percent(peaks: dict[str, float]) -> float:
+    return 100.0 * (peaks["conformal_p_max_MPa"] / peaks["half_space_p_max_MPa"] - 1.0)
 
 
 def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
@@ -188,18 +188,18 @@ def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
     places = range(len(rows))
     step = "steps_half_space_to_bodies_p_max_percent"
     values = [row[step] for row in rows.values()]
-    unsure = [row[step.replace("steps_", "steps_uncertainty_", 1)] for row in rows.values()]
+    uncertainties = [row[step.replace("steps_", "steps_uncertainty_", 1)] for row in rows.values()]
     ax.errorbar(
         places,
         values,
-        unsure,
+        uncertainties,
         fmt=SERIES_MARKS[0],
         color=SERIES_COLOURS[0],
         capsize=4,
         label="finite elements, as stated",
     )
-    told = [_step_percent(published()[radius]) for radius in rows]
-    ax.plot(places, told, SERIES_MARKS[1], color=SERIES_COLOURS[1], label="curved bodies (Blanco-Lorenzo), CONTACT 25")
+    published_steps = [_step_percent(published()[radius]) for radius in rows]
+    ax.plot(places, published_steps, SERIES_MARKS[1], color=SERIES_COLOURS[1], label="curved bodies (Blanco-Lorenzo), CONTACT 25")
     ax.set_xticks(places, [f"{radius} mm" for radius in rows])
     ax.set_xlabel("groove around a head of 10 mm")
     ax.set_ylabel("change of the peak from a half-space in %")
@@ -211,9 +211,9 @@ def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
 
 def groove_checks(radius: str, row: dict[str, Any]) -> list[Check]:
     """Peaks of a groove beside CONTACT's, and the step between both bodies over what is stated for it."""
-    told, step = published()[radius], row["steps_half_space_to_bodies_p_max_percent"]
+    peaks, step = published()[radius], row["steps_half_space_to_bodies_p_max_percent"]
     stated = row["steps_uncertainty_half_space_to_bodies_p_max_percent"]
-    about = {
+    common_entries = {
         "case": f"groove of {radius} mm on R 10, 10 kN",
         "reference": "CONTACT 25, groove_li",
         "kind": "other code",
@@ -223,9 +223,9 @@ def groove_checks(radius: str, row: dict[str, Any]) -> list[Check]:
             Check(
                 quantity=f"p_max, {name}, MPa",
                 value=row[f"{rung}_p_max_MPa"],
-                expected=told[key],
+                expected=peaks[key],
                 limit_percent=limit,
-                **about,
+                **common_entries,
             )
             for name, rung, key, limit in (
                 ("half-space", "half_space", "half_space_p_max_MPa", GROOVE_HALF_SPACE_PERCENT),
@@ -234,10 +234,10 @@ def groove_checks(radius: str, row: dict[str, Any]) -> list[Check]:
         ),
         Check(
             quantity="step to curved bodies, over what is stated, %",
-            value=100.0 * abs(step - _step_percent(told)) / stated,
+            value=100.0 * abs(step - _step_percent(peaks)) / stated,
             expected=None,
             limit_percent=100.0,
-            **about,
+            **common_entries,
         ),
     ]
 
@@ -245,11 +245,11 @@ def groove_checks(radius: str, row: dict[str, Any]) -> list[Check]:
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Force and peak pressure of the reference's own gap; Hertz's gap on the half-space; the grooves."""
     reference = reference_contact()
-    found = (
+    comparisons = (
         ("sum of p dA, N", reference.normal_force_N, FORCE_N),
         ("p_max, MPa", read_measures(reference).p_max_MPa, P_MAX_MPA),
     )
-    made = [
+    check_list = [
         Check(
             quantity=quantity,
             case=f"the reference's gap on a half-space, approach {APPROACH_MM:g} mm",
@@ -259,11 +259,11 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             expected=expected,
             limit_percent=LIMIT_PERCENT,
         )
-        for quantity, value, expected in found
+        for quantity, value, expected in comparisons
     ]
-    of_grooves = [(radius, row) for row in rows if (radius := groove_of(row)) is not None]
-    made += [check for radius, row in of_grooves for check in groove_checks(radius, row)]
-    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
+    groove_rows = [(radius, row) for row in rows if (radius := groove_of(row)) is not None]
+    check_list += [check for radius, row in groove_rows for check in groove_checks(radius, row)]
+    return [*check_list, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

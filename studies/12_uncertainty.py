@@ -122,11 +122,11 @@ def cases(quick: bool = False) -> list[Case]:
     """Each real position as it is solved by default, without refinement, and then as finely as it is held against."""
     rng = np.random.default_rng(SEED)
     chosen = [
-        (rail, slope, shift, float(rng.choice(LOADS_N))) for (rail, slope), of in SHIFTS_MM.items() for shift in of
+        (rail, slope, shift, float(rng.choice(LOADS_N))) for (rail, slope), shifts in SHIFTS_MM.items() for shift in shifts
     ]
-    every = [*chosen, *random_positions(*TUNING), *random_positions(*TESTING)]
-    made = []
-    for rail, slope, shift, load_N in chosen[1:11:9] if quick else every:
+    positions = [*chosen, *random_positions(*TUNING), *random_positions(*TESTING)]
+    case_list = []
+    for rail, slope, shift, load_N in chosen[1:11:9] if quick else positions:
         case = Case(
             rail=rail,
             inclination_rad=INCLINATIONS[slope],
@@ -136,19 +136,19 @@ def cases(quick: bool = False) -> list[Case]:
             resolution="quick",
             refine="never",
         )
-        made += [case, replace(case, resolution="standard")]
-    return made
+        case_list += [case, replace(case, resolution="standard")]
+    return case_list
 
 
 def random_positions(seed: int, number: int) -> list[tuple[str, str, float, float]]:
     """Rail, slope, lateral shift (mm) and load (N) of some positions by chance."""
     rng = np.random.default_rng(seed)
     pairs = list(SHIFTS_MM)
-    found = [
+    positions = [
         (*pairs[rng.integers(len(pairs))], round(float(rng.uniform(-8.0, 6.0)), 2), float(rng.choice(LOADS_N)))
         for _ in range(number)
     ]
-    return [one for one in found if one[:3] not in REFUSED]
+    return [position for position in positions if position[:3] not in REFUSED]
 
 
 # --- contacts that are known exactly: Hertz's ellipses, and pressures that are a polynomial times an ellipsoid -------
@@ -241,7 +241,7 @@ class Ellipse:
         turn = np.array([[c, -s], [s, c]])
         h = turn @ np.diag([1.0 / self.radius_x_mm, 1.0 / self.radius_s_mm]) @ turn.T
         hertz = hertz_from_hessian(h, normal_force_N=self.load_N, contact_modulus_MPa=MODULUS_MPA)
-        own = read_hertz_measures(hertz).as_dict()
+        measures = read_hertz_measures(hertz).as_dict()
         # half the chord along x through the centre, and half the extent across
         c, s = math.cos(hertz.orientation_rad), math.sin(hertz.orientation_rad)
         length, width = 1.0 / math.hypot(c / hertz.a_mm, s / hertz.b_mm), 0.5 * hertz.extent_y_mm
@@ -249,7 +249,7 @@ class Ellipse:
             hertz=hertz,
             hessian_per_mm=h,
             gap=lambda x, s: 0.5 * h[0, 0] * x**2 + h[0, 1] * x * s + 0.5 * h[1, 1] * s**2,
-            true={name: own.get(name, 0.0) for name in JUDGED},
+            true={name: measures.get(name, 0.0) for name in JUDGED},
             elements_mm=(length, width),
             nodes_mm=(length, width),
             middle_mm=0.0,
@@ -300,11 +300,11 @@ class Galin:
     def deflection_mm(self, x: Any, y: Any) -> np.ndarray:
         """Sum of both bodies' deflections (n,) at places X, Y (n,) inside or outside."""
         x, y = np.asarray(x)[:, None], np.asarray(y)[:, None]
-        away, part = np.maximum(np.hypot(x, y), 1.0 + 1e-12), (np.arange(LINES) + 0.5) / LINES
+        away, fractions = np.maximum(np.hypot(x, y), 1.0 + 1e-12), (np.arange(LINES) + 0.5) / LINES
         # from outside the lines that meet the ellipse: the sine is how far from its middle they pass
-        passing = np.pi * (part - 0.5)
+        passing = np.pi * (fractions - 0.5)
         turn, inside = np.arcsin(np.sin(passing) / away), np.hypot(x, y) < 1.0
-        angle = np.where(inside, np.pi * part, np.arctan2(y, x) + turn)
+        angle = np.where(inside, np.pi * fractions, np.arctan2(y, x) + turn)
         weight = np.where(inside, 1.0, np.cos(passing) / (away * np.cos(turn))) * np.pi / LINES
         c, s = np.cos(angle), np.sin(angle)
         over_distance = self.a_mm * self.b_mm / np.hypot(self.a_mm * c, self.b_mm * s)
@@ -347,9 +347,9 @@ class Galin:
     def gap_mm(self, x: Any, y: Any) -> np.ndarray:
         """Gap less the approach at places X, Y."""
         x, y = np.broadcast_arrays(x, y)
-        beyond = np.maximum(np.hypot(x, y) / RIM, 1.0)
+        rim_ratio = np.maximum(np.hypot(x, y) / RIM, 1.0)
         gap = self.gap_coefficients_mm
-        return polyval2d(x / beyond, y / beyond, gap) - 2.0 * gap[0, 0] * (beyond - 1.0)
+        return polyval2d(x / rim_ratio, y / rim_ratio, gap) - 2.0 * gap[0, 0] * (rim_ratio - 1.0)
 
     @cached_property
     def touch(self) -> float:
@@ -454,8 +454,8 @@ def galin_by_chance(rng: np.random.Generator) -> Galin:
     coefficients = np.zeros((3, 6))
     coefficients[0], coefficients[2, :2] = across, (between(-0.3, 0.6), between(-0.3, 0.3))
     b_mm = math.exp(between(0.0, math.log(10.0)))
-    made = Galin(coefficients=coefficients, a_mm=b_mm * math.exp(between(-math.log(5.0), math.log(5.0))), b_mm=b_mm)
-    return replace(made, coefficients=coefficients * between(600.0, 1800.0) / made.over_ellipse().max())
+    galin = Galin(coefficients=coefficients, a_mm=b_mm * math.exp(between(-math.log(5.0), math.log(5.0))), b_mm=b_mm)
+    return replace(galin, coefficients=coefficients * between(600.0, 1800.0) / galin.over_ellipse().max())
 
 
 # Flat over the zone.
@@ -512,8 +512,8 @@ class Zone:
 
     def counts(self, level: int) -> tuple[float, float]:
         """Elements on half the length and width of the largest patch."""
-        most = FEWEST * self.finer * MESH_RATIO**level
-        return most * self.longer * (1.0 if self.half else MOST_LEANING), most * self.wider
+        elements = FEWEST * self.finer * MESH_RATIO**level
+        return elements * self.longer * (1.0 if self.half else MOST_LEANING), elements * self.wider
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -537,9 +537,9 @@ class ExactCase:
     @cached_property
     def exact(self) -> Exact:
         """The contact at the size of its meshes."""
-        steps, wanted = self.zone.steps_mm(0), FEWEST * self.finer
+        steps, elements = self.zone.steps_mm(0), FEWEST * self.finer
         return self.contact.exact.scaled(
-            max(wanted * step / size for step, size in zip(steps, self.sizes, strict=True))
+            max(elements * step / size for step, size in zip(steps, self.sizes, strict=True))
         )
 
     @property
@@ -557,7 +557,7 @@ class ExactCase:
     def fits(self) -> bool:
         """Whether the patch lies in the zone."""
         room = (count * step for count, step in zip(self.zone.counts(0), self.zone.steps_mm(0), strict=True))
-        return all(reach <= most for reach, most in zip(self.exact.reach_mm, room, strict=True))
+        return all(reach <= limit for reach, limit in zip(self.exact.reach_mm, room, strict=True))
 
 
 def offsets(rng: np.random.Generator) -> tuple[tuple[float, float], ...]:
@@ -568,43 +568,43 @@ def offsets(rng: np.random.Generator) -> tuple[tuple[float, float], ...]:
 def exact_cases(quick: bool = False) -> list[ExactCase]:
     """Ellipses by chance, the same ones every time."""
     rng = np.random.default_rng(SEED)
-    straight, turned = ((ASPECTS[4], ASPECTS[6]), ()) if quick else (ASPECTS, TURNED_ASPECTS)
-    made: list[ExactCase] = []
-    while len(made) < (QUICK_NUMBER if quick else NUMBER):
+    straight_aspects, turned_aspects = ((ASPECTS[4], ASPECTS[6]), ()) if quick else (ASPECTS, TURNED_ASPECTS)
+    case_list: list[ExactCase] = []
+    while len(case_list) < (QUICK_NUMBER if quick else NUMBER):
         radii = np.exp(rng.uniform(math.log(10.0), math.log(2000.0), 2))
         load = math.exp(rng.uniform(math.log(5e3), math.log(200e3)))
         turn = rng.uniform(-0.25, 0.25) * math.pi if rng.uniform() < 0.3 else 0.0
         offset, testing, spare = offsets(rng), bool(rng.integers(2)), rng.uniform()
-        own = Ellipse(radius_x_mm=float(radii[0]), radius_s_mm=float(radii[1]), turn_rad=turn, load_N=load)
-        hertz, (length, width) = own.exact.hertz, own.exact.elements_mm
+        ellipse = Ellipse(radius_x_mm=float(radii[0]), radius_s_mm=float(radii[1]), turn_rad=turn, load_N=load)
+        hertz, (length, width) = ellipse.exact.hertz, ellipse.exact.elements_mm
         ratio = length / width
-        unequal = {aspect: max(ratio / aspect, aspect / ratio) for aspect in (turned if turn else straight)}
+        unequal = {aspect: max(ratio / aspect, aspect / ratio) for aspect in (turned_aspects if turn else straight_aspects)}
         aspect = min(unequal, key=lambda a: unequal[a], default=math.nan)
         leans = 0.5 * hertz.extent_x_mm > MOST_LEANING * length
         if unequal and unequal[aspect] <= MOST_UNEQUAL and not leans and 0.1 <= hertz.a_mm / hertz.b_mm <= 10.0:
             shared = aspect in SHARED
             finer = (MOST_FINER / MOST_UNEQUAL) ** spare if shared else 1.0
-            zone = Zone(aspect=aspect, half=own.half, finer=MOST_FINER if shared else MOST_UNEQUAL)
-            made.append(ExactCase(contact=own, zone=zone, finer=finer, testing=testing, offset=offset))
-    return made
+            zone = Zone(aspect=aspect, half=ellipse.half, finer=MOST_FINER if shared else MOST_UNEQUAL)
+            case_list.append(ExactCase(contact=ellipse, zone=zone, finer=finer, testing=testing, offset=offset))
+    return case_list
 
 
 def other_cases(quick: bool = False) -> list[ExactCase]:
     """Contacts by chance that are no ellipses: with no negative pressure, and open outside."""
     rng = np.random.default_rng(SEED + 4)
-    of = OTHER_ZONES[3:4] if quick else OTHER_ZONES
-    zones = [Zone(aspect=aspect, half=True, longer=LONGER, wider=wider) for aspect, wider in of]
-    made: list[ExactCase] = []
-    while len(made) < (QUICK_OTHERS if quick else OTHERS):
+    zone_shapes = OTHER_ZONES[3:4] if quick else OTHER_ZONES
+    zones = [Zone(aspect=aspect, half=True, longer=LONGER, wider=wider) for aspect, wider in zone_shapes]
+    case_list: list[ExactCase] = []
+    while len(case_list) < (QUICK_OTHERS if quick else OTHERS):
         contact, offset, testing = galin_by_chance(rng), offsets(rng), bool(rng.integers(2))
         if not contact.is_contact:
             continue
-        every = [ExactCase(contact=contact, zone=zone, finer=1.0, testing=testing, offset=offset) for zone in zones]
+        candidates = [ExactCase(contact=contact, zone=zone, finer=1.0, testing=testing, offset=offset) for zone in zones]
         # the narrowest zone, and of equally wide ones the elements that are most like the patch
-        fitting = [case for case in every if case.fits]
+        fitting = [case for case in candidates if case.fits]
         if fitting:
-            made.append(min(fitting, key=lambda case: (case.zone.wider, case.unequal)))
-    return made
+            case_list.append(min(fitting, key=lambda case: (case.zone.wider, case.unequal)))
+    return case_list
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -648,18 +648,18 @@ Solved = tuple[Rung, Rung, Rung, float]
 
 def contact(base: CoupledProblem, bodies: CoupledBodies, case: ExactCase, level: int) -> Solved:
     """An exact case on the meshes of a level, read as the product reads it."""
-    exact, flat = case.exact, place_case(FLAT)
-    gap = GivenGap(rail=flat.rail, wheel=flat.wheel, touch_points=flat.touch_points, of=exact)
-    on = replace(bodies, grid=moved(bodies.grid, case.offset[level], exact.middle_mm))
-    problem = base.with_gap(on.grid.weighted_mean(gap.gap))
+    exact, flat_placement = case.exact, place_case(FLAT)
+    gap = GivenGap(rail=flat_placement.rail, wheel=flat_placement.wheel, touch_points=flat_placement.touch_points, of=exact)
+    shifted_bodies = replace(bodies, grid=moved(bodies.grid, case.offset[level], exact.middle_mm))
+    problem = base.with_gap(shifted_bodies.grid.weighted_mean(gap.gap))
     load = exact.hertz.normal_force_N
     solution = problem.solve(load)
-    true_gap = replace(make_true_gap(FLAT, flat), placement=gap)
-    nodal, *both = problem.read(solution, true_gap, on)
+    true_gap = replace(make_true_gap(FLAT, flat_placement), placement=gap)
+    nodal, *added_openings = problem.read(solution, true_gap, shifted_bodies)
     grid = make_covering_grid(exact.fine_grid(case.offset[3], half=case.contact.half), nodal)
-    fe, otherwise = (true_gap.solve(grid, load, added=added) for added in both)
-    assert solution.status == fe.status == otherwise.status == "converged"
-    return fe, otherwise, nodal, base.compliance_error
+    fe, alternative = (true_gap.solve(grid, load, added=added) for added in added_openings)
+    assert solution.status == fe.status == alternative.status == "converged"
+    return fe, alternative, nodal, base.compliance_error
 
 
 # --- errors ---------------------------------------------------------------------------------------------------------
@@ -680,19 +680,19 @@ class Held:
 def exact_errors(quick: bool = False) -> tuple[Held, ...]:
     """Solve all exact cases; meshes are made once for all cases of a zone."""
     cases = [*exact_cases(quick), *other_cases(quick)]
-    found: list[Held] = []
+    error_rows: list[Held] = []
     for zone in sorted({case.zone for case in cases}, key=lambda zone: (zone.aspect, zone.half, zone.wider)):
-        own = [case for case in cases if case.zone == zone]
+        zone_cases = [case for case in cases if case.zone == zone]
         refined = zone.wider == 1.0 and (zone.aspect, zone.half) in REFINED and not quick
         meshes = {"quick": (1, 0)} | (MORE_MESHES if refined else {})
-        solved = [_on_meshes(own, level) for level in range(max(levels[0] for levels in meshes.values()) + 1)]
+        solutions = [_on_meshes(zone_cases, level) for level in range(max(levels[0] for levels in meshes.values()) + 1)]
         for resolution, levels in meshes.items():
-            for case, *by_level in zip(own, *(solved[level] for level in levels), strict=True):
-                found.append(_held(case, resolution, by_level))
+            for case, *by_level in zip(zone_cases, *(solutions[level] for level in levels), strict=True):
+                error_rows.append(_held(case, resolution, by_level))
                 # elements so slender that the product leaves their contacts open have nothing to state
                 if not abs(by_level[0][3]) > COMPLIANCE_ERROR_LIMIT:
-                    found.append(_held_alone(case, resolution, by_level))
-    return tuple(found)
+                    error_rows.append(_held_alone(case, resolution, by_level))
+    return tuple(error_rows)
 
 
 def _on_meshes(cases: Sequence[ExactCase], level: int) -> list[Solved]:
@@ -705,25 +705,25 @@ def _on_meshes(cases: Sequence[ExactCase], level: int) -> list[Solved]:
         bodies.close()
 
 
-def _held(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> Held:
+def _held(case: ExactCase, resolution: str, solutions: Sequence[Solved]) -> Held:
     """Errors of the finest of some meshes, as the product states them and as they are."""
-    finest, otherwise, *_ = solved[0]
-    rungs = [fe for fe, *_ in solved]
-    values, (other,) = _read(rungs, case.exact), _read([otherwise], case.exact)
-    known = Stated(
+    finest, alternative, *_ = solutions[0]
+    rungs = [fe for fe, *_ in solutions]
+    values, (alternative_measures,) = _read(rungs, case.exact), _read([alternative], case.exact)
+    quality = Stated(
         residual=finest.residual, parting=any(is_barely_separate(rung) for rung in rungs), skew=compute_skewness(finest)
     )
     stated = {
-        name: estimate_uncertainty(name, [of[name] for of in values], known, otherwise=other[name]) for name in JUDGED
+        name: estimate_uncertainty(name, [measures[name] for measures in values], quality, otherwise=alternative_measures[name]) for name in JUDGED
     }
     return _beside(
         case, SETS[2 * int(isinstance(case.contact, Galin)) + int(case.testing)], resolution, values[0], stated
     )
 
 
-def _held_alone(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> Held:
+def _held_alone(case: ExactCase, resolution: str, solutions: Sequence[Solved]) -> Held:
     """Errors of the contact on the elements' own nodes, of the finest of some meshes."""
-    rungs = [nodal for _, _, nodal, _ in solved]
+    rungs = [nodal for _, _, nodal, _ in solutions]
     finest, values = rungs[0], _read(rungs, case.exact)
     patch = read_patch(finest)
     lengths = (
@@ -732,9 +732,9 @@ def _held_alone(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> H
     stated = {
         name: estimate_elements_uncertainty(
             name,
-            [of[name] for of in values],
+            [measures[name] for measures in values],
             elements=min(length / step for length, step in zip(lengths, finest.grid.steps_mm, strict=True)),
-            compliance_error=solved[0][3],
+            compliance_error=solutions[0][3],
             residual=finest.residual,
         )
         for name in JUDGED
@@ -747,19 +747,19 @@ def _read(rungs: Sequence[Rung], exact: Exact) -> list[dict[str, float]]:
     return [read_measures(rung).as_dict() | read_hertz_misfit(rung, exact.hertz).as_dict() for rung in rungs]
 
 
-def _beside(case: ExactCase, of: str, resolution: str, read: Mapping[str, float], stated: Mapping[str, float]) -> Held:
+def _beside(case: ExactCase, set_name: str, resolution: str, measures: Mapping[str, float], stated: Mapping[str, float]) -> Held:
     """True errors beside the stated ones, relative to the value read where Hertz has one too."""
     true = case.exact.true
     return Held(
-        of=of,
+        of=set_name,
         case=_case_text(case),
         resolution=resolution,
         true={
-            name: abs(true[name] / read[name] - 1.0) if name in MEASURES else abs(true[name] - read[name])
+            name: abs(true[name] / measures[name] - 1.0) if name in MEASURES else abs(true[name] - measures[name])
             for name in JUDGED
         },
         stated={
-            name: (stated[name] - CUT_PLANE_UNCERTAINTY[name]) * (true[name] / read[name] if name in MEASURES else 1.0)
+            name: (stated[name] - CUT_PLANE_UNCERTAINTY[name]) * (true[name] / measures[name] if name in MEASURES else 1.0)
             for name in JUDGED
         },
     )
@@ -783,20 +783,20 @@ def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[Held]:
     """Errors of each real position against the same one on the finest meshes."""
     place = ("rail", "inclination_rad", "lateral_shift_mm", "load_kN")
     finest = {tuple(row[key] for key in place): row for row in rows if row["resolution"] == "standard"}
-    others = [row for row in rows if row["resolution"] != "standard" and tuple(row[key] for key in place) in finest]
+    coarse_rows = [row for row in rows if row["resolution"] != "standard" and tuple(row[key] for key in place) in finest]
     testing = {(rail, INCLINATIONS[slope], shift) for rail, slope, shift, _ in random_positions(*TESTING)}
-    found = []
-    for row in others:
+    error_rows = []
+    for row in coarse_rows:
         best = finest[tuple(row[key] for key in place)]
         true, stated = {}, {}
         for name in JUDGED:
-            value, unsure, factor = deviation_columns(name)
+            value, uncertainty, factor = deviation_columns(name)
             true[name] = abs(float(row[value]) - float(best[value])) / factor
             of_bodies = CUT_PLANE_UNCERTAINTY[name] * (
                 abs(1.0 + float(row[value]) / factor) if name in MEASURES else 1.0
             )
-            stated[name] = float(row[unsure]) / factor - of_bodies
-        found.append(
+            stated[name] = float(row[uncertainty]) / factor - of_bodies
+        error_rows.append(
             Held(
                 of=SETS[4 + int((row["rail"], row["inclination_rad"], row["lateral_shift_mm"]) in testing)],
                 case=f"{row['rail']}, inclined {1e3 * row['inclination_rad']:.0f} mrad, {row['lateral_shift_mm']:g} mm,"
@@ -806,18 +806,18 @@ def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[Held]:
                 stated=stated,
             )
         )
-    return found
+    return error_rows
 
 
-def outside_percent(held: Sequence[Held], measure: str) -> float:
+def outside_percent(error_rows: Sequence[Held], measure: str) -> float:
     """Part of the cases whose true error is larger than the stated one."""
-    return 100.0 * float(np.mean([one.true[measure] > one.stated[measure] for one in held]))
+    return 100.0 * float(np.mean([error_row.true[measure] > error_row.stated[measure] for error_row in error_rows]))
 
 
-def stated_over_true(held: Sequence[Held], measure: str) -> float:
+def stated_over_true(error_rows: Sequence[Held], measure: str) -> float:
     """Median of the stated errors over the true one that 95 % of the cases stay within; infinite where none has any."""
-    within = float(np.quantile([one.true[measure] for one in held], 0.95))
-    return float(np.median([one.stated[measure] for one in held])) / within if within > 1e-9 else math.inf
+    quantile_95 = float(np.quantile([error_row.true[measure] for error_row in error_rows], 0.95))
+    return float(np.median([error_row.stated[measure] for error_row in error_rows])) / quantile_95 if quantile_95 > 1e-9 else math.inf
 
 
 # --- what is said of them -------------------------------------------------------------------------------------------
@@ -825,21 +825,21 @@ def stated_over_true(held: Sequence[Held], measure: str) -> float:
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """How often the stated error holds, measure by measure and set by set."""
-    held = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
-    _write(held, out / "errors.csv")
-    _figure(held, out / "12_uncertainty.png")
+    error_rows = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
+    _write(error_rows, out / "errors.csv")
+    _figure(error_rows, out / "12_uncertainty.png")
     lines = [
         "measure          set              cases  inside   true 95 %   stated mean  median  median stated / true 95 %"
     ]
     for name in JUDGED:
-        for of in (*SETS, *OWN_NODES):
-            own = [one for one in held if one.of == of]
-            if own:
-                true, stated = (100.0 * np.array([getattr(one, k)[name] for one in own]) for k in ("true", "stated"))
+        for set_name in (*SETS, *OWN_NODES):
+            set_rows = [error_row for error_row in error_rows if error_row.of == set_name]
+            if set_rows:
+                true, stated = (100.0 * np.array([getattr(error_row, k)[name] for error_row in set_rows]) for k in ("true", "stated"))
                 lines.append(
-                    f"{name:<16} {of:<15} {len(own):6d} {100.0 - outside_percent(own, name):6.1f} %"
+                    f"{name:<16} {set_name:<15} {len(set_rows):6d} {100.0 - outside_percent(set_rows, name):6.1f} %"
                     f" {np.quantile(true, 0.95):9.3f} % {stated.mean():11.3f} % {np.median(stated):6.3f} %"
-                    f" {stated_over_true(own, name):10.2f}"
+                    f" {stated_over_true(set_rows, name):10.2f}"
                 )
     missed = [check for check in checks(rows) if not check.passed]
     return "\n".join([*lines, f"{len(missed)} of {len(checks(rows))} expectations are not met."])
@@ -847,62 +847,62 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Of every measure and set the part of the cases outside, and how large the stated error is for the true one."""
-    held = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
-    made = []
+    error_rows = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
+    check_list = []
     for name in JUDGED:
-        for of in (*SETS, *OWN_NODES):
-            own = [one for one in held if one.of == of]
-            if not own:
+        for set_name in (*SETS, *OWN_NODES):
+            set_rows = [error_row for error_row in error_rows if error_row.of == set_name]
+            if not set_rows:
                 continue
-            exact = not of.startswith("real")
-            about = {
-                "case": f"{of}, {len(own)} cases",
+            exact = not set_name.startswith("real")
+            common_entries = {
+                "case": f"{set_name}, {len(set_rows)} cases",
                 "reference": "exact contact" if exact else "9 elements and 48 nodes a semi-axis",
                 "kind": "analytic" if exact else "invariant",
                 "expected": None,
             }
-            outside = outside_percent(own, name)
-            made.append(
-                Check(quantity=f"{name}, cases outside, %", value=outside, limit_percent=OUTSIDE_PERCENT, **about)
+            outside = outside_percent(set_rows, name)
+            check_list.append(
+                Check(quantity=f"{name}, cases outside, %", value=outside, limit_percent=OUTSIDE_PERCENT, **common_entries)
             )
             # what coarse nodes read is stated with much to spare: it decides about nothing but their own verdict
-            if of in OWN_NODES or (of.startswith("ellipses") and name in OF_SKEW):
+            if set_name in OWN_NODES or (set_name.startswith("ellipses") and name in OF_SKEW):
                 continue
             # measures that are zero, and read as zero, have no true error
-            if math.isfinite(ratio := stated_over_true(own, name)) and not _is_quick(rows):
+            if math.isfinite(ratio := stated_over_true(set_rows, name)) and not _is_quick(rows):
                 limit = 100.0 * MOST_STATED
-                made.append(
-                    Check(quantity=f"{name}, stated over true, %", value=100.0 * ratio, limit_percent=limit, **about)
+                check_list.append(
+                    Check(quantity=f"{name}, stated over true, %", value=100.0 * ratio, limit_percent=limit, **common_entries)
                 )
-    return made
+    return check_list
 
 
 def _is_quick(rows: Sequence[Mapping[str, Any]]) -> bool:
     return len(rows) <= len(cases(quick=True))
 
 
-def _write(held: Sequence[Held], path: Path) -> None:
+def _write(error_rows: Sequence[Held], path: Path) -> None:
     """All errors as a table, one line a case."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["set", "case", "resolution", *(f"{k} {name}" for name in JUDGED for k in ("true", "stated"))])
-        for one in held:
-            numbers = [f"{values[name]:.6g}" for name in JUDGED for values in (one.true, one.stated)]
-            writer.writerow([one.of, one.case, one.resolution, *numbers])
+        for error_row in error_rows:
+            numbers = [f"{values[name]:.6g}" for name in JUDGED for values in (error_row.true, error_row.stated)]
+            writer.writerow([error_row.of, error_row.case, error_row.resolution, *numbers])
 
 
-def _figure(held: Sequence[Held], path: Path) -> None:
+def _figure(error_rows: Sequence[Held], path: Path) -> None:
     """Stated against true error of every measure; below the line the stated one is too small."""
     figure = blank_figure(13.5, 6.6)
     panels = figure.subplots(2, 4)
     # an error of zero has no place on logarithmic axes
-    least = 1e-4
+    smallest_percent = 1e-4
     for name, ax in zip(JUDGED, panels.flat, strict=True):
-        for of, marker, colour in zip(SETS, "ox+*^s", SERIES_COLOURS, strict=False):
-            own = [one for one in held if one.of == of]
-            true, stated = ([max(100.0 * getattr(one, k)[name], least) for one in own] for k in ("true", "stated"))
-            ax.plot(true, stated, marker, ms=4, mfc="none", color=colour, label=of)
-        ends = (least, 100.0 * max(max(one.true[name], one.stated[name]) for one in held))
+        for set_name, marker, colour in zip(SETS, "ox+*^s", SERIES_COLOURS, strict=False):
+            set_rows = [error_row for error_row in error_rows if error_row.of == set_name]
+            true, stated = ([max(100.0 * getattr(error_row, k)[name], smallest_percent) for error_row in set_rows] for k in ("true", "stated"))
+            ax.plot(true, stated, marker, ms=4, mfc="none", color=colour, label=set_name)
+        ends = (smallest_percent, 100.0 * max(max(error_row.true[name], error_row.stated[name]) for error_row in error_rows))
         ax.plot(ends, ends, color="0.4", lw=0.8)
         set_plain_log_scale(ax)
         ax.set_title(MEASURE_WORDS[name].name, fontsize=10)

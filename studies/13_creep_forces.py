@@ -116,14 +116,14 @@ def errors(result: CaseResult, friction: float) -> Errors:
     hertz, real = patches(result, friction)
     limit, spin = real.ellipse.limit_N, calculate_case_creepages(result.case, result.placement).spin_per_mm
     coarse = coarsen_patch(real)
-    off: dict[str, list[float]] = {}
+    differences: dict[str, list[float]] = {}
     for creepages in list_creepages(result.case.creep.largest_creepage, spin):
         exact = calculate_creep_force("rolling_half_space", coarse, creepages)
-        told = {law: calculate_creep_force(law, hertz, creepages) for law in LAWS}
-        told["itself"] = calculate_creep_force("fastsim", real, creepages)
-        for name, force in told.items():
-            off.setdefault(name, []).append(1e2 * calculate_force_difference(force, exact, limit))
-    largest = {name: max(values) for name, values in off.items()}
+        forces = {law: calculate_creep_force(law, hertz, creepages) for law in LAWS}
+        forces["itself"] = calculate_creep_force("fastsim", real, creepages)
+        for name, force in forces.items():
+            differences.setdefault(name, []).append(1e2 * calculate_force_difference(force, exact, limit))
+    largest = {name: max(values) for name, values in differences.items()}
     return Errors(
         shift_mm=result.case.lateral_shift_mm,
         load_kN=result.case.load_N / 1e3,
@@ -139,8 +139,8 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Largest errors of each theory, and where pressure and force do not agree."""
     results = fecontact.load(out)
     assert isinstance(results, tuple)
-    held = [errors(result, friction) for result in results for friction in FRICTIONS]
-    _write(held, out / "creep_errors.csv")
+    error_rows = [errors(result, friction) for result in results for friction in FRICTIONS]
+    _write(error_rows, out / "creep_errors.csv")
     _figure(results, out / "13_creep_forces.png")
     lines = [
         "shift mm, load kN, friction; by pressure; by force, off by % of mu N at (xi, eta %); on curved surfaces; laws"
@@ -148,16 +148,16 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         "",
     ]
     by_pressure = {(row["lateral_shift_mm"], row["load_kN"]): row["verdict_answer"] for row in rows}
-    for one in held:
+    for error_row in error_rows:
         at = ", ".join(
-            f"{1e2 * each.deviation_of_muN:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
-            for each in one.plane.decided
+            f"{1e2 * decided_force.deviation_of_muN:.1f} ({1e2 * decided_force.creepages.xi:.2g}, {1e2 * decided_force.creepages.eta:.2g})"
+            for decided_force in error_row.plane.decided
         )
-        curved = f"{one.curved.verdict.answer} {1e2 * one.curved.deviation[FORCE_MEASURE]:.1f}" if one.curved else ""
+        curved = f"{error_row.curved.verdict.answer} {1e2 * error_row.curved.deviation[FORCE_MEASURE]:.1f}" if error_row.curved else ""
         lines.append(
-            f"{one.shift_mm:8g} {one.load_kN:8g}  {one.friction:<4g}  {by_pressure[one.shift_mm, one.load_kN]:<10}"
-            f"  {one.plane.verdict.answer:<10} ± {1e2 * one.plane.uncertainty[FORCE_MEASURE]:.1f}: {at:<36}  {curved:<15}"
-            f"  {', '.join(f'{law} {off:.1f}' for law, off in one.of_laws.items())}; {one.fastsim_itself:.1f}"
+            f"{error_row.shift_mm:8g} {error_row.load_kN:8g}  {error_row.friction:<4g}  {by_pressure[error_row.shift_mm, error_row.load_kN]:<10}"
+            f"  {error_row.plane.verdict.answer:<10} ± {1e2 * error_row.plane.uncertainty[FORCE_MEASURE]:.1f}: {at:<36}  {curved:<15}"
+            f"  {', '.join(f'{law} {off:.1f}' for law, off in error_row.of_laws.items())}; {error_row.fastsim_itself:.1f}"
         )
     return "\n".join(lines)
 
@@ -180,7 +180,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     ]
 
 
-def _write(held: Sequence[Errors], path: Path) -> None:
+def _write(error_rows: Sequence[Errors], path: Path) -> None:
     """Table of all errors."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -190,31 +190,31 @@ def _write(held: Sequence[Errors], path: Path) -> None:
             + ["fastsim_real_percent"]
             + [f"{surface}_{what}" for surface in ("plane", "curved") for what in ("verdict", *_AT)]
         )
-        for one in held:
-            numbers = [*one.of_laws.values(), one.fastsim_itself]
-            told = [text for each in (one.plane, one.curved) for text in _verdict_texts(each)]
-            writer.writerow([one.shift_mm, one.load_kN, one.friction, *(f"{number:.3f}" for number in numbers), *told])
+        for error_row in error_rows:
+            numbers = [*error_row.of_laws.values(), error_row.fastsim_itself]
+            verdict_texts = [text for judgement in (error_row.plane, error_row.curved) for text in _verdict_texts(judgement)]
+            writer.writerow([error_row.shift_mm, error_row.load_kN, error_row.friction, *(f"{number:.3f}" for number in numbers), *verdict_texts])
 
 
 _AT = [f"{name}_{number}" for number in (1, 2) for name in ("percent", "uncertainty_percent", "xi", "eta")]
 
 
-def _verdict_texts(one: ForceJudgement | None) -> list[str]:
-    if one is None:
+def _verdict_texts(judgement: ForceJudgement | None) -> list[str]:
+    if judgement is None:
         return [""] * (1 + len(_AT))
     numbers = [
         number
-        for at in one.decided
+        for at in judgement.decided
         for number in (1e2 * at.deviation_of_muN, 1e2 * at.uncertainty_of_muN, at.creepages.xi, at.creepages.eta)
     ]
-    return [one.verdict.answer, *(f"{number:.6g}" for number in numbers)]
+    return [judgement.verdict.answer, *(f"{number:.6g}" for number in numbers)]
 
 
 def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:
     """Force against a creepage along one axis, over mu N, by the exact theory and FASTSIM, on both patches."""
     hertz, real = patches(result, friction)
     spin = calculate_case_creepages(result.case, result.placement).spin_per_mm
-    found: dict[str, list[float]] = {}
+    forces: dict[str, list[float]] = {}
     for size in CURVE:
         creepages = Creepages(spin_per_mm=spin, **{axis: size})
         for side, patch in (("Hertz", hertz), ("real", real)):
@@ -224,23 +224,23 @@ def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarra
                     value = -(force.fx_N if axis == "xi" else force.fy_N) / patch.ellipse.limit_N
                 except FecontactError:
                     value = math.nan
-                found.setdefault(f"{theory}, {side}", []).append(value)
-    return {name: np.array(values) for name, values in found.items()}
+                forces.setdefault(f"{theory}, {side}", []).append(value)
+    return {name: np.array(values) for name, values in forces.items()}
 
 
 def _figure(results: Sequence[CaseResult], path: Path) -> None:
     """Creep curves at a few positions: Hertz's ellipse and the real patch."""
-    shown = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
-    shown = [result for result in shown if result.case.load_N == LOADS_N[-1]]
-    figure = blank_figure(3.6 * len(shown) + 2.6, 6.8)
-    axes = np.asarray(figure.subplots(2, len(shown), sharex=True, sharey=True, squeeze=False))
+    shown_results = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
+    shown_results = [result for result in shown_results if result.case.load_N == LOADS_N[-1]]
+    figure = blank_figure(3.6 * len(shown_results) + 2.6, 6.8)
+    axes = np.asarray(figure.subplots(2, len(shown_results), sharex=True, sharey=True, squeeze=False))
     percent = 1e2 * np.array(CURVE)
-    for column, result in enumerate(sorted(shown, key=lambda one: one.case.lateral_shift_mm)):
+    for column, result in enumerate(sorted(shown_results, key=lambda shown_result: shown_result.case.lateral_shift_mm)):
         for row, (axis, word) in enumerate((("xi", "longitudinal"), ("eta", "lateral"))):
-            drawn, ax = curve(result, SHOWN_FRICTION, axis), axes[row, column]
+            curves, ax = curve(result, SHOWN_FRICTION, axis), axes[row, column]
             for side, label, colour in (("Hertz", "Hertz's ellipse", Colour.HERTZ), ("real", "real patch", Colour.FE)):
-                ax.plot(percent, drawn[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact theory")
-                ax.plot(percent, drawn[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
+                ax.plot(percent, curves[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact theory")
+                ax.plot(percent, curves[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
             add_grid(ax)
             ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
             ax.set_xlabel(f"{word} creepage in %")
