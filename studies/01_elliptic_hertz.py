@@ -14,7 +14,7 @@ from fecontact.case import Case
 from fecontact.regression.checks import Check, compare_with_hertz
 
 LIMITS_PERCENT = {"p_max": 0.5, "a": 0.5, "b": 0.5, "area": 0.5}
-# Of a head that is narrow for its patch, see above.
+# Limits for a head that is narrow compared with its patch, see above.
 NARROW_PERCENT = {"p_max": 0.5, "a": 0.6, "b": 1.2, "area": 1.0}
 NARROW = "circle:13"
 L2_LIMIT_PERCENT = 2.0
@@ -22,7 +22,7 @@ NARROW_L2_PERCENT = 3.0
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Four radii at `quick`, and the first one at three resolutions; or R 300 alone."""
+    """Cases with four radii at `quick`, and R 300 at three resolutions; or R 300 alone."""
     if quick:
         return [_case(300, "quick")]
     return [*(_case(radius, "quick") for radius in (300, 80, 13, 460)), _case(300, "standard"), _case(300, "fine")]
@@ -33,7 +33,7 @@ def _case(radius_mm: int, resolution: str) -> Case:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Largest deviation of each measure against its limit, the narrow head for itself."""
+    """Largest deviation of each measure and its limit, separately for the narrow head."""
     lines = []
     for heading, narrow, limits, l2 in (
         ("Largest deviations from Hertz", False, LIMITS_PERCENT, L2_LIMIT_PERCENT),
@@ -41,7 +41,9 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     ):
         head_rows = [row for row in rows if (row["rail"] == NARROW) == narrow]
         if head_rows:
-            worst = {name: max(abs(float(row[f"hertz_deviation_{name}_percent"])) for row in head_rows) for name in limits}
+            worst = {
+                name: max(abs(float(row[f"hertz_deviation_{name}_percent"])) for row in head_rows) for name in limits
+            }
             parts = [f"{name} {worst[name]:.2f} % (limit {limit:g} %)" for name, limit in limits.items()]
             worst_l2 = max(1e2 * float(row["pressure_l2"]) for row in head_rows)
             lines.append(f"{heading}: {', '.join(parts)}, L2 {worst_l2:.1f} % (limit {l2:g} %).")
@@ -49,7 +51,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak, half-widths, area and L2 of all cases."""
+    """Checks of peak, half-widths, area and L2 of all cases."""
     check_list = []
     for row in rows:
         narrow = row["rail"] == NARROW

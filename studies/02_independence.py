@@ -30,12 +30,12 @@ from fecontact.solving.position import make_true_gap
 
 RESOLUTION_PERCENT = {"standard": 0.2, "quick": 0.3}
 MEASURES = {"p_max": "MPa", "area": "mm2", "a": "mm", "b": "mm"}
-# What the stated uncertainty has of the cut planes.
+# Contribution of the cut planes to the stated uncertainty.
 STATED_PERCENT = {m: 100.0 * CUT_PLANE_UNCERTAINTY[f"{m}_{unit}"] for m, unit in MEASURES.items()}
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
-# On a half-space with 32 nodes a semi-axis against one with 96; reached are 0.009, 0.01 and 0.007 %, and of the area
-# 0.13 % over a junction and 0.33 % with a thin tail.
+# A half-space with 32 nodes per semi-axis against one with 96. Peak, a and b reach 0.009, 0.01 and 0.007 %; the area
+# reaches 0.13 % over a junction and 0.33 % with a thin tail.
 NODES_PERCENT = {"p_max": 0.02, "area": 0.4, "a": 0.02, "b": 0.01}
 MORE_NODES = 3
 NODES_SHIFTS_MM = (2.5, -0.75, 0.25, 4.0)
@@ -43,7 +43,10 @@ CUTS = ("rail_depth_mm", "half_length_mm", "rim_thickness_mm")
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """A base case and one case a cut plane at each position, then the other resolutions; two cuts at `quick`."""
+    """Base case and cases with moved cut planes at each position, then two more resolutions.
+
+    At `quick` there are two cut planes, one position and no more resolutions.
+    """
     case_list = []
     for shift in (3.0,) if quick else (3.0, 0.0):
         base = Case(lateral_shift_mm=shift, roll="given", refine="never")
@@ -73,16 +76,18 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Each measure against the same case with a cut plane moved out, and against the finest resolution."""
+    """Checks of each measure against moved cut planes and the finest resolution."""
     by_case = {make_case_id(case): case for quick in (False, True) for case in cases(quick)}
     case_rows = [(by_case[row["id"]], row) for row in rows]
     measure_checks = []
     for case, row in case_rows:
-        # what it is checked against: a base case the finest mesh, a moved cut plane its base case
+        # a base case is compared with the finest mesh, a case with a moved cut plane with its base case
         moved_cuts = [cut for cut in CUTS if getattr(case.size, cut) != getattr(BodySize(), cut)]
         reference_case = replace(case, size=BodySize()) if moved_cuts else replace(case, resolution="fine")
         name = f"{moved_cuts[0]} times 1.5" if moved_cuts else str(case.resolution)
-        reference_rows = [reference_row for row_case, reference_row in case_rows if row_case == reference_case and row_case != case]
+        reference_rows = [
+            reference_row for row_case, reference_row in case_rows if row_case == reference_case and row_case != case
+        ]
         if not reference_rows:
             continue
         measure_checks += [
@@ -106,7 +111,10 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def _nodes_checks(quick: bool) -> list[Check]:
-    """Measures of patches that are no ellipses, on a half-space with the nodes of the product and with more."""
+    """Checks of patches that are not ellipses, on half-spaces with more nodes.
+
+    The reference has three times the nodes of the product.
+    """
     node_checks = []
     for shift in NODES_SHIFTS_MM[: 1 if quick else None]:
         case = Case(lateral_shift_mm=shift, roll="given")

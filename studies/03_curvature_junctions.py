@@ -25,15 +25,15 @@ from fecontact.regression.checks import Check, compare_discretisation, compare_w
 PAIRS = ((300, 80), (80, 13))
 DISTANCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0)
 LOADS_KN = (20.0, 100.0)
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
-# Far from the junction: bodies that are no half-spaces.
+# Far from the junction: the bodies are not half-spaces.
 FAR_PERCENT = 0.7
 PEAK_LIMIT_PERCENT = 5.0
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Both pairs, sides and loads; or three distances on the flatter arc of one pair."""
+    """Cases of both pairs, sides and loads; or three distances on a flatter arc."""
     if quick:
         return [_case((300, 80), distance, 100.0) for distance in (8.0, 2.0, 0.0)]
     signed_distances = [*(-distance for distance in reversed(DISTANCES_MM)), 0.0, *DISTANCES_MM]
@@ -46,13 +46,13 @@ def _case(pair: tuple[int, int], distance_mm: float, load_kN: float) -> Case:
         wheel="cylinder:460",
         inclination_rad=0.0,
         load_N=1e3 * load_kN,
-        # the curve is wanted, not each verdict
+        # the study needs the curve, not each verdict
         refine="never",
     )
 
 
 def distance_mm(row: dict[str, Any]) -> float:
-    """Distance of a row's touch point from the junction, positive on the flatter arc."""
+    """Distance of the contact point of a row from the junction, positive on the flatter arc."""
     return float(str(row["rail"]).partition("@")[2])
 
 
@@ -60,11 +60,14 @@ Series = dict[tuple[str, float, str], tuple[np.ndarray, ...]]
 
 
 def series(rows: list[dict[str, Any]]) -> Series:
-    """By pair, load and arc: distance over Hertz's semi-axis, then what `_numbers` takes of each row."""
+    """Curves over the distance from the junction, by pair, load and arc.
+
+    Each curve is the distance over Hertz's semi-axis, then the columns of `_numbers`.
+    """
     curves = {}
     for pair, load in dict.fromkeys((str(row["rail"]).partition("@")[0], float(row["load_kN"])) for row in rows):
         for arc, sign in (("flatter", 1.0), ("tighter", -1.0)):
-            # the junction itself has no ellipse of its own
+            # at the junction itself Hertz's ellipse is not defined for either arc
             points = sorted(
                 (sign * distance_mm(row) / float(row["hertz_b_mm"]), *_numbers(row))
                 for row in rows
@@ -78,7 +81,7 @@ def series(rows: list[dict[str, Any]]) -> Series:
 
 
 def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
-    """Deviation of the peak and its uncertainty in %, and the largest of all measures in parts of its limit."""
+    """Deviation of the peak and its uncertainty in %, and the largest limit utilisation."""
     return tuple(
         float(row[name])
         for name in ("hertz_deviation_p_max_percent", "hertz_uncertainty_p_max_percent", "verdict_limit_used")
@@ -86,9 +89,9 @@ def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
 
 
 def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
-    """Distance over the semi-axis beyond which a deviation stays within its limit; straight between the points.
+    """Distance over the semi-axis beyond which a deviation stays within its limit.
 
-    0 if it is within the limit everywhere, infinite if it is not at the farthest point.
+    The deviation is interpolated linearly between the points. 0 if it is within the limit everywhere, infinite if it is not at the farthest point.
     """
     outside = np.flatnonzero(np.abs(deviation) > limit)
     if outside.size == 0:
@@ -101,7 +104,10 @@ def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Rule of thumb for either arc with its scatter over radii and loads; figure junctions.png."""
+    """Rule of thumb for either arc with its scatter over radii and loads.
+
+    Draws the figure junctions.png.
+    """
     curves = series(rows)
     figure(curves, out / "junctions.png")
     lines = [
@@ -130,9 +136,10 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressure where the junction is farther than two semi-axes away: there Hertz is exact but for the bodies.
+    """Checks of the peak pressure far from the junction, and of the lowest rung.
 
-    And the lowest rung of the ladder, which is exact everywhere.
+    Farther than two semi-axes from the junction Hertz is exact except for the bodies. The lowest rung of the ladder is
+    exact everywhere.
     """
     far = [
         compare_with_hertz(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FAR_PERCENT)
@@ -143,7 +150,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def figure(curves: Series, path: Path) -> None:
-    """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
+    """Draw Hertz's error of the peak and the worst measure over the distance from the junction."""
     from fecontact.outputs.style import (
         SERIES_COLOURS,
         SERIES_MARKS,
@@ -176,7 +183,9 @@ def figure(curves: Series, path: Path) -> None:
     add_grid(peak_axes, measure_axes)
     measure_axes.set_xlim(-4.0, 4.0)
     set_plain_log_scale(measure_axes, "y")
-    measure_axes.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
+    measure_axes.set_xlabel(
+        "distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)"
+    )
     peak_axes.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
     measure_axes.set_ylabel("worst measure / its limit")
     peak_axes.legend(fontsize=9)

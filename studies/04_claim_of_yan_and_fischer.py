@@ -26,7 +26,7 @@ from fecontact.regression.checks import Check, compare_discretisation
 
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 13))
 LOADS_KN = (50.0, 100.0)
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
 
@@ -43,7 +43,7 @@ def truth(value: Any) -> bool:
 
 
 MEASURES: dict[str, tuple[str, Callable[[dict[str, Any]], float]]] = {
-    # larger means: Hertz should fail
+    # Hertz should fail at larger values
     "nearness of a junction": (
         "b / distance",
         lambda row: 1.0 / max(float(row["geometry_junction_distance_over_b"]), 1e-6),
@@ -86,7 +86,7 @@ def _name(row: dict[str, Any]) -> str:
 
 
 def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
-    """Threshold above which most cases fail and below which most hold, and how many cases it sorts right."""
+    """Threshold that separates failing from holding cases best, and its number of right answers."""
     if values.size == 0:
         return float("nan"), 0
     ordered = np.unique(values)
@@ -97,7 +97,7 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """The worst measure over the distance to the next junction."""
+    """Draw the worst measure over the distance to the next junction."""
     from fecontact.outputs.figures.study import ANSWER_MARKS
     from fecontact.outputs.style import (
         ANSWER_COLOURS,
@@ -139,7 +139,10 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
+    """Checks of the lowest rung of the ladder, which is exact.
+
+    The finite elements that the verdicts compare with have no independent reference.
+    """
     return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 

@@ -26,16 +26,16 @@ from fecontact.regression.checks import Check, compare_discretisation
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
 SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))
 LOADS_KN = (20.0, 50.0, 100.0)
-# Touch points this near to the rail's axis lie on the top of the head, farther out at the gauge corner.
+# Contact points within this distance of the rail's axis are on the top of the head, farther out at the gauge corner.
 TOP_HALF_WIDTH_MM = 15.0
-# Of two patches the small one makes the elements of the first meshes look 4 % too stiff; finer ones are 2 % and less.
+# With two patches, the elements of the first meshes seem 4 % too stiff for the small patch, finer ones at most 2 %.
 REFINED_SHIFT_MM = 5.0
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All of them, or two positions of 60E1 1:40."""
+    """All cases, or two positions of 60E1 1:40."""
     if quick:
         return [_case("60E1", "1:40", shift, 100.0) for shift in (-4.0, 2.0)]
     chosen = [(*pair, shift, load) for pair, load, shift in product(PAIRS, LOADS_KN, SHIFTS_MM)]
@@ -59,23 +59,27 @@ def pair_of(row: dict[str, Any]) -> str:
     return f"{row['rail']} 1:{1.0 / np.tan(float(row['inclination_rad'])):.0f}"
 
 
-def on_top(row: dict[str, Any]) -> bool:
-    """Whether the touch point lies on the top of the head."""
+def is_on_top(row: dict[str, Any]) -> bool:
+    """Whether the contact point is on the top of the head."""
     return abs(float(row["touch_rail_y_mm"])) < TOP_HALF_WIDTH_MM
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Steps of the ladder on the top of the head and at the gauge corner, and verdicts, pair by pair."""
+    """Ladder steps on top of the head and at the gauge corner, and verdicts, by pair."""
     figure(rows, out / "ladder.png")
     lines = ["Peak pressure, step from half-space to bodies (%), median and range; verdicts"]
     for pair in dict.fromkeys(pair_of(row) for row in rows):
         for where, is_top in (("top of the head", True), ("gauge corner", False)):
-            group = [row for row in rows if pair_of(row) == pair and on_top(row) == is_top]
+            group = [row for row in rows if pair_of(row) == pair and is_on_top(row) == is_top]
             if group:
                 lines.append(f"{pair:10} {where:16} {_steps(group)}; {_verdicts(group)}")
-    top = [row for row in rows if on_top(row)]
-    significant = [row for row in top if _step(row) > float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"])]
-    lines.append(f"On the top of the head the step is larger than its uncertainty in {len(significant)} of {len(top)} cases.")
+    top = [row for row in rows if is_on_top(row)]
+    significant = [
+        row for row in top if _step(row) > float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"])
+    ]
+    lines.append(
+        f"On the top of the head the step is larger than its uncertainty in {len(significant)} of {len(top)} cases."
+    )
     return "\n".join(lines)
 
 
@@ -86,9 +90,7 @@ def _step(row: dict[str, Any]) -> float:
 def _steps(rows: list[dict[str, Any]]) -> str:
     step = np.array([float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows])
     uncertainty = np.array([float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"]) for row in rows])
-    return (
-        f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(uncertainty):.2f})"
-    )
+    return f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(uncertainty):.2f})"
 
 
 def _verdicts(rows: list[dict[str, Any]]) -> str:
@@ -99,7 +101,7 @@ def _verdicts(rows: list[dict[str, Any]]) -> str:
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Both steps of the peak pressure over the lateral shift, one column a pair."""
+    """Draw both ladder steps of the peak over the lateral shift, a column per pair."""
     from fecontact.outputs.style import (
         SERIES_COLOURS,
         SERIES_MARKS,
@@ -143,14 +145,17 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     for ax in axes.flat:
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
     add_grid(*axes.flat)
-    # of the pair with all loads, beside the last column
+    # the legend of the pair with all loads, to the right of the last column
     fullest_axes = max(axes[0], key=lambda ax: len(ax.get_legend_handles_labels()[0]))
     add_legend_beside(axes[0, -1], handles=fullest_axes.get_legend_handles_labels()[0])
     save_figure(picture, path)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
+    """Checks of the lowest rung of the ladder, which is exact.
+
+    The finite elements that the verdicts compare with have no independent reference.
+    """
     return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 

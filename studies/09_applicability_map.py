@@ -22,7 +22,7 @@ from fecontact.regression.checks import Check, compare_discretisation
 
 LOADS_KN = (10.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)
 SHIFTS = "-6:6:0.5"
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
 
@@ -36,7 +36,7 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Shifts by verdict, under the one load of `cases`."""
+    """Shifts by verdict, under the load of `cases`."""
     parts = []
     for verdict in ("HOLDS", "FAILS", "UNRESOLVED"):
         shifts = [f"{float(row['lateral_shift_mm']):g}" for row in rows if row["verdict_answer"] == verdict]
@@ -53,14 +53,17 @@ def map_arguments(quick: bool = False) -> list[str]:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
+    """Checks of the lowest rung of the ladder, which is exact.
+
+    The finite elements that the verdicts compare with have no independent reference.
+    """
     return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 
 def solved_loads(folder: Path) -> list[dict[str, Any]]:
-    """Every load of a finished map, by shift and load: its verdict, and how far Hertz is off.
+    """Verdicts and deviations of Hertz at every load of a finished map.
 
-    A load that the search for a limit solved has the verdict alone.
+    Rows are sorted by shift and load. Loads of the search for a limit have the verdict alone.
     """
     from fecontact.files import read_json
 
@@ -101,7 +104,7 @@ def main() -> None:
     try:
         fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *arguments])
     except SystemExit as end:
-        # 3: some cells are without a usable result
+        # exit status 3: some cells have no usable result
         if end.code in (0, 3) and "--out" in arguments:
             folder = Path(arguments[arguments.index("--out") + 1])
             write_csv(solved_loads(folder), folder / "loads.csv")

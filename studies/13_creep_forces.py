@@ -62,17 +62,17 @@ SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
 LOADS_N = (50e3, 100e3)
 FRICTIONS = (0.15, 0.3, 0.5)
 QUICK_SHIFTS_MM = (4.0,)
-# The figure: positions, friction, and creepages along its axis.
+# Positions, friction and creepages of the figure.
 SHOWN_MM = (0.0, 0.25, 4.0)
 SHOWN_FRICTION = 0.3
 CURVE = (0.0, 2e-4, 5e-4, 8e-4, 1.2e-3, 1.6e-3, 2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3, 7e-3)
-# Of mu N: where Hertz holds in pressure.
+# Limit in % of mu N, where Hertz holds in pressure.
 LIMIT_PERCENT = 5.0
 LAWS = ("she", "polach", "fastsim")
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Ten positions under two loads, or one."""
+    """Ten positions under two loads, or a single case."""
     return [
         Case(lateral_shift_mm=shift, load_N=load, roll="touching", creep=Creep(friction=SHOWN_FRICTION))
         for load in (LOADS_N[-1:] if quick else LOADS_N)
@@ -82,10 +82,11 @@ def cases(quick: bool = False) -> list[Case]:
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """Largest differences over the creepages at one position, load and friction, in % of mu N.
+    """Largest differences over the creepages at a position, in % of mu N.
 
-    `of_laws` are those of laws on Hertz's ellipse from the exact theory on the real patch, `fastsim_itself` that of
-    FASTSIM from it, both on the real patch. `plane` and `curved` are the verdicts of forces, the exact theory on both
+    They belong to a single load and friction. `of_laws` are the differences between laws on Hertz's ellipse and the
+    exact theory on the real patch, `fastsim_itself` the difference between FASTSIM and the exact theory, both on the
+    real patch. `plane` and `curved` are the verdicts of forces, the exact theory on both
     patches, with creepages of the tangent plane and, under the shown friction, of the curved surfaces.
     """
 
@@ -112,7 +113,7 @@ def verdict(result: CaseResult, friction: float, curved: bool) -> ForceJudgement
 
 
 def errors(result: CaseResult, friction: float) -> Errors:
-    """Differences of one position under one friction."""
+    """Differences of a position under a friction."""
     hertz, real = patches(result, friction)
     limit, spin = real.ellipse.limit_N, calculate_case_creepages(result.case, result.placement).spin_per_mm
     coarse = coarsen_patch(real)
@@ -136,7 +137,7 @@ def errors(result: CaseResult, friction: float) -> Errors:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Largest errors of each theory, and where pressure and force do not agree."""
+    """Largest errors of each theory, and verdicts by pressure and by force."""
     results = fecontact.load(out)
     assert isinstance(results, tuple)
     error_rows = [errors(result, friction) for result in results for friction in FRICTIONS]
@@ -153,7 +154,11 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             f"{1e2 * decided_force.deviation_of_muN:.1f} ({1e2 * decided_force.creepages.xi:.2g}, {1e2 * decided_force.creepages.eta:.2g})"
             for decided_force in error_row.plane.decided
         )
-        curved = f"{error_row.curved.verdict.answer} {1e2 * error_row.curved.deviation[FORCE_MEASURE]:.1f}" if error_row.curved else ""
+        curved = (
+            f"{error_row.curved.verdict.answer} {1e2 * error_row.curved.deviation[FORCE_MEASURE]:.1f}"
+            if error_row.curved
+            else ""
+        )
         lines.append(
             f"{error_row.shift_mm:8g} {error_row.load_kN:8g}  {error_row.friction:<4g}  {by_pressure[error_row.shift_mm, error_row.load_kN]:<10}"
             f"  {error_row.plane.verdict.answer:<10} ± {1e2 * error_row.plane.uncertainty[FORCE_MEASURE]:.1f}: {at:<36}  {curved:<15}"
@@ -163,7 +168,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Where Hertz holds in pressure it holds in force."""
+    """Check that Hertz holds in force where it holds in pressure."""
     return [
         Check(
             quantity="creep force of Hertz, % of mu N",
@@ -192,8 +197,18 @@ def _write(error_rows: Sequence[Errors], path: Path) -> None:
         )
         for error_row in error_rows:
             numbers = [*error_row.of_laws.values(), error_row.fastsim_itself]
-            verdict_texts = [text for judgement in (error_row.plane, error_row.curved) for text in _verdict_texts(judgement)]
-            writer.writerow([error_row.shift_mm, error_row.load_kN, error_row.friction, *(f"{number:.3f}" for number in numbers), *verdict_texts])
+            verdict_texts = [
+                text for judgement in (error_row.plane, error_row.curved) for text in _verdict_texts(judgement)
+            ]
+            writer.writerow(
+                [
+                    error_row.shift_mm,
+                    error_row.load_kN,
+                    error_row.friction,
+                    *(f"{number:.3f}" for number in numbers),
+                    *verdict_texts,
+                ]
+            )
 
 
 _AT = [f"{name}_{number}" for number in (1, 2) for name in ("percent", "uncertainty_percent", "xi", "eta")]
@@ -211,7 +226,10 @@ def _verdict_texts(judgement: ForceJudgement | None) -> list[str]:
 
 
 def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:
-    """Force against a creepage along one axis, over mu N, by the exact theory and FASTSIM, on both patches."""
+    """Force over mu N against a creepage along an axis.
+
+    Computed by the exact theory and by FASTSIM, on both patches.
+    """
     hertz, real = patches(result, friction)
     spin = calculate_case_creepages(result.case, result.placement).spin_per_mm
     forces: dict[str, list[float]] = {}
@@ -229,7 +247,7 @@ def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarra
 
 
 def _figure(results: Sequence[CaseResult], path: Path) -> None:
-    """Creep curves at a few positions: Hertz's ellipse and the real patch."""
+    """Draw creep curves of Hertz's ellipse and of the real patch."""
     shown_results = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
     shown_results = [result for result in shown_results if result.case.load_N == LOADS_N[-1]]
     figure = blank_figure(3.6 * len(shown_results) + 2.6, 6.8)

@@ -52,10 +52,10 @@ from fecontact.solving.profile_variants import estimate_hertz_uncertainty
 SHIFTS_MM = (-4.0, 0.0, 3.0, 4.0)
 NOISES_MM = (0.005, 0.01, 0.02)
 STEPS_MM = (0.1, 0.2, 0.5)
-# At 10 um every 0.2 mm, and elsewhere.
+# Numbers of seeds at 10 um every 0.2 mm, and elsewhere.
 SEEDS, FEWER_SEEDS = 20, 4
 MEASURES = ("p_max_MPa", "a_mm", "b_mm")
-# Of Hertz's peak and semi-axes at 10 um every 0.2 mm; three seeds reach 0.8 % at 0 mm and 0.1 % at the others.
+# Limit for Hertz's peak and semi-axes at 10 um every 0.2 mm. Three seeds reach 0.8 % at 0 mm and 0.1 % elsewhere.
 LIMIT_PERCENT = 3.0
 LEAST_COVERED = 0.95
 PAIR = {"rail": "60E1", "wheel": "S1002"}
@@ -63,7 +63,10 @@ PAIR = {"rail": "60E1", "wheel": "S1002"}
 
 @dataclass(frozen=True)
 class Error:
-    """Hertz on measured lines against the exact ones: relative errors of `MEASURES`, and what was stated of them."""
+    """Relative errors of Hertz on measured profiles, and the stated uncertainties.
+
+    Both have the order of `MEASURES`; the reference is Hertz on exact profiles.
+    """
 
     shift_mm: float
     noise_mm: float
@@ -74,7 +77,7 @@ class Error:
 
 
 def write_sampled(folder: Path, name: str, step_mm: float, noise_mm: float, seed: int) -> str:
-    """A file of points along an exact line with noise across it; its path."""
+    """Write a file of points with noise across an exact profile; returns its path."""
     profile = load_library_profile(name)
     s = np.arange(0.0, profile.length_mm, step_mm)
     p = profile.evaluate(profile.at_arc_length(s))
@@ -121,19 +124,25 @@ def _case(shift_mm: float, **overrides: Any) -> Case:
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """The pair with exact lines, by finite elements: that its own uncertainty has no part of the profile."""
+    """Cases with exact profiles, by finite elements.
+
+    Their uncertainty has no contribution of the profile.
+    """
     shifts = (4.0,) if quick else SHIFTS_MM
     return [_case(shift, refine="never") for shift in shifts]
 
 
 def covered(errors: list[Error]) -> float:
-    """Part of the errors, of each measure, that lie inside what was stated."""
+    """Share of the errors inside the stated uncertainty, over all measures."""
     inside = [abs(e) <= s for error in errors for e, s in zip(error.error, error.stated, strict=True)]
     return float(np.mean(inside))
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Largest error of each measure over the seeds at 10 um every 0.2 mm, at each shift."""
+    """Checks of the largest error of each measure over the seeds, at each shift.
+
+    The noise is 10 um every 0.2 mm.
+    """
     errors = measured((0.01,), (0.2,), seeds=SEEDS if len(rows) > 1 else 3)
     check_list = []
     for shift in SHIFTS_MM:
@@ -183,13 +192,14 @@ def _grouped(errors: list[Error]) -> dict[tuple[float, float, float], list[Error
 
 
 def draw(errors: list[Error], without: list[Error], path: Path) -> Path:
-    """Largest error of each measure over the noise, and errors against what was stated of them."""
+    """Draw the largest errors over the noise, and errors against their stated uncertainty."""
     figure = blank_figure(14.0, 5.6)
     left, right = figure.subplots(1, 2)
     for k, name in enumerate(("p0", "a", "b")):
         for step, style in zip(STEPS_MM, ("-", "--", ":"), strict=True):
             worst = [
-                100.0 * max(abs(error.error[k]) for error in errors if error.noise_mm == noise and error.step_mm == step)
+                100.0
+                * max(abs(error.error[k]) for error in errors if error.noise_mm == noise and error.step_mm == step)
                 for noise in NOISES_MM
             ]
             line_style = {"color": SERIES_COLOURS[k], "marker": SERIES_MARKS[k], "label": f"{name}, every {step:g} mm"}

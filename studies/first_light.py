@@ -26,7 +26,7 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Verdicts, and the position at which Hertz is furthest off."""
+    """Verdicts, and the position with the largest deviation of Hertz."""
     solved_rows = [row for row in rows if row["status"] == "converged"]
     if not solved_rows:
         return "No position was solved."
