@@ -91,7 +91,8 @@ def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
 def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
     """Distance over the semi-axis beyond which a deviation stays within its limit.
 
-    The deviation is interpolated linearly between the points. 0 if it is within the limit everywhere, infinite if it is not at the farthest point.
+    The deviation is interpolated linearly between the points. 0 if it is within the limit everywhere, infinite if it is
+    not at the farthest point.
     """
     outside = np.flatnonzero(np.abs(deviation) > limit)
     if outside.size == 0:

@@ -90,7 +90,10 @@ def _step(row: dict[str, Any]) -> float:
 def _steps(rows: list[dict[str, Any]]) -> str:
     step = np.array([float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows])
     uncertainty = np.array([float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"]) for row in rows])
-    return f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(uncertainty):.2f})"
+    return (
+        f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f};"
+        f" median uncertainty {np.median(uncertainty):.2f})"
+    )
 
 
 def _verdicts(rows: list[dict[str, Any]]) -> str:

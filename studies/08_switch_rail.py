@@ -63,8 +63,8 @@ def _case(rail: str, **overrides: Any) -> Case:
         # a tongue's gauge face ends above the gauge plane: its crown under the tape circle
         track=Track(rail_crown_y_mm=Track().tape_circle_y_mm),
         size=BodySize(rail_depth_mm=110.0),
-        # coarser elements are large compared with a thin head: their compliance cannot be checked, and with an eccentric
-        # load they fold
+        # coarser elements are large compared with a thin head: their compliance cannot be checked, and with an
+        # eccentric load they fold
         resolution="standard",
         **inputs,
     )

@@ -45,8 +45,8 @@ class VonMisesPeak(NamedTuple):
 def stress_below_centre_MPa(depth_mm: Any, *, a_mm: float, b_mm: float, p0_MPa: float, poisson: float) -> np.ndarray:
     """Principal stresses along the semi-axes a and b and the depth.
 
-    Tension is positive; rows are in this order. Johnson (1985), eq. 3.69, with F and E replaced by R_D (DLMF 19.25), which makes it symmetric in a and b and
-    continuous in the circle, where it is Johnson's eq. 3.45.
+    Tension is positive; rows are in this order. Johnson (1985), eq. 3.69, with F and E replaced by R_D (DLMF 19.25),
+    which makes it symmetric in a and b and continuous in the circle, where it is Johnson's eq. 3.45.
     """
     z = np.asarray(depth_mm, dtype=np.float64)
     q_a, q_b = np.hypot(a_mm, z), np.hypot(b_mm, z)
@@ -67,8 +67,8 @@ def von_mises_below_centre_MPa(depth_mm: Any, **patch: float) -> np.ndarray:
 def von_mises_peak(**patch: float) -> VonMisesPeak:
     """Largest von Mises stress below the patch centre, including the surface.
 
-    `patch` as in `stress_below_centre_MPa`. Range of validity: for the Poisson's ratios of metals the peak over the whole body lies on this line; for nu near
-    zero a slender patch has it at the surface.
+    `patch` as in `stress_below_centre_MPa`. Range of validity: for the Poisson's ratios of metals the peak over the
+    whole body lies on this line; for nu near zero a slender patch has it at the surface.
     """
     # The peak lies within 0.8 of the shorter semi-axis for every ellipse; the scan guards against a second maximum.
     scan = min(patch["a_mm"], patch["b_mm"]) * np.linspace(0.0, 2.0, 201)
@@ -137,10 +137,10 @@ def errors_percent(row: dict[str, Any], body: str) -> tuple[float, float, float]
 def depth_limit_percent(row: dict[str, Any], body: str) -> float:
     """Limit of the error of the depth: limit of the mesh plus b/R.
 
-    b/R is the order of the effects that the closed form neglects. The closed form is for a flat half-space; below a rail
-    of radius R the material gets narrower with depth. On R 13 (b/R
-    7.9 %) twice as many unknowns leave the depth in the rail at +4.4 % and the depth in the wheel, flat across, at -2.7 %.
-    On all radii from 13 to 460 mm the difference of both bodies follows b/R.
+    b/R is the order of the effects that the closed form neglects. The closed form is for a flat half-space; below a
+    rail of radius R the material gets narrower with depth. On R 13 (b/R 7.9 %) twice as many unknowns leave the depth
+    in the rail at +4.4 % and the depth in the wheel, flat across, at -2.7 %. On all radii from 13 to 460 mm the
+    difference of both bodies follows b/R.
     """
     radius_mm = float(str(row["rail"]).partition(":")[2])
     return DEPTH_LIMIT_PERCENT + (100.0 * float(row["hertz_b_mm"]) / radius_mm if body == "rail" else 0.0)

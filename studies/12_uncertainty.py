@@ -243,7 +243,7 @@ class Ellipse:
 
     @cached_property
     def exact(self) -> Exact:
-        """The contact at its own size."""
+        """Exact contact at the original size."""
         c, s = math.cos(self.turn_rad), math.sin(self.turn_rad)
         turn = np.array([[c, -s], [s, c]])
         h = turn @ np.diag([1.0 / self.radius_x_mm, 1.0 / self.radius_s_mm]) @ turn.T
@@ -268,9 +268,10 @@ class Ellipse:
 class Galin:
     """Pressure with a polynomial gap: an ellipsoid times a polynomial.
 
-    p = sqrt(1 - X^2 - Y^2) sum c[i, j] X^i Y^j with X = x / a, Y = y / b, even in X. Source: Galin (1953); Johnson (1985), section 3.2: polynomial pressures over an ellipse have polynomial deflections,
-    of a degree higher by two. Here u is integrated along lines through a place, on which p / r dA is a polynomial times
-    a root of a square (Gauss and Chebyshev's quadrature, exact), and over their angles, which converges exponentially.
+    p = sqrt(1 - X^2 - Y^2) sum c[i, j] X^i Y^j with X = x / a, Y = y / b, even in X. Source: Galin (1953); Johnson
+    (1985), section 3.2: polynomial pressures over an ellipse have polynomial deflections, of a degree higher by two.
+    Here u is integrated along lines through a place, on which p / r dA is a polynomial times a root of a square (Gauss
+    and Chebyshev's quadrature, exact), and over their angles, which converges exponentially.
 
     Attributes
     ----------
@@ -429,7 +430,7 @@ class Galin:
 
     @cached_property
     def exact(self) -> Exact:
-        """The contact at its own size."""
+        """Exact contact at the original size."""
         a, b, y, gap, force = self.a_mm, self.b_mm, self.touch, self.gap_coefficients_mm, self.moment(0, 0)
         hessian = np.diag([polyval(y, gap[2]) * 2.0 / a**2, polyval(y, polyder(gap[0], 2)) / b**2])
         hertz = hertz_from_hessian(hessian, normal_force_N=a * b * force, contact_modulus_MPa=MODULUS_MPA)
@@ -678,7 +679,10 @@ def move_grid(grid: ContactGrid, offset: tuple[float, float], middle_mm: float =
 
 
 ContactSolutions = tuple[Rung, Rung, Rung, float]
-"""A contact with both estimates of the opening due to elements, on the elements' own nodes, and their compliance error."""
+"""Rungs of a contact, and the compliance error of its elements.
+
+Two rungs have different estimates of the opening that is due to the elements; the third is on the elements' own nodes.
+"""
 
 
 def contact(base: CoupledProblem, bodies: CoupledBodies, case: ExactCase, level: int) -> ContactSolutions:

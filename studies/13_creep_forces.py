@@ -151,7 +151,8 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     by_pressure = {(row["lateral_shift_mm"], row["load_kN"]): row["verdict_answer"] for row in rows}
     for error_row in error_rows:
         at = ", ".join(
-            f"{1e2 * decided_force.deviation_of_muN:.1f} ({1e2 * decided_force.creepages.xi:.2g}, {1e2 * decided_force.creepages.eta:.2g})"
+            f"{1e2 * decided_force.deviation_of_muN:.1f} ({1e2 * decided_force.creepages.xi:.2g},"
+            f" {1e2 * decided_force.creepages.eta:.2g})"
             for decided_force in error_row.plane.decided
         )
         curved = (
@@ -160,9 +161,12 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             else ""
         )
         lines.append(
-            f"{error_row.shift_mm:8g} {error_row.load_kN:8g}  {error_row.friction:<4g}  {by_pressure[error_row.shift_mm, error_row.load_kN]:<10}"
-            f"  {error_row.plane.verdict.answer:<10} ± {1e2 * error_row.plane.uncertainty[FORCE_MEASURE]:.1f}: {at:<36}  {curved:<15}"
-            f"  {', '.join(f'{law} {off:.1f}' for law, off in error_row.of_laws.items())}; {error_row.fastsim_itself:.1f}"
+            f"{error_row.shift_mm:8g} {error_row.load_kN:8g}  {error_row.friction:<4g}"
+            f"  {by_pressure[error_row.shift_mm, error_row.load_kN]:<10}"
+            f"  {error_row.plane.verdict.answer:<10} ± {1e2 * error_row.plane.uncertainty[FORCE_MEASURE]:.1f}"
+            f": {at:<36}  {curved:<15}"
+            f"  {', '.join(f'{law} {off:.1f}' for law, off in error_row.of_laws.items())}"
+            f"; {error_row.fastsim_itself:.1f}"
         )
     return "\n".join(lines)
 
