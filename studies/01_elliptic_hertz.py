@@ -3,7 +3,7 @@
 Reference (analytic): Hertz's ellipse for a wheel cylinder of radius 460 mm on circular rail heads of radius 300, 80 and
 13 mm and on a crossed cylinder of radius 460 mm (a circular patch), 100 kN, E 210 GPa, nu 0.3. Expected at every
 resolution: peak pressure, area and half-widths within 0.5 %, the misplaced load and the L2 of the pressure within 0.5
-and 2 %. Meshes do not decide about that: bodies that are cut, and curved, are no half-spaces. A block of 60 mm raises
+and 2 %. Meshes do not limit this: cut and curved bodies are not half-spaces. A block of 60 mm raises
 the peak by 0.2 to 0.4 %; the head of R 13 is thirteen of its semi-axes across and widens the patch by 1 %.
 """
 

@@ -2,8 +2,8 @@
 
 60E1, 1:40, S1002, 100 kN, at a tread position (3 mm) and at the two-lobed one (0 mm): the cut planes moved out by half,
 those of the rail's base, of both bodies' ends and of the rim, and three resolutions. Expected: a cut plane changes peak
-pressure, area and half-widths by 0.1 to 0.2 % at most, which is what the stated uncertainty has of them. The approach
-is another matter: it grows with the bodies, as it must, so that it has no uncertainty. The reference of a patch that is
+pressure, area and half-widths by 0.1 to 0.2 % at most, the contribution of cut planes to the stated uncertainty.
+The approach must grow with the bodies, and therefore has no stated uncertainty. The reference of a patch that is
 no ellipse is the half-space under the true gap with three times the nodes: two lobes (-0.5 mm), a patch over a junction
 (0.25 and 2.5 mm) and a thin tail (4 mm), whose area is the only thing that takes more than 32 nodes a semi-axis to some
 1e-4.

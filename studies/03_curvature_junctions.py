@@ -1,8 +1,8 @@
 """How far from a curvature junction must the touch point be for Hertz to hold?
 
 A wheel that is flat across (radius 460 mm) on two tangent arcs, R 300 / R 80 and R 80 / R 13 as on the head of 60E1;
-the touch point lies up to 8 mm from their junction on either side; 20 and 100 kN. Nothing else is there that Hertz
-does not know: no change of curvature in the wheel, no second patch on another part of the head.
+the touch point lies up to 8 mm from their junction on either side; 20 and 100 kN. No other effect violates Hertz's
+assumptions: no change of curvature in the wheel, no second patch on a different part of the head.
 
 Reference: the finite elements of this package, whose deviation from Hertz far from the junction is the check (there
 it must vanish up to the finite bodies). Expected: the error depends on the distance over Hertz's semi-axis, and on

@@ -9,7 +9,7 @@ thinnest head, towards its planed back.
 The sections (`profiles/switch_tongue_*.toml`, written by `write_profiles`) are made up, but typical: 134 mm high as
 tongue rails are, a head with vertical sides that is planed on its back down to 60 mm below the crown, below it a web of
 44 mm and a foot that is cut off on the side of the stock rail. Bodies are cut at 110 mm below the crown and 60 mm to
-each side, where they are held across: how the whole tongue bends between its slide chairs is not in this.
+each side, where they are held across: the bending of the whole tongue between its slide chairs is not included.
 
 Reference: this package's own solution with the full head. Expected: the approach grows with slenderness by tens of per
 cent, the pressure hardly: bending and compressing the head moves the patch and does not change its gap. Whether Hertz

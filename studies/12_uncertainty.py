@@ -8,18 +8,18 @@ them on meshes that were made for a larger load. Reference (same code, finer), o
 constants are chosen on one half and tested on the other. Of the real positions 42, many with two lobes or a thin tail,
 and 42 that lie anywhere helped to choose what two coarse meshes have in common; 42 others test it. Expected of every
 measure that is judged: in 95 % of the cases the true error is inside the stated one, of which half are not more than
-three times the error that 95 % of the cases stay within. (Their mean is that of a few thin tails and tiny second
-patches, where the stated one has to grow.) Of the centre of pressure ellipses do not tell that: they are symmetric.
+three times the error that 95 % of the cases stay within. (Their mean is dominated by a few thin tails and tiny second
+patches, where the stated error has to grow.) Ellipses cannot check this for the centre of pressure: they are symmetric.
 
 Ellipses are symmetric and have one lobe. Others are exact too (Galin 1953): a pressure that is a polynomial times an
 ellipsoid has a polynomial as its gap. They are shifted by up to 0.45 b, flat on top, or have two lobes with a valley of
 up to 80 %; a/b is 0.2 to 5, coefficients and places of the nodes are by chance, no pressure is negative and the gap is
-open outside. Elements are made for a lobe, as those of the product are. The exact contacts are read on the elements'
-own nodes too, wherever those lie: 95 % inside what is stated for them is expected, which was chosen on 26 other
+open outside. Elements are made for a lobe, as in the product. The exact contacts are read on the elements' own nodes
+too, at any offset: 95 % inside the stated uncertainty of these nodes are expected. It was chosen on 26 different
 contacts.
 
-What is stated for the cut planes of the bodies is left out here: study 02 moves them, and both of what is compared have
-the same ones. The patches of exact cases are scaled to a semi-axis of 6 mm and less on bodies of 60 mm whose surfaces
+The stated uncertainty of the cut planes is left out here: study 02 moves them, and both compared solutions have equal
+cut planes. The patches of exact cases are scaled to a semi-axis of 6 mm and less on bodies of 60 mm whose surfaces
 are flat there: one mesh serves many radii and loads. The cut planes, which the exact solution does not have, are ten
 semi-axes away or more: they raise the peak pressure by 0.02 %.
 

@@ -18,9 +18,10 @@ and 0.2 %. All of 624 errors are inside what is stated, and all but those of b a
 every 0.1 mm). Without a nominal profile the peak is off by 11 to 42 % at worst, inside the 17 to 190 % that are stated.
 Taken as exact, 10 um every 0.2 mm give Hertz more than ten times its peak.
 
-A spike is what stands out of the scatter about it: 0.001 mm in a table of exact points, 0.3 mm in 0.02 mm of noise. Of
-1,422 tables with one wrong digit beside a junction under the touch point 1,056 are refused or named; of the other 366
-Hertz's peak is off by less than 1 % or than is stated in 358, and by up to twice what is stated in 8.
+A spike is a point outside the scatter of its neighbours: 0.001 mm in a table of exact points, 0.3 mm in 0.02 mm of
+noise. Of 1,422 tables with a wrong digit next to a junction under the contact point, 1,056 are refused or named. In the
+other 366 the error of Hertz's peak is below 1 % or below the stated uncertainty in 358, and up to twice the stated
+uncertainty in 8.
 """
 
 import sys
